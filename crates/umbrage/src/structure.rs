@@ -103,7 +103,7 @@ impl Structure {
                 Box::new(grid)
             }
             Self::KdTree(options, rebuild) => make_kd_tree(level, options, rebuild)?,
-            Self::Bvh => Box::new(Bvh::default()),
+            Self::Bvh => Box::new(Bvh::with_level(level)),
         })
     }
 }

@@ -17,7 +17,7 @@ use crate::simd::each;
 /// Δₖ and of their product ε z each, and that of the difference ε |x|; the origin's are 2 ε b. Together they are less than
 /// e = 16 ε (a + z + b), of which the largest of the three corners is taken, by a factor of three. An edge function is then
 /// wrong by no more than e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less than δ = e (a₁ + a₂ + a₃ + 3 e) for
-/// all three. What underflows is less than `SMALLEST`.
+/// all three. What underflows is less than `SMALLEST`. Where products and sums are fused, they are rounded once less.
 ///
 /// **Where they are met.** t = Σ E z / Σ E, with z along the ray. Where the triangle is met, it is between the least and the
 /// largest z, each wrong by less than e / 3. With s the difference of these, weights that are wrong by δ move it by no more
@@ -70,8 +70,10 @@ impl Leaf {
     }
 
     /// The scaled corners in a lane.
+    #[inline(always)]
     pub(super) fn corners(&self, lane: usize) -> [Vec3; 3] {
-        let corner = |number: usize| Vec3::from_array([0, 1, 2].map(|axis| self.corners[axis][number][lane]));
+        let at = |axis: usize, number: usize| self.corners[axis][number][lane];
+        let corner = |number: usize| Vec3::new(at(0, number), at(1, number), at(2, number));
         [corner(0), corner(1), corner(2)]
     }
 
@@ -80,13 +82,15 @@ impl Leaf {
     pub(super) fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
         let [i, j, k] = line.axes;
         let z = self.offsets(simd, line, k);
-        let x = each!((x, z) in pairs(self.offsets(simd, line, i), z) => x - z * line.slopes[0]);
-        let y = each!((y, z) in pairs(self.offsets(simd, line, j), z) => y - z * line.slopes[1]);
-        let edges = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        let x =
+            each!((x, z) in pairs(self.offsets(simd, line, i), z) => z.mul_add(f32x8::splat(simd, line.slopes[0]), x));
+        let y =
+            each!((y, z) in pairs(self.offsets(simd, line, j), z) => z.mul_add(f32x8::splat(simd, line.slopes[1]), y));
+        let edges = [x[1].mul_sub(y[2], x[2] * y[1]), x[2].mul_sub(y[0], x[0] * y[2]), x[0].mul_sub(y[1], x[1] * y[0])];
         let aside = each!((x, y) in pairs(x, y) => x.abs() + y.abs());
         let [a, b, c] = each!((aside, z) in pairs(aside, z) => aside + z.abs());
-        let error = (a.max(b).max(c) + line.blur) * Self::ERROR;
-        let doubt = error * (aside[0] + aside[1] + aside[2] + error * 3.0) + Self::SMALLEST;
+        let error = a.max(b).max(c).mul_add(Self::ERROR, f32x8::splat(simd, line.blur * Self::ERROR));
+        let doubt = error.mul_add(3.0, aside[0] + aside[1] + aside[2]).mul_add(error, Self::SMALLEST);
         let (lowest, highest) = (edges[0].min(edges[1]).min(edges[2]), edges[0].max(edges[1]).max(edges[2]));
         let missed = lowest.simd_lt(-doubt) & highest.simd_gt(doubt);
         let mut possible = !(missed.to_bitmask() as u32) & lanes;

@@ -8,9 +8,10 @@ use crate::simd::each;
 /// A ray prepared for boxes and triangles in f32. Its t is the distance along the axis k of the direction's largest component,
 /// in scaled coordinates.
 ///
-/// **How a box is left out.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 3 ε |t|: from the
-/// difference, the reciprocal and the product. Boxes are grown by more than twice the one, and intervals by more than twice the
-/// other. What overflows is no number, which leaves nothing out.
+/// **How a box is left out.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 4 ε |t|: from the
+/// difference, the reciprocal, what that grows by, and the product. Boxes are grown by more than twice the one, and intervals by
+/// twice the other. No ray whose t are above zero leaves a box that it meets below zero, so the intervals of these grow with the
+/// reciprocal alone. What overflows is no number, which leaves nothing out.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
     pub(super) origin: [f32; 3],
@@ -23,7 +24,7 @@ pub(super) struct Line {
     is_backward: [usize; 3],
     /// The two other axes, and k.
     pub(super) axes: [usize; 3],
-    /// How far the ray goes along the two other axes for one step along k.
+    /// How far the ray goes back along the two other axes for one step along k.
     pub(super) slopes: [f32; 2],
     /// 1 or −1: the direction along k.
     pub(super) sign: f32,
@@ -36,13 +37,20 @@ pub(super) struct Line {
     pub(super) far: f32,
     /// At least the least t.
     pub(super) after: f32,
+    /// Whether no t is below zero, as of nearly all rays.
+    is_ahead: bool,
 }
 
 /// Boxes' intervals grow by this share of t.
 const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
+const MORE: f32 = 1.0 + RELATIVE_MARGIN;
+const LESS: f32 = 1.0 - RELATIVE_MARGIN;
 
 impl Line {
     /// For coordinates that are `unit` times those of the ray; `None` where they are beyond f32's.
+    ///
+    /// Without branches on directions, which nobody could guess.
+    #[inline(always)]
     pub(super) fn new(ray: &Ray, unit: f32) -> Option<Self> {
         // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
         // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
@@ -51,14 +59,9 @@ impl Line {
         const FARTHEST: f64 = 1e30;
         let unit = f64::from(unit);
         let size = ray.direction.abs().to_array();
-        let k = if size[0] >= size[1] && size[0] >= size[2] {
-            0
-        } else if size[1] >= size[2] {
-            1
-        } else {
-            2
-        };
-        let axes = [(k + 1) % 3, (k + 2) % 3, k];
+        let of_two = usize::from(size[1] > size[0]);
+        let k = if size[2] > size[of_two] { 2 } else { of_two };
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][k];
         let scaled = (ray.origin * unit).to_array();
         if scaled.iter().any(|coordinate| coordinate.abs() > FARTHEST) {
             return None;
@@ -72,8 +75,8 @@ impl Line {
             is_backward: [0; 3],
             axes,
             slopes: [
-                (ray.direction[axes[0]] / ray.direction[k]) as f32,
-                (ray.direction[axes[1]] / ray.direction[k]) as f32,
+                -(ray.direction[axes[0]] / ray.direction[k]) as f32,
+                -(ray.direction[axes[1]] / ray.direction[k]) as f32,
             ],
             sign: 1.0_f32.copysign(ray.direction[k] as f32),
             blur: LEAST_BLUR,
@@ -81,29 +84,33 @@ impl Line {
             near: 0.0,
             far: 0.0,
             after: 0.0,
+            is_ahead: ray.t_min >= 0.0,
         };
         for (axis, scaled) in scaled.into_iter().enumerate() {
             let origin = scaled as f32;
-            let inverse = (length / ray.direction[axis].abs()).min(STEEPEST) as f32;
-            let growth = origin.abs() * (2.0 * f32::EPSILON) + SMALLEST;
-            let is_backward = ray.direction[axis].is_sign_negative();
-            let (inverse, growth) = if is_backward { (-inverse, -growth) } else { (inverse, growth) };
+            let sign = ray.direction[axis] as f32;
+            let inverse = (length / size[axis]).min(STEEPEST) as f32;
+            let growth = (origin.abs() * (2.0 * f32::EPSILON) + SMALLEST).copysign(sign);
             line.origin[axis] = origin;
-            line.inverse[axis] = inverse;
+            line.inverse[axis] = inverse.copysign(sign);
             line.enter_origin[axis] = origin + growth;
             line.leave_origin[axis] = origin - growth;
-            line.is_backward[axis] = usize::from(is_backward);
+            line.is_backward[axis] = usize::from(sign.is_sign_negative());
             if f64::from(origin) != scaled {
                 line.blur = line.blur.max(origin.abs());
             }
         }
         line.near = line.at_most(ray.t_min);
+        if line.is_ahead {
+            line.near = line.near.max(0.0);
+        }
         line.after = line.at_least(ray.t_min);
         line.far = line.at_least(ray.t_max);
         Some(line)
     }
 
     /// A number here that is at least a t of the ray.
+    #[inline(always)]
     pub(super) fn at_least(&self, t: f64) -> f32 {
         ((t * self.scale) as f32).next_up().next_up()
     }
@@ -113,6 +120,7 @@ impl Line {
         self.scale
     }
 
+    #[inline(always)]
     fn at_most(&self, t: f64) -> f32 {
         ((t * self.scale) as f32).next_down().next_down()
     }
@@ -125,7 +133,10 @@ const LEAST_BLUR: f32 = 1.0 / (1_u128 << 100) as f32;
 pub(super) struct Slabs<S: Simd> {
     enter_origin: [f32x8<S>; 3],
     leave_origin: [f32x8<S>; 3],
-    inverse: [f32x8<S>; 3],
+    /// Where the ray is ahead, intervals grow by these.
+    enter_inverse: [f32x8<S>; 3],
+    leave_inverse: [f32x8<S>; 3],
+    is_ahead: bool,
     /// Which of a node's bounds a ray comes to first.
     first: [usize; 3],
     near: f32x8<S>,
@@ -134,10 +145,13 @@ pub(super) struct Slabs<S: Simd> {
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
     pub(super) fn new(simd: S, line: &Line) -> Self {
+        let (less, more) = if line.is_ahead { (LESS, MORE) } else { (1.0, 1.0) };
         Self {
             enter_origin: each!(origin in line.enter_origin => f32x8::splat(simd, origin)),
             leave_origin: each!(origin in line.leave_origin => f32x8::splat(simd, origin)),
-            inverse: each!(inverse in line.inverse => f32x8::splat(simd, inverse)),
+            enter_inverse: each!(inverse in line.inverse => f32x8::splat(simd, inverse * less)),
+            leave_inverse: each!(inverse in line.inverse => f32x8::splat(simd, inverse * more)),
+            is_ahead: line.is_ahead,
             first: [line.is_backward[0] & 1, line.is_backward[1] & 1, line.is_backward[2] & 1],
             near: f32x8::splat(simd, line.near),
         }
@@ -149,18 +163,20 @@ impl<S: Simd> Slabs<S> {
     pub(super) fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
         let [x, y, z] = each!(axis in [0, 1, 2] => {
             let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + self.first[axis]]);
-            (bound - self.enter_origin[axis]) * self.inverse[axis]
+            (bound - self.enter_origin[axis]) * self.enter_inverse[axis]
         });
-        let enter = x.max(y).max(z);
+        let mut enter = x.max(y).max(z);
         let [x, y, z] = each!(axis in [0, 1, 2] => {
             let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (1 - self.first[axis])]);
-            (bound - self.leave_origin[axis]) * self.inverse[axis]
+            (bound - self.leave_origin[axis]) * self.leave_inverse[axis]
         });
-        let leave = x.min(y).min(z);
-        const MORE: f32 = 1.0 + RELATIVE_MARGIN;
-        const LESS: f32 = 1.0 - RELATIVE_MARGIN;
-        let enter = (enter * LESS).min(enter * MORE).max(self.near);
-        let leave = (leave * LESS).max(leave * MORE).min(f32x8::splat(simd, far));
+        let mut leave = x.min(y).min(z);
+        if !self.is_ahead {
+            enter = (enter * LESS).min(enter * MORE);
+            leave = (leave * LESS).max(leave * MORE);
+        }
+        let enter = enter.max(self.near);
+        let leave = leave.min(f32x8::splat(simd, far));
         let missed = enter.simd_gt(leave).to_bitmask();
         (enter, !missed & 0xff)
     }

@@ -8,6 +8,7 @@
 mod double;
 mod eight;
 mod expansion;
+mod near;
 pub(crate) mod settle;
 mod shadow;
 
@@ -17,6 +18,7 @@ use crate::{Hit, Ray, Triangles};
 use double::{Double, Number};
 pub(crate) use eight::hits;
 use expansion::Expansion;
+pub(crate) use near::hit_of_near_at;
 
 pub use shadow::{HitPoint, ShadowRay};
 
