@@ -16,8 +16,8 @@ use crate::{Frame, Material, Materials, Mesh};
 pub struct Ground {
     /// What it looks like.
     pub surface: GroundSurface,
-    /// Its height along +Y, in world units; `None` for the lowest point of the scene over its animation, as far as that is
-    /// known without posing every moment.
+    /// Its height along +Y, in world units; `None` for just below the lowest point of the scene over its animation, as
+    /// far as that is known without posing every moment.
     pub height: Option<f32>,
 }
 
@@ -63,6 +63,9 @@ impl Ground {
     /// How far it reaches from the middle of the scene, in halves of the scene's diagonal. From where one sees the whole scene
     /// it ends close to the horizon, and shadows are whole until a light is 2° above it.
     const REACH: f32 = 30.0;
+    /// How far it is below the scene, in diagonals: where a floor of the scene is at its lowest point, every ray would meet both,
+    /// and finding out that they are equally far takes eight times as long as all else.
+    const GAP: f32 = 1e-5;
 
     fn material(self) -> Material {
         let grey = Material { name: "ground".into(), base_color: Vec4::new(0.5, 0.5, 0.5, 1.0), ..Material::default() };
@@ -71,8 +74,9 @@ impl Ground {
 
     /// Its corners, counterclockwise from above; `None` where there is nothing that it could be under.
     fn corners(self, scene: Bounds) -> Option<[Vec3; 4]> {
-        let (center, reach) = (scene.center(), 0.5 * Self::REACH * scene.size().length());
-        let height = self.height.unwrap_or(scene.min.y);
+        let (center, diagonal) = (scene.center(), scene.size().length());
+        let reach = 0.5 * Self::REACH * diagonal;
+        let height = self.height.unwrap_or(scene.min.y - Self::GAP * diagonal);
         let corner = |x: f32, z: f32| Vec3::new(center.x + x * reach, height, center.z + z * reach);
         let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
         (reach > 0.0 && corners.iter().all(|corner| corner.is_finite())).then_some(corners)
