@@ -64,7 +64,7 @@ impl Ground {
     /// it ends close to the horizon, and shadows are whole until a light is 2° above it.
     const REACH: f32 = 30.0;
     /// How far it is below the scene, in diagonals: where a floor of the scene is at its lowest point, every ray would meet both,
-    /// and finding out that they are equally far takes eight times as long as all else.
+    /// and to find that they are equally far is exact arithmetic: in `demo:cloth` at 1024², *see* took 131 ms instead of 16.
     const GAP: f32 = 1e-5;
 
     fn material(self) -> Material {

@@ -81,7 +81,7 @@ pub struct Material {
     /// What is inside (`KHR_materials_volume`).
     pub volume: Volume,
     /// Whether only the shadows on it are seen: it looks like what is around the scene, darker by as much of the light as
-    /// something keeps away. All else of the material then says nothing.
+    /// something keeps away. Its colours then say nothing; it should be opaque.
     pub catches_shadows: bool,
     /// What few materials have; `None` for nothing of it.
     pub layers: Option<Box<Layers>>,
