@@ -8,7 +8,7 @@ use umbrage_rays::{Camera, LightSource, Projection, View};
 use umbrage_scene::{Frame, Light};
 
 use crate::engine::Staged;
-use crate::points::{disk, pair};
+use crate::points::{disk, pair, triple};
 use crate::probe::middle_depth;
 use crate::sampling::Samples;
 use crate::sky::SkyLights;
@@ -138,10 +138,10 @@ impl Exposure {
         if radius <= 0.0 {
             return source;
         }
-        let (first, third) = (pair(self.number, dimension), pair(self.number, dimension + 1).x);
-        let flat = disk(first);
+        let drawn = triple(self.number, dimension);
+        let flat = disk(drawn.truncate());
         let moved = |position: Vec3| {
-            let point = DVec3::new(flat.x, (1.0 - first.x).sqrt() * (TAU * third).cos(), flat.y);
+            let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * (TAU * drawn.z).cos(), flat.y);
             (position.as_dvec3() + point * f64::from(radius)).as_vec3().clamp(Vec3::MIN, Vec3::MAX)
         };
         match source {
@@ -205,6 +205,25 @@ mod tests {
                     |point: &&Vec3| point.reject_from_normalized(from).length_squared() <= part * radius * radius;
                 let share = points.iter().filter(inside).count() as f32 / count as f32;
                 assert!((share - part).abs() < 0.02, "{share} for {part} from {from}");
+            }
+        }
+    }
+
+    #[test]
+    fn few_points_of_a_ball_are_as_bright_as_its_middle() {
+        let centre = LightSource::Point { position: Vec3::ZERO };
+        for count in [16, 64, 256] {
+            for dimension in [2, 4, 6, 8] {
+                let mut irradiance = DVec3::ZERO;
+                for number in 0..count {
+                    let exposure = Exposure { number, is_only: false };
+                    let LightSource::Point { position } = exposure.point_of(centre, 1.0, dimension) else { panic!() };
+                    let towards = position.as_dvec3() + DVec3::new(3.0, 6.0, 2.0);
+                    irradiance += towards / towards.length().powi(3) / f64::from(count);
+                }
+                // As a point's, but for what so many points leave out.
+                let error = (irradiance.length() * 49.0 - 1.0).abs();
+                assert!(error < 0.2 / f64::from(count), "{count}, {dimension}: {error}");
             }
         }
     }

@@ -91,6 +91,12 @@ pub use umbrage_rays::{LightMask, Work};
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;
 
+/// What `umbrage-bench` needs of the crate's inside. Not part of the public API.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::points::{disk, pair, triple};
+}
+
 /// The examples of the README, so that they are tested.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]

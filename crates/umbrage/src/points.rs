@@ -2,21 +2,36 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// From the unit square to the unit disk, uniformly: the first number is the squared distance from its middle.
-pub(crate) fn disk(square: DVec2) -> DVec2 {
+pub fn disk(square: DVec2) -> DVec2 {
     DVec2::from_angle(TAU * square.y) * square.x.sqrt()
 }
 
 /// Point `number` of a sequence in the unit square, another one for each dimension: Sobol's first two dimensions, scrambled
 /// and in another order each time, by hashes that stand for Owen's random trees (Burley, Practical Hash-based Owen Scrambling,
 /// JCGT 9(4), 2020). Each 2ᵏ points that follow each other from a multiple of 2ᵏ on are spread evenly.
-pub(crate) fn pair(number: u32, dimension: u32) -> DVec2 {
-    let seed = |purpose: u32| mixed(dimension.wrapping_mul(3).wrapping_add(purpose).wrapping_add(1));
-    let number = scrambled(number, seed(0));
-    let unit = |bits: u32| (f64::from(bits) + 0.5) / (1_u64 << u32::BITS) as f64;
-    DVec2::new(unit(scrambled(number.reverse_bits(), seed(1))), unit(scrambled(second_sobol(number), seed(2))))
+pub fn pair(number: u32, dimension: u32) -> DVec2 {
+    let number = scrambled(number, seed(dimension, 0));
+    let [first, second] = [number.reverse_bits(), second_sobol(number)];
+    DVec2::new(unit(scrambled(first, seed(dimension, 1))), unit(scrambled(second, seed(dimension, 2))))
+}
+
+/// The same with a third number, with which points are spread evenly in the unit cube. It takes the next dimension as well.
+pub fn triple(number: u32, dimension: u32) -> DVec3 {
+    let shuffled = scrambled(number, seed(dimension, 0));
+    pair(number, dimension).extend(unit(scrambled(third_sobol(shuffled), seed(dimension, 3))))
+}
+
+/// What scrambles a dimension for a purpose: its order 0, its first number 1, and its second 2.
+fn seed(dimension: u32, purpose: u32) -> u32 {
+    mixed(dimension.wrapping_mul(3).wrapping_add(purpose).wrapping_add(1))
+}
+
+/// The middle of the interval of the unit that starts with these bits.
+fn unit(bits: u32) -> f64 {
+    (f64::from(bits) + 0.5) / (1_u64 << u32::BITS) as f64
 }
 
 /// Point `number` of a sequence for one purpose of a pixel's alone: each pixel and purpose has another one.
@@ -26,7 +41,18 @@ pub(crate) fn pair_of_pixel(number: u32, pixel: u32, purpose: u32) -> DVec2 {
 
 /// The second dimension of Sobol's sequence.
 fn second_sobol(number: u32) -> u32 {
-    let columns = std::iter::successors(Some(1_u32 << 31), |column| Some(column ^ (column >> 1)));
+    sum_of_columns(number, std::iter::successors(Some(1 << 31), |column| Some(column ^ (column >> 1))))
+}
+
+/// The third one: x² + x + 1 with 1 and 3, in the numbers of Joe and Kuo (2008).
+fn third_sobol(number: u32) -> u32 {
+    let pairs =
+        std::iter::successors(Some([1 << 31, 3 << 30]), |&[last, column]| Some([column, column ^ last ^ (last >> 2)]));
+    sum_of_columns(number, pairs.map(|[column, _]| column))
+}
+
+/// Columns of a matrix of bits, one for each bit of `number`, without carries.
+fn sum_of_columns(number: u32, columns: impl Iterator<Item = u32>) -> u32 {
     let of_bits = (0..u32::BITS).zip(columns).filter(|(bit, _)| number >> bit & 1 == 1);
     of_bits.fold(0, |sum, (_, column)| sum ^ column)
 }
