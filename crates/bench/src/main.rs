@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod bounce;
+mod effects;
 mod experiments;
 mod flags;
 mod frame;
@@ -57,6 +58,8 @@ enum Command {
     Peers(peers::PeersFlags),
     /// Incoherent rays: one diffuse bounce through every structure for all rays, and through Embree
     Bounce(bounce::BounceFlags),
+    /// Lenses and large lights: exact frames beside rays of which each pixel's have points of their own
+    Effects(effects::EffectsFlags),
     /// Measure some of the papers' experiments and write their tables to docs/papers
     Paper(papers::PaperFlags),
     /// Measure all of them, and say what differs from the tables that are there
@@ -138,6 +141,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Window(flags) => window::run(&flags),
         Command::Peers(flags) => peers::run(&flags),
         Command::Bounce(flags) => bounce::run(&flags),
+        Command::Effects(flags) => effects::run(&flags),
         Command::Paper(flags) => flags.run(),
         Command::Papers(flags) => flags.run(),
         Command::Table1(flags) => flags.run(),
