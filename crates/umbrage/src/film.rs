@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::SeenPixels;
 
-use crate::{Background, Error, Settings};
+use crate::{Error, Settings};
 
 /// What a render gathered for each pixel, in rows from the upper left corner.
 #[derive(Clone, Debug, Default)]
@@ -95,30 +95,6 @@ impl Film {
         self.color.par_iter_mut().for_each(|color| *color *= weight);
     }
 
-    /// Tone maps and encodes the film for a screen.
-    #[must_use]
-    pub fn develop(&self, settings: &Settings) -> Image {
-        let exposure = settings.exposure_stops.exp2();
-        let level = |part: f32| (part * f32::from(u16::MAX)).round() as u16;
-        let encode = |radiance: Vec3| {
-            settings.tone_map.apply(radiance * exposure).to_array().map(|linear| level(encoded_srgb(linear)))
-        };
-        let Self { width, height, ref color, .. } = *self;
-        if settings.background != Background::Transparent {
-            let pixels = color.par_iter().map(|color| encode(color.truncate())).collect();
-            return Image { width, height, pixels, alpha: Vec::new() };
-        }
-        let covering = |color: &Vec4| {
-            // What covers so little that its level is zero has no colour, and what mirrors the sky in thin air is no more than
-            // whole.
-            let coverage = color.w.clamp(0.0, 1.0);
-            let alpha = level(coverage);
-            if alpha == 0 { ([0; 3], 0) } else { (encode(color.truncate() / coverage), alpha) }
-        };
-        let (pixels, alpha) = color.par_iter().map(covering).unzip();
-        Image { width, height, pixels, alpha }
-    }
-
     /// Bytes held for the pixels.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.color.as_slice())
@@ -136,42 +112,4 @@ fn no_memory([width, height]: [u32; 2]) -> Error {
 fn refill<T: Copy + Send + Sync>(values: &mut Vec<T>, count: usize, value: T) {
     values.resize(count, value);
     values.par_chunks_mut(1 << 16).for_each(|values| values.fill(value));
-}
-
-/// The sRGB transfer function (IEC 61966-2-1), from [0, 1] to [0, 1]; what lies outside is cut off, NaN becomes zero.
-pub(crate) fn encoded_srgb(linear: f32) -> f32 {
-    let linear = linear.clamp(0.0, 1.0);
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::ToneMap;
-
-    fn developed(color: Vec4, settings: &Settings) -> [u16; 3] {
-        let film = Film { width: 1, height: 1, color: vec![color], ..Film::default() };
-        film.develop(settings).pixels[0]
-    }
-
-    #[test]
-    fn known_values_are_encoded_as_srgb() {
-        let clip = Settings { tone_map: ToneMap::Clip, ..Settings::default() };
-        // 0.2140 linear is the middle of the encoded scale.
-        let [red, green, blue] = developed(Vec4::new(0.0, 0.214_041, 1.0, 1.0), &clip);
-        assert_eq!((red, blue), (0, u16::MAX));
-        assert!(green.abs_diff(u16::MAX / 2) < 4, "{green}");
-    }
-
-    #[test]
-    fn a_stop_doubles_and_what_is_no_number_is_black() {
-        let clip = Settings { tone_map: ToneMap::Clip, ..Settings::default() };
-        let stop = Settings { exposure_stops: 1.0, ..clip.clone() };
-        assert_eq!(developed(Vec4::splat(0.2), &stop), developed(Vec4::splat(0.4), &clip));
-        for settings in [clip, Settings::default()] {
-            assert_eq!(developed(Vec4::NAN, &settings), [0; 3]);
-            assert_eq!(developed(Vec4::splat(-1.0), &settings), [0; 3]);
-            assert!(developed(Vec4::INFINITY, &Settings { tone_map: ToneMap::Clip, ..settings })[0] == u16::MAX);
-        }
-    }
 }

@@ -44,6 +44,7 @@ mod answers;
 mod background;
 mod choices;
 mod cpu;
+mod develop;
 mod engine;
 mod error;
 mod exposure;

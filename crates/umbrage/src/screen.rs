@@ -1,26 +1,11 @@
-//! Films for screens: eight bits a channel, fast enough for every frame.
+//! Eight bits a channel for screens.
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x16};
 
-use crate::film::encoded_srgb;
-use crate::{Film, Settings};
-
-impl Film {
-    /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
-    /// are those that `develop`'s are in an eight-bit file.
-    pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
-        let exposure = settings.exposure_stops.exp2();
-        let levels = Levels::get();
-        let shown = self.color.par_iter().map(|color| {
-            let shown = settings.tone_map.apply(color.truncate() * exposure);
-            let [red, green, blue] = shown.to_array().map(|linear| levels.level(linear));
-            [red, green, blue, u8::MAX]
-        });
-        shown.collect_into_vec(pixels);
-    }
-}
+use crate::develop::sixteen_bits;
 
 /// From linear values to levels of an sRGB-encoded channel, without a power for each.
 pub(crate) struct Levels {
@@ -68,7 +53,7 @@ impl Levels {
 
     /// What lies outside of [0, 1] is cut off, NaN becomes zero.
     #[inline]
-    fn level(&self, linear: f32) -> u8 {
+    pub(crate) fn level(&self, linear: f32) -> u8 {
         // NaN is not above zero either.
         let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
         let mut level = self.first[(linear.to_bits() >> Self::SHIFT) as usize];
@@ -81,7 +66,7 @@ impl Levels {
 
 /// A linear value as a channel of an eight-bit file has it.
 fn eight_bits(linear: f32) -> u8 {
-    let sixteen = (encoded_srgb(linear) * f32::from(u16::MAX)).round() as u16;
+    let [sixteen, ..] = dispatch!(Level::new(), simd => sixteen_bits(simd, f32x16::splat(simd, linear)));
     crate::output::eight_bits(sixteen)
 }
 
@@ -90,16 +75,19 @@ mod tests {
     use glam::Vec4;
 
     use super::*;
-    use crate::ToneMap;
+    use crate::{Film, Settings, ToneMap};
 
     #[test]
     fn levels_are_those_of_files() {
         let levels = Levels::get();
         let steps = 0..=1_000_000;
         let special = [f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY, f32::MIN_POSITIVE, -0.0, 1.5];
-        let borders = levels.least.iter().flat_map(|&least| [least.next_down(), least, least.next_up()]);
+        // The power of a number is right to a few of its last bits, so that levels ascend once is seen near their borders.
+        let borders = levels.least.iter().flat_map(|least| {
+            (-64..=64).map(|step| f32::from_bits(least.to_bits().saturating_add_signed(step).min(Levels::ONE)))
+        });
         for linear in steps.map(|step| step as f32 / 1e6).chain(special).chain(borders) {
-            assert_eq!(levels.level(linear), eight_bits(linear), "{linear}");
+            assert_eq!(levels.level(linear), eight_bits(linear.clamp(0.0, 1.0).max(0.0)), "{linear}");
         }
     }
 

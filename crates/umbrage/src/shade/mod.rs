@@ -17,7 +17,7 @@ mod rays;
 mod sheen;
 mod specular_albedo;
 mod surface;
-mod transcendental;
+pub(crate) mod transcendental;
 
 pub(crate) use brdf::{Gloss, Reflectance, SeenReflectance};
 pub(crate) use hits::BlockHits;

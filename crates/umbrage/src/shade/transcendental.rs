@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f32x16, i32x16};
 
 /// 2 to the power of `x`, to about 2⁻²². What would be below 2⁻¹²⁶ is 2⁻¹²⁶, what would be above 2¹²⁷ is 2¹²⁷.
 #[inline(always)]
-pub(super) fn exp2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
+pub(crate) fn exp2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     let x = x.max(-126.0).min(127.0);
     let whole = (x + 0.5).floor();
     let part = (x - whole) * LN_2;
@@ -23,13 +23,13 @@ pub(super) fn exp2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
 
 /// e to the power of `x`.
 #[inline(always)]
-pub(super) fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
+pub(crate) fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     exp2(x * std::f32::consts::LOG2_E)
 }
 
 /// The logarithm to the base 2 of numbers above zero, to about 2⁻²²; of the least normal number for those below it.
 #[inline(always)]
-pub(super) fn log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
+pub(crate) fn log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     // From √½ to √2, so that numbers near one have exact logarithms near zero.
     const OFFSET: i32 = 0x3f35_04f3;
     let bits = x.max(f32::MIN_POSITIVE).bitcast::<i32x16<S>>();
@@ -45,13 +45,13 @@ pub(super) fn log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
 
 /// `x`, not below zero, to the power of `y`; 0 stands for the least normal number.
 #[inline(always)]
-pub(super) fn power<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+pub(crate) fn power<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
     exp2(log2(x) * y)
 }
 
 /// The cosine of radians, to about 2⁻²¹ of one, and of large ones to as much as f32 tells turns apart.
 #[inline(always)]
-pub(super) fn cosine<S: Simd>(radians: f32x16<S>) -> f32x16<S> {
+pub(crate) fn cosine<S: Simd>(radians: f32x16<S>) -> f32x16<S> {
     let turns = radians * (0.5 / PI);
     // From half a turn, where the cosine is −1, to either side; then a quarter turn or less.
     let from_half = ((turns - turns.floor()) - 0.5).abs();

@@ -1,0 +1,176 @@
+//! From films to pictures, sixteen pixels at a time.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x16};
+use glam::Vec4;
+use rayon::prelude::*;
+
+use crate::screen::Levels;
+use crate::shade::lanes::{Each, LANES, Vectors, put};
+use crate::tone_map::encoded_srgb;
+use crate::{Background, Film, Image, Settings, ToneMap};
+
+/// Pixels for each piece of work.
+const PIXELS: usize = 1 << 12;
+
+impl Film {
+    /// Tone maps and encodes the film for a screen.
+    #[must_use]
+    pub fn develop(&self, settings: &Settings) -> Image {
+        let (developer, level) = (Developer::new(settings), Level::new());
+        let Self { width, height, ref color, .. } = *self;
+        let mut pixels = vec![[0; 3]; color.len()];
+        let mut alpha = vec![0; if developer.covers { color.len() } else { 0 }];
+        let planes = pixels.par_chunks_mut(PIXELS).zip(color.par_chunks(PIXELS));
+        if developer.covers {
+            planes.zip(alpha.par_chunks_mut(PIXELS)).for_each(|((pixels, color), alpha)| {
+                dispatch!(level, simd => developer.encode(simd, color, pixels, alpha));
+            });
+        } else {
+            planes.for_each(|(pixels, color)| dispatch!(level, simd => developer.encode(simd, color, pixels, &mut [])));
+        }
+        Image { width, height, pixels, alpha }
+    }
+
+    /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
+    /// are those that `develop`'s are in an eight-bit file.
+    pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
+        let (developer, level, levels) = (Developer::new(settings), Level::new(), Levels::get());
+        pixels.resize(self.color.len(), [u8::MAX; 4]);
+        let planes = pixels.par_chunks_mut(PIXELS).zip(self.color.par_chunks(PIXELS));
+        planes.for_each(|(pixels, color)| {
+            for (pixels, color) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)) {
+                let shown = dispatch!(level, simd => developer.shown(simd, &radiance(color)).store());
+                for (lane, pixel) in pixels.iter_mut().enumerate() {
+                    let [red, green, blue] = shown.each_ref().map(|channel| levels.level(channel[lane]));
+                    *pixel = [red, green, blue, u8::MAX];
+                }
+            }
+        });
+    }
+}
+
+/// How films are developed.
+#[derive(Clone, Copy)]
+struct Developer {
+    exposure: f32,
+    tone_map: ToneMap,
+    /// Whether a picture says how much of its pixels is covered.
+    covers: bool,
+}
+
+impl Developer {
+    fn new(settings: &Settings) -> Self {
+        let Settings { exposure_stops, tone_map, ref background, .. } = *settings;
+        Self { exposure: exposure_stops.exp2(), tone_map, covers: *background == Background::Transparent }
+    }
+
+    /// What a screen should show, linear and in [0, 1].
+    #[inline(always)]
+    fn shown<S: Simd>(&self, simd: S, radiance: &[Each<f32>; 3]) -> Vectors<S> {
+        self.tone_map.apply(simd, Vectors::load(simd, radiance).scaled(f32x16::splat(simd, self.exposure)))
+    }
+
+    /// Develops some pixels, to opaque ones where there is no `alpha`.
+    #[inline(always)]
+    fn encode<S: Simd>(&self, simd: S, color: &[Vec4], pixels: &mut [[u16; 3]], alpha: &mut [u16]) {
+        for (number, (pixels, color)) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)).enumerate() {
+            let mut radiance = radiance(color);
+            if let Some(alpha) = alpha.chunks_mut(LANES).nth(number) {
+                uncover(color, &mut radiance, alpha);
+            }
+            let Vectors { x, y, z } = self.shown(simd, &radiance);
+            let [red, green, blue] = [x, y, z].map(|linear| sixteen_bits(simd, linear));
+            for (lane, pixel) in pixels.iter_mut().enumerate() {
+                *pixel = [red[lane], green[lane], blue[lane]];
+            }
+        }
+    }
+}
+
+/// Linear values as channels of a file with sixteen bits have them.
+#[inline(always)]
+pub(crate) fn sixteen_bits<S: Simd>(simd: S, linear: f32x16<S>) -> Each<u16> {
+    let rounded: Each<f32> = (encoded_srgb(simd, linear) * f32::from(u16::MAX) + 0.5).into();
+    rounded.map(|level| level as u16)
+}
+
+/// The colours of up to sixteen pixels.
+fn radiance(color: &[Vec4]) -> [Each<f32>; 3] {
+    let mut radiance = [[0.0; LANES]; 3];
+    for (lane, color) in color.iter().enumerate() {
+        put(lane, color.truncate(), &mut radiance);
+    }
+    radiance
+}
+
+/// Finds how much of some pixels is covered, and the colours of what covers them, however little that is.
+fn uncover(color: &[Vec4], radiance: &mut [Each<f32>; 3], alpha: &mut [u16]) {
+    for (lane, (color, alpha)) in color.iter().zip(alpha).enumerate() {
+        // What mirrors the sky in thin air is no more than whole.
+        let coverage = color.w.clamp(0.0, 1.0);
+        *alpha = (coverage * f32::from(u16::MAX)).round() as u16;
+        // What covers so little that its level is zero has no colour.
+        let uncovered = if *alpha == 0 { [0.0; 3] } else { (color.truncate() / coverage).to_array() };
+        put(lane, uncovered, radiance);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn developed(color: Vec4, settings: &Settings) -> [u16; 3] {
+        let film = Film { width: 1, height: 1, color: vec![color], ..Film::default() };
+        film.develop(settings).pixels[0]
+    }
+
+    #[test]
+    fn known_values_are_encoded_as_srgb() {
+        let clip = Settings { tone_map: ToneMap::Clip, ..Settings::default() };
+        let truth = |linear: f64| {
+            if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+        };
+        for step in 0..=10_000 {
+            let linear = step as f32 / 10_000.0;
+            let levels = developed(Vec4::new(linear, 0.0, 1.0, 1.0), &clip);
+            let expected = truth(f64::from(linear)) * 65_535.0;
+            assert!((f64::from(levels[0]) - expected).abs() < 0.53, "{linear}: {levels:?} for {expected}");
+            assert_eq!(levels[1..], [0, u16::MAX]);
+        }
+    }
+
+    #[test]
+    fn a_stop_doubles_and_what_is_no_number_is_black() {
+        let clip = Settings { tone_map: ToneMap::Clip, ..Settings::default() };
+        let stop = Settings { exposure_stops: 1.0, ..clip.clone() };
+        assert_eq!(developed(Vec4::splat(0.2), &stop), developed(Vec4::splat(0.4), &clip));
+        for settings in [clip, Settings::default()] {
+            assert_eq!(developed(Vec4::NAN, &settings), [0; 3]);
+            assert_eq!(developed(Vec4::splat(-1.0), &settings), [0; 3]);
+            assert!(developed(Vec4::INFINITY, &Settings { tone_map: ToneMap::Clip, ..settings })[0] == u16::MAX);
+        }
+    }
+
+    #[test]
+    fn every_pixel_of_a_film_is_developed_whatever_the_instructions() {
+        // No multiple of sixteen, and more than one piece of work.
+        let count = 2 * PIXELS + 21;
+        let color: Vec<Vec4> = (0..count).map(|pixel| Vec4::new(pixel as f32 * 1e-4, 0.3, 0.7, 0.5)).collect();
+        for settings in [Settings::default(), Settings { background: Background::Transparent, ..Settings::default() }] {
+            let film = Film { width: count as u32, height: 1, color: color.clone(), ..Film::default() };
+            let image = film.develop(&settings);
+            for (number, &color) in color.iter().enumerate() {
+                let alone = Film { width: 1, height: 1, color: vec![color], ..Film::default() }.develop(&settings);
+                assert_eq!(image.pixels[number], alone.pixels[0]);
+                assert_eq!(image.alpha.get(number), alone.alpha.first());
+            }
+        }
+        for level in umbrage_rays::SimdLevel::available() {
+            let linear: Each<f32> = std::array::from_fn(|lane| lane as f32 * 0.061);
+            let of_level = dispatch!(Level::from(level), simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
+            let of_widest = dispatch!(Level::new(), simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
+            assert_eq!(of_level, of_widest);
+        }
+    }
+}
