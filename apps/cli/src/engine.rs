@@ -28,6 +28,9 @@ fn found(job: &Job) -> Result<(Renderer, String), String> {
     if job.settings.bounces > 0 {
         return Err("it alone follows mirrors".to_owned());
     }
+    if job.settings.noise > 0.0 {
+        return Err("it alone knows how noisy a picture is before it is done".to_owned());
+    }
     if job.settings.ambient_occlusion > 0.0 {
         return Err("it alone looks for what is near".to_owned());
     }

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use bytesize::ByteSize;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use umbrage::output::{Chroma, Format, FrameRate};
+use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, Ground, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
@@ -30,6 +30,8 @@ const RENDER_EXAMPLES: &str = "
       With what smooth surfaces mirror, and what is seen through glass
   umbrage render demo:hall --samples 64 --ambient-occlusion 1.5
       Darker corners
+  umbrage render demo:hall --samples 1024 --noise 1.5 --light-radius 0.2
+      As many samples as it takes
   umbrage render demo:marbles --samples 64 --bounces 2 --gloss
       Blurred reflections
   umbrage render demo:marbles --samples 64 --aperture 0.2 --light-radius 0.3
@@ -254,6 +256,10 @@ pub(crate) struct RenderFlags {
     /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::samples())]
     pub(crate) samples: u32,
+    /// Take only as many of --samples (16, 32, 64 ...) as it needs for a noise of so many levels of 255, in the mean over the
+    /// picture
+    #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero)]
+    pub(crate) noise: f32,
     /// Diameter of the camera's lens in world units: with 0, everything is sharp. Needs --samples
     #[arg(long, value_name = "DIAMETER", default_value = "0", value_parser = values::from_zero)]
     pub(crate) aperture: f32,
@@ -336,6 +342,9 @@ pub(crate) struct RenderFlags {
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]
     #[arg(long, value_name = "8|16|32")]
     pub(crate) bit_depth: Option<u8>,
+    /// How a PNG or APNG is compressed
+    #[arg(long, default_value = "fast", value_parser = choice::<Compression>())]
+    pub(crate) png_compression: Compression,
     /// How many colours raw video has
     #[arg(long, default_value = "420", value_parser = choice::<Chroma>())]
     pub(crate) chroma: Chroma,
@@ -403,6 +412,10 @@ pub(crate) struct ViewFlags {
     /// Width and height of pictures in pixels [default: as in the last window, at first the window's own]
     #[arg(long, value_name = "WxH")]
     pub(crate) size: Option<Size>,
+    /// Camera rays for each pixel of a picture that stays: it becomes sharper until it has them [default: as in the last
+    /// window, at first 64]
+    #[arg(long, value_name = "N", value_parser = values::samples())]
+    pub(crate) samples: Option<u32>,
     /// Neither recall the last window's settings nor keep this one's
     #[arg(long)]
     pub(crate) forget: bool,

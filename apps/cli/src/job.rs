@@ -52,6 +52,7 @@ impl Job {
             width: flags.size.width,
             height: flags.size.height,
             samples: flags.samples,
+            noise: flags.noise,
             aperture: flags.aperture,
             focus: flags.focus,
             shutter_seconds: flags.shutter,
@@ -69,7 +70,8 @@ impl Job {
             ..Settings::default()
         };
         check_memory(&settings, &flags.scene.opening)?;
-        let output_options = Options { rate: flags.fps, bit_depth, float_depth, chroma: flags.chroma };
+        let (rate, compression, chroma) = (flags.fps, flags.png_compression, flags.chroma);
+        let output_options = Options { rate, bit_depth, compression, float_depth, chroma };
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
@@ -90,6 +92,9 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     match flags.engine {
         EngineKind::Gpu if flags.bounces > 0 => {
             Err(Failure::input("mirrors and glass are followed on the CPU alone", "leave out --engine or --bounces"))
+        }
+        EngineKind::Gpu if flags.noise > 0.0 => {
+            Err(Failure::input("a GPU's picture is known only once it is done", "leave out --engine or --noise"))
         }
         EngineKind::Gpu if flags.ambient_occlusion > 0.0 => Err(Failure::input(
             "ambient occlusion is the CPU's alone",
@@ -120,6 +125,10 @@ fn samples(flags: &RenderFlags) -> Result<(), Failure> {
         ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
         ("--light with a radius", flags.lights.iter().any(LightSpec::is_wide)),
     ];
+    if flags.noise > 0.0 && flags.samples <= 16 {
+        let message = "--noise: fewer samples than 16 say little of it";
+        return Err(Failure::input(message, "say how many there may be, such as --samples 1024"));
+    }
     match spread.into_iter().find(|(_, is_asked)| *is_asked && flags.samples == 1) {
         Some((what, _)) => {
             let message = format!("{what}: a single sample has everything sharp");

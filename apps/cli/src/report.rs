@@ -107,6 +107,7 @@ impl Report {
         line("triangles", thousands(stats.triangles as u64));
         line("vertices", thousands(stats.vertices as u64));
         line("lights", thousands(stats.lights as u64));
+        line("samples a pixel", thousands(u64::from(stats.samples)));
         line("camera rays", thousands(stats.camera_rays));
         line("shadow rays", thousands(stats.shadow_rays));
         let settled = [("camera", stats.settled_camera_rays), ("lights", stats.settled_shadow_rays)];

@@ -35,6 +35,7 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
         watches: flags.watch,
         engine,
         size: flags.size.map(|size| [size.width, size.height]),
+        samples: flags.samples,
         lights: None,
         forgets: flags.forget,
     };
@@ -133,7 +134,7 @@ mod tests {
         for gloss in [false, true] {
             let (ambient_occlusion, least_contribution) = (0.3, 0.01);
             let drawn = Settings { gloss, ambient_occlusion, least_contribution, bounces: 2, ..Settings::default() };
-            on_cpu(Settings { samples: 2, ..drawn });
+            on_cpu(Settings { samples: 20, noise: 1.5, ..drawn });
         }
         for sides in umbrage::Sides::all() {
             on_cpu(Settings { sides, bounces: 3, ..Settings::default() });

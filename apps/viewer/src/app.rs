@@ -57,6 +57,8 @@ pub struct App {
     ordered: Option<(u64, Look)>,
     /// The number of the order that is being rendered.
     in_flight: Option<u64>,
+    /// Whether that one is what is on the screen, with more samples.
+    is_refining: bool,
     orders: u64,
     pictures: u64,
     screenshot: Option<PathBuf>,
@@ -118,6 +120,8 @@ pub struct Start {
     pub engine: Option<EngineChoice>,
     /// How large pictures are, in pixels; `None` for what was last chosen.
     pub size: Option<[u32; 2]>,
+    /// Samples of each pixel of a picture that stays; `None` for what was last chosen.
+    pub samples: Option<u32>,
     /// The lights; `None` for the scene's own.
     pub lights: Option<Vec<Light>>,
     /// Whether nothing is remembered from before, nor after.
@@ -147,6 +151,9 @@ impl App {
         if let Some(size) = start.size {
             kept.choices.resolution = Resolution::Fixed(size);
         }
+        if let Some(samples) = start.samples {
+            kept.choices.samples = samples;
+        }
         let woken = context.clone();
         let device = graphics.as_ref().and_then(WindowDevice::of);
         let mut app = Self {
@@ -173,6 +180,7 @@ impl App {
             dialogs: crate::dialogs::Dialogs::default(),
             ordered: None,
             in_flight: None,
+            is_refining: false,
             orders: 0,
             pictures: 0,
             screenshot: None,
@@ -232,6 +240,8 @@ impl App {
                 self.notices.error(why);
             }
             Done::Picture(picture) => self.replace_picture(context, *picture),
+            // What was asked for meanwhile is ordered from its first picture on.
+            Done::Stopped => (self.in_flight, self.ordered) = (None, None),
             Done::Probed(probe) => self.probe = Some(*probe),
             Done::Recorded { frame } => {
                 if let Some(recording) = &mut self.recording {
@@ -300,7 +310,10 @@ impl App {
         };
         self.lights.follow(&picture.lights);
         self.entitle(context, &picture.device);
-        self.history.add(&picture);
+        // The chart is of pictures with the same number of samples.
+        if !self.is_refining {
+            self.history.add(&picture);
+        }
         self.pictures += 1;
         self.focus = self.focus.or(picture.focus);
         self.shown = Some(Shown { picture, texture, heat, light_grid });
@@ -316,10 +329,11 @@ impl App {
         }
     }
 
-    /// Orders a picture of what is chosen, unless that is the last order or that one is still being rendered.
+    /// Orders a picture of what is chosen, unless that is the last order or that one is still being rendered. A picture that
+    /// stays is followed by ones with more samples, until something changes.
     pub(crate) fn order(&mut self) {
         let Some(open) = &self.open else { return };
-        if self.in_flight.is_some() || self.screen.contains(&0) {
+        if self.screen.contains(&0) {
             return;
         }
         let choices = &self.kept.choices;
@@ -334,7 +348,7 @@ impl App {
             CameraChoice::Free(free) => free.camera().into(),
         };
         let needs_light = self.heat == Some(HeatKind::Points) || self.shows_light_grid;
-        let look = Look {
+        let mut look = Look {
             seconds: self.timeline.seconds,
             settings,
             engine: choices.engine.clone(),
@@ -342,15 +356,28 @@ impl App {
             shows_light_grid: self.shows_light_grid,
             light: needs_light.then(|| self.lights.selected.unwrap_or(0)),
         };
+        let is_file = self.recording.is_some() || self.screenshot.is_some();
+        let shown =
+            self.ordered.as_ref().filter(|(scene, ordered)| *scene == open.number && ordered.differs_in_samples(&look));
+        let samples = shown.map(|(_, ordered)| ordered.settings.samples);
+        if self.in_flight.is_some() {
+            if self.is_refining && (is_file || samples.is_none()) {
+                self.worker.stop();
+            }
+            return;
+        }
+        if !is_file {
+            look.settings.samples = choices.samples_after(samples);
+            if samples == Some(look.settings.samples) {
+                return;
+            }
+        }
         let file = match (&self.recording, self.screenshot.take()) {
             (Some(recording), _) => Some(FileOrder::Frame(recording.clone())),
             (None, screenshot) => screenshot.map(FileOrder::Still),
         };
-        let ordered = Some((open.number, look.clone()));
-        if file.is_none() && self.ordered == ordered {
-            return;
-        }
-        self.ordered = ordered;
+        self.is_refining = !is_file && samples.is_some();
+        self.ordered = Some((open.number, look.clone()));
         self.orders += 1;
         self.in_flight = Some(self.orders);
         let (number, scene) = (self.orders, Arc::clone(&open.scene));
@@ -408,17 +435,24 @@ impl App {
         self.open.as_ref().map(|open| open.address.as_path())
     }
 
+    /// How many samples each pixel has of the picture that is shown; 0 before the first.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.shown.as_ref().map_or(0, |shown| shown.picture.stats.samples)
+    }
+
     /// How many pictures were shown.
     #[must_use]
     pub fn pictures(&self) -> u64 {
         self.pictures
     }
 
-    /// Whether nothing is being opened or written, and what is chosen is on the screen: while an animation plays, its last
-    /// picture.
+    /// Whether nothing is being opened or written, and what is chosen is on the screen, if not yet with all of its samples:
+    /// while an animation plays, its last picture.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        let is_shown = if self.timeline.is_playing { self.shown.is_some() } else { self.in_flight.is_none() };
+        let is_shown =
+            if self.timeline.is_playing { self.shown.is_some() } else { self.in_flight.is_none() || self.is_refining };
         is_shown && self.opening.is_none() && self.recording.is_none() && self.screenshot.is_none()
     }
 }

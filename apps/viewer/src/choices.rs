@@ -19,7 +19,10 @@ pub(crate) struct Choices {
     #[serde(with = "as_text")]
     pub(crate) sides: Sides,
     pub(crate) bounces: u32,
+    /// Of pictures that stay, and of recordings.
     pub(crate) samples: u32,
+    /// Of pictures that another one follows at once.
+    pub(crate) samples_in_motion: u32,
     pub(crate) aperture: f32,
     /// `None` for what is in the middle of the picture.
     pub(crate) focus: Option<f32>,
@@ -84,15 +87,15 @@ mod as_text {
 
 impl Default for Choices {
     fn default() -> Self {
-        let Settings { sides, bounces, samples, aperture, focus, shutter_seconds, light_radius, .. } =
-            Settings::default();
+        let Settings { sides, bounces, aperture, focus, shutter_seconds, light_radius, .. } = Settings::default();
         let Settings { sky_shadows, ambient_occlusion, gloss, exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
             sides,
             bounces,
-            samples,
+            samples: 64,
+            samples_in_motion: 1,
             aperture,
             focus,
             shutter_seconds,
@@ -185,6 +188,19 @@ impl Choices {
     }
 }
 
+impl Choices {
+    /// The samples of a picture that is shown first, and of the one that follows where nothing has changed since one of so
+    /// many was shown.
+    pub(crate) fn samples_after(&self, shown: Option<u32>) -> u32 {
+        const GROWTH: u32 = 4;
+        let most = self.samples.clamp(1, Settings::MAX_SAMPLES);
+        match shown {
+            None => self.samples_in_motion.clamp(1, most),
+            Some(shown) => shown.saturating_mul(GROWTH).min(most),
+        }
+    }
+}
+
 impl Resolution {
     /// The size of a picture on a screen of so many pixels; at least one pixel.
     pub(crate) fn size(self, screen: [u32; 2]) -> [u32; 2] {
@@ -208,6 +224,16 @@ mod tests {
         assert_eq!(Resolution::Fixed([64, 32]).size([801, 600]), [64, 32]);
         // A window without height has no picture of no pixels.
         assert_eq!(Resolution::Window.size([800, 0]), [800, 1]);
+    }
+
+    #[test]
+    fn pictures_become_sharper_until_they_have_all_their_samples() {
+        let choices = Choices { samples: 40, samples_in_motion: 2, ..Choices::default() };
+        let all = std::iter::successors(Some(choices.samples_after(None)), |&shown| {
+            Some(choices.samples_after(Some(shown))).filter(|&samples| samples != shown)
+        });
+        assert!(all.eq([2, 8, 32, 40]));
+        assert_eq!(Choices { samples: 1, ..choices }.samples_after(None), 1);
     }
 
     #[test]

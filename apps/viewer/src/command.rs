@@ -84,6 +84,9 @@ impl CommandLine<'_> {
         if settings.samples != default.samples {
             flag(&mut line, "samples", &settings.samples.to_string());
         }
+        if settings.noise != default.noise {
+            flag(&mut line, "noise", &settings.noise.to_string());
+        }
         if is_spread {
             spread(&mut line, settings);
         }

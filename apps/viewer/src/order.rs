@@ -40,6 +40,14 @@ pub(crate) struct Look {
     pub(crate) light: Option<usize>,
 }
 
+impl Look {
+    /// Whether the other one is the same but for how many samples its pixels have.
+    pub(crate) fn differs_in_samples(&self, other: &Self) -> bool {
+        let settings = Settings { samples: self.settings.samples, ..other.settings.clone() };
+        *self == Self { settings, ..other.clone() }
+    }
+}
+
 /// A picture's way to a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum FileOrder {

@@ -8,7 +8,7 @@ use eframe::egui::Color32;
 use umbrage::gpu::{DeviceLimits, Gpu, GpuError};
 use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
 use umbrage::rays::View;
-use umbrage::{Error, Renderer, Settings};
+use umbrage::{Error, Progress, Renderer, Settings};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -26,6 +26,8 @@ use crate::worker::Done;
 pub(crate) struct Studio {
     /// What the window draws with, where an engine may work on it too.
     window: Option<WindowDevice>,
+    /// What every picture reports to.
+    progress: Progress,
     engine: Option<Engine>,
     heat: HeatMaker,
     /// The last picture's, for whoever asks about its pixels.
@@ -50,8 +52,8 @@ struct Recording {
 
 impl Studio {
     /// Pictures of an engine that works on the window's device stay there.
-    pub(crate) fn new(window: Option<WindowDevice>) -> Self {
-        Self { window, ..Self::default() }
+    pub(crate) fn new(window: Option<WindowDevice>, progress: Progress) -> Self {
+        Self { window, progress, ..Self::default() }
     }
 
     /// Renders a picture, or says why not.
@@ -76,6 +78,7 @@ impl Studio {
         let start = Instant::now();
         let look = &order.look;
         let engine = Self::engine(&mut self.engine, &look.engine, self.window.as_ref())?;
+        engine.renderer.report_to(self.progress.clone());
         let mut settings = look.settings.clone();
         let (scene, seconds) = (&order.scene, look.seconds);
         // These are made from the film.
@@ -87,6 +90,7 @@ impl Studio {
         };
         let texture = match rendered {
             Ok(texture) => texture,
+            Err(Error::Stopped) => return Ok(vec![Done::Stopped]),
             Err(error) => {
                 if let Error::Gpu(_) = error {
                     // Another device may do.

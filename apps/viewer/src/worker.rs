@@ -6,8 +6,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use umbrage::Scene;
 use umbrage::scene::OpenOptions;
+use umbrage::{Progress, Scene};
 
 use crate::order::{Order, Picture};
 use crate::probe::Probe;
@@ -17,6 +17,8 @@ use crate::window_device::WindowDevice;
 /// Takes orders; of those that wait, only the newest counts.
 pub(crate) struct Worker {
     waiting: Arc<Waiting>,
+    /// That of the picture that is being rendered.
+    progress: Progress,
     done: Receiver<Done>,
     thread: Option<JoinHandle<()>>,
 }
@@ -31,6 +33,8 @@ pub(crate) enum Done {
         why: String,
     },
     Picture(Box<Picture>),
+    /// A picture was given up, as it was asked to be.
+    Stopped,
     /// What a pixel of the last picture shows.
     Probed(Box<Probe>),
     /// A frame of a recording is written, and there are more to come.
@@ -69,13 +73,15 @@ impl Worker {
     pub(crate) fn start(window: Option<WindowDevice>, tell: impl Fn() + Send + 'static) -> Self {
         let waiting = Arc::new(Waiting::default());
         let (sender, done) = channel();
-        let jobs = Arc::clone(&waiting);
-        let thread = std::thread::spawn(move || work(&jobs, window.as_ref(), &sender, &tell));
-        Self { waiting, done, thread: Some(thread) }
+        let (jobs, progress) = (Arc::clone(&waiting), Progress::default());
+        let reported = progress.clone();
+        let thread = std::thread::spawn(move || work(&jobs, window.as_ref(), &reported, &sender, &tell));
+        Self { waiting, progress, done, thread: Some(thread) }
     }
 
-    /// Opens a scene. Orders that wait are forgotten.
+    /// Opens a scene. Orders that wait are forgotten, and the picture that is being rendered is given up.
     pub(crate) fn open(&self, address: PathBuf, options: OpenOptions) {
+        self.progress.stop();
         let mut jobs = self.jobs();
         (jobs.open, jobs.order, jobs.probe) = (Some((address, options)), None, None);
         self.waiting.news.notify_one();
@@ -83,8 +89,14 @@ impl Worker {
 
     /// Renders a picture, in place of the one that waits.
     pub(crate) fn render(&self, order: Order) {
+        self.progress.resume();
         self.jobs().order = Some(Box::new(order));
         self.waiting.news.notify_one();
+    }
+
+    /// Gives up the picture that is being rendered, and the one that waits.
+    pub(crate) fn stop(&self) {
+        self.progress.stop();
     }
 
     /// Finds out what a pixel of the last picture shows.
@@ -108,7 +120,7 @@ impl Drop for Worker {
         self.jobs().closes = true;
         self.waiting.news.notify_one();
         if let Some(thread) = self.thread.take() {
-            // A picture that is being rendered is finished first: there is no way to stop it.
+            self.progress.stop();
             drop(thread.join());
         }
     }
@@ -119,8 +131,8 @@ fn lock(jobs: &Mutex<Jobs>) -> MutexGuard<'_, Jobs> {
     jobs.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn work(waiting: &Waiting, window: Option<&WindowDevice>, done: &Sender<Done>, tell: &impl Fn()) {
-    let mut studio = Studio::new(window.cloned());
+fn work(waiting: &Waiting, window: Option<&WindowDevice>, progress: &Progress, done: &Sender<Done>, tell: &impl Fn()) {
+    let mut studio = Studio::new(window.cloned(), progress.clone());
     loop {
         let mut jobs = lock(&waiting.jobs);
         while !jobs.closes && jobs.open.is_none() && jobs.order.is_none() && jobs.probe.is_none() {
@@ -142,7 +154,7 @@ fn work(waiting: &Waiting, window: Option<&WindowDevice>, done: &Sender<Done>, t
             }
         }));
         let outcome = outcome.unwrap_or_else(|_| {
-            studio = Studio::new(window.cloned());
+            studio = Studio::new(window.cloned(), progress.clone());
             vec![Done::Failed("a mistake of the renderer's: it gave up on this picture".to_owned())]
         });
         for news in outcome {

@@ -103,6 +103,12 @@ pub enum Error {
     /// A GPU was asked to follow mirrors.
     #[error("mirrors and glass are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
+    /// Somebody doesn't want the frame any more: [`Progress::stop`](crate::Progress::stop).
+    #[error("the picture was stopped before it was done")]
+    Stopped,
+    /// A GPU was asked to stop where there is little noise.
+    #[error("the CPU alone knows how noisy a picture is before it is done")]
+    NoiseOnGpu,
     /// A GPU was asked for ambient occlusion.
     #[error("ambient occlusion is the CPU's alone: shadows of the sky are a GPU's as well")]
     OcclusionOnGpu,
@@ -161,6 +167,7 @@ impl Error {
                 | Self::KdTreeOptions(_)
                 | Self::BouncesOnGpu
                 | Self::OcclusionOnGpu
+                | Self::NoiseOnGpu
                 | Self::StructureOnGpu(_)
                 | Self::OptionOnGpu(..)
                 | Self::TilesOnGpu

@@ -5,6 +5,7 @@ use umbrage_scene::{Frame, Scene, check_lights};
 use crate::background::Surroundings;
 use crate::engine::{Engine, Output};
 use crate::exposure::{Exposure, Spread};
+use crate::noise::NoiseMeter;
 use crate::sampling::Samples;
 use crate::{Error, Renderer, Settings, Stats};
 
@@ -45,8 +46,11 @@ impl Renderer {
         stats.time("build", || engine.build(&staged, output))?;
         let by_four = engine.traces_four(&staged.view) && !spread.is_wide();
         let mut posed_at = 0.0;
+        let mut taken = settings.samples;
         for band in 0..engine.bands() {
+            let mut noise = NoiseMeter::default();
             for (samples, number) in Samples::all(settings.samples, by_four).zip(0..) {
+                progress.go_on()?;
                 let exposure = Exposure::new(number, &samples);
                 if exposure.seconds(&spread) != posed_at {
                     posed_at = exposure.seconds(&spread);
@@ -60,13 +64,18 @@ impl Renderer {
                 engine.shadow(&exposed, &samples, stats)?;
                 engine.shade(&exposed, band, &samples, film, stats)?;
                 progress.set(samples.part_up_to(number, band, engine.bands()));
+                let so_far = (number + 1) * samples.as_slice().len() as u32;
+                if noise.is_even(film, so_far, settings) {
+                    taken = so_far;
+                    break;
+                }
             }
             engine.develop(&staged, band, output, film, stats)?;
         }
-        film.average(settings.samples);
+        film.average(taken);
         frame.materials.check_textures()?;
 
-        stats.count(&staged, film, engine)
+        stats.count(&staged, taken, film, engine)
     }
 }
 

@@ -53,6 +53,7 @@ mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod heat_scale;
+mod noise;
 mod open;
 pub mod output;
 mod panorama;

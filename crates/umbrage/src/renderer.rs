@@ -1,5 +1,5 @@
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use umbrage_rays::{LightMask, SeenPixels, SimdLevel, View, Work};
 use umbrage_scene::{Frame, Scene};
@@ -21,19 +21,42 @@ pub struct Renderer {
     pub(crate) progress: Progress,
 }
 
-/// How far a frame has come, for whoever waits for it on another thread.
+/// How far a frame has come, for whoever waits for it on another thread, or doesn't want it any more.
 #[derive(Clone, Debug, Default)]
-pub struct Progress(Arc<AtomicU32>);
+pub struct Progress(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    part: AtomicU32,
+    stops: AtomicBool,
+}
 
 impl Progress {
     /// The part of the frame's samples that are done, from 0 to 1.
     #[must_use]
     pub fn part(&self) -> f32 {
-        f32::from_bits(self.0.load(Ordering::Relaxed))
+        f32::from_bits(self.0.part.load(Ordering::Relaxed))
+    }
+
+    /// Ends the frame before its next sample with [`Error::Stopped`], and later ones before their first, until
+    /// [`Progress::resume`].
+    pub fn stop(&self) {
+        self.0.stops.store(true, Ordering::Relaxed);
+    }
+
+    /// Lets frames be rendered again.
+    pub fn resume(&self) {
+        self.0.stops.store(false, Ordering::Relaxed);
     }
 
     pub(crate) fn set(&self, part: f32) {
-        self.0.store(part.to_bits(), Ordering::Relaxed);
+        self.0.part.store(part.to_bits(), Ordering::Relaxed);
+    }
+
+    /// # Errors
+    /// Where it was stopped.
+    pub(crate) fn go_on(&self) -> Result<(), Error> {
+        if self.0.stops.load(Ordering::Relaxed) { Err(Error::Stopped) } else { Ok(()) }
     }
 }
 
@@ -160,6 +183,11 @@ impl Renderer {
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.progress.clone()
+    }
+
+    /// Has frames say from now on how far they have come to whoever holds this already, and stop where it says so.
+    pub fn report_to(&mut self, progress: Progress) {
+        self.progress = progress;
     }
 
     /// What the camera was as work for its grid, at the samples of the last frame that were traced last; zero without a grid.

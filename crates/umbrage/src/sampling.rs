@@ -18,14 +18,16 @@ impl Sample {
     pub const MIDDLE: Self = Self { index: 0, of: 1, offset_pixels: DVec2::splat(0.5) };
 
     /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A
-    /// single sample is in the middle.
+    /// single sample is in the middle. Where `count` is a power of two, the first 4ᵏ of them are in 2ᵏ columns and rows of
+    /// squares, so that one may stop there.
     pub fn all(count: u32) -> impl Iterator<Item = Self> {
         (0..count).map(move |index| Self::number(index, count))
     }
 
     fn number(index: u32, of: u32) -> Self {
-        let (row, side) = (rank_of_mirrored_bits(index, of), f64::from(of));
-        let offset_pixels = DVec2::new((f64::from(index) + 0.5) / side, (f64::from(row) + 0.5) / side);
+        let column = if of.is_power_of_two() { spread_bits(index, of.trailing_zeros()) } else { index };
+        let (row, side) = (rank_of_mirrored_bits(column, of), f64::from(of));
+        let offset_pixels = DVec2::new((f64::from(column) + 0.5) / side, (f64::from(row) + 0.5) / side);
         Self { index, of, offset_pixels }
     }
 
@@ -41,7 +43,7 @@ impl Sample {
 /// To structures, four are the pixels of an image with twice as many columns and rows: they are built once for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Samples {
-    /// By number; of four, the one at 2 i + j is in the quarter in column i and row j.
+    /// By number; of four, the one at i + 2 j is in the quarter in column i and row j.
     samples: [Sample; 4],
     are_four: bool,
     offset_pixels: DVec2,
@@ -70,14 +72,10 @@ impl Samples {
 
     /// Four of 4 × `groups` samples.
     ///
-    /// The first half of a Hammersley set is on the left of the pixel. Half of its numbers are even, and come before the odd
-    /// ones when they are sorted by mirrored bits: these are above. So two neighbours of the first half, the first of them
-    /// even, and two of the second are in four different quarters.
+    /// A number's lowest bit says whether its sample is on the right of the pixel, the next one whether it is below.
     fn four(group: u32, groups: u32) -> Option<Self> {
-        let number = |index: u32| Sample::number(2 * group + index, 4 * groups);
-        let samples = [number(0), number(1), number(2 * groups), number(2 * groups + 1)];
-        let [a, b, c, d] = samples.map(|sample| sample.offset_pixels);
-        let (offset_pixels, shifts) = Shifts::of_quarters([a, c, b, d])?;
+        let samples = [0, 1, 2, 3].map(|index| Sample::number(4 * group + index, 4 * groups));
+        let (offset_pixels, shifts) = Shifts::of_quarters(samples.map(|sample| sample.offset_pixels))?;
         Some(Self { samples, are_four: true, offset_pixels, shifts })
     }
 
@@ -96,7 +94,7 @@ impl Samples {
     /// Where sample number `which` of these is in the pixel: its column and row.
     #[must_use]
     pub fn quarter(&self, which: usize) -> [u32; 2] {
-        if self.are_four { [which as u32 / 2, which as u32 % 2] } else { [0; 2] }
+        if self.are_four { [which as u32 % 2, which as u32 / 2] } else { [0; 2] }
     }
 
     /// The same ones, whose rays go through other points of the image: so many pixels to the right and downwards.
@@ -120,6 +118,15 @@ impl Samples {
         let view = View { camera, width: width * self.side(), height: height * self.side() };
         Shot { view, offset_pixels, shifts, ..shot }
     }
+}
+
+/// Of so many bits of a number, the first, third, fifth … as the highest ones downwards, the others as the lowest ones
+/// upwards.
+fn spread_bits(number: u32, bits: u32) -> u32 {
+    (0..bits).fold(0, |spread, bit| {
+        let to = if bit % 2 == 0 { bits - 1 - bit / 2 } else { bit / 2 };
+        spread | (number >> bit & 1) << to
+    })
 }
 
 /// Rank of `sample` when 0 … `samples` − 1 are sorted by their bits read backwards (van der Corput's order).
@@ -167,6 +174,20 @@ mod tests {
                         assert_eq!(shot.ray(2 * x + i, 2 * y + j), sample.ray(&view, x, y));
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn one_may_stop_after_a_power_of_four() {
+        for count in [4, 16, 32, 64, 1024, 4096_u32] {
+            for side in [2, 4, 8].into_iter().filter(|side| side * side <= count) {
+                let square = |sample: Sample| (sample.offset_pixels * f64::from(side)).floor().as_uvec2();
+                let mut squares: Vec<[u32; 2]> =
+                    Sample::all(count).take((side * side) as usize).map(|sample| square(sample).to_array()).collect();
+                squares.sort_unstable();
+                squares.dedup();
+                assert_eq!(squares.len() as u32, side * side, "the first {} of {count}", side * side);
             }
         }
     }

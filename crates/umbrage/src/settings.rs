@@ -17,6 +17,10 @@ pub struct Settings {
     /// They are spread over the lens, the time that the shutter is open, and the lights as well. A single one is in the
     /// middle of all of these, and so has everything sharp.
     pub samples: u32,
+    /// How noisy a picture may be, in levels of 255, from 0: it is done with fewer [samples](Self::samples), 16, 32, 64 and so on,
+    /// where the standard error of what it shows is estimated to be at most that, in the mean of all pixels' squares. On the
+    /// CPU.
+    pub noise: f32,
     /// Diameter of the camera's lens in world units, from 0, where everything is sharp. Parallel cameras have none.
     pub aperture: f32,
     /// Depth at which the lens has everything sharp, in world units, above 0; `None` for that of what is in the middle of
@@ -68,6 +72,7 @@ impl Default for Settings {
             width: 1280,
             height: 720,
             samples: 1,
+            noise: 0.0,
             aperture: 0.0,
             focus: None,
             shutter_seconds: 0.0,
@@ -153,6 +158,7 @@ impl Settings {
         }
         for (what, number) in [
             ("the aperture", f64::from(self.aperture)),
+            ("the noise", f64::from(self.noise)),
             ("the shutter's time", self.shutter_seconds),
             ("the lights' radius", f64::from(self.light_radius)),
             ("the reach of ambient occlusion", f64::from(self.ambient_occlusion)),

@@ -18,6 +18,8 @@ pub struct Stats {
     pub vertices: usize,
     /// Lights of the frame.
     pub lights: usize,
+    /// Samples that each pixel took.
+    pub samples: u32,
     /// Camera rays traced.
     pub camera_rays: u64,
     /// Shadow rays traced.
@@ -101,12 +103,19 @@ impl Stats {
     }
 
     /// Counts a frame that is done.
-    pub(crate) fn count(&mut self, staged: &Staged<'_>, film: &Film, engine: &dyn Engine) -> Result<(), Error> {
-        let Staged { frame, lights, view, settings, .. } = staged;
+    pub(crate) fn count(
+        &mut self,
+        staged: &Staged<'_>,
+        samples: u32,
+        film: &Film,
+        engine: &dyn Engine,
+    ) -> Result<(), Error> {
+        let Staged { frame, lights, view, .. } = staged;
+        self.samples = samples;
         self.triangles = frame.mesh.triangles.len();
         self.vertices = frame.positions.len();
         self.lights = lights.len();
-        self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(settings.samples);
+        self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(samples);
         self.frame_bytes = frame.bytes();
         self.textures = frame.materials.texture_traffic();
         self.pixel_bytes = film.bytes();

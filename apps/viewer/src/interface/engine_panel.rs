@@ -198,10 +198,14 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
     let size = app.focus().size;
     let choices = &mut app.kept.choices;
     resolution(choices, ui);
-    ui.horizontal(|ui| {
-        let label = ui.label("Samples per pixel").id;
-        ui.add(DragValue::new(&mut choices.samples).range(1..=Settings::MAX_SAMPLES).speed(0.1)).labelled_by(label);
-    });
+    let mut samples = |name: &str, about: &str, samples: &mut u32| {
+        ui.horizontal(|ui| {
+            let label = ui.label(name).on_hover_text(about).id;
+            ui.add(DragValue::new(samples).range(1..=Settings::MAX_SAMPLES).speed(0.1)).labelled_by(label);
+        });
+    };
+    samples("Samples per pixel", "Of a picture that stays: it becomes sharper until it has them", &mut choices.samples);
+    samples("In motion", "Samples per pixel while anything moves", &mut choices.samples_in_motion);
     spread(choices, size, ui);
     ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure, stops"));
     ComboBox::from_label("Tone map").selected_text(choices.tone_map.name()).show_ui(ui, |ui| {

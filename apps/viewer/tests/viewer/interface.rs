@@ -26,7 +26,8 @@ impl Window {
             eprintln!("skipped-gpu: no adapter draws the window");
             return None;
         }
-        let start = Start { forgets: true, ..start };
+        // Pictures are compared, and so stay as they are unless a test asks for more.
+        let start = Start { forgets: true, samples: start.samples.or(Some(1)), ..start };
         let harness = Harness::builder().with_size(vec2(1000.0, 700.0)).wgpu().build_ui_state(
             move |ui, state: &mut Option<App>| {
                 state.get_or_insert_with(|| App::new(ui.ctx(), start.clone(), None, None)).show(ui);
@@ -138,6 +139,35 @@ impl Window {
         self.harness.drop_at(to);
         self.settle();
     }
+}
+
+#[test]
+fn pictures_that_stay_become_sharper() {
+    let scene = "demo:statue?triangles=2000";
+    let start = Start { scene: Some(scene.into()), size: Some([96, 64]), samples: Some(40), ..Start::default() };
+    let Some(mut window) = Window::start(start) else { return };
+    if window.shows("Pause") {
+        window.press(Key::Space);
+    }
+    let samples = |window: &Window| window.harness.state().as_ref().map_or(0, App::samples);
+    let wait_for = |window: &mut Window, expected: u32| {
+        let start = Instant::now();
+        while samples(window) != expected {
+            assert!(start.elapsed() < Duration::from_secs(120), "{} samples in time", samples(window));
+            window.harness.run_steps(2);
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    wait_for(&mut window, 40);
+    let sharp = window.harness.state().as_ref().map_or(0, App::pictures);
+    window.harness.run_steps(8);
+    assert_eq!(window.harness.state().as_ref().map_or(0, App::pictures), sharp, "it has all of its samples");
+    // What moves is shown at once, and then becomes sharper again.
+    let (from, to) = (window.in_picture(0.0, 0.0), window.in_picture(40.0, 10.0));
+    window.drag(from, to);
+    wait_for(&mut window, 40);
+    let pictures = window.harness.state().as_ref().map_or(0, App::pictures) - sharp;
+    assert!(pictures >= 4, "1, 4, 16 and 40 samples, after what was seen on the way: {pictures}");
 }
 
 #[test]

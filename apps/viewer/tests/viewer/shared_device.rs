@@ -23,6 +23,7 @@ impl Window {
         let start = Start {
             scene: Some(scene.into()),
             engine: Some(EngineChoice::Gpu(state.adapter.get_info().name)),
+            samples: Some(1),
             forgets: true,
             ..Start::default()
         };

@@ -237,6 +237,7 @@ impl Engine for GpuEngine {
         match settings.structure {
             _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
             _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
+            _ if settings.noise > 0.0 => Err(Error::NoiseOnGpu),
             Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),
             _ => Ok(()),
         }

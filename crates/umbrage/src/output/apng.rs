@@ -1,6 +1,6 @@
 use std::io;
 
-use super::png::Channels;
+use super::png::Coding;
 use super::writer::{Animation, Sink};
 use super::{BitDepth, FrameRate, png};
 use crate::Image;
@@ -13,15 +13,9 @@ pub(crate) struct ApngWriter {
 
 impl ApngWriter {
     /// Starts an animation of exactly `frames` frames (at least one), each `size` pixels wide and high.
-    pub(crate) fn new(
-        sink: Sink,
-        size: [u32; 2],
-        frames: u32,
-        rate: FrameRate,
-        channels: Channels,
-    ) -> io::Result<Self> {
+    pub(crate) fn new(sink: Sink, size: [u32; 2], frames: u32, rate: FrameRate, coding: Coding) -> io::Result<Self> {
         let [delay_numerator, delay_denominator] = delay(rate);
-        let mut encoder = png::encoder(sink, size, channels);
+        let mut encoder = png::encoder(sink, size, coding);
         // A file that promises more frames than it holds is an error rather than a file.
         encoder.validate_sequence(true);
         let encoder = encoder
@@ -29,7 +23,7 @@ impl ApngWriter {
             .and_then(|()| encoder.set_frame_delay(delay_numerator, delay_denominator))
             .and_then(|()| encoder.write_header())
             .map_err(png::failure)?;
-        Ok(Self { encoder, depth: channels.depth })
+        Ok(Self { encoder, depth: coding.depth })
     }
 }
 
@@ -62,9 +56,10 @@ mod tests {
     use std::io::{BufReader, BufWriter};
 
     use super::*;
+    use crate::output::Compression;
 
-    fn opaque(depth: BitDepth) -> Channels {
-        Channels { depth, has_alpha: false }
+    fn opaque(depth: BitDepth) -> Coding {
+        Coding { depth, compression: Compression::Fast, has_alpha: false }
     }
 
     fn picture(shade: u16) -> Image {

@@ -48,6 +48,16 @@ pub enum BitDepth {
     Sixteen,
 }
 
+/// How hard a PNG or APNG is compressed; its pixels are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// In a small part of the time that a picture takes.
+    #[default]
+    Fast,
+    /// Files some percent smaller, in ten times the time.
+    Small,
+}
+
 /// The nearest of 256 levels.
 pub(crate) fn eight_bits(level: u16) -> u8 {
     ((u32::from(level) * 255 + 32_767) / 65_535) as u8

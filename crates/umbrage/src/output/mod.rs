@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 pub use exr::FloatDepth;
 pub(crate) use format::eight_bits;
-pub use format::{BitDepth, Format};
+pub use format::{BitDepth, Compression, Format};
 pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;
 pub use partial_file::remove_partial_files;

@@ -1,37 +1,38 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use ::png::{ColorType, Encoder, EncodingError, SrgbRenderingIntent};
+use ::png::{ColorType, Compression as Effort, Encoder, EncodingError, SrgbRenderingIntent};
 
 use super::format::eight_bits;
-use super::{BitDepth, Error, partial_file};
+use super::{BitDepth, Compression, Error, partial_file};
 use crate::Image;
 
-/// Writes one picture as a PNG file.
+/// Writes one picture as a PNG file, compressed fast.
 ///
 /// # Errors
 /// Where the system refuses to write, or the path is a folder.
 pub fn write_png(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
     partial_file::sweep(path);
-    write(image, path, depth)
+    write(image, path, depth, Compression::Fast)
 }
 
-/// As [`write_png`], but sweeps nothing.
-pub(super) fn write(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
-    partial_file::write(path, |file| encode(image, BufWriter::new(file), depth).map_err(failure))
+/// As [`write_png`], compressed as one likes, but sweeps nothing.
+pub(super) fn write(image: &Image, path: &Path, depth: BitDepth, compression: Compression) -> Result<(), Error> {
+    partial_file::write(path, |file| encode(image, BufWriter::new(file), depth, compression).map_err(failure))
 }
 
-fn encode(image: &Image, target: impl Write, depth: BitDepth) -> Result<(), EncodingError> {
-    let has_alpha = !image.alpha.is_empty();
-    let mut writer = encoder(target, [image.width, image.height], Channels { depth, has_alpha }).write_header()?;
+fn encode(image: &Image, target: impl Write, depth: BitDepth, compression: Compression) -> Result<(), EncodingError> {
+    let coding = Coding { depth, compression, has_alpha: !image.alpha.is_empty() };
+    let mut writer = encoder(target, [image.width, image.height], coding).write_header()?;
     writer.write_image_data(&rows(image, depth))?;
     writer.finish()
 }
 
-/// What a PNG says of a pixel.
+/// What a PNG says of a pixel, and how.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Channels {
+pub(crate) struct Coding {
     pub(crate) depth: BitDepth,
+    pub(crate) compression: Compression,
     pub(crate) has_alpha: bool,
 }
 
@@ -39,13 +40,17 @@ pub(crate) struct Channels {
 pub(crate) fn encoder<W: Write>(
     target: W,
     [width, height]: [u32; 2],
-    Channels { depth, has_alpha }: Channels,
+    Coding { depth, compression, has_alpha }: Coding,
 ) -> Encoder<'static, W> {
     let mut encoder = Encoder::new(target, width, height);
     encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(match depth {
         BitDepth::Eight => ::png::BitDepth::Eight,
         BitDepth::Sixteen => ::png::BitDepth::Sixteen,
+    });
+    encoder.set_compression(match compression {
+        Compression::Fast => Effort::Fast,
+        Compression::Small => Effort::Balanced,
     });
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     encoder
@@ -89,7 +94,7 @@ mod tests {
 
     fn coded(depth: BitDepth) -> (::png::OutputInfo, Vec<u8>) {
         let mut bytes = Vec::new();
-        encode(&picture(), &mut bytes, depth).unwrap();
+        encode(&picture(), &mut bytes, depth, Compression::Small).unwrap();
         let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
         let mut rows = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut rows).unwrap();
@@ -110,7 +115,7 @@ mod tests {
         let alpha: Vec<u16> = (0..30).map(|pixel| pixel * 2200).collect();
         let image = Image { alpha: alpha.clone(), ..picture() };
         let mut bytes = Vec::new();
-        encode(&image, &mut bytes, BitDepth::Sixteen).unwrap();
+        encode(&image, &mut bytes, BitDepth::Sixteen, Compression::Fast).unwrap();
         let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
         let mut rows = vec![0; reader.output_buffer_size().unwrap()];
         assert_eq!(reader.next_frame(&mut rows).unwrap().color_type, ColorType::Rgba);

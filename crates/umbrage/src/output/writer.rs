@@ -7,9 +7,9 @@ use umbrage_rays::Choice;
 use super::apng::ApngWriter;
 use super::gif::{self, GifWriter};
 use super::partial_file::{self, PartialFile};
-use super::png::Channels;
+use super::png::Coding;
 use super::y4m::Y4mWriter;
-use super::{BitDepth, Chroma, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
+use super::{BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
 use crate::{Background, Film, Image, Settings};
 
 /// Where pictures go.
@@ -28,6 +28,8 @@ pub struct Options {
     pub rate: FrameRate,
     /// Bits for each channel of a PNG or APNG.
     pub bit_depth: BitDepth,
+    /// How hard a PNG or APNG is compressed.
+    pub compression: Compression,
     /// Colours of an EXR.
     pub float_depth: FloatDepth,
     /// Colours of raw video.
@@ -72,7 +74,7 @@ impl Writer {
         settings: &Settings,
         options: &Options,
     ) -> Result<Self, Error> {
-        let Options { rate, bit_depth, chroma, .. } = *options;
+        let Options { rate, bit_depth, compression, chroma, .. } = *options;
         let size = [settings.width, settings.height];
         let path = target.path();
         if *target == Target::Stdout && format != Format::Y4m {
@@ -97,8 +99,8 @@ impl Writer {
             }
             Format::Apng => {
                 let count = frames.end - frames.start;
-                let channels = Channels { depth: bit_depth, has_alpha };
-                Kind::animation(target, |sink| ApngWriter::new(sink, size, count, rate, channels))?
+                let coding = Coding { depth: bit_depth, compression, has_alpha };
+                Kind::animation(target, |sink| ApngWriter::new(sink, size, count, rate, coding))?
             }
             Format::Y4m => Kind::animation(target, |sink| Y4mWriter::new(sink, size, rate, chroma))?,
         };
@@ -192,7 +194,10 @@ impl Stills {
         let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
             Format::Exr => exr::write(film, &path, self.options.float_depth),
-            _ => png::write(&film.develop(settings), &path, self.options.bit_depth),
+            _ => {
+                let Options { bit_depth, compression, .. } = self.options;
+                png::write(&film.develop(settings), &path, bit_depth, compression)
+            }
         }
     }
 }

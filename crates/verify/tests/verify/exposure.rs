@@ -274,3 +274,28 @@ fn what_makes_no_sense_is_refused() {
     let parallel = Camera { projection: Projection::Orthographic { half_height: 1.0 }, ..behind };
     assert!(matches!(refused(Settings { camera: parallel.into(), ..wide }), Error::ParallelLens));
 }
+
+#[test]
+fn pictures_are_done_where_they_are_even_enough() {
+    let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
+    let most = Settings { width: 64, height: 48, samples: 512, light_radius: 1.0, ..Settings::default() };
+    let mut renderer = Renderer::default();
+    let mut shown = |settings: &Settings| {
+        let image = renderer.render(&scene, 0.3, settings).expect("a picture").develop(settings);
+        (image, renderer.stats().samples)
+    };
+    let (reference, samples) = shown(&Settings { samples: 2048, ..most.clone() });
+    assert_eq!(samples, 2048);
+    let mut last = 0;
+    for noise in [8.0, 4.0] {
+        let (image, samples) = shown(&Settings { noise, ..most.clone() });
+        let levels = |pixels: &[[u16; 3]]| pixels.iter().flatten().map(|&level| f64::from(level) / 257.0).collect();
+        let [image, reference]: [Vec<f64>; 2] = [levels(&image.pixels), levels(&reference.pixels)];
+        let squares = image.iter().zip(&reference).map(|(a, b)| (a - b) * (a - b));
+        let error = (squares.sum::<f64>() / image.len() as f64).sqrt();
+        println!("noise of {noise}: {samples} samples, off by {error}");
+        assert!(error < 1.3 * f64::from(noise), "off by {error} after {samples} samples");
+        assert!(samples > last && samples < 512, "{samples} samples for {noise}");
+        last = samples;
+    }
+}

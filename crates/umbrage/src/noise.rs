@@ -1,0 +1,92 @@
+//! How noisy a picture still is.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use rayon::prelude::*;
+
+use crate::{Background, Film, Image, Settings};
+
+/// Looks at a film whenever its samples have doubled.
+#[derive(Debug, Default)]
+pub(crate) struct NoiseMeter {
+    /// What pixels looked like with half as many samples.
+    last: Option<Image>,
+    /// By how many levels that differed from what they looked like with half as many again.
+    last_levels: Option<f64>,
+}
+
+impl NoiseMeter {
+    /// Fewer samples than this may miss what is seen in few of them.
+    pub(crate) const LEAST_SAMPLES: u32 = 16;
+
+    /// Whether a film that is the sum of so many samples is as even as the settings ask for.
+    ///
+    /// Where samples are drawn independently, what a pixel's mean of n differs by from that of the first half of them has the
+    /// variance of the whole mean: (a + b) / 2 − a is half of b − a, and a and b have twice its variance each. Samples that are
+    /// spread evenly have less noise than that. But all pixels have the same points of the lens, the time and the lights, so
+    /// that both halves of these may agree by chance: the doubling before has to be as good, for its number of samples.
+    pub(crate) fn is_even(&mut self, film: &Film, samples: u32, settings: &Settings) -> bool {
+        if settings.noise == 0.0 || !samples.is_power_of_two() || samples < Self::LEAST_SAMPLES / 4 {
+            return false;
+        }
+        let of_sum = Settings {
+            exposure_stops: settings.exposure_stops - samples.ilog2() as f32,
+            background: Background::Sky,
+            tone_map: settings.tone_map,
+            ..Settings::default()
+        };
+        let shown = film.develop(&of_sum);
+        let levels = self.last.as_ref().map(|last| difference(last, &shown));
+        self.last = Some(shown);
+        let last_levels = std::mem::replace(&mut self.last_levels, levels);
+        match (levels, last_levels) {
+            (Some(levels), Some(last)) => levels.max(last * FRAC_1_SQRT_2) <= f64::from(settings.noise),
+            _ => false,
+        }
+    }
+}
+
+/// The root of the mean squared difference of two pictures of one size, in levels of 255.
+fn difference(one: &Image, other: &Image) -> f64 {
+    let squares = one.pixels.par_iter().zip(&other.pixels).map(|(one, other)| {
+        let differences = one.iter().zip(other).map(|(&one, &other)| u64::from(one.abs_diff(other)));
+        differences.map(|difference| difference * difference).sum::<u64>()
+    });
+    let count = 3 * one.pixels.len().max(1);
+    (squares.sum::<u64>() as f64 / count as f64).sqrt() / 257.0
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec3, Vec4};
+
+    use super::*;
+    use crate::ToneMap;
+
+    #[test]
+    fn noise_is_the_standard_error_of_the_mean() {
+        // Pixels around half of what a screen can show, with a deviation of about 20 levels each sample.
+        let pixels = 20_000;
+        let settings = |noise: f32| Settings { noise, tone_map: ToneMap::Clip, ..Settings::default() };
+        for (noise, expected) in [(6.0, 16), (2.7, 64), (0.1, 1024)] {
+            let mut film =
+                Film { width: pixels, height: 1, color: vec![Vec4::ZERO; pixels as usize], ..Film::default() };
+            let (mut meter, mut state) = (NoiseMeter::default(), 1_u32);
+            let mut random = || {
+                state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+                (state >> 8) as f32 / (1 << 24) as f32
+            };
+            let mut samples = 0;
+            while samples < 1024 {
+                film.color
+                    .iter_mut()
+                    .for_each(|sum| *sum += Vec3::splat(0.2 + 0.12 * (random() - 0.5) * 2.0).extend(1.0));
+                samples += 1;
+                if meter.is_even(&film, samples, &settings(noise)) {
+                    break;
+                }
+            }
+            assert_eq!(samples, expected, "noise of {noise} levels");
+        }
+    }
+}
