@@ -114,6 +114,8 @@ enum Command {
     OnDemand(experiments::OnDemandFlags),
     /// How threads come by their work: locks, counters, in turn, fewer at a time, and stealing
     Queues(experiments::QueuesFlags),
+    /// Re-ordering of secondary rays: packets, runs, types, adaptive packets, streams and frusta beside single rays
+    Reorder(experiments::ReorderFlags),
     /// What can be trusted: twenty-two figures, each beside what others publish; writes docs/trust.md
     Trust(trust::TrustFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
@@ -169,6 +171,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::LightBuffer(flags) => flags.run(),
         Command::OnDemand(flags) => flags.run(),
         Command::Queues(flags) => flags.run(),
+        Command::Reorder(flags) => flags.run(),
     }
     .map(|()| ExitCode::SUCCESS)
 }

@@ -62,8 +62,23 @@ impl Experiment {
 const LIGHT_TRIANGLES: [&str; 9] =
     ["demo:hall", "demo:statue", "demo:forest", "--slices", "1", "--triangles", "32,128,512,4096", "--frames", "3"];
 
+const REORDER_ONE_THREAD: [&str; 12] = [
+    "demo:glass",
+    "demo:hall",
+    "--bounces",
+    "1,10",
+    "--size",
+    "512x512",
+    "--frames",
+    "3",
+    "--rays",
+    "16384",
+    "--threads",
+    "1",
+];
+
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 28] = [
+const EXPERIMENTS: [Experiment; 33] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -105,6 +120,16 @@ const EXPERIMENTS: [Experiment; 28] = [
     Experiment::new("on-demand", "Geometry on demand", "Rahikainen 2013, section 3.1")
         .by("on-demand", &["--size", "256x256", "--frames", "1"]),
     Experiment::new("bounce", "Incoherent rays", "Rahikainen 2013, section 3.2"),
+    Experiment::new("reorder", "Re-ordering of secondary rays", "Rahikainen 2013, sections 3.2 to 3.4")
+        .by("reorder", &["--size", "512x512", "--frames", "3", "--rays", "16384"]),
+    Experiment::new("reorder-one-thread", "Re-ordering on one thread", "Rahikainen 2013, sections 3.2 to 3.4")
+        .by("reorder", &REORDER_ONE_THREAD),
+    Experiment::new("reorder-tests", "Tests of boxes by re-ordered rays", "Rahikainen 2013, sections 3.2 to 3.4")
+        .by("reorder", &["--size", "512x512", "--rays", "16384", "--show", "tests"]),
+    Experiment::new("reorder-used", "Lanes that re-ordered rays use", "Rahikainen 2013, sections 3.2 to 3.4")
+        .by("reorder", &["--size", "512x512", "--rays", "16384", "--show", "used"]),
+    Experiment::new("reorder-triangles", "Triangles of re-ordered rays", "Rahikainen 2013, sections 3.2 to 3.4")
+        .by("reorder", &["--size", "512x512", "--rays", "16384", "--show", "triangles"]),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
     Experiment::new("kd-ablations", "The surface area heuristic, part by part", "Rahikainen 2013, section 4.1"),

@@ -70,11 +70,16 @@ pub(crate) fn scattered_ray(number: usize, ray: &Ray, hit: &Hit, corners: [Vec3;
 pub(crate) fn mirrored(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> Vec<Ray> {
     let mirrored = |(ray, hit): (&Ray, &Option<Hit>)| {
         let hit = hit.as_ref()?;
-        let (origin, normal) = point_off(triangles.corners(hit.triangle), ray, hit);
-        let direction = ray.direction.normalize();
-        Some(same_for_all(origin, direction - normal * (2.0 * normal.dot(direction))))
+        Some(mirrored_ray(ray, hit, triangles.corners(hit.triangle)))
     };
     rays.iter().zip(hits).filter_map(mirrored).collect()
+}
+
+/// The ray that a flat mirror sends on from what a ray hits on a triangle.
+pub(crate) fn mirrored_ray(ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Ray {
+    let (origin, normal) = point_off(corners, ray, hit);
+    let direction = ray.direction.normalize();
+    same_for_all(origin, direction - normal * (2.0 * normal.dot(direction)))
 }
 
 /// The rays from what rays hit to a light; of the first light, or of one from above.
@@ -94,7 +99,7 @@ pub(crate) fn to_light(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits, ligh
 }
 
 /// A hit's point, far enough from the surface for single precision, and the normal on the ray's side.
-fn point_off(corners: [Vec3; 3], ray: &Ray, hit: &Hit) -> (DVec3, DVec3) {
+pub(crate) fn point_off(corners: [Vec3; 3], ray: &Ray, hit: &Hit) -> (DVec3, DVec3) {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a).normalize();
     let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
@@ -103,12 +108,12 @@ fn point_off(corners: [Vec3; 3], ray: &Ray, hit: &Hit) -> (DVec3, DVec3) {
 }
 
 /// A ray in single precision, so that everyone is given the same numbers.
-fn same_for_all(origin: DVec3, direction: DVec3) -> Ray {
+pub(crate) fn same_for_all(origin: DVec3, direction: DVec3) -> Ray {
     Ray::new(origin.as_vec3().as_dvec3(), direction.as_vec3().as_dvec3())
 }
 
 /// A point of the unit sphere for each number, about evenly spread.
-fn on_sphere(number: u64) -> DVec3 {
+pub(crate) fn on_sphere(number: u64) -> DVec3 {
     // Multiples of the golden ratio and of the root of two, which have no small multiple in common.
     let fraction = |step: f64| (number as f64 * step).fract();
     let (height, turn) = (2.0 * fraction(0.618_033_988_749_895) - 1.0, fraction(0.414_213_562_373_095));

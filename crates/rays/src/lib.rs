@@ -74,6 +74,11 @@ pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, 
 /// What `umbrage-study` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
+    pub use crate::bvh::{
+        Child as BvhChild, Found as BvhFound, Inside as BvhInside, Kind as BvhKind, LESS as BVH_LESS, Leaf as BvhLeaf,
+        Line as BvhLine, MORE as BVH_MORE, Nearest as BvhNearest, Node as BvhNode, Slabs as BvhSlabs,
+        WIDTH as BVH_WIDTH,
+    };
     pub use crate::kdtree::{
         Ask, Extent, Filter, HALF_ULP, LANES, MOST_RAYS, Node, Nodes, Plane, Rays, Scale, Wide, fit, load,
     };

@@ -13,6 +13,7 @@ mod layout;
 pub mod light_buffer;
 pub mod on_demand;
 pub mod queue;
+pub mod reorder;
 pub mod shaft;
 pub mod triangle;
 pub mod uniform;

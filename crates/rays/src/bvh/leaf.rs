@@ -26,25 +26,28 @@ use crate::simd::each;
 /// elsewhere 16 δ / |Σ E| is above one.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
-pub(super) struct Leaf {
+pub struct Leaf {
     /// For each axis the coordinates of all first corners, of all second and of all third ones, scaled.
     corners: [[[f32; Leaf::LANES]; 3]; 3],
-    pub(super) ids: [u32; Leaf::LANES],
+    /// Whose corners these are.
+    pub ids: [u32; Leaf::LANES],
 }
 
 /// Triangles of a leaf that a ray may hit.
-pub(super) struct Found {
+pub struct Found {
     /// A bit for each.
-    pub(super) possible: u32,
+    pub possible: u32,
     /// Those of them that the line certainly meets after the ray begins.
-    pub(super) certain: u32,
+    pub certain: u32,
     /// Where a hit is, at the earliest and at the latest.
-    pub(super) earliest: [f32; Leaf::LANES],
-    pub(super) latest: [f32; Leaf::LANES],
+    pub earliest: [f32; Leaf::LANES],
+    /// The latter.
+    pub latest: [f32; Leaf::LANES],
 }
 
 impl Leaf {
-    pub(super) const LANES: usize = 8;
+    /// Most triangles of a leaf.
+    pub const LANES: usize = 8;
 
     pub(super) const EMPTY: Self = Self { corners: [[[0.0; Self::LANES]; 3]; 3], ids: [u32::MAX; Self::LANES] };
 
@@ -79,7 +82,7 @@ impl Leaf {
 
     /// Which of the triangles in some lanes a ray may hit before `far`.
     #[inline(always)]
-    pub(super) fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
+    pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
         let [i, j, k] = line.axes;
         let z = self.offsets(simd, line, k);
         let x =

@@ -13,45 +13,50 @@ use crate::simd::each;
 /// twice the other. No ray whose t are above zero leaves a box that it meets below zero, so the intervals of these grow with the
 /// reciprocal alone. What overflows is no number, which leaves nothing out.
 #[derive(Clone, Copy)]
-pub(super) struct Line {
-    pub(super) origin: [f32; 3],
+pub struct Line {
+    /// Scaled, and rounded to f32.
+    pub origin: [f32; 3],
     /// What is taken from the coordinate at which a ray enters a box: the origin, and what the box grows by.
-    enter_origin: [f32; 3],
+    pub enter_origin: [f32; 3],
     /// What is taken from the coordinate at which it leaves.
-    leave_origin: [f32; 3],
-    inverse: [f32; 3],
+    pub leave_origin: [f32; 3],
+    /// What its t grows by for a step along each axis.
+    pub inverse: [f32; 3],
     /// 1 where the ray goes down an axis.
-    is_backward: [usize; 3],
+    pub is_backward: [usize; 3],
     /// The two other axes, and k.
-    pub(super) axes: [usize; 3],
+    pub axes: [usize; 3],
     /// How far the ray goes back along the two other axes for one step along k.
-    pub(super) slopes: [f32; 2],
+    pub slopes: [f32; 2],
     /// 1 or −1: the direction along k.
-    pub(super) sign: f32,
+    pub sign: f32,
     /// The origin's largest coordinate if f32 can't hold the origin, else next to nothing.
     pub(super) blur: f32,
     /// The ray's own t, times this, is the t here.
     scale: f64,
     /// At most the least t, and at least the largest.
-    pub(super) near: f32,
-    pub(super) far: f32,
+    pub near: f32,
+    /// The latter.
+    pub far: f32,
     /// At least the least t.
     pub(super) after: f32,
     /// Whether no t is below zero, as of nearly all rays.
-    is_ahead: bool,
+    pub is_ahead: bool,
 }
 
 /// Boxes' intervals grow by this share of t.
 const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
-const MORE: f32 = 1.0 + RELATIVE_MARGIN;
-const LESS: f32 = 1.0 - RELATIVE_MARGIN;
+/// What a reciprocal is multiplied with for the end of an interval whose t are above zero.
+pub const MORE: f32 = 1.0 + RELATIVE_MARGIN;
+/// The same for its beginning.
+pub const LESS: f32 = 1.0 - RELATIVE_MARGIN;
 
 impl Line {
     /// For coordinates that are `unit` times those of the ray; `None` where they are beyond f32's.
     ///
     /// Without branches on directions, which nobody could guess.
     #[inline(always)]
-    pub(super) fn new(ray: &Ray, unit: f32) -> Option<Self> {
+    pub fn new(ray: &Ray, unit: f32) -> Option<Self> {
         // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
         // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
         const STEEPEST: f64 = 1e38;
@@ -130,7 +135,7 @@ impl Line {
 const LEAST_BLUR: f32 = 1.0 / (1_u128 << 100) as f32;
 
 /// What boxes are tested with, in all lanes.
-pub(super) struct Slabs<S: Simd> {
+pub struct Slabs<S: Simd> {
     enter_origin: [f32x8<S>; 3],
     leave_origin: [f32x8<S>; 3],
     /// Where the ray is ahead, intervals grow by these.
@@ -144,7 +149,8 @@ pub(super) struct Slabs<S: Simd> {
 
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, line: &Line) -> Self {
+    /// Those of a line.
+    pub fn new(simd: S, line: &Line) -> Self {
         let (less, more) = if line.is_ahead { (LESS, MORE) } else { (1.0, 1.0) };
         Self {
             enter_origin: each!(origin in line.enter_origin => f32x8::splat(simd, origin)),
@@ -160,7 +166,7 @@ impl<S: Simd> Slabs<S> {
     /// Where a ray may enter the boxes of a node's children at the earliest, and a bit for each that it doesn't certainly miss
     /// before `far`.
     #[inline(always)]
-    pub(super) fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
+    pub fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
         let [x, y, z] = each!(axis in [0, 1, 2] => {
             let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + self.first[axis]]);
             (bound - self.enter_origin[axis]) * self.enter_inverse[axis]

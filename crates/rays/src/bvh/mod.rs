@@ -15,11 +15,13 @@ mod validate;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 use build::Builder;
-use leaf::Leaf;
+pub use leaf::{Found, Leaf};
+pub use line::{LESS, Line, MORE, Slabs};
 use patched::Patched;
+pub use trace::{Inside, Nearest};
 
 /// Most children of a node.
-const WIDTH: usize = 8;
+pub const WIDTH: usize = 8;
 
 /// A bounding volume hierarchy over one frame's triangles.
 ///
@@ -43,11 +45,12 @@ debug_some!(Bvh as bvh: "nodes" => bvh.nodes.len(), "leaves" => bvh.leaves.len()
 /// An inner node: 224 bytes.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
-struct Node {
+pub struct Node {
     /// The lowest and the highest x of each child's box, then y, then z. Where there is no child, the box is inside out and
     /// infinite, so no ray meets it.
-    bounds: [[f32; WIDTH]; 6],
-    children: [Child; WIDTH],
+    pub bounds: [[f32; WIDTH]; 6],
+    /// Nodes and leaves, [`Child::NONE`] where there is none.
+    pub children: [Child; WIDTH],
 }
 
 impl Node {
@@ -59,10 +62,11 @@ impl Node {
 
 /// A node's index; or, with the highest bit, that of a leaf, and below it how many triangles that has, less one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Child(u32);
+pub struct Child(u32);
 
 impl Child {
-    const NONE: Self = Self(u32::MAX);
+    /// No child.
+    pub const NONE: Self = Self(u32::MAX);
     const LEAF: u32 = 1 << 31;
     const COUNT_BITS: u32 = 3;
 
@@ -77,7 +81,7 @@ impl Child {
 
     /// The node; or the leaf, and a bit for each of its triangles.
     #[inline(always)]
-    fn kind(self) -> Kind {
+    pub fn kind(self) -> Kind {
         if self.0 & Self::LEAF == 0 {
             return Kind::Node(self.0 as usize);
         }
@@ -87,9 +91,18 @@ impl Child {
     }
 }
 
-enum Kind {
+/// What a [`Child`] is.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// A node's index.
     Node(usize),
-    Leaf { index: usize, lanes: u32 },
+    /// A leaf.
+    Leaf {
+        /// Its index.
+        index: usize,
+        /// A bit for each of its triangles.
+        lanes: u32,
+    },
 }
 
 impl Bvh {

@@ -9,7 +9,7 @@ use super::{Bvh, Child, Kind, Node, WIDTH};
 use crate::predicate::{ShadowRay, hit, hit_of_near_at};
 use crate::simd::lanes::bits_of;
 use crate::simd::vectorized;
-use crate::{Hit, Ray, SingleRays, Triangles};
+use crate::{Hit, Ray, SimdLevel, SingleRays, Triangles};
 
 impl SingleRays for Bvh {
     fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
@@ -34,6 +34,21 @@ impl SingleRays for Bvh {
     }
 }
 
+/// What rays go through, for experiments.
+#[derive(Clone, Copy)]
+pub struct Inside<'a> {
+    /// Whose instructions are used.
+    pub level: SimdLevel,
+    /// What coordinates are multiplied with in all boxes and leaves.
+    pub scale: f32,
+    /// The whole; of no meaning where there are no nodes.
+    pub root: Child,
+    /// All nodes.
+    pub nodes: &'a [Node],
+    /// All leaves.
+    pub leaves: &'a [Leaf],
+}
+
 /// Triangles that a ray may hit, about which the predicate hasn't been asked yet.
 #[derive(Default)]
 struct Waiting {
@@ -47,7 +62,8 @@ impl Waiting {
     const MOST: usize = 8;
 }
 
-struct Nearest<'a> {
+/// What is known of a ray's nearest hit on the way.
+pub struct Nearest<'a> {
     bvh: &'a Bvh,
     triangles: Triangles<'a>,
     ray: &'a Ray,
@@ -61,9 +77,35 @@ struct Nearest<'a> {
     passed: bool,
 }
 
-impl Nearest<'_> {
+impl<'a> Nearest<'a> {
+    /// Nothing yet.
     #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, leaf: usize, found: &Found, far: &mut f32) {
+    pub fn new(
+        bvh: &'a Bvh,
+        triangles: Triangles<'a>,
+        ray: &'a Ray,
+        line: &'a Line,
+        stops: &'a dyn Fn(&Hit) -> bool,
+    ) -> Self {
+        let (best, waiting) = (None, Waiting::default());
+        Self { bvh, triangles, ray, line, stops, best, waiting, lazy: true, passed: false }
+    }
+
+    /// What the ray hits, when all has been taken that it meets; `None` where that has to be taken once more, since what lets the
+    /// ray through has hidden others.
+    #[inline(always)]
+    pub fn end<S: Simd>(&mut self, simd: S, far: &mut f32) -> Option<Option<Hit>> {
+        self.settle(simd, far);
+        if self.passed && self.lazy {
+            self.lazy = false;
+            return None;
+        }
+        Some(self.best)
+    }
+
+    /// Takes what a leaf may have that the ray hits, and lowers `far` to the nearest known.
+    #[inline(always)]
+    pub fn take<S: Simd>(&mut self, simd: S, leaf: usize, found: &Found, far: &mut f32) {
         for lane in bits_of(found.possible) {
             let lane = lane % Leaf::LANES;
             if found.earliest[lane] > *far {
@@ -114,9 +156,16 @@ impl Nearest<'_> {
 }
 
 impl Bvh {
+    #[doc(hidden)]
+    pub fn inside(&self) -> Inside<'_> {
+        let Self { level, scale, root, nodes, leaves, .. } = self;
+        Inside { level: *level, scale: *scale, root: *root, nodes, leaves }
+    }
+
     /// Whether there is anything that a ray could meet. What isn't a number rules nothing out on the way, and would be tested
     /// with all triangles.
-    fn may_be_met(&self, ray: &Ray) -> bool {
+    #[doc(hidden)]
+    pub fn may_be_met(&self, ray: &Ray) -> bool {
         ray.is_sound() && !self.nodes.is_empty()
     }
 
@@ -154,17 +203,7 @@ impl Bvh {
         stops: &dyn Fn(&Hit) -> bool,
     ) -> Option<Hit> {
         let Some(line) = Line::new(ray, self.scale) else { return self.nearest_of_all(triangles, ray, stops) };
-        let mut nearest = Nearest {
-            bvh: self,
-            triangles,
-            ray,
-            stops,
-            line: &line,
-            best: None,
-            waiting: Waiting::default(),
-            lazy: true,
-            passed: false,
-        };
+        let mut nearest = Nearest::new(self, triangles, ray, &line, stops);
         loop {
             let mut far = line.far;
             let _ = self.visit(
@@ -177,12 +216,9 @@ impl Bvh {
                     ControlFlow::Continue(())
                 },
             );
-            nearest.settle(simd, &mut far);
-            if !(nearest.passed && nearest.lazy) {
-                return nearest.best;
+            if let Some(hit) = nearest.end(simd, &mut far) {
+                return hit;
             }
-            // What lets the ray through has hidden others.
-            nearest.lazy = false;
         }
     }
 

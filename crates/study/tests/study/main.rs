@@ -5,6 +5,7 @@ mod kd_shafts;
 mod light_buffer;
 mod on_demand;
 mod queues;
+mod reorder;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;
 mod triangle_tests;
