@@ -14,6 +14,7 @@ mod papers;
 mod peers;
 mod plot;
 mod rays;
+mod scan;
 mod shot;
 mod table;
 mod trust;
@@ -60,6 +61,8 @@ enum Command {
     Bounce(bounce::BounceFlags),
     /// Lenses and large lights: exact frames beside rays of which each pixel's have points of their own
     Effects(effects::EffectsFlags),
+    /// A spinning lidar: directions all around from one origin, through scans and through Embree
+    Scan(scan::ScanFlags),
     /// Measure some of the papers' experiments and write their tables to docs/papers
     Paper(papers::PaperFlags),
     /// Measure all of them, and say what differs from the tables that are there
@@ -144,6 +147,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Peers(flags) => peers::run(&flags),
         Command::Bounce(flags) => bounce::run(&flags),
         Command::Effects(flags) => effects::run(&flags),
+        Command::Scan(flags) => scan::run(&flags),
         Command::Paper(flags) => flags.run(),
         Command::Papers(flags) => flags.run(),
         Command::Table1(flags) => flags.run(),

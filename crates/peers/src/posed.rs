@@ -72,7 +72,8 @@ impl Posed {
 
     /// One number for each hit of a packet, from Embree's numbers for the triangle and the geometry; all ones for none.
     #[inline(always)]
-    pub(crate) fn names(primitives: &[u32; WIDTH], geometries: &[u32; WIDTH]) -> [u32; WIDTH] {
+    #[must_use]
+    pub fn names(primitives: &[u32; WIDTH], geometries: &[u32; WIDTH]) -> [u32; WIDTH] {
         std::array::from_fn(|lane| Self::name(primitives[lane], geometries[lane]))
     }
 

@@ -34,6 +34,7 @@ pub mod predicate;
 mod random;
 mod ray;
 pub mod ray_by_ray;
+mod scan;
 mod shot;
 mod simd;
 mod single;
@@ -61,6 +62,7 @@ pub use listed::{
 pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
+pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
 pub use shot::{
     Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds,
     SeenPixels, Shifts, Shot, Sides, TileOrder, Work,

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! `examples/` shows triangles of one's own that change in each frame (`own_triangles`), which points of a set a light reaches
-//! (`point_visibility`), rays from anywhere (`rays`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
+//! (`point_visibility`), rays from anywhere (`rays`), a lidar and the sun on faces (`lidar`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
 //!
 //! All that is public, and what it is for:
 //!
@@ -35,7 +35,8 @@
 //!   ones themselves.
 //! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
 //!   are made of, and frames of one's own.
-//! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit.
+//! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit;
+//!   [`rays::Scanner`] answers any directions from one origin, and lights on any points.
 //! - [`gpu`] opens devices, with the feature of that name.
 //! - [`glam`] is the library whose vectors all of these take.
 #![forbid(unsafe_code)]

@@ -29,13 +29,21 @@ pub(crate) struct SixteenBoxes {
 }
 
 impl SixteenBoxes {
-    const EMPTY: Self = Self { low: [[f32::INFINITY; LANES]; 3], high: [[f32::NEG_INFINITY; LANES]; 3] };
+    pub(crate) const EMPTY: Self = Self { low: [[f32::INFINITY; LANES]; 3], high: [[f32::NEG_INFINITY; LANES]; 3] };
 
     /// Lowest and highest coordinates of one.
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> [[f32; 3]; 2] {
         let lane = lane % LANES;
         [&self.low, &self.high].map(|[x, y, z]| [x[lane], y[lane], z[lane]])
+    }
+
+    /// Replaces those of one.
+    pub(crate) fn set(&mut self, lane: usize, [low, high]: [[f32; 3]; 2]) {
+        for axis in 0..3 {
+            self.low[axis][lane] = low[axis];
+            self.high[axis][lane] = high[axis];
+        }
     }
 }
 

@@ -1,0 +1,317 @@
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::job::Asked;
+use super::lines::{Lines, Source};
+use super::spread::Spread;
+use super::worker::Worker;
+use super::{Scanned, Scanner, tiles};
+use crate::predicate::{HitPoint, ROUNDING};
+use crate::{Cone, LightSource, Opacity, Opaque, Sides, Triangles};
+
+/// Points, and what may keep lights from them.
+#[derive(Clone, Copy)]
+pub struct Lit<'a> {
+    /// World-space triangles.
+    pub triangles: Triangles<'a>,
+    /// The points.
+    pub receivers: Receivers<'a>,
+    /// What stops light.
+    pub opacity: &'a dyn Opacity,
+    /// Which sides of triangles there are, for light that comes to them.
+    pub sides: Sides<'a>,
+}
+
+impl<'a> Lit<'a> {
+    /// Points among triangles of which both sides are opaque.
+    #[must_use]
+    pub fn new(triangles: Triangles<'a>, receivers: Receivers<'a>) -> Self {
+        Self { triangles, receivers, opacity: &Opaque, sides: Sides::Both }
+    }
+}
+
+/// Points that light may reach.
+///
+/// A triangle that a point is on doesn't keep light from it, nor do those in whose planes the point may be once it was rounded.
+#[derive(Clone, Copy, Debug)]
+pub enum Receivers<'a> {
+    /// World positions; for each the triangle that it is on, or [`Scanned::NONE`]. `own` may be empty where none is on any.
+    ///
+    /// Points on a triangle count as rounded to f32, the others as where they are said to be.
+    Points {
+        /// World positions. Those that aren't finite are dark.
+        positions: &'a [Vec3],
+        /// As many ids, or none.
+        own: &'a [u32],
+    },
+    /// The centroid of each triangle. Those of triangles that no ray can hit are dark.
+    Faces,
+    /// So many points of each triangle, of even density: those of triangle i are from number i times that on.
+    Samples(u32),
+}
+
+impl Receivers<'_> {
+    /// How many points there are.
+    #[must_use]
+    pub fn count(&self, triangles: Triangles<'_>) -> usize {
+        match self {
+            Self::Points { positions, .. } => positions.len(),
+            Self::Faces => triangles.len(),
+            Self::Samples(each) => triangles.len() * *each as usize,
+        }
+    }
+
+    /// A point and the triangle that it is on, or [`Scanned::NONE`]; `None` for one that is nowhere.
+    ///
+    /// # Panics
+    /// If there are fewer points.
+    #[must_use]
+    pub fn point(&self, triangles: Triangles<'_>, index: usize) -> Option<(HitPoint, u32)> {
+        /// Half the distance from one to the next f32.
+        const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+        let weighted = |id: u32, [u, v]: [f64; 2]| {
+            let [a, b, c] = triangles.usable_corners(id).ok()?.map(Vec3::as_dvec3);
+            let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
+            // Fewer than 15 roundings of numbers that are at most twice as large.
+            Some((HitPoint { position: a + (b - a) * u + (c - a) * v, error: largest * (30.0 * ROUNDING) }, id))
+        };
+        match self {
+            Self::Points { positions, own } => {
+                let position = positions[index].as_dvec3();
+                let own = if own.is_empty() { Scanned::NONE } else { own[index] };
+                let error = if own == Scanned::NONE { 0.0 } else { position.abs().max_element() * HALF_ULP };
+                position.is_finite().then_some((HitPoint { position, error }, own))
+            }
+            Self::Faces => weighted(index as u32, [1.0 / 3.0; 2]),
+            Self::Samples(each) => {
+                let (id, number) = (index as u32 / each, index as u32 % each);
+                weighted(id, sample(id, number))
+            }
+        }
+    }
+}
+
+/// Weights of the second and third corner of a triangle's sample: points of the R₂ sequence (Roberts, *The unreasonable
+/// effectiveness of quasirandom sequences*, 2018), moved by a number of the triangle's own, and the half of the square beyond
+/// the diagonal turned onto the other.
+fn sample(id: u32, number: u32) -> [f64; 2] {
+    let mixed = u64::from(id).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let mixed = mixed ^ mixed >> 27;
+    let start = [mixed >> 32, mixed & 0xffff_ffff].map(|bits| bits as f64 / (1_u64 << 32) as f64);
+    let steps = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
+    let [u, v] = [0, 1].map(|axis| (start[axis] + f64::from(number) * steps[axis]).fract());
+    if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
+}
+
+/// Which points each of some lights reaches: a bit each.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LitBits {
+    words: Vec<u64>,
+    points: usize,
+    lights: usize,
+    /// How many points are nowhere, which are dark.
+    pub nowhere: usize,
+}
+
+impl LitBits {
+    /// How many points there are.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points
+    }
+
+    /// How many lights there are.
+    #[must_use]
+    pub fn lights(&self) -> usize {
+        self.lights
+    }
+
+    /// Whether a light reaches a point.
+    ///
+    /// # Panics
+    /// If there are fewer lights or points.
+    #[must_use]
+    pub fn is_lit(&self, light: usize, point: usize) -> bool {
+        assert!(point < self.points, "point {point} of {}", self.points);
+        self.of_light(light)[point / 64] >> (point % 64) & 1 == 1
+    }
+
+    /// The bits of a light: that of point i is bit i % 64 of word i / 64; the rest of the last word is zero.
+    ///
+    /// # Panics
+    /// If there are fewer lights.
+    #[must_use]
+    pub fn of_light(&self, light: usize) -> &[u64] {
+        let words = self.points.div_ceil(64);
+        &self.words[light * words..(light + 1) * words]
+    }
+
+    /// For each triangle how much of its area a light reaches, where these are [`Receivers::Samples`], so many of each.
+    ///
+    /// # Panics
+    /// If there are fewer lights, or `each` is zero.
+    pub fn shares(&self, light: usize, each: u32) -> impl Iterator<Item = LitShare> {
+        let triangles = self.points / each as usize;
+        (0..triangles).map(move |id| {
+            let points = id * each as usize..(id + 1) * each as usize;
+            let lit = points.filter(|&point| self.is_lit(light, point)).count();
+            LitShare::new(lit as f64, f64::from(each))
+        })
+    }
+}
+
+/// How much of a triangle's area a light reaches, as far as samples say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitShare {
+    /// From zero to one.
+    pub share: f64,
+    /// The standard error of the share if samples were independent of each other, with one more that is lit and one that isn't
+    /// (so it isn't zero where all agree); they are spread more evenly than that.
+    pub standard_error: f64,
+}
+
+impl LitShare {
+    fn new(lit: f64, samples: f64) -> Self {
+        let guess = (lit + 1.0) / (samples + 2.0);
+        Self { share: lit / samples, standard_error: (guess * (1.0 - guess) / samples).sqrt() }
+    }
+}
+
+/// A point that light may reach.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Receiver {
+    pub(super) point: HitPoint,
+    /// The triangle that it is on.
+    pub(super) own: u32,
+}
+
+impl Receiver {
+    /// One that no light reaches.
+    const NOWHERE: Self = Self { point: HitPoint { position: DVec3::NAN, error: 0.0 }, own: Scanned::NONE };
+
+    fn is_somewhere(&self) -> bool {
+        self.point.position.is_finite()
+    }
+}
+
+impl Scanner {
+    /// Finds which points each light reaches. Cones of spots count, ranges and strengths don't; nor does which side of its own
+    /// triangle a point is on.
+    ///
+    /// # Panics
+    /// If it was built of another number of triangles, or there are neither no own triangles nor one for each point.
+    pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+        let Lit { triangles, receivers, .. } = *lit;
+        if let Receivers::Points { positions, own } = receivers {
+            assert!(own.is_empty() || own.len() == positions.len(), "{} own, {} points", own.len(), positions.len());
+        }
+        self.patches.expect(triangles);
+        let count = receivers.count(triangles);
+        let mut points = std::mem::take(&mut self.receivers);
+        (0..count)
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(|index| {
+                receivers.point(triangles, index).map_or(Receiver::NOWHERE, |(point, own)| Receiver { point, own })
+            })
+            .collect_into_vec(&mut points);
+        let words = count.div_ceil(64);
+        *bits = LitBits {
+            words: std::mem::take(&mut bits.words),
+            points: count,
+            lights: lights.len(),
+            nowhere: points.iter().filter(|point| !point.is_somewhere()).count(),
+        };
+        bits.words.clear();
+        bits.words.resize(words * lights.len(), 0);
+        if count > 0 {
+            let reach = points.iter().filter(|point| point.is_somewhere());
+            let reach = reach.fold(0.0, |reach: f64, of| reach.max(of.point.position.abs().max_element()));
+            self.lit_by(lit, lights, (&points, reach), &mut bits.words);
+        }
+        self.receivers = points;
+    }
+
+    /// Each thread takes some lights, or all take each light's tiles where there are few.
+    fn lit_by(&mut self, lit: &Lit<'_>, lights: &[LightSource], (points, reach): (&[Receiver], f64), bits: &mut [u64]) {
+        let words = points.len().div_ceil(64);
+        let threads = rayon::current_num_threads();
+        let mut workers = std::mem::take(&mut self.workers);
+        workers.resize_with(threads, Worker::default);
+        if lights.len() >= 2 * threads {
+            let each = lights.len().div_ceil(threads);
+            let of_workers = lights.par_chunks(each).zip(bits.par_chunks_mut(words * each));
+            workers.par_iter_mut().with_max_len(1).zip(of_workers).for_each(|(worker, (lights, bits))| {
+                for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
+                    let mut spread = std::mem::take(&mut worker.spread);
+                    self.block(lit, light, (points, reach), &mut spread, std::slice::from_mut(worker));
+                    worker.spread = spread;
+                    reached(light, points, std::slice::from_mut(worker), bits);
+                }
+            });
+        } else {
+            let mut spread = std::mem::take(&mut self.spread);
+            for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
+                self.block(lit, light, (points, reach), &mut spread, &mut workers);
+                reached(light, points, &mut workers, bits);
+            }
+            self.spread = spread;
+        }
+        self.workers = workers;
+    }
+
+    /// Leaves the points that a light doesn't reach with the workers.
+    fn block(
+        &self,
+        lit: &Lit<'_>,
+        light: &LightSource,
+        (points, reach): (&[Receiver], f64),
+        spread: &mut Spread,
+        workers: &mut [Worker],
+    ) {
+        let Some(source) = Source::new(light, self.boxes.middle()) else { return };
+        let lines = Lines::Points { light, points, source };
+        spread.spread(&lines, points.len());
+        let reach = reach.max(f64::from(self.boxes.reach)) + lines.origin().abs().max_element();
+        let job = self.job(lit.triangles, (lit.opacity, lit.sides), lines, Asked::Any, reach);
+        tiles(&job, spread, workers);
+    }
+
+    /// Finds for each triangle how much of its area each light reaches, by `samples` points of even density on each: for the
+    /// first light all triangles, then for the next one. Triangles that no ray can hit are dark.
+    ///
+    /// # Panics
+    /// If it was built of another number of triangles, or there are no samples.
+    pub fn lit_areas(
+        &mut self,
+        triangles: Triangles<'_>,
+        lights: &[LightSource],
+        samples: u32,
+        shares: &mut Vec<LitShare>,
+    ) {
+        let lit = Lit::new(triangles, Receivers::Samples(samples));
+        let mut bits = LitBits::default();
+        shares.clear();
+        for light in lights {
+            self.lit(&lit, std::slice::from_ref(light), &mut bits);
+            shares.extend(bits.shares(0, samples));
+        }
+    }
+}
+
+/// Notes the points that a light reaches: all that are somewhere, in its cone, and not among those that workers have.
+fn reached(light: &LightSource, points: &[Receiver], workers: &mut [Worker], bits: &mut [u64]) {
+    let cone = Cone::of(light);
+    for (points, word) in points.chunks(64).zip(&mut *bits) {
+        for (bit, of) in points.iter().enumerate() {
+            let is_lit = of.is_somewhere() && cone.is_none_or(|cone| cone.contains(of.point.position));
+            *word |= u64::from(is_lit) << bit;
+        }
+    }
+    for worker in workers {
+        for line in worker.met.drain(..) {
+            bits[line as usize / 64] &= !(1 << (line % 64));
+        }
+    }
+}

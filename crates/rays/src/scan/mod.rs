@@ -1,0 +1,235 @@
+//! Scans: what do any directions from one origin hit?
+//!
+//! What the camera grid is for the pixels of an image, this is for directions in no order, all around: of a lidar, a panorama,
+//! or of lights to points. Directions are sorted to tiles on the six faces around the origin. A thread takes a tile from its
+//! directions to their hits before it takes another: it finds the [patches](crate::patches) in the tile's frustum, the nearest
+//! first, brings their vertices to coordinates of the tile, and tests triangles in f32 against the lines that are within their
+//! bounds. What that leaves undecided, and where the nearest hit is, the [predicate](crate::predicate) says, eight pairs of a ray
+//! and a triangle at a time.
+//!
+//! One verb a file: `spread` sorts lines to tiles, `cull` finds patches, `slots` sorts a tile's lines to cells, `worker` brings
+//! triangles to them, `test` tests sixteen pairs, `settle` decides.
+
+mod answers;
+mod cull;
+mod job;
+mod lines;
+mod lit;
+mod settle;
+mod slots;
+mod spread;
+mod test;
+mod worker;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fearless_simd::dispatch;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+pub use answers::Scanned;
+use cull::Boxes;
+use job::{Asked, Job};
+use lines::Lines;
+use lit::Receiver;
+pub use lit::{Lit, LitBits, LitShare, Receivers};
+use spread::Spread;
+use worker::Worker;
+
+use crate::patches::Patches;
+use crate::{Omitted, Opacity, Opaque, Sides, SimdLevel, Triangles};
+
+/// Directions from one or more origins, and what they may hit.
+#[derive(Clone, Copy)]
+pub struct Scan<'a> {
+    /// World-space triangles.
+    pub triangles: Triangles<'a>,
+    /// Origins with their directions.
+    pub sweeps: &'a [Sweep<'a>],
+    /// Hits at or before this t don't count, in lengths of a direction; at least zero.
+    pub t_min: f64,
+    /// Hits at or after this t don't count.
+    pub t_max: f64,
+    /// What stops rays.
+    pub opacity: &'a dyn Opacity,
+    /// Which sides of triangles there are.
+    pub sides: Sides<'a>,
+}
+
+/// Directions from one origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    /// World position.
+    pub origin: DVec3,
+    /// Of any length, which is the unit of t, and in any order. Those that are zero or not finite hit nothing.
+    pub directions: &'a [Vec3],
+}
+
+impl<'a> Scan<'a> {
+    /// All hits ahead of the origins, with both sides of all triangles opaque.
+    #[must_use]
+    pub fn new(triangles: Triangles<'a>, sweeps: &'a [Sweep<'a>]) -> Self {
+        Self { triangles, sweeps, t_min: 0.0, t_max: f64::INFINITY, opacity: &Opaque, sides: Sides::Both }
+    }
+}
+
+/// Answers [scans](Scan), rebuilt for every frame.
+///
+/// Keep it and use it again: its memory is reused. Of a triangle it keeps about 23 bytes, of a direction 8, and of the answers
+/// that wait 32 for each hit.
+///
+/// ```
+/// use glam::{DVec3, Vec3};
+/// use umbrage_rays::{LightSource, Lit, LitBits, Receivers, Scan, Scanned, Scanner, Sweep, Triangles};
+///
+/// // A square two units below the origin.
+/// let positions = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, z]| Vec3::new(x, -2.0, z));
+/// let triangles = Triangles { positions: &positions, indices: &[[0, 1, 2], [0, 2, 3]] };
+/// let (mut scanner, mut scanned) = (Scanner::default(), Scanned::default());
+/// // For each frame:
+/// scanner.build(triangles);
+/// let directions = [Vec3::NEG_Y, Vec3::new(0.2, -1.0, -0.1), Vec3::Y, Vec3::ZERO];
+/// let sweeps = [Sweep { origin: DVec3::ZERO, directions: &directions }];
+/// scanner.scan(&Scan::new(triangles, &sweeps), 1, &mut scanned);
+/// assert_eq!(scanned.t, [2.0, 2.0, f64::INFINITY, f64::INFINITY]);
+/// assert_eq!(scanned.triangle, [0, 0, Scanned::NONE, Scanned::NONE]);
+/// assert_eq!(scanned.without_direction, 1);
+///
+/// // Which centroids of triangles does the sun reach?
+/// let (mut bits, sun) = (LitBits::default(), LightSource::Directional { direction: Vec3::NEG_Y });
+/// scanner.lit(&Lit::new(triangles, Receivers::Faces), &[sun], &mut bits);
+/// assert!(bits.is_lit(0, 0) && bits.is_lit(0, 1));
+/// ```
+#[derive(Default)]
+pub struct Scanner {
+    level: SimdLevel,
+    patches: Patches,
+    boxes: Boxes,
+    spread: Spread,
+    workers: Vec<Worker>,
+    receivers: Vec<Receiver>,
+}
+
+debug_some!(Scanner as scanner: "patches" => scanner.patches.len());
+
+impl Scanner {
+    /// Uses the instructions of a level instead of the widest; answers are the same bit for bit.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
+    }
+
+    /// Brings it to the triangles of a frame; before it is asked about them.
+    pub fn build(&mut self, triangles: Triangles<'_>) {
+        self.patches.update(triangles, self.level);
+        self.boxes.find(&self.patches);
+    }
+
+    /// The triangles that no ray can hit, as of the last [`build`](Self::build).
+    #[must_use]
+    pub fn omitted(&self) -> &Omitted {
+        self.patches.omitted()
+    }
+
+    /// Finds what directions hit first, up to `returns` hits of each, nearest first; of several at equal t the lowest id first.
+    ///
+    /// # Panics
+    /// If it was built of another number of triangles.
+    pub fn scan(&mut self, scan: &Scan<'_>, returns: usize, scanned: &mut Scanned) {
+        let counts = scan.sweeps.iter().map(|sweep| sweep.directions.len());
+        scanned.clear(counts.sum(), returns);
+        if returns == 0 {
+            return;
+        }
+        let asked = if returns == 1 { Asked::Nearest } else { Asked::All };
+        let mut first = 0;
+        for sweep in scan.sweeps {
+            let nowhere = self.sweep(scan, sweep, asked);
+            scanned.without_direction += nowhere;
+            for worker in &mut self.workers {
+                scanned.note(first, &worker.hits);
+                worker.hits.clear();
+            }
+            first += sweep.directions.len();
+        }
+    }
+
+    /// Finds which directions hit anything, which takes less than finding what: a bit for each, that of direction i being bit
+    /// i % 64 of word i / 64. How many directions are zero or not finite.
+    ///
+    /// # Panics
+    /// If it was built of another number of triangles.
+    pub fn hits_any(&mut self, scan: &Scan<'_>, hit: &mut Vec<u64>) -> usize {
+        let count: usize = scan.sweeps.iter().map(|sweep| sweep.directions.len()).sum();
+        hit.clear();
+        hit.resize(count.div_ceil(64), 0);
+        let (mut first, mut without_direction) = (0, 0);
+        for sweep in scan.sweeps {
+            without_direction += self.sweep(scan, sweep, Asked::Any);
+            for worker in &mut self.workers {
+                for line in worker.met.drain(..) {
+                    let index = first + line as usize;
+                    hit[index / 64] |= 1 << (index % 64);
+                }
+            }
+            first += sweep.directions.len();
+        }
+        without_direction
+    }
+
+    /// Leaves the answers about a sweep with the workers; how many of its directions go nowhere.
+    fn sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, asked: Asked) -> usize {
+        self.patches.expect(scan.triangles);
+        let Scan { triangles, t_min, t_max, opacity, sides, .. } = *scan;
+        let Sweep { origin, directions } = *sweep;
+        let t_min = t_min.max(0.0);
+        if !origin.is_finite() || t_min >= t_max || t_max.is_nan() {
+            return directions.iter().filter(|of| !of.is_finite() || **of == Vec3::ZERO).count();
+        }
+        let lines = Lines::Directions { origin, directions, t_min, t_max };
+        let (mut spread, mut workers) = (std::mem::take(&mut self.spread), std::mem::take(&mut self.workers));
+        spread.spread(&lines, directions.len());
+        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        let reach = f64::from(self.boxes.reach) + origin.abs().max_element();
+        tiles(&self.job(triangles, (opacity, sides), lines, asked, reach), &spread, &mut workers);
+        (self.spread, self.workers) = (spread, workers);
+        self.spread.nowhere
+    }
+
+    /// What tracing lines takes; no length is above `reach`.
+    fn job<'a>(
+        &'a self,
+        triangles: Triangles<'a>,
+        (opacity, sides): (&'a dyn Opacity, Sides<'a>),
+        lines: Lines<'a>,
+        asked: Asked,
+        reach: f64,
+    ) -> Job<'a> {
+        let scale = job::scale(reach);
+        let all_stop = opacity.are_all_opaque() && sides == Sides::Both;
+        let Self { patches, boxes, level, .. } = self;
+        let (reach, level) = (reach * scale, *level);
+        Job { triangles, patches, boxes, opacity, sides, lines, asked, scale, reach, all_stop, level }
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let workers: usize = self.workers.iter().map(Worker::bytes).sum();
+        self.patches.bytes()
+            + self.boxes.bytes()
+            + self.spread.bytes()
+            + workers
+            + self.receivers.capacity() * size_of::<Receiver>()
+    }
+}
+
+/// Has workers answer lines that were spread to tiles.
+fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [Worker]) {
+    let next = AtomicUsize::new(0);
+    workers.par_iter_mut().with_max_len(1).for_each(|worker| {
+        while let Some(tile) = spread.tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
+            dispatch!(job.level.0, simd => worker.trace(simd, job, tile, &spread.order));
+        }
+    });
+}

@@ -1,0 +1,389 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4, f32x16};
+use glam::DVec3;
+
+use super::cull::nearest_of;
+use super::job::{Asked, Job};
+use super::lines::{Face, Lines};
+use super::slots::Slots;
+use super::spread::{Spread, Tile};
+use super::test::{Beam, Found, test};
+use crate::Hit;
+use crate::patches::{MOST_VERTICES, Patch};
+use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
+use crate::simd::vectorized;
+use crate::simd::vectors::{narrow, widen};
+
+/// Patches whose pairs wait together.
+const POOL: usize = 8;
+
+/// Fewest lines that a triangle is tested with by itself.
+const FEWEST: u32 = 5;
+
+/// Depths at or below which a corner counts as beside or behind the lines' origin.
+const LEAST_DEPTH: f32 = 1e-12;
+
+/// What a thread needs to trace tiles.
+#[derive(Debug, Default)]
+pub(super) struct Worker {
+    /// Where it takes a light alone.
+    pub(super) spread: Spread,
+    pub(super) slots: Slots,
+    found: Vec<u64>,
+    /// Corners of patches, as [`test`] wants them.
+    vertices: Vec<[f32; 4]>,
+    pairs: Vec<Pair>,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) settle: super::settle::Settle,
+    /// Hits of lines, for each the nearest first.
+    pub(super) hits: Vec<(u32, Hit)>,
+    /// Lines that are hit at all.
+    pub(super) met: Vec<u32>,
+}
+
+/// A line and a triangle, whose corners are some of the vertices.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pair {
+    slot: u32,
+    id: u32,
+    corners: [u16; 3],
+}
+
+/// A triangle that a line may hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) slot: u32,
+    pub(super) id: u32,
+    /// At which depth at the earliest.
+    pub(super) earliest: f32,
+}
+
+/// Where sixteen triangles are on the face, and how near.
+struct Around {
+    low: [[f32; LANES]; 2],
+    high: [[f32; LANES]; 2],
+    nearest: [f32; LANES],
+    /// Those that may meet a line of the tile.
+    alive: u16,
+}
+
+impl Worker {
+    /// Answers the lines of a tile.
+    #[inline(always)]
+    pub(super) fn trace<S: Simd>(&mut self, simd: S, job: &Job<'_>, tile: &Tile, order: &[u32]) {
+        let frustum = self.slots.fill(job, tile, order);
+        let mut found = std::mem::take(&mut self.found);
+        job.boxes.find_in(simd, job.patches, &frustum, &mut found);
+        self.candidates.clear();
+        self.pairs.clear();
+        self.vertices.clear();
+        let scale = job.scale as f32;
+        let mut farthest = f32::INFINITY;
+        for (number, &of) in found.iter().enumerate() {
+            if number % 4 == 0 {
+                farthest = vectorized!(simd => self.farthest(simd));
+            }
+            if nearest_of(of) * scale > farthest {
+                break;
+            }
+            vectorized!(simd => self.take(simd, job, &tile.face, of as u32 as usize, farthest));
+        }
+        vectorized!(simd => self.flush(simd, job));
+        self.found = found;
+        self.settle(job);
+    }
+
+    /// What is behind this matters to no line.
+    #[inline(always)]
+    fn farthest<S: Simd>(&self, simd: S) -> f32 {
+        let far = &self.slots.far[..self.slots.len()];
+        let (sixteens, rest) = far.as_chunks::<LANES>();
+        let mut farthest = splat(simd, f32::NEG_INFINITY);
+        for far in sixteens {
+            farthest = farthest.max(load(simd, far));
+        }
+        rest.iter().fold(farthest.reduce_max(), |farthest, &far| farthest.max(far))
+    }
+
+    /// Tests a patch's triangles against the lines that they may meet.
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, job: &Job<'_>, face: &Face, number: usize, farthest: f32) {
+        if self.vertices.len() > (POOL - 1) * MOST_VERTICES {
+            self.flush(simd, job);
+        }
+        let first = self.vertices.len();
+        self.project(simd, job, face, number);
+        let patch = job.patches.get(number);
+        for group in 0..patch.count.div_ceil(LANES) {
+            let corners = &patch.corners[group * LANES..(group + 1) * LANES];
+            let of = &self.vertices[first..];
+            let loaded = [
+                load_local_corner(simd, of, corners, 0),
+                load_local_corner(simd, of, corners, 1),
+                load_local_corner(simd, of, corners, 2),
+            ];
+            let filled = (patch.count - group * LANES).min(LANES);
+            let around = self.bound(simd, &loaded, filled, farthest);
+            for lane in bits_of(around.alive) {
+                self.find_lines(simd, job, &patch, (group * LANES + lane, lane), first, &around);
+            }
+        }
+    }
+
+    /// Brings a patch's vertices to the tile.
+    #[inline(always)]
+    fn project<S: Simd>(&mut self, simd: S, job: &Job<'_>, face: &Face, number: usize) {
+        let [i, j, k] = face.axes;
+        let Slots { slope, through, .. } = self.slots;
+        let origin: DVec3 = job.lines.origin();
+        for positions in job.patches.positions(number) {
+            let [low, high] = widen(load_positions(simd, positions));
+            let along = job.scale * face.sign;
+            let (low_z, high_z) = ((low[k] - origin[k]) * along, (high[k] - origin[k]) * along);
+            let low_x = (low[i] - origin[i]) * job.scale - low_z * slope[0] - through[0];
+            let high_x = (high[i] - origin[i]) * job.scale - high_z * slope[0] - through[0];
+            let low_y = (low[j] - origin[j]) * job.scale - low_z * slope[1] - through[1];
+            let high_y = (high[j] - origin[j]) * job.scale - high_z * slope[1] - through[1];
+            let [x, y, z] = narrow([low_x, low_y, low_z], [high_x, high_y, high_z]);
+            let start = self.vertices.len();
+            self.vertices.resize(start + LANES, [0.0; 4]);
+            let interleaved = quads([x, y, z, splat(simd, 0.0)]);
+            let to = self.vertices[start..].as_flattened_mut().chunks_exact_mut(LANES);
+            for (quad, to) in interleaved.into_iter().zip(to) {
+                quad.store_slice(to);
+            }
+        }
+    }
+
+    /// Finds where sixteen triangles are. See [`Found`] for what rounding makes of it: a corner's x / q is wrong by less than
+    /// 4 ε of itself, a line's u by ε, and what f64 makes of both is below 2⁻²⁶ H.
+    #[inline(always)]
+    fn bound<S: Simd>(&self, simd: S, corners: &[[f32x16<S>; 3]; 3], filled: usize, farthest: f32) -> Around {
+        const EPSILON: f32 = 1.0 / (1 << 24) as f32;
+        let Slots { form, low, high, .. } = &self.slots;
+        let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
+        let one = splat(simd, 1.0);
+        let (nearest, last) = (z0.min(z1).min(z2), z0.max(z1).max(z2));
+        let (i0, i1, i2) = if form.is_parallel { (one, one, one) } else { (one / z0, one / z1, one / z2) };
+        let (u0, u1, u2) = (x0 * i0, x1 * i1, x2 * i2);
+        let (v0, v1, v2) = (y0 * i0, y1 * i1, y2 * i2);
+        let (low_u, high_u) = (u0.min(u1).min(u2), u0.max(u1).max(u2));
+        let (low_v, high_v) = (v0.min(v1).min(v2), v0.max(v1).max(v2));
+        // What isn't a number makes this one too.
+        let all = u0.abs() + u1.abs() + u2.abs() + (v0.abs() + v1.abs() + v2.abs()) + (z0.abs() + z1.abs() + z2.abs());
+        let mut is_ahead = all.simd_lt(splat(simd, 1e30));
+        let mut is_gone = nearest.simd_gt(splat(simd, farthest));
+        if !form.is_parallel {
+            is_ahead &= nearest.simd_gt(splat(simd, LEAST_DEPTH));
+            is_gone |= last.simd_lt(splat(simd, 0.0));
+        }
+        let wide = splat(simd, form.wide / (1 << 26) as f32);
+        let margin_u = low_u.abs().max(high_u.abs()) * (8.0 * EPSILON) + wide;
+        let margin_v = low_v.abs().max(high_v.abs()) * (8.0 * EPSILON) + wide;
+        let infinity = splat(simd, f32::INFINITY);
+        let low_u = is_ahead.select(low_u - margin_u, -infinity);
+        let high_u = is_ahead.select(high_u + margin_u, infinity);
+        let low_v = is_ahead.select(low_v - margin_v, -infinity);
+        let high_v = is_ahead.select(high_v + margin_v, infinity);
+        is_gone |= low_u.simd_gt(splat(simd, high[0]))
+            | high_u.simd_lt(splat(simd, low[0]))
+            | low_v.simd_gt(splat(simd, high[1]))
+            | high_v.simd_lt(splat(simd, low[1]));
+        // Rounding moves depths by less.
+        let nearest = nearest - nearest.abs() * (16.0 * EPSILON);
+        let alive = !(is_gone.to_bitmask() as u16) & ((1_u32 << filled) - 1) as u16;
+        Around {
+            low: [low_u.into(), low_v.into()],
+            high: [high_u.into(), high_v.into()],
+            nearest: nearest.into(),
+            alive,
+        }
+    }
+
+    /// Finds the lines that a triangle may meet, and has it tested with them.
+    #[inline(always)]
+    fn find_lines<S: Simd>(
+        &mut self,
+        simd: S,
+        job: &Job<'_>,
+        patch: &Patch<'_>,
+        (triangle, lane): (usize, usize),
+        first: usize,
+        around: &Around,
+    ) {
+        let [a, b, c, _] = patch.corners[triangle].map(|corner| (first + usize::from(corner)) as u16);
+        let (id, corners) = (patch.ids[triangle], [a, b, c]);
+        let range = |axis: usize| [&around.low, &around.high].map(|ends| self.slots.cell(ends[axis][lane], axis));
+        let ([left, right], [bottom, top]) = (range(0), range(1));
+        let cells = self.slots.cells;
+        let ends = [around.low[0][lane], around.high[0][lane], around.low[1][lane], around.high[1][lane]];
+        let nearest = around.nearest[lane];
+        if left == 0 && right + 1 == cells {
+            let span = self.slots.of_cells(bottom * cells..(top + 1) * cells);
+            self.test_span(simd, job, (id, corners), span, ends, nearest);
+        } else {
+            for row in bottom..=top {
+                let span = self.slots.of_cells(row * cells + left..row * cells + right + 1);
+                self.test_span(simd, job, (id, corners), span, ends, nearest);
+            }
+        }
+    }
+
+    /// Tests a triangle with those of some lines that are within its bounds.
+    #[inline(always)]
+    fn test_span<S: Simd>(
+        &mut self,
+        simd: S,
+        job: &Job<'_>,
+        (id, corners): (u32, [u16; 3]),
+        span: std::ops::Range<usize>,
+        [low_u, high_u, low_v, high_v]: [f32; 4],
+        nearest: f32,
+    ) {
+        let (mut start, end) = (span.start, span.end);
+        while start < end {
+            let slots = start..start + LANES;
+            let u = f32x16::from_slice(simd, &self.slots.u[slots.clone()]);
+            let v = f32x16::from_slice(simd, &self.slots.v[slots.clone()]);
+            let far = f32x16::from_slice(simd, &self.slots.far[slots.clone()]);
+            // Not those beyond the last line, which aren't numbers.
+            let inside = u.simd_ge(splat(simd, low_u))
+                & u.simd_le(splat(simd, high_u))
+                & v.simd_ge(splat(simd, low_v))
+                & v.simd_le(splat(simd, high_v))
+                & far.simd_ge(splat(simd, nearest));
+            let filled = (end - start).min(LANES);
+            let lanes = inside.to_bitmask() as u32 & ((1 << filled) - 1);
+            if lanes.count_ones() >= FEWEST {
+                let beam = Beam {
+                    u,
+                    v,
+                    near: f32x16::from_slice(simd, &self.slots.near[slots.clone()]),
+                    end: f32x16::from_slice(simd, &self.slots.end[slots]),
+                    far,
+                };
+                let [[ax, ay, az, _], [bx, by, bz, _], [cx, cy, cz, _]] =
+                    corners.map(|corner| self.vertices[usize::from(corner)]);
+                let corners = [
+                    [splat(simd, ax), splat(simd, ay), splat(simd, az)],
+                    [splat(simd, bx), splat(simd, by), splat(simd, bz)],
+                    [splat(simd, cx), splat(simd, cy), splat(simd, cz)],
+                ];
+                let found = test(simd, &self.slots.form, &corners, &beam);
+                let (possible, certain, earliest, latest) = self.decide(simd, job, &found, &beam);
+                let always = certain != 0 && job.always_stops(id);
+                for lane in bits_of(possible & lanes as u16) {
+                    let is_certain = always && certain >> lane & 1 == 1;
+                    self.note(job, start + lane, id, is_certain, earliest[lane], latest[lane]);
+                }
+            } else {
+                for lane in bits_of(lanes) {
+                    self.pairs.push(Pair { slot: (start + lane) as u32, id, corners });
+                }
+            }
+            start += LANES;
+        }
+    }
+
+    /// Tests the pairs that wait, and lets go of their vertices.
+    #[inline(always)]
+    fn flush<S: Simd>(&mut self, simd: S, job: &Job<'_>) {
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let count = pairs.len();
+        // Padded with pairs that are there.
+        if let Some(&last) = pairs.last() {
+            pairs.resize(count.next_multiple_of(LANES), last);
+        }
+        for (number, sixteen) in pairs.chunks_exact(LANES).enumerate() {
+            let corners = [self.load(simd, sixteen, 0), self.load(simd, sixteen, 1), self.load(simd, sixteen, 2)];
+            let mut of = [[0.0; LANES]; 5];
+            for (lane, pair) in sixteen.iter().enumerate() {
+                let slot = pair.slot as usize;
+                let Slots { u, v, near, end, far, .. } = &self.slots;
+                for (to, from) in of.iter_mut().zip([u, v, near, end, far]) {
+                    to[lane] = from[slot];
+                }
+            }
+            let [u, v, near, end, far] = of;
+            let beam = Beam {
+                u: f32x16::simd_from(simd, u),
+                v: f32x16::simd_from(simd, v),
+                near: f32x16::simd_from(simd, near),
+                end: f32x16::simd_from(simd, end),
+                far: f32x16::simd_from(simd, far),
+            };
+            let found = test(simd, &self.slots.form, &corners, &beam);
+            let (possible, certain, earliest, latest) = self.decide(simd, job, &found, &beam);
+            let filled = (count - number * LANES).min(LANES);
+            for lane in bits_of(possible & ((1_u32 << filled) - 1) as u16) {
+                let Pair { slot, id, .. } = sixteen[lane];
+                let is_certain = certain >> lane & 1 == 1 && job.always_stops(id);
+                self.note(job, slot as usize, id, is_certain, earliest[lane], latest[lane]);
+            }
+        }
+        pairs.clear();
+        self.pairs = pairs;
+        self.vertices.clear();
+    }
+
+    /// One corner of each of sixteen pairs.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, pairs: &[Pair], corner: usize) -> [f32x16<S>; 3] {
+        transposed(
+            #[inline(always)]
+            |lane| f32x4::simd_from(simd, self.vertices[usize::from(pairs[lane].corners[corner])]),
+        )
+    }
+
+    /// Which lines may be stopped by their triangles, which certainly are, and where.
+    ///
+    /// A point is in shadow where its box is beyond the triangle's plane. With s the largest side of the triangle along any
+    /// axis, the components of its normal n add up to less than 6 s² and n · (P − hit) is Σ E times how far the depths are
+    /// apart: that has to be more than half the box, b, times 6 s², for which 16 b s² is taken.
+    #[inline(always)]
+    fn decide<S: Simd>(
+        &self,
+        simd: S,
+        job: &Job<'_>,
+        found: &Found<S>,
+        beam: &Beam<S>,
+    ) -> (u16, u16, [f32; LANES], [f32; LANES]) {
+        let mut certain = found.certain;
+        if matches!(job.lines, Lines::Points { .. }) {
+            let gap = beam.end - beam.end.abs() * (4.0 / (1 << 24) as f32) - found.latest;
+            let side = found.side * found.side * (16.0 * self.slots.box_size);
+            certain &= (found.area * gap).simd_gt(side + splat(simd, super::test::SMALLEST));
+        }
+        (found.possible.to_bitmask() as u16, certain.to_bitmask() as u16, found.earliest.into(), found.latest.into())
+    }
+
+    #[inline(always)]
+    fn note(&mut self, job: &Job<'_>, slot: usize, id: u32, is_certain: bool, earliest: f32, latest: f32) {
+        let far = &mut self.slots.far[slot];
+        if earliest > *far || self.slots.own[slot] == id {
+            return;
+        }
+        match job.asked {
+            Asked::Any if is_certain => {
+                *far = f32::NEG_INFINITY;
+                self.met.push(self.slots.line[slot]);
+                return;
+            }
+            Asked::Nearest if is_certain => *far = far.min(latest),
+            _ => {}
+        }
+        self.candidates.push(Candidate { slot: slot as u32, id, earliest });
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.spread.bytes()
+            + self.slots.bytes()
+            + self.settle.bytes()
+            + self.found.capacity() * size_of::<u64>()
+            + self.vertices.capacity() * size_of::<[f32; 4]>()
+            + self.pairs.capacity() * size_of::<Pair>()
+            + self.candidates.capacity() * size_of::<Candidate>()
+            + self.hits.capacity() * size_of::<(u32, Hit)>()
+            + self.met.capacity() * size_of::<u32>()
+    }
+}

@@ -1,0 +1,149 @@
+//! Lights reach the points that the oracle says, whatever the points are on and wherever the lights are.
+
+use std::f32::consts::FRAC_PI_4;
+
+use glam::{DVec3, Vec3};
+use rayon::ThreadPoolBuilder;
+use umbrage_rays::predicate::ShadowRay;
+use umbrage_rays::{Cone, LightSource, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel, Triangles};
+use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
+
+use crate::scan::meshes;
+
+/// Points of light in points, on faces, inside, outside and far away; suns along axes and anywhere; a spot; and what is no light.
+fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<LightSource> {
+    let mut positions =
+        vec![middle, middle + Vec3::new(0.3, 3.0, 0.2) * size, middle + Vec3::new(0.7, 0.4, -0.6) * (size * 1e6)];
+    if let Some(&[a, b, c]) = mesh.indices.first() {
+        let [a, b, c] = [a, b, c].map(|vertex| mesh.positions[vertex as usize]);
+        positions.extend([a, a.midpoint(b), (a + b + c) / 3.0, a + (a - b) * 0.5]);
+    }
+    let mut lights: Vec<_> = positions.into_iter().map(|position| LightSource::Point { position }).collect();
+    let suns = [Vec3::NEG_Y, Vec3::X, Vec3::new(1.0, -1.0, 0.0), Vec3::new(-0.3, -0.8, 0.5), random.point()];
+    lights.extend(suns.map(|direction| LightSource::Directional { direction: direction.normalize() }));
+    let spot = LightSource::Spot {
+        position: middle + Vec3::Y * (2.0 * size),
+        direction: Vec3::NEG_Y,
+        inner_radians: 0.1,
+        outer_radians: FRAC_PI_4,
+    };
+    lights.extend([spot, LightSource::Point { position: Vec3::NAN }]);
+    lights.push(LightSource::Directional { direction: Vec3::ZERO });
+    lights
+}
+
+/// Points on triangles as f32 has them, with the triangle or without, and beside them.
+fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec<Vec3>, Vec<u32>) {
+    let (mut positions, mut own) = (vec![middle, Vec3::NAN], vec![Scanned::NONE; 2]);
+    for _ in 0..200 {
+        if mesh.indices.is_empty() || random.below(4) == 0 {
+            positions.push(middle + random.point() * size);
+            own.push(Scanned::NONE);
+            continue;
+        }
+        let id = random.below(mesh.indices.len()) as u32;
+        let Ok([a, b, c]) = mesh.triangles().usable_corners(id) else { continue };
+        let (u, v) = (random.unit(), random.unit());
+        positions.push(if random.below(4) == 0 { a } else { a.lerp(b, u).lerp(c, v) });
+        own.push(if random.below(3) == 0 { Scanned::NONE } else { id });
+    }
+    (positions, own)
+}
+
+fn check(name: &str, scanner: &mut Scanner, lit: &Lit<'_>, lights: &[LightSource]) -> [usize; 2] {
+    let triangles = lit.triangles;
+    let (oracle, mut bits) = (Oracle::new(triangles), LitBits::default());
+    scanner.lit(lit, lights, &mut bits);
+    let count = lit.receivers.count(triangles);
+    assert_eq!((bits.points(), bits.lights()), (count, lights.len()), "{name}");
+    let (mut found, mut nowhere) = ([0, 0], 0);
+    for point in 0..count {
+        let receiver = lit.receivers.point(triangles, point);
+        nowhere += usize::from(receiver.is_none());
+        for (number, light) in lights.iter().enumerate() {
+            let expected = receiver.is_some_and(|(at, own)| {
+                let stops = |id: u32, at: [f32; 2]| {
+                    let is_there = lit.sides.stop_light(light, id, triangles.corners(id));
+                    is_there && (lit.opacity.is_opaque(id) || lit.opacity.stops(id, at))
+                };
+                let in_cone = Cone::of(light).is_none_or(|cone| cone.contains(at.position));
+                in_cone && !oracle.blocked(&ShadowRay::new(light, at), own, stops)
+            });
+            assert_eq!(bits.is_lit(number, point), expected, "{name}: {light:?} and {receiver:?}, number {point}");
+            found[usize::from(expected)] += 1;
+        }
+    }
+    assert_eq!(bits.nowhere, nowhere, "{name}");
+    found
+}
+
+#[test]
+fn lights_reach_what_the_oracle_says() {
+    let mut random = Random::new(21);
+    let mut found = [0, 0];
+    for (name, mesh, size, middle) in meshes() {
+        let triangles = mesh.triangles();
+        let lights = lights(&mesh, size, middle, &mut random);
+        let (positions, own) = points(&mesh, size, middle, &mut random);
+        let receivers = Receivers::Points { positions: &positions, own: &own };
+        let mask = |id: u32, [u, v]: [f32; 2]| !id.is_multiple_of(5) || u + v < 0.5;
+        let mut add = |[dark, lit]: [usize; 2]| found = [found[0] + dark, found[1] + lit];
+        for level in SimdLevel::available() {
+            let mut scanner = Scanner::with_level(level);
+            scanner.build(triangles);
+            add(check(name, &mut scanner, &Lit::new(triangles, receivers), &lights));
+        }
+        let mut scanner = Scanner::default();
+        (0..2).for_each(|_| scanner.build(triangles));
+        add(check(name, &mut scanner, &Lit::new(triangles, receivers), &lights[..1]));
+        let lit = Lit { opacity: &mask, sides: MIXED_SIDES, ..Lit::new(triangles, receivers) };
+        add(check(name, &mut scanner, &lit, &lights));
+        add(check(name, &mut scanner, &Lit { sides: Sides::Front, ..Lit::new(triangles, receivers) }, &lights));
+        if triangles.len() < 500 {
+            add(check(name, &mut scanner, &Lit::new(triangles, Receivers::Faces), &lights));
+            add(check(name, &mut scanner, &Lit::new(triangles, Receivers::Samples(2)), &lights));
+        }
+    }
+    assert!(found[0] > 10_000 && found[1] > 10_000, "{found:?} dark and lit");
+}
+
+#[test]
+fn lit_bits_do_not_depend_on_threads() {
+    let mut random = Random::new(22);
+    let mesh = TestMesh::bad_shapes(&mut random);
+    let lights = lights(&mesh, 1.0, Vec3::ZERO, &mut random);
+    let mut expected: Option<LitBits> = None;
+    for threads in [1, 2, 3, 7] {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let found = pool.install(|| {
+            let (mut scanner, mut bits) = (Scanner::default(), LitBits::default());
+            scanner.build(mesh.triangles());
+            scanner.lit(&Lit::new(mesh.triangles(), Receivers::Samples(20)), &lights, &mut bits);
+            bits
+        });
+        assert!(*expected.get_or_insert_with(|| found.clone()) == found, "{threads} threads");
+    }
+}
+
+/// A square in the plane y = 1 over half of a square in the plane y = 0, on which the sun falls from above.
+#[test]
+fn shares_of_area_are_those_of_a_half_covered_square() {
+    let corners = |low: DVec3, size: [f64; 2]| {
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+            .map(|[x, z]| (low + DVec3::new(x * size[0], 0.0, z * size[1])).as_vec3())
+    };
+    let positions =
+        [corners(DVec3::ZERO, [1.0, 1.0]), corners(DVec3::new(-1.0, 1.0, -1.0), [1.5, 3.0])].as_flattened().to_vec();
+    let indices = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+    let triangles = Triangles { positions: &positions, indices: &indices };
+    let (mut scanner, mut shares) = (Scanner::default(), Vec::new());
+    scanner.build(triangles);
+    let sun = LightSource::Directional { direction: Vec3::NEG_Y };
+    scanner.lit_areas(triangles, &[sun], 4096, &mut shares);
+    // x < 1/2 is covered: of the triangle (0, 0), (1, 0), (1, 1) a quarter, of the other three quarters.
+    for (share, expected) in shares.iter().zip([0.75, 0.25, 1.0, 1.0]) {
+        assert!((share.share - expected).abs() < 0.005, "{share:?}, not {expected}");
+        assert!((0.0..0.008).contains(&share.standard_error), "{share:?}");
+    }
+    assert_eq!(shares[2].share.to_bits(), 1.0_f64.to_bits());
+}
