@@ -5,7 +5,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x8};
+use fearless_simd::{Level, Simd, f64x8};
 
 use super::SMALLEST_TRUSTED_BOUND;
 use super::expansion::{two_product, two_sum};
@@ -23,6 +23,19 @@ pub(super) trait Number:
     /// Zero in each lane.
     fn zero(self) -> Self;
     fn magnitude(self) -> Self;
+    /// self · other as a rounded product and what the rounding lost, for a token of which products and sums
+    /// [are fused](is_fused).
+    fn fused_product(self, other: Self) -> (Self, Self);
+}
+
+/// Whether products and sums are rounded once on a level.
+#[inline(always)]
+pub(super) fn is_fused<S: Simd>(simd: S) -> bool {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let is_fused = matches!(simd.level(), Level::Avx2(_) | Level::Avx512(_));
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let is_fused = cfg!(target_arch = "aarch64") && !matches!(simd.level(), Level::Fallback(_));
+    is_fused
 }
 
 impl Number for f64 {
@@ -34,6 +47,12 @@ impl Number for f64 {
     #[inline(always)]
     fn magnitude(self) -> Self {
         self.abs()
+    }
+
+    #[inline(always)]
+    fn fused_product(self, other: Self) -> (Self, Self) {
+        let product = self * other;
+        (product, self.mul_add(other, -product))
     }
 }
 
@@ -47,20 +66,26 @@ impl<S: Simd> Number for f64x8<S> {
     fn magnitude(self) -> Self {
         self.abs()
     }
+
+    #[inline(always)]
+    fn fused_product(self, other: Self) -> (Self, Self) {
+        let product = self * other;
+        (product, self.mul_sub(other, product))
+    }
 }
 
 /// `high + low`, and the sum of the magnitudes of everything that was added up to it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Double<N = f64> {
-    high: N,
-    low: N,
-    magnitude: N,
+pub(super) struct Double {
+    high: f64,
+    low: f64,
+    magnitude: f64,
 }
 
-impl<N: Number> From<N> for Double<N> {
+impl From<f64> for Double {
     #[inline(always)]
-    fn from(value: N) -> Self {
-        Self { high: value, low: value.zero(), magnitude: value.magnitude() }
+    fn from(value: f64) -> Self {
+        Self { high: value, low: 0.0, magnitude: value.abs() }
     }
 }
 
@@ -83,15 +108,13 @@ impl Double {
     pub(super) fn is_precise(self) -> bool {
         self.high.abs() > Self::CANCELLATION * self.magnitude && self.magnitude >= SMALLEST_TRUSTED_BOUND
     }
-}
 
-impl<N: Number> Double<N> {
     /// a − b on each axis, exactly.
     #[inline(always)]
-    pub(super) fn difference(a: [N; 3], b: [N; 3]) -> [Self; 3] {
+    pub(super) fn difference(a: [f64; 3], b: [f64; 3]) -> [Self; 3] {
         let component = |axis: usize| {
             let (high, low) = two_sum(a[axis], -b[axis]);
-            Self { high, low, magnitude: high.magnitude() }
+            Self { high, low, magnitude: high.abs() }
         };
         [component(0), component(1), component(2)]
     }
@@ -109,24 +132,18 @@ impl<N: Number> Double<N> {
 
     /// The nearest f64.
     #[inline(always)]
-    pub(super) fn value(self) -> N {
+    pub(super) fn value(self) -> f64 {
         self.high
-    }
-
-    /// An upper bound, to a few roundings, of the magnitudes that cancelled in the sums behind this number.
-    #[inline(always)]
-    pub(super) fn magnitude(self) -> N {
-        self.magnitude
     }
 
     /// self ÷ divisor, rounded to f64: as it would be if it were a little less and a little more, by `error` of itself.
     /// Where both are the same, that is the nearest f64 (Ziv, *Fast evaluation of elementary mathematical functions with
     /// correctly rounded last bit*, 1991).
     #[inline(always)]
-    pub(super) fn quotient(self, divisor: Self, error: f64) -> [N; 2] {
+    pub(super) fn quotient(self, divisor: Self, error: f64) -> [f64; 2] {
         let first = self.high / divisor.high;
         let rest = self.plus(divisor.times(Self::from(-first)));
-        let (second, error) = (rest.high / divisor.high, first.magnitude() * error);
+        let (second, error) = (rest.high / divisor.high, first.abs() * error);
         [first + (second - error), first + (second + error)]
     }
 

@@ -1,8 +1,12 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f64x8};
+use fearless_simd::{Level, Simd, dispatch, f64x8, mask64x8};
+use glam::DVec3;
 
-use super::double::{Double, Number};
-use super::{EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, barycentric, canonical_order, hit, slope_and_height};
+use super::double::Double;
+use super::near::{LARGEST_TRUSTED_BOUND, Plane, RANGE, Sum};
+use super::{EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, hit};
+use crate::simd::vectorized;
+use crate::simd::vectors::{largest, minus};
 use crate::{Hit, Ray, Triangles};
 
 /// Pairs at once.
@@ -14,6 +18,8 @@ const FEWEST: usize = 5;
 /// Answers [`hit`] for each pair of a ray's index and a triangle, bit for bit, eight at a time where there are enough. What
 /// f64 leaves undecided is settled one by one.
 ///
+/// It takes less where pairs that follow each other have the same triangle, and rays with the same origin.
+///
 /// # Panics
 /// If an index, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
 pub(crate) fn hits(
@@ -23,78 +29,145 @@ pub(crate) fn hits(
     pairs: &[(u32, u32)],
     hits: &mut [Option<Hit>],
 ) {
-    for (pairs, hits) in pairs.chunks(LANES).zip(hits.chunks_mut(LANES)) {
-        if pairs.len() < FEWEST {
-            for (&(ray, id), answer) in pairs.iter().zip(hits) {
-                *answer = hit(&rays[ray as usize], triangles, id);
-            }
-        } else {
-            dispatch!(level, simd => hits_of_eight(simd, triangles, rays, pairs, hits));
-        }
-    }
+    let mut all = All { triangles, rays, pairs, hits };
+    dispatch!(level, simd => all.answer(simd));
 }
 
-/// Eight pairs, with corners in canonical order.
-struct Eight {
-    corners: [[[f64; LANES]; 3]; 3],
-    origin: [[f64; LANES]; 3],
-    direction: [[f64; LANES]; 3],
-    /// The index of each corner in the triangle.
-    orders: [[usize; 3]; LANES],
+/// Pairs with room for their answers.
+struct All<'a> {
+    triangles: Triangles<'a>,
+    rays: &'a [Ray],
+    pairs: &'a [(u32, u32)],
+    hits: &'a mut [Option<Hit>],
 }
 
-impl Eight {
+impl All<'_> {
     #[inline(always)]
-    fn new(triangles: Triangles<'_>, rays: &[Ray], pairs: &[(u32, u32)]) -> Self {
-        let mut eight = Self {
-            corners: [[[0.0; LANES]; 3]; 3],
-            origin: [[0.0; LANES]; 3],
-            direction: [[0.0; LANES]; 3],
-            orders: [[0; 3]; LANES],
-        };
-        for (lane, &(ray, id)) in pairs.iter().enumerate() {
-            let ray = &rays[ray as usize];
-            let corners = triangles.corners(id);
-            let order = canonical_order(&corners);
-            for axis in [0, 1, 2] {
-                eight.origin[axis][lane] = ray.origin[axis];
-                eight.direction[axis][lane] = ray.direction[axis];
-                for (corner, &index) in order.iter().enumerate() {
-                    eight.corners[corner][axis][lane] = f64::from(corners[index][axis]);
+    fn answer<S: Simd>(&mut self, simd: S) {
+        let (mut start, mut waiting, mut count) = (0, [0; LANES], 0);
+        while start < self.pairs.len() {
+            let end = self.end_of_like(start);
+            if end - start >= FEWEST {
+                vectorized!(simd => self.answer_one(simd, start..end));
+            } else {
+                for index in start..end {
+                    waiting[count] = index;
+                    count += 1;
+                    if count == LANES {
+                        vectorized!(simd => self.answer_eight(simd, &waiting));
+                        count = 0;
+                    }
                 }
             }
-            eight.orders[lane] = order;
+            start = end;
         }
-        eight
-    }
-}
-
-#[inline(always)]
-fn hits_of_eight<S: Simd>(
-    simd: S,
-    triangles: Triangles<'_>,
-    rays: &[Ray],
-    pairs: &[(u32, u32)],
-    hits: &mut [Option<Hit>],
-) {
-    let eight = Eight::new(triangles, rays, pairs);
-    let Values { weights, t, met, undecided } = values(simd, &eight);
-    for (lane, (&(ray, id), answer)) in pairs.iter().zip(hits).enumerate() {
-        let ray = &rays[ray as usize];
-        *answer = if undecided >> lane & 1 == 1 {
-            hit(ray, triangles, id)
-        } else if met >> lane & 1 == 1 && ray.t_min < t[lane] && t[lane] < ray.t_max {
-            let weights = [weights[0][lane], weights[1][lane], weights[2][lane]];
-            Some(Hit { t: t[lane], triangle: id, barycentric: barycentric(weights, eight.orders[lane]) })
+        if count >= FEWEST {
+            vectorized!(simd => self.answer_eight(simd, &waiting[..count]));
         } else {
-            None
-        };
+            for &index in &waiting[..count] {
+                self.answer_alone(index);
+            }
+        }
+    }
+
+    /// Where pairs end that have the triangle and the origin of the one at `start`.
+    #[inline(always)]
+    fn end_of_like(&self, start: usize) -> usize {
+        let (ray, id) = self.pairs[start];
+        let origin = self.rays[ray as usize].origin;
+        let is_like = |&(of, other): &(u32, u32)| other == id && self.rays[of as usize].origin == origin;
+        self.pairs[start + 1..]
+            .iter()
+            .position(|pair| !is_like(pair))
+            .map_or(self.pairs.len(), |count| start + 1 + count)
+    }
+
+    fn answer_alone(&mut self, index: usize) {
+        let (ray, id) = self.pairs[index];
+        self.hits[index] = hit(&self.rays[ray as usize], self.triangles, id);
+    }
+
+    /// Answers pairs of one triangle with rays of one origin.
+    #[inline(always)]
+    fn answer_one<S: Simd>(&mut self, simd: S, pairs: std::ops::Range<usize>) {
+        let (ray, id) = self.pairs[pairs.start];
+        let mut corners = [[[0.0; LANES]; 3]; 3];
+        for (to, corner) in corners.iter_mut().zip(self.triangles.corners(id)) {
+            *to = corner.as_dvec3().to_array().map(|value| [value; LANES]);
+        }
+        let origin = self.rays[ray as usize].origin.to_array().map(|value| [value; LANES]);
+        let eight = Eight::new(simd, &corners, &origin);
+        let mut start = pairs.start;
+        while start < pairs.end {
+            let count = (pairs.end - start).min(LANES);
+            let mut direction = [[0.0; LANES]; 3];
+            for (lane, &(ray, _)) in self.pairs[start..start + count].iter().enumerate() {
+                let DVec3 { x, y, z } = self.rays[ray as usize].direction;
+                (direction[0][lane], direction[1][lane], direction[2][lane]) = (x, y, z);
+            }
+            let values = eight.meet(simd, &direction);
+            for lane in 0..count {
+                self.note(start + lane, &values, lane);
+            }
+            start += LANES;
+        }
+    }
+
+    /// Answers up to eight pairs of whatever triangles and rays.
+    #[inline(always)]
+    fn answer_eight<S: Simd>(&mut self, simd: S, indices: &[usize]) {
+        let mut corners = [[[0.0; LANES]; 3]; 3];
+        let (mut origin, mut direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for (lane, &index) in indices.iter().enumerate() {
+            let (ray, id) = self.pairs[index];
+            let ray = &self.rays[ray as usize];
+            let of_triangle = self.triangles.corners(id);
+            for axis in [0, 1, 2] {
+                origin[axis][lane] = ray.origin[axis];
+                direction[axis][lane] = ray.direction[axis];
+                for corner in [0, 1, 2] {
+                    corners[corner][axis][lane] = f64::from(of_triangle[corner][axis]);
+                }
+            }
+        }
+        let values = Eight::new(simd, &corners, &origin).meet(simd, &direction);
+        for (lane, &index) in indices.iter().enumerate() {
+            self.note(index, &values, lane);
+        }
+    }
+
+    #[inline(always)]
+    fn note(&mut self, index: usize, values: &Values, lane: usize) {
+        if values.undecided >> lane & 1 == 1 {
+            self.answer_alone(index);
+            return;
+        }
+        let (ray, triangle) = self.pairs[index];
+        let (ray, t) = (&self.rays[ray as usize], values.t[lane]);
+        let is_hit = values.met >> lane & 1 == 1 && ray.t_min < t && t < ray.t_max;
+        let barycentric = values.barycentric;
+        self.hits[index] = is_hit.then(|| Hit {
+            t,
+            triangle,
+            barycentric: [barycentric[0][lane] as f32, barycentric[1][lane] as f32],
+        });
     }
 }
 
-/// What the predicate computes for eight pairs.
+// Functions where closures would do, since what isn't inlined is compiled without the instruction set.
+
+/// Eight triangles, seen from an origin each.
+struct Eight<S: Simd> {
+    /// The cross product of the corners at each edge's ends.
+    edges: [[f64x8<S>; 3]; 3],
+    /// What the largest component of a direction is multiplied with for the bound of edge functions.
+    bound: f64x8<S>,
+    plane: Plane<f64x8<S>>,
+}
+
+/// What is known of eight pairs.
 struct Values {
-    weights: [[f64; LANES]; 3],
+    barycentric: [[f64; LANES]; 2],
     t: [f64; LANES],
     /// Lines that meet their triangle, a bit for each.
     met: u64,
@@ -102,60 +175,76 @@ struct Values {
     undecided: u64,
 }
 
-#[inline(always)]
-fn values<S: Simd>(simd: S, eight: &Eight) -> Values {
-    let corners = [three(simd, &eight.corners[0]), three(simd, &eight.corners[1]), three(simd, &eight.corners[2])];
-    let (origin, direction) = (three(simd, &eight.origin), three(simd, &eight.direction));
-    let relative = [minus(corners[0], origin), minus(corners[1], origin), minus(corners[2], origin)];
-    // As of single pairs.
-    let reach = largest(relative[0]).max(largest(relative[1])).max(largest(relative[2]));
-    let bound = largest(direction) * (64.0 * ROUNDING) * reach * reach;
-    let weight = |opposite: usize| {
-        let (first, second) = EDGE_OPPOSITE[opposite];
-        let [[px, py, pz], [qx, qy, qz]] = [relative[first], relative[second]];
-        let [x, y, z] = direction;
-        x * (py * qz - qy * pz) + y * (pz * qx - qz * px) + z * (px * qy - qx * py)
-    };
-    let weights = [weight(0), weight(1), weight(2)];
-    let zero = f64x8::splat(simd, 0.0);
-    let (lowest, highest) = (weights[0].min(weights[1]).min(weights[2]), weights[0].max(weights[1]).max(weights[2]));
-    let smallest = weights[0].abs().min(weights[1].abs()).min(weights[2].abs());
-    let decided = smallest.simd_gt(bound)
-        & bound.simd_ge(f64x8::splat(simd, SMALLEST_TRUSTED_BOUND))
-        & weights[0].is_finite()
-        & weights[1].is_finite()
-        & weights[2].is_finite();
-    let met = lowest.simd_gt(zero) | highest.simd_lt(zero);
-    let (slope, height) = slope_and_height(corners, origin, direction);
-    let [t, other] = height.quotient(slope, Double::PRECISION);
-    let smallest_trusted = f64x8::splat(simd, SMALLEST_TRUSTED_BOUND);
-    let is_precise = |value: Double<f64x8<S>>| {
-        value.value().abs().simd_gt(value.magnitude() * Double::CANCELLATION)
-            & value.magnitude().simd_ge(smallest_trusted)
-    };
-    let undecided = !decided | (met & !(is_precise(slope) & is_precise(height) & t.simd_eq(other)));
-    Values {
-        weights: [weights[0].into(), weights[1].into(), weights[2].into()],
-        t: t.into(),
-        met: met.to_bitmask(),
-        undecided: undecided.to_bitmask(),
+impl<S: Simd> Eight<S> {
+    #[inline(always)]
+    fn new(simd: S, corners: &[[[f64; LANES]; 3]; 3], origin: &[[f64; LANES]; 3]) -> Self {
+        let corners = [three(simd, &corners[0]), three(simd, &corners[1]), three(simd, &corners[2])];
+        let origin = three(simd, origin);
+        let relative = [minus(corners[0], origin), minus(corners[1], origin), minus(corners[2], origin)];
+        // As of single pairs.
+        let reach = largest(relative[0]).max(largest(relative[1])).max(largest(relative[2]));
+        Self {
+            edges: [edge(&relative, 0), edge(&relative, 1), edge(&relative, 2)],
+            bound: reach * reach * (64.0 * ROUNDING),
+            plane: Plane::new(simd, corners, origin),
+        }
+    }
+
+    /// What [`hit_of_near_at`](super::hit_of_near_at) computes: weights are those of corners in canonical order but for their
+    /// signs, and t is rounded from a number with a proven error.
+    #[inline(always)]
+    fn meet(&self, simd: S, direction: &[[f64; LANES]; 3]) -> Values {
+        let direction = three(simd, direction);
+        let weights =
+            [unfused(direction, self.edges[0]), unfused(direction, self.edges[1]), unfused(direction, self.edges[2])];
+        let bound = largest(direction) * self.bound;
+        let lowest = weights[0].min(weights[1]).min(weights[2]);
+        let highest = weights[0].max(weights[1]).max(weights[2]);
+        let is_trusted = bound.simd_ge(f64x8::splat(simd, SMALLEST_TRUSTED_BOUND))
+            & bound.simd_lt(f64x8::splat(simd, LARGEST_TRUSTED_BOUND))
+            & weights[0].is_finite()
+            & weights[1].is_finite()
+            & weights[2].is_finite();
+        let missed = is_trusted & lowest.simd_lt(-bound) & highest.simd_gt(bound);
+        let met = is_trusted & (lowest.simd_gt(bound) | highest.simd_lt(-bound));
+        let (slope, height) = (self.plane.slope(simd, direction), self.plane.height);
+        let [t, other] = height.quotient(simd, &slope);
+        let is_precise = are_precise(simd, &slope) & are_precise(simd, &height) & t.simd_eq(other);
+        let shares = [weights[0].abs(), weights[1].abs(), weights[2].abs()];
+        let sum = shares[0] + shares[1] + shares[2];
+        Values {
+            barycentric: [(shares[1] / sum).into(), (shares[2] / sum).into()],
+            t: t.into(),
+            met: met.to_bitmask(),
+            undecided: (!(missed | (met & is_precise))).to_bitmask(),
+        }
     }
 }
 
+/// [`Sum::is_precise`] for each lane.
 #[inline(always)]
-fn three<S: Simd>(simd: S, numbers: &[[f64; LANES]; 3]) -> [f64x8<S>; 3] {
-    let [x, y, z] = numbers;
+fn are_precise<S: Simd>(simd: S, sum: &Sum<f64x8<S>>) -> mask64x8<S> {
+    sum.high.abs().simd_gt(sum.magnitude * Double::CANCELLATION)
+        & sum.magnitude.simd_ge(f64x8::splat(simd, RANGE.start))
+        & sum.magnitude.simd_lt(f64x8::splat(simd, RANGE.end))
+}
+
+#[inline(always)]
+fn edge<S: Simd>(relative: &[[f64x8<S>; 3]; 3], opposite: usize) -> [f64x8<S>; 3] {
+    let (first, second) = EDGE_OPPOSITE[opposite];
+    let [[px, py, pz], [qx, qy, qz]] = [relative[first], relative[second]];
+    [py * qz - qy * pz, pz * qx - qz * px, px * qy - qx * py]
+}
+
+/// The dot product, rounded as of single pairs.
+#[inline(always)]
+fn unfused<S: Simd>([x, y, z]: [f64x8<S>; 3], [a, b, c]: [f64x8<S>; 3]) -> f64x8<S> {
+    x * a + y * b + z * c
+}
+
+#[inline(always)]
+fn three<S: Simd>(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> [f64x8<S>; 3] {
     [f64x8::from_slice(simd, x), f64x8::from_slice(simd, y), f64x8::from_slice(simd, z)]
-}
-
-#[inline(always)]
-fn minus<N: Number>(a: [N; 3], b: [N; 3]) -> [N; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn largest<S: Simd>([x, y, z]: [f64x8<S>; 3]) -> f64x8<S> {
-    x.abs().max(y.abs()).max(z.abs())
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod shadow;
 use glam::{DVec3, Vec3};
 
 use crate::{Hit, Ray, Triangles};
-use double::{Double, Number};
+use double::Double;
 pub(crate) use eight::hits;
 use expansion::Expansion;
 pub(crate) use near::hit_of_near_at;
@@ -216,13 +216,13 @@ fn barycentric(weights: [f64; 3], order: [usize; 3]) -> [f32; 2] {
 
 /// The unnormalised normal n of a triangle.
 #[inline(always)]
-fn normal<N: Number>([a, b, c]: [[N; 3]; 3]) -> [Double<N>; 3] {
+fn normal([a, b, c]: [[f64; 3]; 3]) -> [Double; 3] {
     Double::cross(Double::difference(b, a), Double::difference(c, a))
 }
 
 /// n · d and n · (A − o) for the unnormalised normal n.
 #[inline(always)]
-fn slope_and_height<N: Number>(corners: [[N; 3]; 3], origin: [N; 3], direction: [N; 3]) -> (Double<N>, Double<N>) {
+fn slope_and_height(corners: [[f64; 3]; 3], origin: [f64; 3], direction: [f64; 3]) -> (Double, Double) {
     let normal = normal(corners);
     let [x, y, z] = direction;
     let slope = Double::dot(normal, [Double::from(x), Double::from(y), Double::from(z)]);

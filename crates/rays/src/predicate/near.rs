@@ -1,7 +1,7 @@
-use fearless_simd::{Level, Simd};
+use fearless_simd::Simd;
 use glam::{DVec3, Vec3};
 
-use super::double::Double;
+use super::double::{Double, Number, is_fused};
 use super::expansion::{two_product, two_sum};
 use super::{EDGE_OPPOSITE, SMALLEST_TRUSTED_BOUND, barycentric, edge_bound, hit_of_near};
 use crate::{Hit, Ray};
@@ -35,72 +35,124 @@ pub(crate) fn hit_of_near_at<S: Simd>(simd: S, ray: &Ray, corners: [Vec3; 3], id
 
 /// With a bound below this and a direction of up to 10¹⁰⁰, no number is so large that what products lose below the smallest
 /// number matters once it is multiplied with it.
-const LARGEST_TRUSTED_BOUND: f64 = 1e100;
+pub(super) const LARGEST_TRUSTED_BOUND: f64 = 1e100;
 
 /// t as `Edges::t` has it; `None` where that takes more.
-///
-/// **How wrong sums are.** Let u = 2⁻⁵³ and m the sum of magnitudes of the two products of a component of the normal. Its low
-/// part is at most 4 u m, of seven operations, and leaves products of two low parts out: 32 u² m. In the sum of products with
-/// the direction, or with the way to the first corner, M takes the place of m: low parts are at most 8 u M, of nine operations.
-/// Together that is less than 128 u² M, or 2⁻⁷³ of a sum above 2⁻²⁶ M.
-///
-/// **How wrong the quotient is.** What the first quotient leaves is exact; all that is added to it is at most 3 u of the
-/// dividend, of three operations, and dividing it by the high part alone leaves out another u of it: less than 16 u² of t. All
-/// is less than [`Double::PRECISION`].
 #[inline(always)]
 fn quotient<S: Simd>(simd: S, ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let (ab, ac, towards) = (Split::difference(b, a), Split::difference(c, a), Split::difference(a, ray.origin));
-    let (normal, magnitudes) = cross(simd, ab, ac);
-    let exact = Split { high: ray.direction.to_array(), low: [0.0; 3] };
-    let slope = dot(simd, normal, exact, magnitudes)?;
-    let height = dot(simd, normal, towards, magnitudes)?;
-    let first = height[0] / slope[0];
-    let (product, lost) = product(simd, first, slope[0]);
-    let rest = ((height[0] - product) - lost) + (height[1] - first * slope[1]);
-    let (second, error) = (rest / slope[0], first.abs() * Double::PRECISION);
-    let (low, high) = (first + (second - error), first + (second + error));
+    let origin = ray.origin.to_array();
+    let plane = Plane::new(simd, [a.to_array(), b.to_array(), c.to_array()], origin);
+    let slope = plane.slope(simd, ray.direction.to_array());
+    if !slope.is_precise() || !plane.height.is_precise() {
+        return None;
+    }
+    let [low, high] = plane.height.quotient(simd, &slope);
     (low == high).then_some(low)
+}
+
+/// The plane of a triangle, or of eight.
+pub(super) struct Plane<N> {
+    normal: Split<N>,
+    /// The sum of the magnitudes that each component of the normal is the sum of.
+    magnitudes: [N; 3],
+    /// n · (A − o).
+    pub(super) height: Sum<N>,
+}
+
+impl<N: Number> Plane<N> {
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(simd: S, [a, b, c]: [[N; 3]; 3], origin: [N; 3]) -> Self {
+        let (normal, magnitudes) = cross(simd, Split::difference(b, a), Split::difference(c, a));
+        let height = dot(simd, normal, Split::difference(a, origin), magnitudes);
+        Self { normal, magnitudes, height }
+    }
+
+    /// n · d.
+    #[inline(always)]
+    pub(super) fn slope<S: Simd>(&self, simd: S, direction: [N; 3]) -> Sum<N> {
+        let zero = direction[0].zero();
+        dot(simd, self.normal, Split { high: direction, low: [zero; 3] }, self.magnitudes)
+    }
 }
 
 /// Three numbers, each the sum of two.
 #[derive(Clone, Copy)]
-struct Split {
-    high: [f64; 3],
-    low: [f64; 3],
+struct Split<N> {
+    high: [N; 3],
+    low: [N; 3],
 }
 
-impl Split {
+impl<N: Number> Split<N> {
     /// a − b, exactly.
     #[inline(always)]
-    fn difference(a: DVec3, b: DVec3) -> Self {
-        let [x, y, z] = [two_sum(a.x, -b.x), two_sum(a.y, -b.y), two_sum(a.z, -b.z)];
+    fn difference(a: [N; 3], b: [N; 3]) -> Self {
+        let [x, y, z] = [two_sum(a[0], -b[0]), two_sum(a[1], -b[1]), two_sum(a[2], -b[2])];
         Self { high: [x.0, y.0, z.0], low: [x.1, y.1, z.1] }
+    }
+}
+
+/// A sum as that of two numbers.
+///
+/// **How wrong it is.** Let u = 2⁻⁵³ and m the sum of magnitudes of the two products of a component of the normal. Its low
+/// part is at most 4 u m, of seven operations, and leaves products of two low parts out: 32 u² m. In the sum of products with
+/// the direction, or with the way to the first corner, M takes the place of m: low parts are at most 8 u M, of nine operations.
+/// Together that is less than 128 u² M, or 2⁻⁷³ of a sum above 2⁻²⁶ M.
+#[derive(Clone, Copy)]
+pub(super) struct Sum<N> {
+    pub(super) high: N,
+    low: N,
+    /// M.
+    pub(super) magnitude: N,
+}
+
+/// What M has to be for the low parts of products not to be too large or too small.
+pub(super) const RANGE: std::ops::Range<f64> = 1e-140..1e140;
+
+impl Sum<f64> {
+    /// Whether it is not too small beside what was added up.
+    fn is_precise(&self) -> bool {
+        RANGE.contains(&self.magnitude) && self.high.abs() > self.magnitude * Double::CANCELLATION
+    }
+}
+
+impl<N: Number> Sum<N> {
+    /// self ÷ divisor, of precise sums, rounded to f64: as it would be if it were a little less and a little more. Where both
+    /// are the same that is the nearest f64.
+    ///
+    /// **How wrong it is.** What the first quotient leaves is exact; all that is added to it is at most 3 u of the dividend, of
+    /// three operations, and dividing it by the high part alone leaves out another u of it: less than 16 u² of t. With what
+    /// the sums are wrong by it is less than [`Double::PRECISION`].
+    #[inline(always)]
+    pub(super) fn quotient<S: Simd>(&self, simd: S, divisor: &Self) -> [N; 2] {
+        let first = self.high / divisor.high;
+        let (product, lost) = product(simd, first, divisor.high);
+        let rest = ((self.high - product) - lost) + (self.low - first * divisor.low);
+        let (second, error) = (rest / divisor.high, first.magnitude() * Double::PRECISION);
+        [first + (second - error), first + (second + error)]
     }
 }
 
 /// a × b, and for each component the sum of its products' magnitudes.
 #[inline(always)]
-fn cross<S: Simd>(simd: S, a: Split, b: Split) -> (Split, [f64; 3]) {
-    let (mut cross, mut magnitudes) = (Split { high: [0.0; 3], low: [0.0; 3] }, [0.0; 3]);
-    for (axis, magnitude) in magnitudes.iter_mut().enumerate() {
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (plus, plus_lost) = product(simd, a.high[next], b.high[last]);
-        let (minus, minus_lost) = product(simd, a.high[last], b.high[next]);
-        let (high, lost) = two_sum(plus, -minus);
-        let plus_low = a.high[next] * b.low[last] + a.low[next] * b.high[last];
-        let minus_low = a.high[last] * b.low[next] + a.low[last] * b.high[next];
-        cross.high[axis] = high;
-        cross.low[axis] = (lost + (plus_lost - minus_lost)) + (plus_low - minus_low);
-        *magnitude = plus.abs() + minus.abs();
-    }
-    (cross, magnitudes)
+fn cross<S: Simd, N: Number>(simd: S, a: Split<N>, b: Split<N>) -> (Split<N>, [N; 3]) {
+    let (x, y, z) = (determinant(simd, a, b, 1, 2), determinant(simd, a, b, 2, 0), determinant(simd, a, b, 0, 1));
+    (Split { high: [x.high, y.high, z.high], low: [x.low, y.low, z.low] }, [x.magnitude, y.magnitude, z.magnitude])
 }
 
-/// n · v as the sum of two numbers; `None` where that is too small beside what was added up, or numbers are too large or small
-/// for their products' low parts.
 #[inline(always)]
-fn dot<S: Simd>(simd: S, n: Split, v: Split, magnitudes: [f64; 3]) -> Option<[f64; 2]> {
-    const RANGE: std::ops::Range<f64> = 1e-140..1e140;
+fn determinant<S: Simd, N: Number>(simd: S, a: Split<N>, b: Split<N>, next: usize, last: usize) -> Sum<N> {
+    let (plus, plus_lost) = product(simd, a.high[next], b.high[last]);
+    let (minus, minus_lost) = product(simd, a.high[last], b.high[next]);
+    let (high, lost) = two_sum(plus, -minus);
+    let plus_low = a.high[next] * b.low[last] + a.low[next] * b.high[last];
+    let minus_low = a.high[last] * b.low[next] + a.low[last] * b.high[next];
+    let low = (lost + (plus_lost - minus_lost)) + (plus_low - minus_low);
+    Sum { high, low, magnitude: plus.magnitude() + minus.magnitude() }
+}
+
+/// n · v.
+#[inline(always)]
+fn dot<S: Simd, N: Number>(simd: S, n: Split<N>, v: Split<N>, magnitudes: [N; 3]) -> Sum<N> {
     let (x, x_lost) = product(simd, n.high[0], v.high[0]);
     let (y, y_lost) = product(simd, n.high[1], v.high[1]);
     let (z, z_lost) = product(simd, n.high[2], v.high[2]);
@@ -110,24 +162,16 @@ fn dot<S: Simd>(simd: S, n: Split, v: Split, magnitudes: [f64; 3]) -> Option<[f6
     let of_v = n.high[0] * v.low[0] + n.high[1] * v.low[1] + n.high[2] * v.low[2];
     let low = ((lost + lost_too) + ((x_lost + y_lost) + z_lost)) + (of_n + of_v);
     let (high, low) = two_sum(sum, low);
-    let magnitude = magnitudes[0] * v.high[0].abs() + magnitudes[1] * v.high[1].abs() + magnitudes[2] * v.high[2].abs();
-    let is_precise = RANGE.contains(&magnitude) && high.abs() > magnitude * Double::CANCELLATION;
-    is_precise.then_some([high, low])
+    let magnitude = magnitudes[0] * v.high[0].magnitude()
+        + magnitudes[1] * v.high[1].magnitude()
+        + magnitudes[2] * v.high[2].magnitude();
+    Sum { high, low, magnitude }
 }
 
 /// a · b as a rounded product and what the rounding lost.
 #[inline(always)]
-fn product<S: Simd>(simd: S, a: f64, b: f64) -> (f64, f64) {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    let is_fused = matches!(simd.level(), Level::Avx2(_) | Level::Avx512(_));
-    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let is_fused = cfg!(target_arch = "aarch64") && !matches!(simd.level(), Level::Fallback(_));
-    if is_fused {
-        let product = a * b;
-        (product, a.mul_add(b, -product))
-    } else {
-        two_product(a, b)
-    }
+fn product<S: Simd, N: Number>(simd: S, a: N, b: N) -> (N, N) {
+    if is_fused(simd) { a.fused_product(b) } else { two_product(a, b) }
 }
 
 #[cfg(test)]

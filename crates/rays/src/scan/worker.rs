@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4, f32x16};
+use fearless_simd::{Simd, f32x4, f32x16, mask32x16};
 use glam::DVec3;
 
 use super::cull::nearest_of;
@@ -7,7 +7,7 @@ use super::job::{Asked, Job};
 use super::lines::{Face, Lines};
 use super::slots::Slots;
 use super::spread::{Spread, Tile};
-use super::test::{Beam, Found, test};
+use super::test::{Beam, Form, Found, SMALLEST, test};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
 use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
@@ -78,11 +78,8 @@ impl Worker {
         self.pairs.clear();
         self.vertices.clear();
         let scale = job.scale as f32;
-        let mut farthest = f32::INFINITY;
-        for (number, &of) in found.iter().enumerate() {
-            if number % 4 == 0 {
-                farthest = vectorized!(simd => self.farthest(simd));
-            }
+        for &of in &found {
+            let farthest = vectorized!(simd => self.farthest(simd));
             if nearest_of(of) * scale > farthest {
                 break;
             }
@@ -189,6 +186,7 @@ impl Worker {
             | high_u.simd_lt(splat(simd, low[0]))
             | low_v.simd_gt(splat(simd, high[1]))
             | high_v.simd_lt(splat(simd, low[1]));
+        is_gone |= all_beside(simd, form, corners);
         // Rounding moves depths by less.
         let nearest = nearest - nearest.abs() * (16.0 * EPSILON);
         let alive = !(is_gone.to_bitmask() as u16) & ((1_u32 << filled) - 1) as u16;
@@ -352,7 +350,7 @@ impl Worker {
         if matches!(job.lines, Lines::Points { .. }) {
             let gap = beam.end - beam.end.abs() * (4.0 / (1 << 24) as f32) - found.latest;
             let side = found.side * found.side * (16.0 * self.slots.box_size);
-            certain &= (found.area * gap).simd_gt(side + splat(simd, super::test::SMALLEST));
+            certain &= (found.area * gap).simd_gt(side + splat(simd, SMALLEST));
         }
         (found.possible.to_bitmask() as u16, certain.to_bitmask() as u16, found.earliest.into(), found.latest.into())
     }
@@ -386,4 +384,45 @@ impl Worker {
             + self.hits.capacity() * size_of::<(u32, Hit)>()
             + self.met.capacity() * size_of::<u32>()
     }
+}
+
+/// Which of sixteen triangles are missed by all lines of a tile.
+///
+/// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (q₁ y₂ − q₂ y₁) − v (x₁ q₂ − x₂ q₁), and |u| and |v| are
+/// at most H. A line misses where two edge functions, or one and the sum of all, have different signs. With
+/// s = |x| + |y| + 3 H |q|, which is at least a + H q for each line, rounding of corners and lines moves E by less than
+/// 11 ε s₁ s₂, and that of what is computed here by less than 8 ε s₁ s₂: for δ = 32 ε s₁ s₂ is taken.
+#[inline(always)]
+fn all_beside<S: Simd>(simd: S, form: &Form, corners: &[[f32x16<S>; 3]; 3]) -> mask32x16<S> {
+    let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
+    let one = splat(simd, 1.0);
+    let (q0, q1, q2) = if form.is_parallel { (one, one, one) } else { (z0, z1, z2) };
+    let wide = splat(simd, form.wide);
+    let size0 = x0.abs() + y0.abs() + q0.abs() * wide * 3.0;
+    let size1 = x1.abs() + y1.abs() + q1.abs() * wide * 3.0;
+    let size2 = x2.abs() + y2.abs() + q2.abs() * wide * 3.0;
+    let (middle0, u0, v0, error0) = edge([x1, y1, q1], [x2, y2, q2], size1 * size2);
+    let (middle1, u1, v1, error1) = edge([x2, y2, q2], [x0, y0, q0], size2 * size0);
+    let (middle2, u2, v2, error2) = edge([x0, y0, q0], [x1, y1, q1], size0 * size1);
+    let reach0 = (u0.abs() + v0.abs()).mul_add(wide, error0);
+    let reach1 = (u1.abs() + v1.abs()).mul_add(wide, error1);
+    let reach2 = (u2.abs() + v2.abs()).mul_add(wide, error2);
+    let of_all = ((u0 + u1 + u2).abs() + (v0 + v1 + v2).abs()).mul_add(wide, error0 + error1 + error2);
+    let middle = middle0 + middle1 + middle2;
+    let any_above =
+        middle0.simd_gt(reach0) | middle1.simd_gt(reach1) | middle2.simd_gt(reach2) | middle.simd_gt(of_all);
+    let any_below =
+        middle0.simd_lt(-reach0) | middle1.simd_lt(-reach1) | middle2.simd_lt(-reach2) | middle.simd_lt(-of_all);
+    any_above & any_below
+}
+
+/// An edge function's value in the middle, how it changes along u and v, and how wrong it may be.
+#[inline(always)]
+fn edge<S: Simd>(
+    [x1, y1, q1]: [f32x16<S>; 3],
+    [x2, y2, q2]: [f32x16<S>; 3],
+    size: f32x16<S>,
+) -> (f32x16<S>, f32x16<S>, f32x16<S>, f32x16<S>) {
+    const ERROR: f32 = 32.0 / (1 << 24) as f32;
+    (x1 * y2 - x2 * y1, q1 * y2 - q2 * y1, x1 * q2 - x2 * q1, size * ERROR + SMALLEST)
 }
