@@ -15,6 +15,7 @@ mod file_length;
 mod licences;
 mod links;
 mod outcome;
+mod python;
 mod repository;
 mod smoke;
 mod test_times;
@@ -66,6 +67,7 @@ const CHECKS: &[Check] = &[
             "fuzz",
         ]))
     }),
+    ("python", python::check),
     ("smoke render", |root, _| smoke::check(root, Build::Dev)),
     ("watertight", |root, _| watertight(root, Build::Dev, "1e6")),
     ("fuzz", |root, _| fuzz(root, Build::Dev, ["--mutants", "300"])),

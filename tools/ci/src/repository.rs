@@ -37,13 +37,18 @@ pub(crate) enum Build {
 impl Build {
     /// The program of that name.
     pub(crate) fn program(self, root: &Path, name: &str) -> PathBuf {
+        self.folder(root).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+    }
+
+    /// Where programs and libraries are put.
+    pub(crate) fn folder(self, root: &Path) -> PathBuf {
         let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
         let folder = match self {
             Self::Dev => "debug",
             Self::Example => "debug/examples",
             Self::Release => "release",
         };
-        root.join(target).join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+        root.join(target).join(folder)
     }
 }
 

@@ -1,0 +1,188 @@
+"""Ray queries of trimesh meshes, with the methods and signatures of ``trimesh.ray.ray_triangle.RayMeshIntersector``.
+
+    mesh.ray = umbrage.trimesh.RayMeshIntersector(mesh)
+
+Answers are those of `RaycastingScene`: exact for the mesh's vertices as rounded to float32, without an offset. So a ray that starts on
+a triangle hits that only if it starts on the ray's near side of it, a matter of rounding; start it where you mean.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._umbrage import RaycastingScene
+
+__all__ = ["RayMeshIntersector"]
+
+# Nothing is special about them; another one is taken where a ray passes an edge or a corner.
+_DIRECTIONS = np.random.default_rng(20).normal(size=(16, 3))
+
+# Weights nearer to 0 than this may be those of an edge.
+_EDGE = 1e-6
+
+
+class RayMeshIntersector:
+    """What rays hit of a mesh.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh
+        Anything with ``vertices`` (N, 3) and ``faces`` (M, 3). A mesh of trimesh may change: it is looked at again where its hash has
+        changed.
+    nthreads : int, default 0
+        Threads; 0 for as many as ``umbrage.set_threads`` says.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> ray = RayMeshIntersector(trimesh.creation.box())
+    >>> ray.intersects_any([[0, 0, -5]], [[0, 0, 1]])
+    array([ True])
+    """
+
+    def __init__(self, mesh, *, nthreads: int = 0) -> None:
+        self.mesh = mesh
+        self._nthreads = nthreads
+        self._scene = None
+        self._hash = None
+
+    def _current(self) -> RaycastingScene:
+        # Objects that aren't trimesh's have an identity for a hash: they are taken anew each time.
+        of_content = hash(self.mesh) if hasattr(self.mesh, "_cache") else None
+        if self._scene is None or of_content is None or of_content != self._hash:
+            self._scene = RaycastingScene(self._nthreads)
+            self._scene.add_triangles(self.mesh.vertices, self.mesh.faces)
+            self._hash = of_content
+        return self._scene
+
+    def intersects_id(
+        self,
+        ray_origins,
+        ray_directions,
+        return_locations: bool = False,
+        multiple_hits: bool = True,
+        max_hits: int | None = None,
+    ):
+        """Find the triangles that rays hit.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (m, 3) float
+            Of any lengths above zero.
+        return_locations : bool
+            Whether to return where, too. Then a ray that passes an edge or a corner hits one of its triangles only, that of the lowest
+            index.
+        multiple_hits : bool
+            All hits of a ray rather than its first one.
+        max_hits : int, optional
+            The most hits of a ray, nearest first.
+
+        Returns
+        -------
+        index_tri : (h,) int
+            Triangles that are hit: ray by ray, and of each the nearest first.
+        index_ray : (h,) int
+            The ray of each.
+        locations : (h, 3) float
+            Where, if asked for.
+        """
+        rays = _rays(ray_origins, ray_directions)
+        if multiple_hits:
+            hits = self._current().list_intersections(rays)
+            index_ray, index_tri, t = hits["ray_ids"], hits["primitive_ids"].astype(np.int64), hits["t_hit"]
+            if return_locations and len(t) > 1:
+                # Where a ray passes an edge all of its triangles have the very same t.
+                again = (index_ray[1:] == index_ray[:-1]) & (t[1:] == t[:-1])
+                first = np.concatenate(([True], ~again))
+                index_ray, index_tri, t = index_ray[first], index_tri[first], t[first]
+            if max_hits is not None:
+                number = np.arange(len(index_ray)) - np.searchsorted(index_ray, index_ray)
+                index_ray, index_tri, t = (of[number < max_hits] for of in (index_ray, index_tri, t))
+        else:
+            answer = self._current().cast_rays(rays)
+            index_ray = np.flatnonzero(np.isfinite(answer["t_hit"]))
+            index_tri = answer["primitive_ids"][index_ray].astype(np.int64)
+            t = answer["t_hit"][index_ray]
+        if not return_locations:
+            return index_tri, index_ray
+        return index_tri, index_ray, rays[index_ray, :3] + rays[index_ray, 3:] * t[:, None]
+
+    def intersects_location(self, ray_origins, ray_directions, **kwargs):
+        """Find where rays hit, each place once; keywords are those of `intersects_id`.
+
+        Returns
+        -------
+        locations : (h, 3) float
+        index_ray : (h,) int
+        index_tri : (h,) int
+        """
+        index_tri, index_ray, locations = self.intersects_id(
+            ray_origins, ray_directions, return_locations=True, **kwargs
+        )
+        return locations, index_ray, index_tri
+
+    def intersects_first(self, ray_origins, ray_directions):
+        """Find the first triangle that each ray hits.
+
+        Returns
+        -------
+        (m,) int
+            The triangle's index, or -1.
+        """
+        answer = self._current().cast_rays(_rays(ray_origins, ray_directions))
+        return np.where(np.isfinite(answer["t_hit"]), answer["primitive_ids"].astype(np.int64), -1)
+
+    def intersects_any(self, ray_origins, ray_directions):
+        """Find whether each ray hits anything.
+
+        Returns
+        -------
+        (m,) bool
+        """
+        return self._current().test_occlusions(_rays(ray_origins, ray_directions))
+
+    def contains_points(self, points):
+        """Find which points are inside of a watertight mesh; not those on its surface, of which this says either.
+
+        A point is inside where a ray from it passes the surface an odd number of times. Only rays that pass no edge and no corner are
+        counted, so the count is right, and the same each time.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+
+        Returns
+        -------
+        (n,) bool
+        """
+        points = np.asarray(points, np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
+        scene = self._current()
+        inside = np.zeros(len(points), bool)
+        vertices = np.asarray(self.mesh.vertices, np.float32)
+        if len(vertices) == 0:
+            return inside
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        undecided = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        for direction in _DIRECTIONS:
+            if len(undecided) == 0:
+                break
+            rays = np.hstack((points[undecided], np.broadcast_to(direction, (len(undecided), 3))))
+            hits = scene.list_intersections(rays)
+            u, v = hits["primitive_uvs"].T
+            at_edge = (u < _EDGE) | (v < _EDGE) | (u + v > 1 - _EDGE)
+            odd = np.diff(hits["ray_splits"]) % 2 == 1
+            unclear = np.bincount(hits["ray_ids"], at_edge, len(undecided)) > 0
+            inside[undecided] = odd
+            undecided = undecided[unclear]
+        return inside
+
+
+def _rays(origins, directions):
+    origins, directions = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
+    if origins.ndim != 2 or origins.shape[1] != 3:
+        raise ValueError(f"ray_origins: expected shape (m, 3), found {origins.shape}")
+    if directions.shape != origins.shape:
+        raise ValueError(f"ray_directions: expected shape {origins.shape}, found {directions.shape}")
+    return np.hstack((origins, directions))

@@ -1,0 +1,236 @@
+//! `umbrage.open`: scenes of files and of the gallery, at any moment.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+use umbrage::Renderer;
+use umbrage::scene::{Clip, Ground, Mesh, OpenOptions};
+
+use crate::arrays::hand_over_rows;
+use crate::camera::Camera;
+use crate::errors::exception;
+use crate::light::Light;
+use crate::picture::{Look, Subject, render};
+use crate::threads::{compute, pool};
+
+/// Opens a scene: what the command `umbrage` reads.
+///
+/// Parameters
+/// ----------
+/// address : str or path
+///     A glTF, OBJ, PLY or STL file, a numbered sequence's pattern or folder, or ``"demo:NAME"``, ``"demo:NAME?triangles=N"`` for a
+///     scene that comes with the library, as ``"demo:cloth"``.
+/// clip : str, optional
+///     Which of a file's animations plays: a name, or a number from 0; ``"all"`` or ``"rest"``.
+/// ground : str, optional
+///     Puts a floor under the scene: ``"matte"``, or ``"shadow"`` of which only the shadows are seen; with a height as ``"matte:0.5"``.
+/// sequence_fps : float, default 24
+///     How many files of a sequence make a second.
+/// allow_outside : bool, default False
+///     Whether a file may name others outside of its own folder: for files that you trust.
+///
+/// Returns
+/// -------
+/// Scene
+///
+/// Raises
+/// ------
+/// OSError
+///     Where the file can't be read, as `FileNotFoundError`.
+/// ValueError
+///     Where it breaks its format or needs something unsupported; the message names the place.
+///
+/// Examples
+/// --------
+/// >>> cloth = umbrage.open("demo:cloth?triangles=2000")
+/// >>> frame = cloth.at(0.5)
+/// >>> frame.vertices.shape[1], frame.vertices.dtype
+/// (3, dtype('float32'))
+#[pyfunction]
+#[pyo3(signature = (address, *, clip=None, ground=None, sequence_fps=24.0, allow_outside=false))]
+pub(crate) fn open(
+    py: Python<'_>,
+    address: PathBuf,
+    clip: Option<String>,
+    ground: Option<&str>,
+    sequence_fps: f64,
+    allow_outside: bool,
+) -> PyResult<Scene> {
+    let clip = match clip.as_deref() {
+        None => Clip::Auto,
+        Some("all") => Clip::All,
+        Some("rest") => Clip::Rest,
+        Some(name) => Clip::Named(name.to_owned()),
+    };
+    let wrong = |why: String| pyo3::exceptions::PyValueError::new_err(format!("ground: {why}"));
+    let ground: Option<Ground> = ground.map(|text| text.parse().map_err(wrong)).transpose()?;
+    if !(sequence_fps.is_finite() && sequence_fps > 0.0) {
+        return Err(crate::errors::expected("sequence_fps", "a finite number above 0", sequence_fps));
+    }
+    let options = OpenOptions { clip, ground, sequence_fps, allow_outside, ..OpenOptions::default() };
+    let scene = compute(py, &*pool(0)?, || umbrage::open_with(&address, &options)).map_err(exception)?;
+    Ok(Scene { scene, renderer: Mutex::default(), triangles: Mutex::default() })
+}
+
+/// A scene that has a look at every moment; made by `umbrage.open`.
+#[pyclass(frozen, module = "umbrage")]
+#[derive(Debug)]
+pub(crate) struct Scene {
+    scene: umbrage::Scene,
+    renderer: Mutex<Renderer>,
+    /// Those of the last frame, which the next one mostly shares.
+    triangles: Mutex<Option<Triangles>>,
+}
+
+#[derive(Debug)]
+struct Triangles {
+    mesh: Arc<Mesh>,
+    array: Py<PyAny>,
+}
+
+#[pymethods]
+impl Scene {
+    /// How long the animation takes before it starts again, in seconds; 0 for what doesn't move.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.scene.duration_seconds()
+    }
+
+    /// The names of the animations to choose from by `clip`.
+    #[getter]
+    fn animations(&self) -> Vec<String> {
+        self.scene.animations().iter().map(|animation| animation.name.clone()).collect()
+    }
+
+    /// What was left out of a file or guessed, in words.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.scene.warnings().to_vec()
+    }
+
+    /// The scene at a moment. Moments after the end play the animation again from its start.
+    ///
+    /// Parameters
+    /// ----------
+    /// seconds : float
+    ///     A finite number.
+    /// nthreads : int, default 0
+    ///     Threads; 0 for as many as `set_threads` says.
+    ///
+    /// Returns
+    /// -------
+    /// Frame
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, OSError
+    ///     Where the moment can't be had.
+    #[pyo3(signature = (seconds, nthreads=0))]
+    fn at(&self, py: Python<'_>, seconds: f64, nthreads: usize) -> PyResult<Frame> {
+        let frame = compute(py, &*pool(nthreads)?, || self.scene.at(seconds)).map_err(exception)?;
+        let triangles = self.triangles(py, &frame.mesh)?;
+        let cameras = frame.cameras.iter();
+        let cameras = cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera })).collect();
+        let lights = frame.lights.iter().map(|light| Light { source: light.source }).collect();
+        let positions: Vec<[f32; 3]> = bytemuck::allocation::cast_vec(frame.positions);
+        let count = positions.len();
+        let vertices = hand_over_rows(py, positions, &[count])?.unbind();
+        Ok(Frame { vertices, triangles, cameras, lights, seconds })
+    }
+
+    /// Renders a picture of a moment.
+    ///
+    /// Parameters
+    /// ----------
+    /// seconds : float, default 0
+    ///     The moment.
+    /// width, height : int, default 1280 and 720
+    ///     Pixels, 1 to 16384.
+    /// samples : int, default 1
+    ///     Rays for each pixel, 1 to 4096.
+    /// camera : Camera, int or str, optional
+    ///     From where; or the file's camera of that number or name, or ``"X,Y,Z:X,Y,Z:FOV"``. Otherwise the file's first one, or one
+    ///     that sees all.
+    /// lights : sequence of Light or str, optional
+    ///     In place of the file's: lights as bright as full sunlight at the middle of the scene, or words as of the command, such as
+    ///     ``"sun:-1,-2,-1:3:1,0.9,0.8:radius=0.3"``.
+    /// background : str, default "sky"
+    ///     ``"sky"``, ``"none"``, ``"#rrggbb"`` or the path of a latitude–longitude image.
+    /// bounces : int, default 0
+    ///     Mirrors and surfaces of glass that light may come by, 0 to 1024.
+    /// exposure_stops : float, default 0
+    ///     Each doubles the brightness.
+    /// nthreads : int, default 0
+    ///     Threads; 0 for as many as `set_threads` says.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
+    ///     sRGB, and how much of each pixel is covered.
+    ///
+    /// Examples
+    /// --------
+    /// >>> umbrage.open("demo:cloth?triangles=2000").render(0.5, 64, 36).shape
+    /// (36, 64, 3)
+    #[pyo3(signature = (seconds=0.0, width=1280, height=720, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
+    #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        seconds: f64,
+        width: u32,
+        height: u32,
+        samples: u32,
+        camera: Option<&Bound<'py, PyAny>>,
+        lights: Option<&Bound<'py, PyAny>>,
+        background: &str,
+        bounces: u32,
+        exposure_stops: f32,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let look = Look::new([width, height], samples, camera, lights, background)?;
+        let look = look.with_light(bounces, exposure_stops);
+        render(py, nthreads, &self.renderer, &look, Subject::Moment(&self.scene, seconds))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<umbrage.Scene of {} s>", self.scene.duration_seconds())
+    }
+}
+
+impl Scene {
+    fn triangles(&self, py: Python<'_>, mesh: &Arc<Mesh>) -> PyResult<Py<PyAny>> {
+        let mut last = self.triangles.lock_py_attached(py).unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(last) = last.as_ref().filter(|last| Arc::ptr_eq(&last.mesh, mesh)) {
+            return Ok(last.array.clone_ref(py));
+        }
+        let array = hand_over_rows(py, mesh.triangles.clone(), &[mesh.triangles.len()])?;
+        // Other frames share it.
+        array.call_method1("setflags", (false,))?;
+        *last = Some(Triangles { mesh: mesh.clone(), array: array.clone().unbind() });
+        Ok(array.unbind())
+    }
+}
+
+/// A scene at a moment; made by `Scene.at`.
+#[pyclass(frozen, module = "umbrage")]
+#[derive(Debug)]
+pub(crate) struct Frame {
+    /// World positions: (N, 3) float32, in world units.
+    #[pyo3(get)]
+    vertices: Py<PyAny>,
+    /// Three vertices each: (M, 3) uint32. Read-only: frames share it.
+    #[pyo3(get)]
+    triangles: Py<PyAny>,
+    /// Name and camera of each of the file's cameras.
+    #[pyo3(get)]
+    cameras: Vec<(String, Camera)>,
+    /// Where the file's lights are.
+    #[pyo3(get)]
+    lights: Vec<Light>,
+    /// The moment that was asked for.
+    #[pyo3(get)]
+    seconds: f64,
+}

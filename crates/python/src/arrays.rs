@@ -1,0 +1,178 @@
+//! numpy arrays in and out: read where they are if they can be, handed over without a copy.
+
+use std::fmt::Write as _;
+
+use bytemuck::Pod;
+use glam::{DVec3, Vec3};
+use numpy::{Element, IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::errors::expected;
+
+/// What arrays are read as.
+pub(crate) trait Number: Element + Pod {
+    /// numpy's name of it.
+    const NAME: &'static str;
+    /// The kinds of numbers that are converted to it, in numpy's letters.
+    const KINDS: &'static str;
+}
+
+impl Number for f32 {
+    const NAME: &'static str = "float32";
+    const KINDS: &'static str = "fiu";
+}
+
+impl Number for f64 {
+    const NAME: &'static str = "float64";
+    const KINDS: &'static str = "fiu";
+}
+
+impl Number for u32 {
+    const NAME: &'static str = "uint32";
+    const KINDS: &'static str = "iu";
+}
+
+/// An argument: a contiguous array whose last dimension has N numbers.
+pub(crate) struct Rows<'py, T: Element, const N: usize> {
+    array: PyReadonlyArrayDyn<'py, T>,
+}
+
+impl<'py, T: Number, const N: usize> Rows<'py, T, N> {
+    /// Takes what numpy makes an array of, and what has DLPack's protocol. It is copied only where it isn't contiguous, of another
+    /// type, or not aligned.
+    pub(crate) fn new(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let array = contiguous(name, value)?;
+        let rows = Self { array };
+        if rows.array.shape().last() != Some(&N) {
+            return Err(expected(name, &format!("shape (..., {N})"), shown(rows.array.shape())));
+        }
+        Ok(rows)
+    }
+
+    /// As [`Rows::new`], of two dimensions; `count` is what the first one is called.
+    pub(crate) fn table(name: &str, count: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let array = contiguous(name, value)?;
+        if array.ndim() != 2 || array.shape()[1] != N {
+            return Err(expected(name, &format!("shape ({count}, {N})"), shown(array.shape())));
+        }
+        Ok(Self { array })
+    }
+
+    /// The numbers, as rows of a type that is N numbers.
+    pub(crate) fn of<R: Pod>(&self) -> &[R] {
+        const { assert!(size_of::<R>() == size_of::<T>() * N) };
+        bytemuck::cast_slice(self.array.as_slice().unwrap_or_default())
+    }
+
+    /// All dimensions but the last.
+    pub(crate) fn shape(&self) -> &[usize] {
+        let shape = self.array.shape();
+        &shape[..shape.len() - 1]
+    }
+}
+
+/// Numbers of any shape in one piece.
+pub(crate) struct Numbers<'py, T: Element> {
+    array: PyReadonlyArrayDyn<'py, T>,
+}
+
+impl<'py, T: Number> Numbers<'py, T> {
+    /// As [`Rows::new`], of a shape.
+    pub(crate) fn new(name: &str, value: &Bound<'py, PyAny>, shape: &[usize]) -> PyResult<Self> {
+        let array = contiguous(name, value)?;
+        if array.shape() != shape {
+            return Err(expected(name, &format!("shape {}", shown(shape)), shown(array.shape())));
+        }
+        Ok(Self { array })
+    }
+
+    pub(crate) fn slice(&self) -> &[T] {
+        self.array.as_slice().unwrap_or_default()
+    }
+}
+
+/// Three numbers, as f64.
+pub(crate) fn vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DVec3> {
+    let numbers = Numbers::<f64>::new(name, value, &[3])?;
+    Ok(DVec3::from_slice(numbers.slice()))
+}
+
+/// Three finite numbers.
+pub(crate) fn finite_vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec3> {
+    let vector = vector(name, value)?.as_vec3();
+    if vector.is_finite() { Ok(vector) } else { Err(expected(name, "finite numbers", vector)) }
+}
+
+fn contiguous<'py, T: Number>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    if let Some(array) = as_it_is(value) {
+        return Ok(array);
+    }
+    let numpy = value.py().import("numpy")?;
+    let has_protocol = !value.is_instance(&numpy.getattr("ndarray")?)? && value.hasattr("__dlpack__")?;
+    let array = numpy.call_method1(if has_protocol { "from_dlpack" } else { "asarray" }, (value,));
+    let array = array.map_err(|why| not_numbers::<T>(name, value, &why.to_string()))?;
+    if let Some(array) = as_it_is(&array) {
+        return Ok(array);
+    }
+    let dtype = array.getattr("dtype")?;
+    let kind: String = dtype.getattr("kind")?.extract()?;
+    let is_empty = array.getattr("size")?.extract::<usize>()? == 0;
+    // An empty list is an array of floats to numpy.
+    if !T::KINDS.contains(&kind) && !is_empty {
+        return Err(not_numbers::<T>(name, value, &format!("dtype {dtype}")));
+    }
+    if T::KINDS == "iu" && !is_empty {
+        let [least, most] = ["min", "max"].map(|method| array.call_method0(method).and_then(|of| of.extract::<i128>()));
+        let (least, most) = (least?, most?);
+        if least < 0 || most > i128::from(u32::MAX) {
+            return Err(expected(name, "numbers from 0 to 4294967295", if least < 0 { least } else { most }));
+        }
+    }
+    let converted = numpy.call_method1("require", (array, T::NAME, ("C", "A")))?;
+    as_it_is(&converted).ok_or_else(|| not_numbers::<T>(name, value, "an array that can't be read"))
+}
+
+/// The array itself, where it can be read in place.
+fn as_it_is<'py, T: Number>(value: &Bound<'py, PyAny>) -> Option<PyReadonlyArrayDyn<'py, T>> {
+    let array = value.cast::<PyArrayDyn<T>>().ok()?.try_readonly().ok()?;
+    array.as_slice().is_ok().then_some(array)
+}
+
+fn not_numbers<T: Number>(name: &str, value: &Bound<'_, PyAny>, found: &str) -> PyErr {
+    let kind = value.get_type().name().map_or_else(|_| "object".to_owned(), |name| name.to_string());
+    let wanted = if T::KINDS == "iu" { "integers" } else { "numbers" };
+    PyTypeError::new_err(format!("{name}: expected an array of {wanted} ({}), found {kind}: {found}", T::NAME))
+}
+
+/// A shape as Python writes it.
+pub(crate) fn shown(shape: &[usize]) -> String {
+    let mut text = String::from("(");
+    for (index, size) in shape.iter().enumerate() {
+        // Writing to a string can't fail.
+        let _ = write!(text, "{}{size}", if index == 0 { "" } else { ", " });
+    }
+    text.push_str(if shape.len() == 1 { ",)" } else { ")" });
+    text
+}
+
+/// Hands values over to numpy, without a copy, as an array of a shape.
+pub(crate) fn hand_over<'py, T: Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    let array: Bound<'py, PyArray1<T>> = values.into_pyarray(py);
+    array.call_method1("reshape", (PyTuple::new(py, shape)?,))
+}
+
+/// Hands rows of N numbers over, as an array of a shape and N.
+pub(crate) fn hand_over_rows<'py, T: Element, const N: usize>(
+    py: Python<'py>,
+    rows: Vec<[T; N]>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape: Vec<usize> = shape.iter().copied().chain([N]).collect();
+    hand_over(py, rows.into_flattened(), &shape)
+}

@@ -1,0 +1,25 @@
+//! Errors of the library as Python's exceptions.
+
+use std::error::Error;
+use std::io;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// `OSError`, or the kind of it that the system's word is, where a file can't be read; else `ValueError`.
+pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
+    let message = error.to_string();
+    let mut cause: Option<&(dyn Error + 'static)> = Some(&error);
+    while let Some(error) = cause {
+        if let Some(system) = error.downcast_ref::<io::Error>() {
+            return io::Error::new(system.kind(), message).into();
+        }
+        cause = error.source();
+    }
+    PyValueError::new_err(message)
+}
+
+/// An argument that is not what it should be.
+pub(crate) fn expected(name: &str, expected: &str, found: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(format!("{name}: expected {expected}, found {found}"))
+}

@@ -1,0 +1,113 @@
+use glam::Vec3;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use umbrage::rays::LightSource;
+use umbrage::spec::LightSpec;
+
+use crate::arrays::{Rows, finite_vector, vector};
+use crate::errors::expected;
+
+/// Where light comes from: made by `Light.sun`, `Light.point`, `Light.spot`, or `Light.suns` for many.
+#[pyclass(frozen, module = "umbrage", from_py_object)]
+#[derive(Clone, Debug)]
+pub(crate) struct Light {
+    pub(crate) source: LightSource,
+}
+
+#[pymethods]
+impl Light {
+    /// Parallel light from infinitely far away.
+    ///
+    /// Parameters
+    /// ----------
+    /// direction : array_like (3,)
+    ///     In which the light travels, so away from the sun; of any length but zero.
+    ///
+    /// Examples
+    /// --------
+    /// >>> noon = umbrage.Light.sun([0, -1, 0])
+    #[staticmethod]
+    fn sun(direction: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let direction = unit("direction", vector("direction", direction)?)?;
+        Ok(Self { source: LightSource::Directional { direction } })
+    }
+
+    /// A sun for each of many directions.
+    ///
+    /// Parameters
+    /// ----------
+    /// directions : array_like (L, 3)
+    ///     In which their light travels; of any length but zero.
+    ///
+    /// Returns
+    /// -------
+    /// list of Light
+    #[staticmethod]
+    fn suns(directions: &Bound<'_, PyAny>) -> PyResult<Vec<Self>> {
+        let directions = Rows::<f64, 3>::table("directions", "L", directions)?;
+        let sun = |(index, direction): (usize, &[f64; 3])| {
+            let direction = unit(&format!("directions[{index}]"), (*direction).into())?;
+            Ok(Self { source: LightSource::Directional { direction } })
+        };
+        directions.of::<[f64; 3]>().iter().enumerate().map(sun).collect()
+    }
+
+    /// Light in every direction from one point.
+    ///
+    /// Parameters
+    /// ----------
+    /// position : array_like (3,)
+    ///     World position.
+    #[staticmethod]
+    fn point(position: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { source: LightSource::Point { position: finite_vector("position", position)? } })
+    }
+
+    /// Light from one point inside a cone.
+    ///
+    /// Parameters
+    /// ----------
+    /// position : array_like (3,)
+    ///     World position.
+    /// target : array_like (3,)
+    ///     The point in the middle of its light.
+    /// degrees : float
+    ///     The cone's full angle, above 0, at most 180.
+    #[staticmethod]
+    fn spot(position: &Bound<'_, PyAny>, target: &Bound<'_, PyAny>, degrees: f32) -> PyResult<Self> {
+        let (position, target) = (finite_vector("position", position)?, vector("target", target)?);
+        let direction = unit("target - position", target - position.as_dvec3())?;
+        if !(degrees > 0.0 && degrees <= 180.0) {
+            return Err(expected("degrees", "a number above 0, at most 180", degrees));
+        }
+        let outer_radians = (0.5 * degrees).to_radians().min(std::f32::consts::FRAC_PI_2);
+        let inner_radians = LightSpec::INNER * outer_radians;
+        Ok(Self { source: LightSource::Spot { position, direction, inner_radians, outer_radians } })
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Light({})", LightSpec::new(self.source))
+    }
+}
+
+fn unit(name: &str, direction: glam::DVec3) -> PyResult<Vec3> {
+    let unit = direction.is_finite().then(|| direction.try_normalize()).flatten();
+    unit.map(|unit| unit.as_vec3()).ok_or_else(|| expected(name, "a direction with a finite length above 0", direction))
+}
+
+/// One light, or a sequence of them.
+pub(crate) fn lights(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSource>> {
+    if let Ok(light) = value.cast::<Light>() {
+        return Ok(vec![light.get().source]);
+    }
+    let wrong = |found: &Bound<'_, PyAny>| {
+        let found = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
+        PyTypeError::new_err(format!("lights: expected a Light or a sequence of them, found {found}"))
+    };
+    let mut sources = Vec::new();
+    for light in value.try_iter().map_err(|_| wrong(value))? {
+        let light = light?;
+        sources.push(light.cast::<Light>().map_err(|_| wrong(&light))?.get().source);
+    }
+    Ok(sources)
+}

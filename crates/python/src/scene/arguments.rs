@@ -1,0 +1,105 @@
+//! What several questions take as arguments.
+
+use glam::{DVec3, Vec3};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use umbrage::rays::Sweep;
+
+use crate::arrays::{Numbers, Rows, shown};
+use crate::errors::expected;
+
+/// Directions between two looks whether a call shall end.
+const DIRECTIONS_AT_ONCE: usize = 1 << 22;
+
+/// Origins with their directions.
+pub(super) struct Sweeps<'py> {
+    origins: Rows<'py, f64, 3>,
+    directions: Rows<'py, f32, 3>,
+    /// Whether each origin has directions of its own.
+    each: bool,
+}
+
+/// The same, without Python.
+#[derive(Clone, Copy)]
+pub(super) struct Pieces<'a> {
+    origins: &'a [DVec3],
+    directions: &'a [Vec3],
+    each: bool,
+}
+
+impl<'py> Sweeps<'py> {
+    pub(super) fn new(origin: &Bound<'py, PyAny>, directions: &Bound<'py, PyAny>, each: bool) -> PyResult<Self> {
+        let origins = Rows::new("origin", origin)?;
+        if origins.shape().len() > 1 {
+            let found = [origins.shape(), &[3]].concat();
+            return Err(expected("origin", "shape (3,) or (S, 3)", shown(&found)));
+        }
+        let directions = Rows::new("directions", directions)?;
+        let sweeps = Self { origins, directions, each };
+        if each
+            && (sweeps.origins.shape().is_empty()
+                || sweeps.directions.shape().first() != sweeps.origins.shape().first())
+        {
+            let wanted = match sweeps.origins.shape() {
+                [] => "each=False, as there is one origin".to_owned(),
+                [origins, ..] => format!("shape ({origins}, ..., 3), as there are {origins} origins"),
+            };
+            let found = [sweeps.directions.shape(), &[3]].concat();
+            return Err(expected("directions", &wanted, shown(&found)));
+        }
+        Ok(sweeps)
+    }
+
+    /// The shape of the answers.
+    pub(super) fn shape(&self) -> Vec<usize> {
+        let directions = self.directions.shape();
+        let own = if self.each { &directions[1..] } else { directions };
+        [self.origins.shape(), own].concat()
+    }
+
+    pub(super) fn pieces(&self) -> Pieces<'_> {
+        Pieces { origins: self.origins.of(), directions: self.directions.of(), each: self.each }
+    }
+}
+
+impl<'a> Pieces<'a> {
+    /// The sweeps, in pieces of so many directions.
+    pub(super) fn sweeps(self) -> impl Iterator<Item = Sweep<'a>> {
+        let Self { origins, directions, each } = self;
+        let of_each = if each { directions.len() / origins.len().max(1) } else { directions.len() };
+        origins.iter().enumerate().flat_map(move |(index, &origin)| {
+            let first = if each { index * of_each } else { 0 };
+            let own = &directions[first..first + of_each];
+            own.chunks(DIRECTIONS_AT_ONCE).map(move |directions| Sweep { origin, directions })
+        })
+    }
+}
+
+/// The triangle of each point.
+pub(super) struct Own<'py>([Numbers<'py, u32>; 2]);
+
+impl<'py> Own<'py> {
+    /// `None` where there are no points, or none says on what it is.
+    pub(super) fn new(
+        shape: Option<&[usize]>,
+        geometries: Option<&Bound<'py, PyAny>>,
+        triangles: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Self>> {
+        match (shape, geometries, triangles) {
+            (_, None, None) => Ok(None),
+            (Some(shape), Some(geometries), Some(triangles)) => {
+                let geometries = Numbers::new("geometry_ids", geometries, shape)?;
+                let triangles = Numbers::new("primitive_ids", triangles, shape)?;
+                Ok(Some(Self([geometries, triangles])))
+            }
+            (None, ..) => {
+                Err(PyValueError::new_err("geometry_ids, primitive_ids: expected none, as there are no points"))
+            }
+            _ => Err(PyValueError::new_err("geometry_ids, primitive_ids: expected both of them or neither")),
+        }
+    }
+
+    pub(super) fn slices(&self) -> [&[u32]; 2] {
+        [self.0[0].slice(), self.0[1].slice()]
+    }
+}

@@ -1,0 +1,150 @@
+//! Questions in pieces, between which a call looks whether it shall end.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use umbrage::rays::{Hit, LightSource, LitShare, Receivers, View};
+
+use super::answers::Answers;
+use super::arguments::Pieces;
+use super::rays::{self, Slice};
+use super::state::State;
+use crate::errors::exception;
+use crate::threads::Call;
+
+/// Rays of a piece.
+const RAYS: usize = 1 << 20;
+
+/// Lights of a piece: enough for each thread to have several.
+const LIGHTS: usize = 64;
+
+/// As `cast_rays`.
+pub(super) fn cast(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<Answers> {
+    let (bvh, triangles) = call.piece(|| state.rays())?;
+    let mut answers = Answers::with_capacity(rays.len());
+    for chunk in rays.chunks(RAYS) {
+        call.piece(|| answers.find(chunk.len(), |index| rays::nearest(bvh, triangles, &chunk.get(index))))?;
+    }
+    completed(call, state, answers)
+}
+
+/// As `test_occlusions`.
+pub(super) fn any(call: &Call, state: &mut State, rays: Slice<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
+    let (bvh, triangles) = call.piece(|| state.rays())?;
+    let mut hit = Vec::with_capacity(rays.len());
+    for chunk in rays.chunks(RAYS) {
+        call.piece(|| rays::any(bvh, triangles, chunk, between, &mut hit))?;
+    }
+    Ok(hit)
+}
+
+/// As `count_intersections`.
+pub(super) fn count(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<Vec<i32>> {
+    let (bvh, triangles) = call.piece(|| state.rays())?;
+    let mut counts = Vec::with_capacity(rays.len());
+    for chunk in rays.chunks(RAYS) {
+        call.piece(|| rays::count(bvh, triangles, chunk, &mut counts))?;
+    }
+    Ok(counts)
+}
+
+/// All hits of all rays.
+pub(super) struct Listed {
+    /// The first hit of each ray, and the end.
+    pub(super) splits: Vec<i64>,
+    /// The ray of each hit.
+    pub(super) rays: Vec<i64>,
+    pub(super) hits: Answers,
+}
+
+/// As `list_intersections`.
+pub(super) fn list(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<Listed> {
+    let (bvh, triangles) = call.piece(|| state.rays())?;
+    let mut listed = Listed { splits: vec![0], rays: Vec::new(), hits: Answers::default() };
+    for chunk in rays.chunks(RAYS) {
+        for (counts, hits) in call.piece(|| rays::list(bvh, triangles, chunk))? {
+            listed.append(&counts, &hits);
+        }
+    }
+    call.piece(|| listed.hits.complete(&state.meshes, false))?;
+    Ok(listed)
+}
+
+impl Listed {
+    fn append(&mut self, counts: &[u32], hits: &[Hit]) {
+        for &count in counts {
+            let ray = self.splits.len() as i64 - 1;
+            self.rays.extend(std::iter::repeat_n(ray, count as usize));
+            self.splits.push(self.rays.len() as i64);
+        }
+        self.hits.push(hits);
+    }
+}
+
+/// As `scan`, with so many hits of each direction.
+pub(super) fn scan(
+    call: &Call,
+    state: &mut State,
+    pieces: Pieces<'_>,
+    between: [f64; 2],
+    returns: usize,
+) -> PyResult<Answers> {
+    let mut answers = Answers::default();
+    for sweep in pieces.sweeps() {
+        let scanned = call.piece(|| state.scan(sweep, between, returns))?;
+        call.piece(|| answers.append(scanned))?;
+    }
+    completed(call, state, answers)
+}
+
+/// As `scan_any`.
+pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
+    let mut hit = Vec::new();
+    for sweep in pieces.sweeps() {
+        call.piece(|| state.scan_any(sweep, between, &mut hit))?;
+    }
+    Ok(hit)
+}
+
+/// As `see`.
+pub(super) fn see(call: &Call, state: &mut State, view: View) -> PyResult<Answers> {
+    let answers = call.piece(|| state.see(view))?.map_err(exception)?;
+    completed(call, state, answers)
+}
+
+/// As `lit` of points, whose triangles are given by geometry and number, or of faces where there are none; and how many there are.
+pub(super) fn lit(
+    call: &Call,
+    state: &mut State,
+    points: Option<&[glam::Vec3]>,
+    own: Option<[&[u32]; 2]>,
+    lights: &[LightSource],
+) -> PyResult<(Vec<bool>, usize)> {
+    let own = own.map_or(Ok(Vec::new()), |[geometries, triangles]| state.meshes.ids(geometries, triangles));
+    let own = own.map_err(PyValueError::new_err)?;
+    let receivers = points.map_or(Receivers::Faces, |positions| Receivers::Points { positions, own: &own });
+    let mut lit = Vec::new();
+    for lights in lights.chunks(LIGHTS) {
+        call.piece(|| state.lit(receivers, lights, &mut lit))?;
+    }
+    Ok((lit, receivers.count(state.meshes.triangles())))
+}
+
+/// As `lit_areas`.
+pub(super) fn lit_areas(
+    call: &Call,
+    state: &mut State,
+    lights: &[LightSource],
+    samples: u32,
+) -> PyResult<(Vec<LitShare>, usize)> {
+    let (mut all, mut shares) = (Vec::new(), Vec::new());
+    for light in lights {
+        call.piece(|| state.lit_areas(std::slice::from_ref(light), samples, &mut shares))?;
+        all.append(&mut shares);
+    }
+    Ok((all, state.meshes.triangles().len()))
+}
+
+fn completed(call: &Call, state: &State, mut answers: Answers) -> PyResult<Answers> {
+    call.piece(|| answers.complete(&state.meshes, true))?;
+    Ok(answers)
+}

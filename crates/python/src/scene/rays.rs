@@ -1,0 +1,132 @@
+//! Any rays through the hierarchy.
+
+use std::cell::RefCell;
+
+use glam::DVec3;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use umbrage::rays::{Bvh, Hit, Ray, SingleRays, Triangles};
+
+use super::answers::Precision;
+use crate::arrays::Rows;
+
+/// An argument of rays: six numbers each, an origin and a direction.
+pub(super) enum Rays<'py> {
+    Single(Rows<'py, f32, 6>),
+    Double(Rows<'py, f64, 6>),
+}
+
+impl<'py> Rays<'py> {
+    /// Takes float64 as it is, and all else as float32.
+    pub(super) fn new(value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let is_double = value.cast::<PyArrayDyn<f64>>().is_ok();
+        if is_double { Rows::new("rays", value).map(Self::Double) } else { Rows::new("rays", value).map(Self::Single) }
+    }
+
+    pub(super) fn shape(&self) -> &[usize] {
+        match self {
+            Self::Single(rows) => rows.shape(),
+            Self::Double(rows) => rows.shape(),
+        }
+    }
+
+    pub(super) fn slice(&self) -> Slice<'_> {
+        match self {
+            Self::Single(rows) => Slice::Single(rows.of()),
+            Self::Double(rows) => Slice::Double(rows.of()),
+        }
+    }
+
+    pub(super) fn precision(&self) -> Precision {
+        match self {
+            Self::Single(_) => Precision::Single,
+            Self::Double(_) => Precision::Double,
+        }
+    }
+}
+
+/// Rays where numpy has them.
+#[derive(Clone, Copy)]
+pub(super) enum Slice<'a> {
+    Single(&'a [[f32; 6]]),
+    Double(&'a [[f64; 6]]),
+}
+
+impl<'a> Slice<'a> {
+    /// Pieces, between which a call looks whether it shall end.
+    pub(super) fn chunks(self, rays: usize) -> Vec<Self> {
+        match self {
+            Self::Single(all) => all.chunks(rays).map(Self::Single).collect(),
+            Self::Double(all) => all.chunks(rays).map(Self::Double).collect(),
+        }
+    }
+
+    pub(super) fn len(self) -> usize {
+        match self {
+            Self::Single(all) => all.len(),
+            Self::Double(all) => all.len(),
+        }
+    }
+
+    #[inline]
+    pub(super) fn get(self, index: usize) -> Ray {
+        let [x, y, z, dx, dy, dz] = match self {
+            Self::Single(all) => all[index].map(f64::from),
+            Self::Double(all) => all[index],
+        };
+        Ray::new(DVec3::new(x, y, z), DVec3::new(dx, dy, dz))
+    }
+}
+
+/// The first hit.
+#[inline]
+pub(super) fn nearest(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray) -> Option<Hit> {
+    bvh.nearest(triangles, ray, &|_| true)
+}
+
+/// All hits, nearest first; of those at the same t the lowest id first.
+fn all(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray, hits: &mut Vec<Hit>) {
+    hits.clear();
+    let noted = RefCell::new(std::mem::take(hits));
+    // None stops the ray, so it meets them all; some of them twice.
+    let _ = bvh.nearest(triangles, ray, &|hit| {
+        noted.borrow_mut().push(*hit);
+        false
+    });
+    *hits = noted.into_inner();
+    hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+    hits.dedup_by_key(|hit| hit.triangle);
+}
+
+/// Whether each ray hits anything in an interval.
+pub(super) fn any(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
+    let found = (0..rays.len()).into_par_iter().with_min_len(64);
+    hit.par_extend(found.map(|index| nearest(bvh, triangles, &Ray { t_min, t_max, ..rays.get(index) }).is_some()));
+}
+
+/// How many triangles each ray hits.
+pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>, counts: &mut Vec<i32>) {
+    let found = (0..rays.len()).into_par_iter().with_min_len(64).map_init(Vec::new, |hits, index| {
+        all(bvh, triangles, &rays.get(index), hits);
+        hits.len() as i32
+    });
+    counts.par_extend(found);
+}
+
+/// All hits of each ray in order, and how many each has.
+pub(super) fn list(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
+    const CHUNK: usize = 1 << 10;
+    let chunks = (0..rays.len().div_ceil(CHUNK)).into_par_iter();
+    chunks
+        .map(|chunk| {
+            let (mut counts, mut listed, mut hits) = (Vec::new(), Vec::new(), Vec::new());
+            for index in chunk * CHUNK..rays.len().min((chunk + 1) * CHUNK) {
+                all(bvh, triangles, &rays.get(index), &mut hits);
+                counts.push(hits.len() as u32);
+                listed.extend_from_slice(&hits);
+            }
+            (counts, listed)
+        })
+        .collect()
+}

@@ -1,0 +1,96 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::command::{Scope, cargo_workspace, run};
+use crate::outcome::{NotPassed, Outcome};
+use crate::repository::{self, Build};
+
+/// The folder of the package.
+const FOLDER: &str = "crates/python";
+
+/// What tests and examples import, but for the package itself; as in pyproject.toml's `test`.
+const PACKAGES: &[&str] = &["numpy", "matplotlib", "mypy", "pytest", "trimesh", "embreex"];
+
+/// The Python package, of a library that is compiled with the whole workspace: its tests pass, its types hold, and its examples make
+/// pictures. `pip install .` would compile the dependencies once more, with other features.
+pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
+    let python = python()?;
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let venv = folder.path().join("venv");
+    run(Command::new(&python).args(["-m", "venv"]).arg(&venv))?;
+    let python = venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let mut install = Command::new(&python);
+    if run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES)).is_err() {
+        return skipped("the packages that the tests use can't be installed");
+    }
+    run(&mut cargo_workspace(root, scope, &["build", "--lib"]))?;
+    let package = folder.path().join("site");
+    stage(root, &package)?;
+    let in_package = |arguments: &[&str]| {
+        let mut command = Command::new(&python);
+        command.current_dir(root).env("PYTHONPATH", &package).args(arguments);
+        command
+    };
+    let tests = run(&mut in_package(&["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]));
+    let examples = repository::files(&root.join(FOLDER).join("examples"), "py")?;
+    let examples = examples.iter().map(|example| {
+        let picture = folder.path().join("picture.png");
+        run(in_package(&[]).arg(example).arg(&picture))?;
+        let bytes = fs::metadata(&picture).map(|file| file.len()).map_err(|error| error.to_string())?;
+        fs::remove_file(&picture).map_err(|error| error.to_string())?;
+        // One colour everywhere compresses to next to nothing.
+        if bytes > 20_000 { Ok(()) } else { Err(format!("{}: an empty picture", example.display()).into()) }
+    });
+    examples.fold(tests, Outcome::and)
+}
+
+/// A Python that is new enough.
+fn python() -> Result<PathBuf, NotPassed> {
+    let is_new = "import sys, venv; sys.exit(sys.version_info < (3, 11))";
+    let names = ["python3", "python"].map(PathBuf::from);
+    let found = names.into_iter().find(|name| {
+        let mut asked = Command::new(name);
+        asked.args(["-c", is_new]).stdout(Stdio::null()).stderr(Stdio::null());
+        asked.status().is_ok_and(|status| status.success())
+    });
+    found.ok_or_else(|| NotPassed::Skipped("there is no Python 3.11 or newer with venv".to_owned()))
+}
+
+fn skipped(why: &str) -> Outcome {
+    Err(NotPassed::Skipped(why.to_owned()))
+}
+
+/// Lays the package out as it is installed.
+fn stage(root: &Path, site: &Path) -> Result<(), String> {
+    let package = site.join("umbrage");
+    fs::create_dir_all(&package).map_err(|error| format!("{}: {error}", package.display()))?;
+    let copy = |from: &Path, to: &Path| {
+        fs::copy(from, to).map(drop).map_err(|error| format!("{} to {}: {error}", from.display(), to.display()))
+    };
+    let sources = root.join(FOLDER).join("python/umbrage");
+    for entry in fs::read_dir(&sources).map_err(|error| format!("{}: {error}", sources.display()))? {
+        let path = entry.map_err(|error| error.to_string())?.path();
+        let is_source = path.extension().is_some_and(|kind| kind == "py" || kind == "pyi" || kind == "typed");
+        if is_source && let Some(name) = path.file_name() {
+            copy(&path, &package.join(name))?;
+        }
+    }
+    let library = format!("{}umbrage_python{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let module = if cfg!(windows) { "_umbrage.pyd" } else { "_umbrage.abi3.so" };
+    copy(&Build::Dev.folder(root).join(library), &package.join(module))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_packages_are_those_of_the_project() {
+        let root = repository::root().unwrap();
+        let project = repository::read(&root.join("pyproject.toml")).unwrap();
+        let test = project.lines().find(|line| line.starts_with("test = ")).unwrap();
+        let asked = PACKAGES.iter().filter(|package| !test.contains(&format!("\"{package}>=")));
+        assert_eq!(asked.collect::<Vec<_>>(), [&"numpy"], "numpy is asked for by the package itself");
+    }
+}
