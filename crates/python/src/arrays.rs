@@ -137,7 +137,8 @@ fn contiguous<'py, T: Number>(name: &str, value: &Bound<'py, PyAny>) -> PyResult
 /// The array itself, where it can be read in place.
 fn as_it_is<'py, T: Number>(value: &Bound<'py, PyAny>) -> Option<PyReadonlyArrayDyn<'py, T>> {
     let array = value.cast::<PyArrayDyn<T>>().ok()?.try_readonly().ok()?;
-    array.as_slice().is_ok().then_some(array)
+    // A slice may be had of columns too, as Fortran has them.
+    (array.is_c_contiguous() && array.as_slice().is_ok()).then_some(array)
 }
 
 fn not_numbers<T: Number>(name: &str, value: &Bound<'_, PyAny>, found: &str) -> PyErr {

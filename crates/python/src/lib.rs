@@ -5,6 +5,10 @@
 //! anything is computed (`threads.rs`).
 #![forbid(unsafe_code)]
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python functions arrive by value")]
+#![allow(
+    clippy::doc_markdown,
+    reason = "public docs are Python's docstrings, which have its names as numpy writes them"
+)]
 
 mod animated;
 mod arrays;

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use umbrage::rays::LightSource;
@@ -90,9 +90,9 @@ impl Light {
     }
 }
 
-fn unit(name: &str, direction: glam::DVec3) -> PyResult<Vec3> {
+fn unit(name: &str, direction: DVec3) -> PyResult<Vec3> {
     let unit = direction.is_finite().then(|| direction.try_normalize()).flatten();
-    unit.map(|unit| unit.as_vec3()).ok_or_else(|| expected(name, "a direction with a finite length above 0", direction))
+    unit.map(DVec3::as_vec3).ok_or_else(|| expected(name, "a direction with a finite length above 0", direction))
 }
 
 /// One light, or a sequence of them.

@@ -16,7 +16,7 @@ use crate::arrays::hand_over;
 use crate::camera::{Camera, size};
 use crate::errors::{exception, expected};
 use crate::light::Light;
-use crate::threads::pool;
+use crate::threads::{handle_signals, pool};
 
 /// How often a render looks whether it shall end.
 const LOOK: Duration = Duration::from_millis(50);
@@ -165,7 +165,7 @@ pub(crate) fn render<'py>(
             });
             let mut interrupted = None;
             while let Err(RecvTimeoutError::Timeout) = waiting.recv_timeout(LOOK) {
-                if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                if let Err(raised) = handle_signals() {
                     progress.stop();
                     interrupted = Some(raised);
                     break;

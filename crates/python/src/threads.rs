@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::available_parallelism;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -16,7 +16,9 @@ const MOST: usize = 1024;
 static CHOSEN: AtomicUsize = AtomicUsize::new(0);
 
 /// Pools by process and number of threads: a forked process has none of the threads of the one it came from.
-static POOLS: Mutex<Option<HashMap<(u32, usize), Arc<ThreadPool>>>> = Mutex::new(None);
+static POOLS: LazyLock<Mutex<Pools>> = LazyLock::new(Mutex::default);
+
+type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
 
 /// Sets how many threads compute where a call doesn't say.
 ///
@@ -65,7 +67,6 @@ pub(crate) fn pool(nthreads: usize) -> PyResult<Arc<ThreadPool>> {
     check(nthreads, "nthreads")?;
     let threads = if nthreads == 0 { get_threads() } else { nthreads };
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    let pools = pools.get_or_insert_default();
     let process = std::process::id();
     if let Some(pool) = pools.get(&(process, threads)) {
         return Ok(pool.clone());
@@ -94,7 +95,7 @@ impl Call {
     /// What a signal's handler raises, as `KeyboardInterrupt`.
     pub(crate) fn piece<R: Send>(&self, work: impl FnOnce() -> R + Send) -> PyResult<R> {
         let done = self.pool.install(work);
-        Python::attach(|py| py.check_signals())?;
+        handle_signals()?;
         Ok(done)
     }
 }
@@ -107,4 +108,13 @@ pub(crate) fn in_pieces<R: Send>(
 ) -> PyResult<R> {
     let call = Call { pool: pool(nthreads)? };
     py.detach(|| work(&call))
+}
+
+/// Handles the signals that came, from a thread without Python's lock.
+///
+/// # Errors
+/// What a signal's handler raises.
+#[expect(clippy::redundant_closure_for_method_calls, reason = "the method itself has one lifetime only")]
+pub(crate) fn handle_signals() -> PyResult<()> {
+    Python::attach(|py| py.check_signals())
 }

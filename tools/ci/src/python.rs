@@ -10,9 +10,9 @@ use crate::repository::{self, Build};
 const FOLDER: &str = "crates/python";
 
 /// What tests and examples import, but for the package itself; as in pyproject.toml's `test`.
-const PACKAGES: &[&str] = &["numpy", "matplotlib", "mypy", "pytest", "trimesh", "embreex"];
+const PACKAGES: &[&str] = &["numpy", "matplotlib", "pytest", "rtree", "scipy", "trimesh"];
 
-/// The Python package, of a library that is compiled with the whole workspace: its tests pass, its types hold, and its examples make
+/// The Python package, of a library that is compiled with the whole workspace: its tests pass, and its examples make
 /// pictures. `pip install .` would compile the dependencies once more, with other features.
 pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
     let python = python()?;
@@ -71,7 +71,7 @@ fn stage(root: &Path, site: &Path) -> Result<(), String> {
     let sources = root.join(FOLDER).join("python/umbrage");
     for entry in fs::read_dir(&sources).map_err(|error| format!("{}: {error}", sources.display()))? {
         let path = entry.map_err(|error| error.to_string())?.path();
-        let is_source = path.extension().is_some_and(|kind| kind == "py" || kind == "pyi" || kind == "typed");
+        let is_source = path.extension().is_some_and(|kind| kind == "py");
         if is_source && let Some(name) = path.file_name() {
             copy(&path, &package.join(name))?;
         }

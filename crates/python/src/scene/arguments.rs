@@ -1,6 +1,6 @@
 //! What several questions take as arguments.
 
-use glam::{DVec3, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use umbrage::rays::Sweep;
@@ -102,4 +102,13 @@ impl<'py> Own<'py> {
     pub(super) fn slices(&self) -> [&[u32]; 2] {
         [self.0[0].slice(), self.0[1].slice()]
     }
+}
+
+/// A transform of column vectors whose last row is 0, 0, 0, 1.
+pub(super) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DMat4> {
+    let matrix = Numbers::<f64>::new(name, value, &[4, 4])?;
+    let matrix = DMat4::from_cols_slice(matrix.slice()).transpose();
+    let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
+    let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
+    is_affine.then_some(matrix).ok_or_else(error)
 }

@@ -10,20 +10,20 @@ mod state;
 
 use std::sync::Mutex;
 
-use glam::{DMat4, Vec3};
+use glam::Vec3;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
 use umbrage::scene::Frame;
 
-use crate::arrays::{Numbers, Rows, hand_over, shown};
+use crate::arrays::{Rows, hand_over, shown};
 use crate::camera::Camera;
 use crate::errors::expected;
 use crate::light;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{Own, Sweeps};
+use arguments::{Own, Sweeps, affine};
 use ask::check_geometry;
 use rays::Rays;
 use state::State;
@@ -177,15 +177,7 @@ impl RaycastingScene {
     /// ValueError
     ///     For another shape, or a matrix that isn't affine.
     fn set_transform(&self, py: Python<'_>, geometry_id: usize, world_from_object: &Bound<'_, PyAny>) -> PyResult<()> {
-        let matrix = Numbers::<f64>::new("world_from_object", world_from_object, &[4, 4])?;
-        let matrix = DMat4::from_cols_slice(matrix.slice()).transpose();
-        if !matrix.is_finite() || matrix.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
-            return Err(expected(
-                "world_from_object",
-                "finite numbers and a last row of 0, 0, 0, 1",
-                matrix.transpose(),
-            ));
-        }
+        let matrix = affine("world_from_object", world_from_object)?;
         py.detach(|| {
             let mut state = self.lock();
             check_geometry(&state.meshes, geometry_id)?;

@@ -1,0 +1,76 @@
+"""Scenes of files, and pictures."""
+
+import numpy as np
+import pytest
+from conftest import scene_of, sphere
+
+import umbrage
+
+
+def test_a_scene_moves_and_its_frames_are_meshes():
+    cloth = umbrage.open("demo:cloth?triangles=2000")
+    assert cloth.duration > 0 and cloth.warnings == []
+    one, other = cloth.at(0.2), cloth.at(0.9)
+    assert one.vertices.dtype == np.float32 and one.triangles.dtype == np.uint32
+    assert one.vertices.shape == other.vertices.shape and (one.vertices != other.vertices).any()
+    assert one.triangles is other.triangles and not one.triangles.flags.writeable
+    assert one.triangles.max() < len(one.vertices) and one.seconds == 0.2
+    np.testing.assert_array_equal(cloth.at(0.2 + cloth.duration).vertices.shape, one.vertices.shape)
+    scene = scene_of(one.vertices, one.triangles)
+    name, camera = one.cameras[0]
+    assert isinstance(name, str) and one.lights
+    assert np.isfinite(scene.see(camera, 32, 18)["t_hit"]).mean() > 0.3
+
+
+def test_a_file_is_read(tmp_path):
+    vertices, triangles = sphere()
+    path = tmp_path / "ball.obj"
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices.tolist()]
+    path.write_text("\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles.tolist())]))
+    frame = umbrage.open(path).at(0)
+    assert len(frame.triangles) == len(triangles)
+    np.testing.assert_array_equal(np.sort(frame.vertices[frame.triangles], axis=None), np.sort(vertices[triangles], axis=None))
+    with pytest.raises(ValueError, match="broken.obj"):
+        (tmp_path / "broken.obj").write_text("f 1 2 3\n")
+        umbrage.open(tmp_path / "broken.obj")
+
+
+def test_pictures_show_what_they_are_of():
+    cloth = umbrage.open("demo:cloth?triangles=2000")
+    picture = cloth.render(0.5, 64, 36)
+    assert picture.shape == (36, 64, 3) and picture.dtype == np.uint8
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
+    np.testing.assert_array_equal(cloth.render(0.5, 64, 36), picture)
+    for changed in (
+        cloth.render(0.9, 64, 36),
+        cloth.render(0.5, 64, 36, samples=4),
+        cloth.render(0.5, 64, 36, lights=["sun:-1,-2,-1:3"]),
+        cloth.render(0.5, 64, 36, lights=umbrage.Light.sun([-1, -1, 0])),
+        cloth.render(0.5, 64, 36, camera="0,1,5:0,0,0:40"),
+        cloth.render(0.5, 64, 36, camera=umbrage.Camera([0, 3, 9], [0, 0, 0])),
+        cloth.render(0.5, 64, 36, exposure_stops=1),
+    ):
+        assert (changed != picture).mean() > 0.02
+    assert cloth.render(0.5, 64, 36, camera=0).shape == picture.shape
+
+
+def test_alpha_is_where_something_is_seen():
+    scene = scene_of(*sphere())
+    camera = umbrage.Camera([0, 0, 4], [0, 0, 0])
+    picture = scene.render(camera, 60, 40, lights=umbrage.Light.sun([0, -1, -1]), background="none")
+    assert picture.shape == (40, 60, 4)
+    hit = np.isfinite(scene.see(camera, 60, 40)["t_hit"])
+    np.testing.assert_array_equal(picture[..., 3] == 255, hit)
+    np.testing.assert_array_equal(picture[..., 3] == 0, ~hit)
+    # Its upper half is lit from above.
+    assert picture[12, 30, :3].mean() > picture[28, 30, :3].mean() + 30
+
+
+def test_cameras_say_where_their_rays_go():
+    camera = umbrage.Camera([1, 2, 3], [1, 2, -7], fov_degrees=90)
+    assert camera.position == [1, 2, 3] and camera.forward == [0, 0, -1]
+    rays = camera.rays(2, 2)
+    assert rays.shape == (2, 2, 6) and rays.dtype == np.float64
+    np.testing.assert_allclose(rays[0, 0], [1, 2, 3, -0.5, 0.5, -1], atol=1e-7)
+    np.testing.assert_allclose(rays[1, 1, 3:], [0.5, -0.5, -1], atol=1e-7)
+    assert "fov_degrees=90" in repr(camera)
