@@ -81,6 +81,8 @@ enum Command {
     Mapping(experiments::MappingFlags),
     /// Sizes of the camera grid's cells
     Cells(experiments::CellsFlags),
+    /// Tiles of many triangles that are divided among threads, for the camera's grid
+    CameraTriangles(experiments::CameraTrianglesFlags),
     /// Ray-triangle tests of the literature: how many a second, beside the ratios that their papers report
     Triangles(experiments::TrianglesFlags),
     /// The uniform grid of Wald et al. 2006, Table 3 and Figure 7: packets of several sizes, and single rays
@@ -91,6 +93,8 @@ enum Command {
     Nested(experiments::NestedFlags),
     /// Its sections 2.4, 3 and 4.6: macrocells, exact insertion, and packets of shadow rays that are split
     GridOptions(experiments::GridOptionsFlags),
+    /// Its Figures 8 and 9: moving models, without and with shading and shadows
+    Models(experiments::ModelsFlags),
     /// Its section 4.2: how the time grows with the image
     Resolution(experiments::ResolutionFlags),
     /// Its Tables 1 and 4: what the mailbox and frustum culling spare (needs the feature `statistics`)
@@ -157,11 +161,13 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Growth(flags) => flags.run(),
         Command::Mapping(flags) => flags.run(),
         Command::Cells(flags) => flags.run(),
+        Command::CameraTriangles(flags) => flags.run(),
         Command::Triangles(flags) => flags.run(),
         Command::Packets(flags) => flags.run(),
         Command::Density(flags) => flags.run(),
         Command::Nested(flags) => flags.run(),
         Command::GridOptions(flags) => flags.run(),
+        Command::Models(flags) => flags.run(),
         Command::Resolution(flags) => flags.run(),
         Command::Culling(flags) => flags.run(),
         Command::KdBuilders(flags) => flags.run(),

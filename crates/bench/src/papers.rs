@@ -78,7 +78,7 @@ const REORDER_ONE_THREAD: [&str; 12] = [
 ];
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 33] = [
+const EXPERIMENTS: [Experiment; 35] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -97,6 +97,7 @@ const EXPERIMENTS: [Experiment; 33] = [
         .by("mapping", &["--all-blocks"])
         .drawn(),
     Experiment::new("cells", "Sizes of cells", "Guntury and Narayanan 2010, section 3").drawn(),
+    Experiment::new("camera-triangles", "Tiles of many triangles, in parts", "Guntury and Narayanan 2010, section 5"),
     Experiment::new("growth", "Growth with triangles, pixels and lights", "Guntury and Narayanan 2010, section 5")
         .drawn(),
     // Single rays take seconds a frame.
@@ -110,6 +111,8 @@ const EXPERIMENTS: [Experiment; 33] = [
     Experiment::new("resolution", "More pixels", "Wald et al. 2006, section 4.2"),
     Experiment::new("grid-options", "Macrocells, insertion, splits", "Wald et al. 2006, sections 2.4, 3 and 4.6"),
     Experiment::new("nested", "Grids in cells", "Wald et al. 2006, section 2.4"),
+    Experiment::new("models", "Moving models with shading and shadows", "Wald et al. 2006, Figures 8 and 9")
+        .with_files(),
     Experiment::new("kd-traversals", "Traversals of the kd-tree", "Horn et al. 2007, Table 2"),
     Experiment::new("kd-bounces", "Mirror bounces", "Horn et al. 2007, Figure 2").drawn(),
     Experiment::new("triangles", "Ray-triangle tests", "Rahikainen 2013, section 2.1"),

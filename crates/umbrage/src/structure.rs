@@ -3,6 +3,7 @@
 
 use std::fmt;
 use std::mem::discriminant;
+use std::num::NonZeroU32;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -240,6 +241,11 @@ impl Structure {
             OptionValues::Switch,
             Self::Listed { camera, .. } => !camera.skips_blocks,
             |value| camera.skips_blocks = value != "true"),
+        option!("listed", "camera-triangles",
+            "The most triangles that a thread searches in 64×64 pixels, where more are divided among threads; auto divides none",
+            OptionValues::WholeOrAuto(1..=u32::MAX),
+            Self::Listed { camera, .. } => camera.most_triangles.map_or_else(|| "auto".to_owned(), |most| most.to_string()),
+            |value| camera.most_triangles = whole(value).and_then(NonZeroU32::new)),
         option!("listed", "light-cells", "Cells a side of the light grids",
             OptionValues::Whole(1..=ListedLightOptions::MOST_CELLS),
             Self::Listed { light, .. } => light.cells(),

@@ -1,5 +1,7 @@
 //! The structures that are tested, with their options: adding one is one line of the table.
 
+use std::num::NonZeroU32;
+
 use umbrage_rays::{
     BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
     ListedOptions, SahCosts, TwoLevelKdTree, UniformGrid,
@@ -23,6 +25,7 @@ macro_rules! structures {
             listed_many_slices: |level| listed(level, [16, 2, 64], false, [1, 4096, 33, 2]);
             listed_whole_blocks: |level| listed(level, [8, 8, 7], false, [64, 48, 5, 1]);
             listed_large_tiles: |level| listed(level, [64, 1, 3], true, [5, 16, 7, 9]);
+            listed_divided: |level| listed_divided(level, 3);
             spherical: |level| spherical(level, [192, 256, 512, 1], None);
             spherical_slices: |level| spherical(level, [33, 16, 40, 16], None);
             spherical_clamped: |level| spherical(level, [64, 32, 16, 3], LightClamp::new([-40.0, 20.0, 5.0, 170.0]));
@@ -75,7 +78,18 @@ pub const LARGE_LEAVES: SahCosts = SahCosts { step: 10.0, test: 1.0, ..KdTreeOpt
 pub fn listed(level: SimdLevel, camera: [u32; 3], skips_blocks: bool, light: [u32; 4]) -> Box<dyn Structure> {
     let [tile, tiles, slices] = camera;
     let cells = Cells::new(tile, tiles, slices).expect("possible cells");
-    Box::new(ListedGrids::with_options(level, ListedOptions { cells, skips_blocks }, light_cells(light)))
+    Box::new(ListedGrids::with_options(
+        level,
+        ListedOptions { cells, skips_blocks, ..ListedOptions::DEFAULT },
+        light_cells(light),
+    ))
+}
+
+/// Grids of the paper's form in whose camera grid threads search at most so many triangles of a tile.
+#[must_use]
+pub fn listed_divided(level: SimdLevel, most_triangles: u32) -> Box<dyn Structure> {
+    let camera = ListedOptions { most_triangles: NonZeroU32::new(most_triangles), ..ListedOptions::DEFAULT };
+    Box::new(ListedGrids::with_options(level, camera, ListedLightOptions::DEFAULT))
 }
 
 /// A light's grid of angles, of cells as [`listed`] has them.

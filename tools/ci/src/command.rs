@@ -27,7 +27,9 @@ pub(crate) enum Scope {
     WithoutWindow,
 }
 
-/// A cargo command about the workspace. Those that select the same crates and features share what they compile.
+/// A cargo command about the workspace. Those that select the same crates and features share what they compile: tests and
+/// builds count what some tests ask about, so that `umbrage-rays` isn't compiled once more for these; clippy and docs are
+/// about the features that users have.
 pub(crate) fn cargo_workspace(root: &Path, scope: Scope, subcommand: &[&str]) -> Command {
     let mut command = cargo(root);
     command.args(subcommand).args(["--workspace", "--locked"]);
@@ -35,6 +37,9 @@ pub(crate) fn cargo_workspace(root: &Path, scope: Scope, subcommand: &[&str]) ->
         Scope::Whole => ["--features", "umbrage-cli/view,umbrage-bench/view"],
         Scope::WithoutWindow => ["--exclude", "umbrage-viewer"],
     });
+    if matches!(subcommand.first(), Some(&("test" | "build"))) {
+        command.args(["--features", "umbrage-bench/statistics"]);
+    }
     command
 }
 

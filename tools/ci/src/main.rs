@@ -48,10 +48,6 @@ const CHECKS: &[Check] = &[
         run(cargo_workspace(root, Scope::Whole, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
     }),
     ("tests", cpu_tests::check),
-    // What is counted is tested where it is: no other check compiles it.
-    ("statistics", |root, _| {
-        run(cargo(root).args(["test", "-p", "umbrage-rays", "--locked", "--features", "statistics", "--test", "rays"]))
-    }),
     ("examples", examples::check),
     ("GPU tests", |root, scope| GPU.check(root, scope)),
     ("doc tests", |root, scope| run(&mut cargo_workspace(root, scope, &["test", "--doc"]))),

@@ -1,6 +1,7 @@
 //! The experiments of Guntury and Narayanan 2010, and others of the literature, one a file, each a table and a chart.
 
 mod breakdown;
+mod camera_triangles;
 mod cells;
 mod distance;
 mod growth;
@@ -17,6 +18,7 @@ mod triangles;
 mod uniform;
 
 pub(crate) use breakdown::BreakdownFlags;
+pub(crate) use camera_triangles::CameraTrianglesFlags;
 pub(crate) use cells::CellsFlags;
 pub(crate) use distance::DistanceFlags;
 pub(crate) use growth::GrowthFlags;
@@ -32,4 +34,6 @@ pub(crate) use queues::QueuesFlags;
 pub(crate) use reorder::ReorderFlags;
 pub(crate) use table1::Table1Flags;
 pub(crate) use triangles::TrianglesFlags;
-pub(crate) use uniform::{CullingFlags, DensityFlags, GridOptionsFlags, NestedFlags, PacketsFlags, ResolutionFlags};
+pub(crate) use uniform::{
+    CullingFlags, DensityFlags, GridOptionsFlags, ModelsFlags, NestedFlags, PacketsFlags, ResolutionFlags,
+};

@@ -33,7 +33,7 @@ pub(super) struct Chart {
 
 impl SweepFlags {
     pub(super) fn run(&self, cells: &[Cells], note: &str, chart: &Chart) -> Result<()> {
-        let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks };
+        let options = |cells| ListedOptions { cells, skips_blocks: !self.all_blocks, ..ListedOptions::DEFAULT };
         let forms: Vec<_> = cells.iter().map(|&cells| options(cells).into()).collect();
         let mut table = self.common.start()?;
         let mut series: Vec<Series> = Vec::new();

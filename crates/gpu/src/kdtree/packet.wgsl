@@ -9,8 +9,8 @@
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
 import package::kdtree::tester::{
-    KD_BEYOND, KD_COUNTS, KdRay, KdWays, kd_children, kd_count, kd_finish, kd_is_empty, kd_is_leaf, kd_is_missed,
-    kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
+    KD_BEYOND, KD_COUNTS, KdRay, KdWays, UNDECIDED_STEPS, kd_add, kd_children, kd_count, kd_finish, kd_is_empty,
+    kd_is_leaf, kd_is_missed, kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
 };
 
 override KD_PACKET: u32 = 64u;
@@ -138,6 +138,8 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
     // Where the ray left the last leaf that it was in, and whether nothing that waits is of use to it.
     var reached = -KD_BEYOND;
     var is_over = is_missed;
+    // Nodes and tests of the whole packet.
+    var steps = 0u;
     loop {
         let index = workgroupUniformLoad(&packet_node);
         let node = kd_nodes[index];
@@ -145,6 +147,7 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
         let is_active = is_inside && way.x <= (*ray).best && !is_over;
         var ways = KdWays(empty, empty);
         var vote = 0u;
+        steps += select(1u, node.y >> 2u, kd_is_leaf(node));
         if kd_is_leaf(node) {
             if is_active {
                 kd_leaf(ray, node);
@@ -182,6 +185,9 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
         let decided = workgroupUniformLoad(&packet_step);
         let step = decided & 7u;
         if step == STEP_FINISHED {
+            if KD_COUNTS && lane == 0u {
+                kd_add(UNDECIDED_STEPS, KD_PACKET * steps);
+            }
             break;
         }
         if step == STEP_LEFT || step == STEP_RIGHT {

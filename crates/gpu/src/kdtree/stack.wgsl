@@ -3,8 +3,8 @@
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::tester::{
-    KD_COUNTS, KdRay, kd_children, kd_count, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed, kd_leaf,
-    kd_nodes, kd_ray, kd_ways,
+    KD_COUNTS, KdRay, kd_children, kd_count, kd_count_steps, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf,
+    kd_is_missed, kd_leaf, kd_nodes, kd_ray, kd_ways,
 };
 
 // As many inner nodes as a leaf has above it at most.
@@ -66,12 +66,13 @@ fn walk_with_stack(ray: ptr<function, KdRay>) {
 @compute @workgroup_size(64)
 fn by_stack(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
-    if number >= kd_count() {
-        return;
+    var ray: KdRay;
+    if number < kd_count() {
+        ray = kd_ray(number);
+        if !kd_is_missed(&ray) {
+            walk_with_stack(&ray);
+        }
+        kd_finish(&ray);
     }
-    var ray = kd_ray(number);
-    if !kd_is_missed(&ray) {
-        walk_with_stack(&ray);
-    }
-    kd_finish(&ray);
+    kd_count_steps(at.lane, ray.visits);
 }

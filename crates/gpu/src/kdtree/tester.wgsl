@@ -1,5 +1,6 @@
 // What all traversals share: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
 
+import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::shape::{KdShape};
 import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHADOWLESS, TRIANGLE_SHADOW_MASKED};
 
@@ -13,7 +14,7 @@ import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHAD
 @group(0) @binding(6) var<storage, read_write> traced: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> undecided_hits: array<atomic<u32>>;
 
-// Whether nodes, leaves, tests and restarts are counted.
+// Whether nodes, leaves, tests, restarts and steps are counted.
 override KD_COUNTS: bool = false;
 // Whether it is asked what blocks the way to a light; else, what is hit first.
 override KD_IS_SHADOW: bool = false;
@@ -21,7 +22,8 @@ override KD_IS_SHADOW: bool = false;
 const UNDECIDED_COUNT: u32 = 0u;
 // How many of them are certain: the predicate only has to say where.
 const UNDECIDED_CERTAIN: u32 = 4u;
-// Pairs of words: low, high.
+// Pairs of words: low, high. Steps are those of invocations that wait for each other.
+const UNDECIDED_STEPS: u32 = 6u;
 const UNDECIDED_VISITS: u32 = 8u;
 const UNDECIDED_FIRST: u32 = 16u;
 // Of a hit: its triangle, its ray, the next of the ray's, from which t on it may be, and four words for the stage `settle`.
@@ -326,9 +328,8 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
     }
 }
 
-fn kd_add_visits(index: u32, count: u32) {
+fn kd_add(word: u32, count: u32) {
     if count > 0u {
-        let word = UNDECIDED_VISITS + 2u * index;
         let before = atomicAdd(&undecided_hits[word], count);
         if before + count < before {
             atomicAdd(&undecided_hits[word + 1u], 1u);
@@ -351,7 +352,25 @@ fn kd_finish(ray: ptr<function, KdRay>) {
     }
     if KD_COUNTS {
         for (var index = 0u; index < 4u; index++) {
-            kd_add_visits(index, (*ray).visits[index]);
+            kd_add(UNDECIDED_VISITS + 2u * index, (*ray).visits[index]);
+        }
+    }
+}
+
+// As many invocations go in step on most GPUs.
+const KD_LOCKSTEP: u32 = 32u;
+
+var<workgroup> kd_most_steps: array<atomic<u32>, RECORD_LANES / KD_LOCKSTEP>;
+
+// Counts the steps, nodes and tests, that invocations in step take, each as many as the one that takes the most. All of a
+// workgroup call it.
+fn kd_count_steps(lane: u32, visits: vec4<u32>) {
+    if KD_COUNTS {
+        let group = lane / KD_LOCKSTEP;
+        atomicMax(&kd_most_steps[group], visits.x + visits.z);
+        workgroupBarrier();
+        if lane % KD_LOCKSTEP == 0u {
+            kd_add(UNDECIDED_STEPS, KD_LOCKSTEP * atomicLoad(&kd_most_steps[group]));
         }
     }
 }

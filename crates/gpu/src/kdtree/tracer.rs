@@ -75,6 +75,19 @@ pub struct KdTracerWork {
     /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may still
     /// find something in the node's cell, and a restart for one of its rays.
     pub visits: Counts,
+    /// Steps, which are nodes and tests, of all invocations with those that they wait for: of 32 that go in step, each has as
+    /// many as the one that takes the most; of a packet, each has all of the packet's. Zero unless counted.
+    pub steps: u64,
+}
+
+impl KdTracerWork {
+    /// The share of its invocations' steps in which a ray visits a node or is tested; the others wait (Horn et al. 2007,
+    /// §5.2.1). `None` where nothing was counted.
+    #[must_use]
+    pub fn share_in_use(&self) -> Option<f64> {
+        let used = self.visits.nodes + self.visits.tests;
+        (self.steps > 0).then(|| used as f64 / self.steps as f64)
+    }
 }
 
 impl KdTracer {
@@ -233,7 +246,8 @@ impl KdTracer {
         let mut most = 0;
         for (needs, question) in needs.chunks_exact(Self::UNDECIDED_HEADER as usize).zip(&self.asked) {
             most = most.max(needs[0]);
-            let count = |index: usize| u64::from(needs[8 + 2 * index]) | u64::from(needs[9 + 2 * index]) << 32;
+            let long = |word: usize| u64::from(needs[word]) | u64::from(needs[word + 1]) << 32;
+            let count = |index: usize| long(8 + 2 * index);
             self.work.push(KdTracerWork {
                 is_shadow: *question == Question::Blocked,
                 undecided_hits: needs[0] - needs[4],
@@ -245,6 +259,7 @@ impl KdTracer {
                     restarts: count(3),
                     ..Counts::default()
                 },
+                steps: long(6),
             });
         }
         let needed = Self::undecided_bytes(most.into());

@@ -9,7 +9,7 @@ import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
 import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::tester::{
-    KD_COUNTS, KdRay, kd_children, kd_count, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed,
+    KD_COUNTS, KdRay, kd_children, kd_count, kd_count_steps, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed,
     kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
 };
 
@@ -108,12 +108,13 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
 @compute @workgroup_size(64)
 fn by_trail(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
-    if number >= kd_count() {
-        return;
+    var ray: KdRay;
+    if number < kd_count() {
+        ray = kd_ray(number);
+        if !kd_is_missed(&ray) {
+            walk_on_trail(&ray, at.lane);
+        }
+        kd_finish(&ray);
     }
-    var ray = kd_ray(number);
-    if !kd_is_missed(&ray) {
-        walk_on_trail(&ray, at.lane);
-    }
-    kd_finish(&ray);
+    kd_count_steps(at.lane, ray.visits);
 }

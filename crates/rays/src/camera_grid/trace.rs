@@ -14,7 +14,7 @@ use super::samples::{BLOCKS, SAMPLES, TileOfShot};
 use super::sight::PixelBox;
 use super::tile::{Batch, HALF, MaskWeights, Tile, block_range};
 use crate::patches::Patches;
-use crate::shot::{Counts, Kind, SeenPixels, Shot, TileWork};
+use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
 use crate::simd::lanes::bits_of;
 use crate::simd::{each, vectorized};
 
@@ -77,27 +77,37 @@ impl Tiles<'_> {
         work: &mut [[u32; N]],
         search: impl Fn(&mut TileTrace<'_, N>, usize, &mut [u32], &mut [f32]) + Sync,
     ) -> Counts {
-        let &Self { shot, space } = self;
-        let (width, height) = space.size();
+        let (width, height) = self.space.size();
         seen.resize(width, height);
-        let order = seen.order();
         scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let scratch = &*scratch;
         let triangle_tiles = seen.triangle.par_chunks_mut(SAMPLES);
         let tiles = triangle_tiles.zip(seen.inverse_depth.par_chunks_mut(SAMPLES)).zip(work.par_chunks_mut(SAMPLES));
         let counted = tiles.enumerate().with_max_len(1).map(|(index, ((triangle, inverse_depth), work))| {
-            // A thread waits for nobody here, since each has its own tile.
-            let thread = rayon::current_thread_index().unwrap_or(scratch.len() - 1);
-            let mut tile = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
-            let corner = UVec2::from(order.column_and_row(index * SAMPLES)).as_ivec2();
-            let at = TileOfShot { shot, space, corner };
-            tile.place_samples(&space.shifts);
-            let (tile, work, tally) = (&mut *tile, TileWork(work), Counts::default());
-            let mut trace = TileTrace { at, tile, work, tally };
-            search(&mut trace, index, triangle, inverse_depth);
-            trace.tally
+            self.search(scratch, index, work, |trace| search(trace, index, triangle, inverse_depth))
         });
         counted.reduce(Counts::default, Counts::plus)
+    }
+
+    /// Calls `search` with the tile of an index, in this thread's part of `scratch`; what that took.
+    pub(crate) fn search<const N: usize>(
+        &self,
+        scratch: &[Mutex<Box<Tile>>],
+        index: usize,
+        work: &mut [[u32; N]],
+        search: impl FnOnce(&mut TileTrace<'_, N>),
+    ) -> Counts {
+        let &Self { shot, space } = self;
+        let (width, height) = space.size();
+        // A thread waits for nobody here, since each has its own tile.
+        let thread = rayon::current_thread_index().unwrap_or(scratch.len() - 1);
+        let mut tile = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
+        let corner = UVec2::from(TileOrder::new(width, height).column_and_row(index * SAMPLES)).as_ivec2();
+        let at = TileOfShot { shot, space, corner };
+        tile.place_samples(&space.shifts);
+        let mut trace = TileTrace { at, tile: &mut tile, work: TileWork(work), tally: Counts::default() };
+        search(&mut trace);
+        trace.tally
     }
 }
 

@@ -6,6 +6,7 @@ use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _};
 
 use crate::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
 use crate::{Device, Scene, blocked, check, device, free, walks};
+use umbrage_study::gpu_kdtree::KdTracerWork;
 
 #[test]
 fn nearest_hits_are_those_of_the_cpu_each_way() {
@@ -39,6 +40,30 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
         assert!(work.visits.nodes > 5000 && work.visits.leaves > 1000 && work.visits.tests > 1000, "{work:?}");
         let (hits, work) = check(gpu, tracer, &flat, &of_flat);
         assert!(hits > 300 && work.undecided_hits > 300, "{hits} hits, {work:?}");
+    }
+}
+
+#[test]
+fn invocations_in_step_take_as_many_steps_as_the_slowest() {
+    let Some(mut device) = device() else { return };
+    let Device { gpu, frame } = &mut *device;
+    let tracer = frame.tracer_mut();
+    let mut random = Random(3);
+    let scene = Scene::new(gpu, scene(&mut random), KdTreeOptions::DEFAULT);
+    let rays = free((0..75).map(|_| random_ray(&mut random, 3.0)).collect::<Vec<_>>());
+    let used = |work: &KdTracerWork| work.visits.nodes + work.visits.tests;
+    for options in walks() {
+        tracer.set_options(gpu, options);
+        let (_, together) = check(gpu, tracer, &scene, &rays);
+        if options.packet.is_some() {
+            let share = together.share_in_use().expect("counted");
+            assert!(share > 0.02 && share <= 1.0 && together.steps % u64::from(options.lanes()) == 0, "{together:?}");
+            continue;
+        }
+        let alone: Vec<u64> = rays.iter().map(|ray| used(&check(gpu, tracer, &scene, &[*ray]).1)).collect();
+        assert_eq!(used(&together), alone.iter().sum::<u64>());
+        let slowest = alone.chunks(32).map(|rays| 32 * rays.iter().max().expect("not empty"));
+        assert_eq!(together.steps, slowest.sum::<u64>(), "{options:?}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! What only structures promise that are made for the rays of one camera and each light: cells, and counts of work.
 
 use std::collections::HashMap;
+use std::num::NonZeroU32;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use umbrage_rays::predicate::ShadowRay;
@@ -73,9 +74,12 @@ fn work_of_pixels_adds_up() {
         assert_eq!([undecided, pairs], [counts.undecided, counts.pairs * 64 * 64]);
         assert!(case.pixels().all(|(x, y)| work.at(x, y).pairs == work.at(x / 64 * 64, y / 64 * 64).pairs));
     }
-    for (tile, tiles, slices, skips_blocks) in [(16, 4, 8, true), (8, 8, 7, false), (64, 1, 3, true)] {
+    for (tile, tiles, slices, skips_blocks, most) in
+        [(16, 4, 8, true, 0), (8, 8, 7, false, 0), (64, 1, 3, true, 0), (16, 4, 8, true, 40)]
+    {
         let cells = Cells::new(tile, tiles, slices).expect("possible cells");
-        let mut listed = listed_grids(ListedOptions { cells, skips_blocks }, 192);
+        let mut listed =
+            listed_grids(ListedOptions { cells, skips_blocks, most_triangles: NonZeroU32::new(most) }, 192);
         for _ in 0..2 {
             let Work { counts, .. } = listed.see_counting(&case.shot(), &mut seen, &mut work).expect("a small image");
             assert!(counts.pairs > 100 && counts.undecided < 100, "{counts:?}");
@@ -100,8 +104,10 @@ fn what_is_hidden_is_not_tested() {
     let case = Case::new("walls", mesh, view(look, 128, 128), &[]);
     let tests = |slices: u32| {
         let cells = Cells::new(16, 1, slices).expect("possible cells");
-        let (seen, Work { counts, .. }) =
-            see(&mut listed_grids(ListedOptions { cells, skips_blocks: false }, 192), &case.shot());
+        let (seen, Work { counts, .. }) = see(
+            &mut listed_grids(ListedOptions { cells, skips_blocks: false, most_triangles: None }, 192),
+            &case.shot(),
+        );
         assert!(seen.triangle.iter().all(|&id| id < 2) && counts.pairs >= 64 * 32, "{counts:?}");
         counts.tests
     };

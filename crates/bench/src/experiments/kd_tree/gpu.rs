@@ -3,7 +3,7 @@ use clap::Args;
 use glam::Vec3;
 use umbrage::rays::{KdTraversal, KdTree, KdTreeOptions, LightSource};
 use umbrage_gpu::{Adapter, DeviceLimits, Geometry, Gpu, Recorder, StageTime};
-use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions};
+use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions, KdTracerWork};
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;
@@ -64,13 +64,20 @@ impl KdGpuFlags {
             let mut rendered = KdFrame::new(&gpu, KdTracerOptions::DEFAULT);
             for (of_paper, primary, ways, bounces) in experiments.clone() {
                 for &(traversal, packet) in ways {
+                    let sceneries = bounces.clone().map(|bounces| KdScenery { bounces, primary, ..trial.scenery });
                     let options = KdTracerOptions { traversal, packet, counts: false };
                     rendered.set_options(&gpu, options);
-                    for bounces in bounces.clone() {
-                        let scenery = KdScenery { bounces, primary, ..trial.scenery };
+                    let timed = sceneries.clone().map(|scenery| {
                         let times = trial.render(&gpu, &mut rendered, &scenery, self.common.rounds)?;
-                        let rays = Rays::of(&rendered, &trial.view, primary);
-                        table.push(row([of_paper, name(address)], &options, bounces, &times, &rays))?;
+                        Ok((times, Rays::of(&rendered, &trial.view, primary)))
+                    });
+                    let timed = timed.collect::<Result<Vec<_>>>()?;
+                    // Counting takes time of its own.
+                    rendered.set_options(&gpu, KdTracerOptions { counts: true, ..options });
+                    for (scenery, (times, rays)) in sceneries.zip(timed) {
+                        trial.render(&gpu, &mut rendered, &scenery, 0)?;
+                        let shares = shares_in_use(&rendered);
+                        table.push(row([of_paper, name(address)], &options, scenery.bounces, &times, &rays, shares))?;
                     }
                 }
             }
@@ -84,6 +91,9 @@ impl KdGpuFlags {
             "bounce have shadows as well, and every triangle mirrors a third of the light. Table 2 is primary_us and shadow_us, rays",
             "a microsecond through the tree: 7.7 to 9.1 and 9.5 to 17.1 by restart, 15.2 to 17.9 and 16.2 to 27.3 in the end,",
             "Cornell box apart. Figure 2 is how `nearest` grows with bounces.",
+            "in use: the share of invocations' steps, nodes and tests, that are a ray's own; the others wait for the slowest of 32, or",
+            "for their packet (section 5.2.1: the tracer of single rays has 66 to 75 % of its board's instruction rate, that of",
+            "packets 35 to 42 %, and divergent branches are what keeps it from more).",
             "primary_ms: the camera's rays, or what is rasterised; nearest, blocked: through the tree, all bounces; settle: the",
             "predicate; rest: the other stages; all by the adapter's clock. frame: by the CPU's.",
         ])?;
@@ -107,6 +117,19 @@ impl Rays {
             shadow: work.filter(|work| work.is_shadow).map(|work| work.visits.rays).sum(),
         }
     }
+}
+
+/// The shares of their invocations' steps in which rays take part, that look for hits, and that look for shadows.
+fn shares_in_use(rendered: &KdFrame) -> [Option<f64>; 2] {
+    [false, true].map(|is_shadow| {
+        let of_kind = rendered.tracer().work().iter().filter(|work| work.is_shadow == is_shadow);
+        let all = of_kind.fold(KdTracerWork::default(), |mut all, work| {
+            all.visits += work.visits;
+            all.steps += work.steps;
+            all
+        });
+        all.share_in_use()
+    })
 }
 
 /// What one frame took.
@@ -167,7 +190,14 @@ impl Trial {
     }
 }
 
-fn row([of_paper, scene]: [&str; 2], options: &KdTracerOptions, bounces: u32, rounds: &[Round], rays: &Rays) -> Row {
+fn row(
+    [of_paper, scene]: [&str; 2],
+    options: &KdTracerOptions,
+    bounces: u32,
+    rounds: &[Round],
+    rays: &Rays,
+    shares: [Option<f64>; 2],
+) -> Row {
     let sum = |is_of: &dyn Fn(&str) -> bool| {
         let of_round = |round: &Round| -> f64 {
             round.stages.iter().filter(|stage| is_of(stage.name)).map(|stage| stage.milliseconds).sum()
@@ -181,6 +211,7 @@ fn row([of_paper, scene]: [&str; 2], options: &KdTracerOptions, bounces: u32, ro
     let all = sum(&|_| true);
     let wall = median(rounds.iter().map(|round| round.wall));
     let milliseconds = |time| Cell::Number(time, 3);
+    let share = |share| Cell::Number(share, 2);
     let rate = |rays: u64, time: f64| Cell::Number(rays as f64 / (1e3 * time), 3);
     row![
         ("paper", of_paper),
@@ -198,5 +229,7 @@ fn row([of_paper, scene]: [&str; 2], options: &KdTracerOptions, bounces: u32, ro
         ("frames_s", Cell::Number(1e3 / wall, 1)),
         ("primary_us", rays.primary.filter(|_| bounces == 0).map(|primary| rate(primary, nearest))),
         ("shadow_us", rate(rays.shadow, blocked)),
+        ("nearest_in_use", shares[0].map(share)),
+        ("blocked_in_use", shares[1].map(share)),
     ]
 }

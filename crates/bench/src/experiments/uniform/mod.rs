@@ -3,6 +3,7 @@
 mod culling;
 mod density;
 mod measure;
+mod models;
 mod nested;
 mod options;
 mod packets;
@@ -10,6 +11,7 @@ mod resolution;
 
 pub(crate) use culling::CullingFlags;
 pub(crate) use density::DensityFlags;
+pub(crate) use models::ModelsFlags;
 pub(crate) use nested::NestedFlags;
 pub(crate) use options::GridOptionsFlags;
 pub(crate) use packets::PacketsFlags;

@@ -5,12 +5,14 @@
 
 mod build;
 mod cells;
+mod crowded;
 mod drop;
 mod list;
 mod slices;
 mod trace;
 mod validate;
 
+use std::num::NonZeroU32;
 use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
@@ -22,6 +24,7 @@ use crate::patches::Patches;
 use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
 use crate::{ImageTooLarge, Omitted, SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
+use crowded::Crowded;
 use drop::Range;
 use slices::Slices;
 
@@ -51,6 +54,7 @@ pub struct ListedGrid {
     dropped: u64,
     /// One for each thread.
     scratch: Vec<Mutex<Box<Tile>>>,
+    crowded: Crowded,
 }
 
 debug_some!(ListedGrid as grid: "triangles" => grid.triangle_count);
@@ -64,11 +68,15 @@ pub struct ListedOptions {
     /// and their nearest corner. Otherwise all pixels of a sorting tile that may still find something nearer test all
     /// of a cell's triangles, as in the paper.
     pub skips_blocks: bool,
+    /// The most triangles that one thread searches in a tile of 64×64 pixels, each counted once for each cell that lists
+    /// it: tiles of more are divided among threads, and what the parts find is compared in the end (§5, future work).
+    /// `None` divides none.
+    pub most_triangles: Option<NonZeroU32>,
 }
 
 impl ListedOptions {
     /// What measured best.
-    pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, skips_blocks: true };
+    pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, skips_blocks: true, most_triangles: None };
 }
 
 impl Default for ListedOptions {
@@ -115,6 +123,7 @@ impl CameraGrid for ListedGrid {
             + self.ranges.iter().map(Range::bytes).sum::<usize>()
             + self.tiles.iter().map(|cells| size_of_val(cells) + cells.bytes()).sum::<usize>()
             + self.scratch.len() * size_of::<Tile>()
+            + self.crowded.bytes()
     }
 
     fn validate(&self, shot: &Shot<'_>, _: &Patches) -> Result<(), String> {

@@ -3,6 +3,7 @@ use fearless_simd::{Simd, dispatch};
 use glam::IVec2;
 
 use super::ListedGrid;
+use super::crowded::Part;
 use crate::camera_grid::general::{General, Square};
 use crate::camera_grid::lanes::{Corners, LANES, splat};
 use crate::camera_grid::samples::{BLOCKS, SAMPLES};
@@ -26,26 +27,33 @@ impl ListedGrid {
             seen.resize(0, 0);
             return Counts::default();
         };
-        let mut scratch = std::mem::take(&mut self.scratch);
         let tiles = Tiles { shot, space: &space };
+        let (mut scratch, mut crowded) = (std::mem::take(&mut self.scratch), std::mem::take(&mut self.crowded));
+        crowded.divide(&self.tiles, self.options.most_triangles);
+        let of_parts = crowded.search(&tiles, &mut scratch, work, |tile, index, part| {
+            let mut trace = ListedTrace { grid: self, cells: &self.tiles[index], part, tile };
+            dispatch!(self.level.0, simd => trace.run(simd));
+        });
         let counted = tiles.trace(&mut scratch, seen, work, |tile, index, triangle, inverse_depth| {
             let cells = &self.tiles[index];
-            tile.tally.pairs = cells.items().len() as u64;
-            let mut trace = ListedTrace { grid: self, cells, tile };
             dispatch!(self.level.0, simd => {
-                trace.run(simd);
-                trace.tile.write(simd, triangle, inverse_depth);
+                if !crowded.merge(tile, index) {
+                    ListedTrace { grid: self, cells, part: Part::WHOLE, tile }.run(simd);
+                }
+                tile.write(simd, triangle, inverse_depth);
             });
+            tile.tally.pairs = cells.items().len() as u64;
         });
-        self.scratch = scratch;
-        Counts { dropped: self.dropped, ..counted }
+        (self.scratch, self.crowded) = (scratch, crowded);
+        Counts { dropped: self.dropped, ..counted.plus(of_parts) }
     }
 }
 
-/// The search of one tile of the [`TileOrder`].
+/// The search of one tile of the [`TileOrder`], or of one part of its triangles.
 struct ListedTrace<'a, 'b, const N: usize> {
     grid: &'a ListedGrid,
     cells: &'a Sorted<u32>,
+    part: Part,
     tile: &'a mut TileTrace<'b, N>,
 }
 
@@ -78,7 +86,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         for y in (0..sorting_tiles).step_by(k) {
             for x in (0..sorting_tiles).step_by(k) {
                 let tile = TracingTile { first: [x, y], slice: 0 };
-                if N > 0 {
+                if N > 0 && self.part.is_first() {
                     self.count_pairs(&tile);
                 }
                 self.search(simd, tile, &mut waiting);
@@ -121,7 +129,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
                     searching &= !(1 << sorting_tile);
                     continue;
                 }
-                let listed = self.cells.of(cell..cell + 1);
+                let listed = self.part.of(self.cells.of(cell..cell + 1));
                 if !listed.is_empty() {
                     searched |= 1 << sorting_tile;
                     self.tile.tally.cells += 1;
