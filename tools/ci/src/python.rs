@@ -71,7 +71,7 @@ fn stage(root: &Path, site: &Path) -> Result<(), String> {
     let sources = root.join(FOLDER).join("python/umbrage");
     for entry in fs::read_dir(&sources).map_err(|error| format!("{}: {error}", sources.display()))? {
         let path = entry.map_err(|error| error.to_string())?.path();
-        let is_source = path.extension().is_some_and(|kind| kind == "py");
+        let is_source = path.extension().is_some_and(|kind| ["py", "pyi", "typed"].iter().any(|of| kind == *of));
         if is_source && let Some(name) = path.file_name() {
             copy(&path, &package.join(name))?;
         }
