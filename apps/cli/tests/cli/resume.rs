@@ -1,4 +1,5 @@
 //! `--shard` and `--resume`: parts of a render, which may end at any time and go on.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fs;
 use std::process::Stdio;

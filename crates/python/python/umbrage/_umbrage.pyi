@@ -8,6 +8,18 @@ from numpy.typing import ArrayLike, NDArray
 
 import numpy as np
 
+__all__ = [
+    "Camera",
+    "Frame",
+    "Light",
+    "RaycastingScene",
+    "Scene",
+    "__version__",
+    "get_threads",
+    "open",
+    "set_threads",
+]
+
 __version__: str
 
 @final

@@ -273,7 +273,7 @@ def _progress(tasks: Iterable[Any], count: int) -> Iterable[Any]:
 
 def _conclude(asked: argparse.Namespace, failed: dict[range, str], costs: list[float], there: int) -> int:
     missing = sorted(frame for share in failed for frame in share)
-    summary = {
+    summary: dict[str, Any] = {
         "frames": len(asked.frames),
         "rendered" if asked.task == "render" else "computed": len(costs),
         "already_there": there,

@@ -84,7 +84,7 @@ mod tests {
     fn read(depth: FloatDepth) -> impl Fn(&str) -> FlatSamples {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        write(&film(), &path, depth).unwrap();
+        write(&film(), &path, depth, &mut |_| Ok(())).unwrap();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         let image = read_all_flat_layers_from_file(&path).unwrap();
         let layer = image.layer_data.into_iter().next().unwrap();

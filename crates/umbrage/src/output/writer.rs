@@ -278,6 +278,29 @@ mod tests {
     }
 
     #[test]
+    fn files_are_looked_at_before_they_have_their_name() {
+        use std::io::{Read, Seek};
+
+        let folder = tempfile::tempdir().unwrap();
+        for format in [Format::Png, Format::Exr] {
+            let path = folder.path().join(format!("%d.{}", format.name()));
+            let mut writer = create(&path, format, 7..9).unwrap();
+            let numbered = |number: u32| folder.path().join(format!("{number}.{}", format.name()));
+            let mut seen = Vec::new();
+            let mut look = |mut file: &File| {
+                assert!(!numbered(7).exists());
+                file.rewind()?;
+                file.read_to_end(&mut seen).map(drop)
+            };
+            writer.write_and_look(7, &film(), &settings(), &mut look).unwrap();
+            assert_eq!(std::fs::read(numbered(7)).unwrap(), seen);
+            let refused = writer.write_and_look(8, &film(), &settings(), &mut |_| Err(io::Error::other("no")));
+            assert!(refused.unwrap_err().to_string().contains("can't be written: no") && !numbered(8).exists());
+        }
+        assert_eq!(names(folder.path()), ["7.exr", "7.png"]);
+    }
+
+    #[test]
     fn unsuitable_targets_are_refused_before_any_frame() {
         let folder = tempfile::tempdir().unwrap();
         let refused =
