@@ -11,7 +11,7 @@ use umbrage::{EngineKind, HeatKind, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice};
 use crate::staging::OrbitingLights;
-use crate::values::{self, FrameRange, Size};
+use crate::values::{self, FrameRange, Shard, Size};
 
 // Lines of examples have at most 80 characters, since longer ones are broken.
 
@@ -24,6 +24,8 @@ const RENDER_EXAMPLES: &str = "
       An animation of one second
   umbrage render 'demo:cloth?triangles=20000' --frames 0..3 -o cloth_%04d.exr
       Numbered frames with depth, normals and triangle ids
+  umbrage render demo:gears --frames 0..48 -o g_%04d.png --shard 2/3 --resume
+      The second third of the frames, without those that are there already
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
@@ -209,6 +211,58 @@ impl RenderFlags {
     }
 }
 
+impl RenderFlags {
+    /// What pictures depend on beside the settings of the job and the scene's files, in words.
+    pub(crate) fn beside_settings(&self) -> String {
+        // Nothing is left out by `..`, so that every new flag is thought of.
+        let Self {
+            camera,
+            lights,
+            orbit_light,
+            background,
+            engine,
+            device,
+            scene,
+            output: _,
+            format: _,
+            time: _,
+            frames: _,
+            shard: _,
+            resume: _,
+            fps: _,
+            size: _,
+            samples: _,
+            noise: _,
+            aperture: _,
+            focus: _,
+            shutter: _,
+            light_radius: _,
+            sky_shadows: _,
+            exposure: _,
+            structure: _,
+            sides: _,
+            bounces: _,
+            least_contribution: _,
+            gloss: _,
+            ambient_occlusion: _,
+            tone_map: _,
+            bit_depth: _,
+            png_compression: _,
+            chroma: _,
+            texture_memory: _,
+            simd: _,
+            stats: _,
+            quiet: _,
+        } = self;
+        let SceneFlags { opening, address: _, threads: _ } = scene;
+        let OpeningFlags { animation, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
+        format!(
+            "{camera:?} {lights:?} {orbit_light:?} {background:?} {engine:?} {device:?} {animation:?} {sequence_fps:?} \
+             {allow_outside:?} {ground:?}"
+        )
+    }
+}
+
 /// The scene that a command is about, and who works on it.
 #[derive(Args, Debug)]
 pub(crate) struct SceneFlags {
@@ -247,6 +301,14 @@ pub(crate) struct RenderFlags {
     /// [default for animations: all]
     #[arg(long, value_name = "A..B")]
     pub(crate) frames: Option<FrameRange>,
+    /// Show only one of N even shares of the frames, counted from 1, as on machine I of N; for numbered frames
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Leave out frames that this very command has written before: those whose picture is as it was, made from the same scene
+    /// with the same settings by this version. Records of that are in a folder .umbrage beside the pictures. For numbered
+    /// frames
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// Frames a second, such as 24, 29.97 or 30000/1001
     #[arg(long, default_value = "24")]
     pub(crate) fps: FrameRate,

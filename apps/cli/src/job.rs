@@ -34,6 +34,12 @@ pub(crate) enum Moments {
     All,
 }
 
+impl Moments {
+    fn are_several(&self) -> bool {
+        !matches!(self, Self::Single(_))
+    }
+}
+
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
         let structure = flags.structure.structure()?;
@@ -47,6 +53,8 @@ impl Job {
             (None, None) if format.is_animation() || is_numbered(&target)? => Moments::All,
             (None, None) => Moments::Single(default_seconds),
         };
+        let are_numbered = moments.are_several() && !format.is_animation() && is_numbered(&target)?;
+        for_numbered_frames(&flags, are_numbered)?;
         let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
         let settings = Settings {
             width: flags.size.width,
@@ -75,15 +83,59 @@ impl Job {
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
-    /// The frames' numbers, and the second that each shows.
-    pub(crate) fn frames(&self, duration_seconds: f64) -> (Range<u32>, impl Fn(u32) -> f64 + use<>) {
+    /// What is shown when.
+    pub(crate) fn schedule(&self, duration_seconds: f64) -> Schedule {
         let rate: FrameRate = self.output_options.rate;
         let (frames, single) = match &self.moments {
             Moments::Single(seconds) => (0..1, Some(*seconds)),
             Moments::Frames(frames) => (frames.clone(), None),
             Moments::All => (0..rate.frames_within(duration_seconds), None),
         };
-        (frames, move |frame| single.unwrap_or_else(|| rate.seconds(frame)))
+        let share = self.flags.shard.map_or_else(|| frames.clone(), |shard| shard.share(&frames));
+        Schedule { frames, share, single, rate, duration_seconds }
+    }
+}
+
+/// Which frames there are, and what each shows.
+#[derive(Clone, Debug)]
+pub(crate) struct Schedule {
+    /// The numbers of all, whoever renders them.
+    pub(crate) frames: Range<u32>,
+    /// Those of them that are to be rendered here.
+    pub(crate) share: Range<u32>,
+    single: Option<f64>,
+    rate: FrameRate,
+    duration_seconds: f64,
+}
+
+impl Schedule {
+    /// The second that a frame shows.
+    pub(crate) fn seconds(&self, frame: u32) -> f64 {
+        self.single.unwrap_or_else(|| self.rate.seconds(frame))
+    }
+
+    /// How far orbiting lights have come in a frame, 1 being once round.
+    pub(crate) fn turn(&self, frame: u32) -> f64 {
+        if self.frames.len() > 1 {
+            f64::from(frame - self.frames.start) / self.frames.len() as f64
+        } else if self.duration_seconds > 0.0 {
+            // One moment of the circle that the whole animation would show.
+            self.seconds(frame) / self.duration_seconds
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Whether what only numbered frames can have is asked of them.
+fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Failure> {
+    let asked = [("--shard", flags.shard.is_some()), ("--resume", flags.resume)];
+    match asked.into_iter().find(|(_, is_asked)| *is_asked) {
+        Some((flag, _)) if !are_numbered => {
+            let message = format!("{flag}: this writes a single file, which is rendered as a whole");
+            Err(Failure::input(message, "write numbered frames, such as --frames 0..100 -o frame_%04d.png"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -251,9 +303,25 @@ mod tests {
     #[test]
     fn frames_are_shown_at_their_rate() {
         let job = job(&["a.obj", "--frames", "12..14", "--fps", "24"]).unwrap();
-        let (frames, second_of) = job.frames(0.0);
-        assert_eq!(frames, 12..14);
-        assert_eq!(second_of(12), 0.5);
+        let schedule = job.schedule(0.0);
+        assert_eq!((schedule.frames.clone(), schedule.share.clone()), (12..14, 12..14));
+        assert_eq!(schedule.seconds(12), 0.5);
+    }
+
+    #[test]
+    fn only_numbered_frames_are_shared_and_resumed() {
+        for flag in [&["--resume"][..], &["--shard", "1/2"]] {
+            for rest in
+                [&[][..], &["-o", "a.gif"], &["--frames", "0..9", "-o", "a.apng"], &["--time", "1", "-o", "%d.png"]]
+            {
+                let Failure::Input { message, hint } = job(&[flag, rest].concat()).unwrap_err() else { panic!() };
+                assert!(message.contains(flag[0]) && hint.unwrap().contains("%04d"), "{message}");
+            }
+            job(&[flag, &["--frames", "0..9"]].concat()).unwrap();
+            job(&[flag, &["-o", "%d.exr"]].concat()).unwrap();
+        }
+        let shared = job(&["--frames", "2..12", "--shard", "2/3", "--orbit-light"]).unwrap().schedule(0.0);
+        assert_eq!((shared.share.clone(), shared.turn(7)), (5..8, 0.5), "as in a render of all frames");
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod info;
 mod job;
 mod pages;
 mod progress;
+mod records;
 mod render;
 mod report;
 mod signals;

@@ -1,3 +1,4 @@
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
@@ -10,7 +11,8 @@ use crate::failure::{Failure, say};
 use crate::flags::StatsFlag;
 use crate::job::{Job, use_threads};
 use crate::progress::Progress;
-use crate::report::{self, FrameReport, Report};
+use crate::records::{self, Records};
+use crate::report::{self, FrameReport, Report, thousands};
 use crate::staging::Staging;
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
@@ -31,27 +33,41 @@ pub(crate) fn run(job: &Job) -> Result<(), Failure> {
 }
 
 fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Failure> {
-    let duration_seconds = scene.duration_seconds();
-    let (frames, second_of) = job.frames(duration_seconds);
-    let mut writer = Writer::create(&job.target, job.format, &frames, &job.settings, &job.output_options)?;
-    let mut staging = Staging::new(job, scene, second_of(frames.start))?;
+    let schedule = job.schedule(scene.duration_seconds());
+    let records = match &job.target {
+        Target::Path(path) if job.flags.resume => Records::new(job, path, scene, &schedule)?,
+        _ => None,
+    };
+    let share = schedule.share.clone();
+    let frames = records.as_ref().map_or_else(|| share.clone().collect(), |records| records.missing(share.clone()));
+    report.already_there = share.len() - frames.len();
+    if frames.is_empty() && job.flags.shard.is_some() | records.is_some() {
+        return Ok(());
+    }
+    let mut writer = Writer::create(&job.target, job.format, &share, &job.settings, &job.output_options)?;
+    if let Some(records) = &records {
+        records.prepare()?;
+    }
+    let mut staging = Staging::new(job, scene, schedule.seconds(schedule.frames.start))?;
     let (mut renderer, engine) = engine::renderer(job)?;
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
-    let progress = Progress::start(frames.end - frames.start, in_steps, job.flags.quiet);
-    for frame in frames.clone() {
-        let seconds = second_of(frame);
-        let turn = if frames.len() > 1 {
-            f64::from(frame - frames.start) / frames.len() as f64
-        } else {
-            // One moment of the circle that the whole animation would show.
-            if duration_seconds > 0.0 { seconds / duration_seconds } else { 0.0 }
-        };
-        let settings = staging.settings(scene, seconds, turn)?;
+    let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
+    for frame in frames {
+        let seconds = schedule.seconds(frame);
+        let settings = staging.settings(scene, seconds, schedule.turn(frame))?;
         let started = Instant::now();
         let film = renderer.render(scene, seconds, &settings)?;
         let rendered = Instant::now();
-        writer.write(frame, film, &settings)?;
+        match &records {
+            None => writer.write(frame, film, &settings)?,
+            Some(records) => {
+                let mut written = (0, String::new());
+                let mut look = |file: &File| records::hash(file).map(|hashed| written = hashed);
+                writer.write_and_look(frame, film, &settings, &mut look)?;
+                records.write(frame, written)?;
+            }
+        }
         report.push(FrameReport {
             frame,
             seconds,
@@ -77,12 +93,22 @@ fn summary(job: &Job, report: &Report, elapsed_seconds: f64) -> String {
         [single] => format!("second {:.3}", single.seconds),
         frames => report::count(frames.len() as u64, "frame"),
     };
-    format!(
-        "{}: {shown} of {} ({}) at {width}x{height} in {elapsed_seconds:.2} s",
-        target.display(),
+    let rendered = format!(
+        "{shown} of {} ({}) at {width}x{height} in {elapsed_seconds:.2} s",
         job.scene.display(),
         report::count(triangles as u64, "triangle"),
-    )
+    );
+    let there = report.already_there;
+    let all = report::count((there + report.frames.len()) as u64, "frame");
+    let there =
+        format!("{} of {all} {} there already", thousands(there as u64), if there == 1 { "was" } else { "were" });
+    let said = match (report.already_there, &report.frames[..], job.flags.shard) {
+        (0, [], Some(shard)) => format!("no frame is left for shard {shard}"),
+        (0, _, _) => rendered,
+        (_, [], _) => there,
+        _ => format!("{rendered}; {there}"),
+    };
+    format!("{}: {said}", target.display())
 }
 
 fn report_costs(job: &Job, report: &mut Report) -> Result<(), Failure> {

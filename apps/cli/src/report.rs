@@ -16,6 +16,8 @@ pub(crate) struct Report {
     pub(crate) threads: usize,
     /// What rendered.
     pub(crate) engine: String,
+    /// How many frames were there already.
+    pub(crate) already_there: usize,
     /// The median of all frames.
     pub(crate) median: Costs,
     pub(crate) frames: Vec<FrameReport>,
@@ -51,6 +53,7 @@ impl Report {
             samples: settings.samples,
             threads: rayon::current_num_threads(),
             engine: String::new(),
+            already_there: 0,
             median: Costs::default(),
             frames: Vec::new(),
         }

@@ -1,3 +1,4 @@
+use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
@@ -65,6 +66,45 @@ impl FromStr for FrameRange {
     }
 }
 
+/// One of several contiguous shares of the frames, counted from 1: `3/8`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shard {
+    number: u32,
+    of: u32,
+}
+
+impl Shard {
+    /// Its share of the frames: shares differ by one frame at most, and are empty where there are fewer frames than shards.
+    pub(crate) fn share(self, frames: &Range<u32>) -> Range<u32> {
+        let count = u64::from(frames.end.saturating_sub(frames.start));
+        // No more than `count`.
+        let before = |shards: u32| frames.start + (count * u64::from(shards) / u64::from(self.of)) as u32;
+        before(self.number - 1)..before(self.number)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "give a shard and how many there are, such as 3/8 for the third of eight".to_owned();
+        let (number, of) = text.split_once('/').ok_or_else(wrong)?;
+        let (number, of): (u32, u32) = (number.parse().map_err(|_| wrong())?, of.parse().map_err(|_| wrong())?);
+        match number {
+            _ if of == 0 || of > MAX_FRAMES => Err(format!("there are 1 to {MAX_FRAMES} shards")),
+            0 => Err(format!("shards are counted from 1: 1/{of} to {of}/{of}")),
+            _ if number > of => Err(format!("there is no shard {number} of {of}: the last is {of}/{of}")),
+            _ => Ok(Self { number, of }),
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
 /// Camera rays for each pixel.
 pub(crate) fn samples() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=i64::from(Settings::MAX_SAMPLES))
@@ -122,6 +162,29 @@ mod tests {
         assert_eq!("3..=5".parse(), Ok(FrameRange(3..6)));
         for text in ["", "3", "3..", "..5", "5..3", "3..3", "a..b", "0..=4294967295", "0..2000000", "0...4"] {
             assert!(text.parse::<FrameRange>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn shards_are_all_frames_in_even_shares() {
+        for (frames, of) in
+            [(0..1000, 8), (5..12, 3), (7..8, 3), (0..MAX_FRAMES, MAX_FRAMES), (4_294_966_000..u32::MAX, 7)]
+        {
+            let shares: Vec<Range<u32>> = (1..=of).map(|number| Shard { number, of }.share(&frames)).collect();
+            assert_eq!((shares[0].start, shares[shares.len() - 1].end), (frames.start, frames.end));
+            assert!(shares.windows(2).all(|pair| pair[0].end == pair[1].start), "{frames:?} {of}");
+            let sizes = || shares.iter().map(ExactSizeIterator::len);
+            assert!(sizes().max().unwrap() - sizes().min().unwrap() <= 1, "{frames:?} {of}");
+        }
+        assert_eq!("3/8".parse(), Ok(Shard { number: 3, of: 8 }));
+        for (text, part) in [
+            ("0/8", "counted from 1"),
+            ("9/8", "no shard 9 of 8"),
+            ("1/0", "1 to 1000000"),
+            ("3", "such as 3/8"),
+            ("-1/8", "such as 3/8"),
+        ] {
+            assert!(text.parse::<Shard>().unwrap_err().contains(part), "{text}");
         }
     }
 

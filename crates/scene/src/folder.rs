@@ -22,6 +22,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
 /// As [`read`], at most `limit` bytes, behind those that are there.
 pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> io::Result<()> {
     let file = open(path)?;
+    budget.note(path);
     let length = file.metadata()?.len().min(limit);
     let room = usize::try_from(length).unwrap_or(usize::MAX);
     budget.reserve(bytes, room, format_args!("reading {}", path.display())).map_err(io::Error::other)?;

@@ -1,10 +1,11 @@
 //! How much memory opening a file may take.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::hash::Hash;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, LazyLock, OnceLock};
+use std::sync::{Arc, LazyLock, Mutex, OnceLock, PoisonError};
 
 use bytesize::ByteSize;
 use sysinfo::{MemoryRefreshKind, System};
@@ -45,6 +46,8 @@ struct Account {
     refusal: OnceLock<String>,
     /// Made for the first texture.
     pool: OnceLock<Result<Arc<TilePool>, String>>,
+    /// The files that were read.
+    files: Mutex<BTreeSet<PathBuf>>,
 }
 
 /// Without an end.
@@ -56,13 +59,29 @@ impl Default for Budget {
 
 impl Budget {
     pub(crate) fn new(limits: Limits) -> Self {
-        let account = Account { limits, taken: AtomicU64::new(0), refusal: OnceLock::new(), pool: OnceLock::new() };
+        let account = Account {
+            limits,
+            taken: AtomicU64::new(0),
+            refusal: OnceLock::new(),
+            pool: OnceLock::new(),
+            files: Mutex::default(),
+        };
         Self { account: Arc::new(account), passing: None }
     }
 
     /// How many bytes there were at first.
     pub(crate) fn all(&self) -> u64 {
         self.account.limits.bytes
+    }
+
+    /// Keeps in mind that a file is read.
+    pub(crate) fn note(&self, file: &Path) {
+        self.account.files.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned());
+    }
+
+    /// The files that were read so far.
+    pub(crate) fn files(&self) -> BTreeSet<PathBuf> {
+        self.account.files.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Why something was refused, if anything was.

@@ -1,5 +1,6 @@
 use std::fmt::Debug;
-use std::path::Path;
+use std::mem;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bytesize::ByteSize;
@@ -57,6 +58,7 @@ pub struct Scene {
     /// Lights the frames of a file that has no light of its own.
     light_above: Light,
     ground: Option<Grounded>,
+    files: Vec<PathBuf>,
 }
 
 /// How a scene is opened.
@@ -155,14 +157,19 @@ impl Scene {
             let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
             return Err(Error::address(address.display().to_string(), cause));
         }
-        let source: Box<dyn Animated> = if let Some(sequence) = Sequence::find(address, options)? {
-            Box::new(sequence)
+        let (source, files): (Box<dyn Animated>, _) = if let Some(sequence) = Sequence::find(address, options)? {
+            let files = sequence.files()?;
+            (Box::new(sequence), files)
         } else if Format::of(address) == Some(Format::Gltf) {
-            Box::new(within(address, options.limits(), |budget| GltfScene::open(address, options, budget))?)
+            let read = |budget: &Budget| Ok((GltfScene::open(address, options, budget)?, budget.files()));
+            let (scene, files) = within(address, options.limits(), read)?;
+            (Box::new(scene), files)
         } else {
-            Box::new(read_still(address, &mut SharedMaterials::new(options))?)
+            let mut still = read_still(address, &mut SharedMaterials::new(options))?;
+            let files = mem::take(&mut still.files);
+            (Box::new(still), files)
         };
-        let mut scene = Self::new(source)?;
+        let mut scene = Self { files: files.into_iter().collect(), ..Self::new(source)? };
         scene.set_ground(options.ground);
         Ok(scene)
     }
@@ -173,7 +180,13 @@ impl Scene {
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
         let animation_bounds = animation_bounds(&*source)?;
-        Ok(Self { source, animation_bounds, light_above: light_above(animation_bounds), ground: None })
+        Ok(Self {
+            source,
+            animation_bounds,
+            light_above: light_above(animation_bounds),
+            ground: None,
+            files: Vec::new(),
+        })
     }
 
     /// Puts a ground under the scene, in place of the last one, or takes that away.
@@ -281,6 +294,14 @@ impl Scene {
         self.source.animations()
     }
 
+    /// The files that the scene was opened from, in the order of their paths: its own and those that it names. Of a numbered
+    /// sequence all of its files, those that the first one names, and material libraries that are called as a file is. Empty for
+    /// what isn't from a file.
+    #[must_use]
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     /// What opening the scene left out or guessed, in words.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
@@ -334,7 +355,8 @@ impl Format {
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    within(path, shared.limits, |budget| match Format::of(path) {
+    let limits = shared.limits;
+    let mut read = |budget: &Budget| match Format::of(path) {
         Some(Format::Obj) => obj::read(path, shared, budget),
         Some(Format::Ply) => ply::read(path, budget),
         Some(Format::Stl) => stl::read(path, budget),
@@ -345,6 +367,10 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
             );
             Err(Error::unsupported(path, what, "use .gltf, .glb, .obj, .ply, .stl or demo:NAME"))
         }
+    };
+    within(path, limits, |budget| {
+        let still = read(budget)?;
+        Ok(Still { files: budget.files(), ..still })
     })
 }
 

@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
@@ -11,6 +13,8 @@ pub(crate) struct Still {
     pub(crate) frame: Frame,
     /// What the reader left out or guessed, for a person.
     pub(crate) warnings: Vec<String>,
+    /// What was read for it.
+    pub(crate) files: BTreeSet<PathBuf>,
 }
 
 /// What a frame's vertices are; lists that the file doesn't fill are empty.

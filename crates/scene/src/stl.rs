@@ -34,7 +34,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     if soup.triangles.is_empty() {
         warnings.push("the file has no triangles".to_owned());
     }
-    Ok(Still { frame: Frame::from_triangles(soup.positions, soup.triangles), warnings })
+    Ok(Still { frame: Frame::from_triangles(soup.positions, soup.triangles), warnings, ..Still::default() })
 }
 
 /// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't just what a

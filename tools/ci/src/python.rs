@@ -10,7 +10,13 @@ use crate::repository::{self, Build};
 const FOLDER: &str = "crates/python";
 
 /// What tests and examples import, but for the package itself; as in pyproject.toml's `test`.
-const PACKAGES: &[&str] = &["numpy", "matplotlib", "pytest", "rtree", "scipy", "trimesh"];
+const PACKAGES: &[&str] = &["numpy", "matplotlib", "pytest", "pyyaml", "rtree", "scipy", "trimesh"];
+
+/// What the farm imports, as in pyproject.toml's `farm`. Its tests are skipped, and say so, where these can't be installed.
+const FARM_PACKAGES: &[&str] = &["pyarrow", "ray", "tqdm"];
+
+/// The command, which the farm runs.
+const COMMAND: &str = "umbrage";
 
 /// The Python package, of a library that is compiled with the whole workspace: its tests pass, and its examples make
 /// pictures. `pip install .` would compile the dependencies once more, with other features.
@@ -20,16 +26,24 @@ pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
     let venv = folder.path().join("venv");
     run(Command::new(&python).args(["-m", "venv"]).arg(&venv))?;
     let python = venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let mut install = Command::new(&python);
-    if run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES)).is_err() {
+    let install = |packages: &[&str]| {
+        let mut install = Command::new(&python);
+        run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(packages))
+    };
+    if install(PACKAGES).is_err() {
         return skipped("the packages that the tests use can't be installed");
     }
-    run(&mut cargo_workspace(root, scope, &["build", "--lib"]))?;
+    // The tests say themselves what they are without.
+    let _ = install(FARM_PACKAGES);
+    run(&mut cargo_workspace(root, scope, &["build", "--lib", "--bin", COMMAND]))?;
     let package = folder.path().join("site");
     stage(root, &package)?;
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::iter::once(Build::Dev.folder(root)).chain(std::env::split_paths(&others));
+    let path = std::env::join_paths(path).map_err(|error| error.to_string())?;
     let in_package = |arguments: &[&str]| {
         let mut command = Command::new(&python);
-        command.current_dir(root).env("PYTHONPATH", &package).args(arguments);
+        command.current_dir(root).env("PYTHONPATH", &package).env("PATH", &path).args(arguments);
         command
     };
     let tests = run(&mut in_package(&["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]));
@@ -71,7 +85,7 @@ fn stage(root: &Path, site: &Path) -> Result<(), String> {
     let sources = root.join(FOLDER).join("python/umbrage");
     for entry in fs::read_dir(&sources).map_err(|error| format!("{}: {error}", sources.display()))? {
         let path = entry.map_err(|error| error.to_string())?.path();
-        let is_source = path.extension().is_some_and(|kind| kind == "py");
+        let is_source = path.extension().is_some_and(|kind| ["py", "pyi", "typed"].iter().any(|of| kind == *of));
         if is_source && let Some(name) = path.file_name() {
             copy(&path, &package.join(name))?;
         }
@@ -89,8 +103,11 @@ mod tests {
     fn all_packages_are_those_of_the_project() {
         let root = repository::root().unwrap();
         let project = repository::read(&root.join("pyproject.toml")).unwrap();
-        let test = project.lines().find(|line| line.starts_with("test = ")).unwrap();
-        let asked = PACKAGES.iter().filter(|package| !test.contains(&format!("\"{package}>=")));
-        assert_eq!(asked.collect::<Vec<_>>(), [&"numpy"], "numpy is asked for by the package itself");
+        let missing = |extra: &str, packages: &'static [&'static str]| {
+            let line = project.lines().find(|line| line.starts_with(extra)).unwrap();
+            packages.iter().filter(|package| !line.contains(&format!("\"{package}>="))).collect::<Vec<_>>()
+        };
+        assert_eq!(missing("test = ", PACKAGES), [&"numpy"], "numpy is asked for by the package itself");
+        assert!(missing("farm = ", FARM_PACKAGES).is_empty());
     }
 }

@@ -42,6 +42,12 @@ fn wrong_flags_name_what_is_right() {
         (&["--texture-memory", "65535"], "give 64.0 KiB or more"),
         (&["--texture-memory", "1MB", "--engine", "gpu"], "a GPU has all textures in its own memory"),
         (&["--texture-memory", "1MB", "--engine", "auto"], "a GPU has all textures in its own memory"),
+        (&["--shard", "0/8"], "counted from 1: 1/8 to 8/8"),
+        (&["--shard", "9/8", "--frames", "0..9"], "the last is 8/8"),
+        (&["--shard", "third"], "such as 3/8"),
+        (&["--shard", "1/2"], "--shard: this writes a single file"),
+        (&["--resume", "-o", "a.gif", "--frames", "0..2"], "--resume: this writes a single file"),
+        (&["--resume", "-o", "none/%d.png", "--frames", "0..2"], "there is no folder none"),
         (&["--no-such-flag"], "--no-such-flag"),
     ] {
         let stderr = place.fail(2, &[&["render", "scene.gltf", "--size", "8x8"], flags].concat());

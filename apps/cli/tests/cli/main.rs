@@ -6,4 +6,5 @@ mod faults;
 mod heatmap;
 mod pages;
 mod render;
+mod resume;
 mod support;

@@ -49,7 +49,7 @@ pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -
         warnings.push("the file has no faces".to_owned());
     }
     let frame = vertices.into_frame(geometry.triangles, geometry.material_of_triangle, materials);
-    Ok(Still { frame, warnings })
+    Ok(Still { frame, warnings, ..Still::default() })
 }
 
 /// The materials of the last file read, for a next one that asks for the same.

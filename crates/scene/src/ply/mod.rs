@@ -64,7 +64,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     taken.map_err(|cause| Error::malformed(path, "face", cause))?;
     let material_of_triangle = vec![0; faces.triangles.len()];
     let frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
-    Ok(Still { frame, warnings })
+    Ok(Still { frame, warnings, ..Still::default() })
 }
 
 /// Compares an element's count with the bytes that are really there.

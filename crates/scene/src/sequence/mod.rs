@@ -3,6 +3,7 @@
 mod names;
 mod search;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -55,6 +56,16 @@ impl Sequence {
         let name = sequence.paths[0].display().to_string();
         sequence.warnings.extend(first.warnings.iter().map(|warning| format!("{name}: {warning}")));
         Ok(Some(sequence))
+    }
+
+    /// What it is read from, as far as that is known before its moments come.
+    ///
+    /// # Errors
+    /// Where the first file can't be read.
+    pub(crate) fn files(&self) -> Result<BTreeSet<PathBuf>, Error> {
+        // Exporters give each file a library of its name.
+        let libraries = self.paths.iter().map(|path| path.with_extension("mtl")).filter(|path| path.is_file());
+        Ok(self.paths.iter().cloned().chain(libraries).chain(self.still(0)?.files.iter().cloned()).collect())
     }
 
     /// The index of the file that shows at `seconds`.

@@ -7,6 +7,7 @@ use ::exr::prelude::{
 };
 use glam::{Vec3, Vec4};
 
+use super::partial_file::Look;
 use super::{Error, partial_file};
 use crate::Film;
 
@@ -22,12 +23,12 @@ pub enum FloatDepth {
 
 /// Writes a film as one layer: `R`, `G`, `B`, `A` (linear radiance and coverage), `depth.Z`, `normal.X`, `normal.Y`,
 /// `normal.Z` and `id` (unsigned integers).
-pub(crate) fn write(film: &Film, path: &Path, depth: FloatDepth) -> Result<(), Error> {
+pub(crate) fn write(film: &Film, path: &Path, depth: FloatDepth, look: Look<'_>) -> Result<(), Error> {
     let size = (film.width as usize, film.height as usize);
     // ZIP over 16 rows: lossless, and every reader knows it.
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
     let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels(film, depth)));
-    partial_file::write(path, |file| {
+    partial_file::write(path, look, |file| {
         Image::from_layer(layer).write().to_buffered(file).map_err(|error| match error {
             ::exr::error::Error::Io(source) => source,
             other => io::Error::other(other),
@@ -83,7 +84,7 @@ mod tests {
     fn read(depth: FloatDepth) -> impl Fn(&str) -> FlatSamples {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        write(&film(), &path, depth).unwrap();
+        write(&film(), &path, depth, &mut |_| Ok(())).unwrap();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         let image = read_all_flat_layers_from_file(&path).unwrap();
         let layer = image.layer_data.into_iter().next().unwrap();

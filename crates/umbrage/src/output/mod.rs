@@ -25,7 +25,7 @@ pub(crate) use format::eight_bits;
 pub use format::{BitDepth, Compression, Format};
 pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;
-pub use partial_file::remove_partial_files;
+pub use partial_file::{remove_partial_files, sweep, write_whole};
 pub use png::write_png;
 pub use writer::{Options, Target, Writer};
 pub use y4m::Chroma;

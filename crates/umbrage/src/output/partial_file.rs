@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io;
+use std::io::{self, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -107,9 +107,9 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Removes what earlier processes left behind when they were killed: hidden files of `path`, or of all frames of a numbered
-/// one, that nobody writes any more.
-pub(crate) fn sweep(path: &Path) {
+/// Removes what earlier processes left behind when they were killed: hidden files of `path`, or of all frames of a
+/// [numbered one](NumberedPath), that nobody writes any more. A [writer](super::Writer) does this first.
+pub fn sweep(path: &Path) {
     let to = destination(path);
     let numbered = NumberedPath::parse(path).ok().flatten();
     let is_ours = |name: &str| match &numbered {
@@ -152,17 +152,30 @@ fn destination(path: &Path) -> PathBuf {
     to
 }
 
+/// What looks at a file that is whole, before it takes its name; where that fails, it never does.
+pub(crate) type Look<'a> = &'a mut dyn FnMut(&File) -> io::Result<()>;
+
 /// Writes a whole file.
-pub(crate) fn write(path: &Path, encode: impl FnOnce(Arc<File>) -> io::Result<()>) -> Result<(), Error> {
+pub(crate) fn write(
+    path: &Path,
+    look: Look<'_>,
+    encode: impl FnOnce(Arc<File>) -> io::Result<()>,
+) -> Result<(), Error> {
     let partial = PartialFile::create(path)?;
-    encode(partial.file()).map_err(|source| Error::write(path, source))?;
+    encode(partial.file()).and_then(|()| look(&partial.file)).map_err(|source| Error::write(path, source))?;
     partial.keep()
+}
+
+/// Writes a file of so many bytes, which appears under its name only when it is whole.
+///
+/// # Errors
+/// Where the system refuses to write, or the path is a folder.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write(path, &mut |_| Ok(()), |file| (&*file).write_all(bytes))
 }
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-
     use super::*;
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::Path;
 use ::png::{ColorType, Compression as Effort, Encoder, EncodingError, SrgbRenderingIntent};
 
 use super::format::eight_bits;
+use super::partial_file::Look;
 use super::{BitDepth, Compression, Error, partial_file};
 use crate::Image;
 
@@ -13,12 +14,18 @@ use crate::Image;
 /// Where the system refuses to write, or the path is a folder.
 pub fn write_png(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
     partial_file::sweep(path);
-    write(image, path, depth, Compression::Fast)
+    write(image, path, depth, Compression::Fast, &mut |_| Ok(()))
 }
 
 /// As [`write_png`], compressed as one likes, but sweeps nothing.
-pub(super) fn write(image: &Image, path: &Path, depth: BitDepth, compression: Compression) -> Result<(), Error> {
-    partial_file::write(path, |file| encode(image, BufWriter::new(file), depth, compression).map_err(failure))
+pub(super) fn write(
+    image: &Image,
+    path: &Path,
+    depth: BitDepth,
+    compression: Compression,
+    look: Look<'_>,
+) -> Result<(), Error> {
+    partial_file::write(path, look, |file| encode(image, BufWriter::new(file), depth, compression).map_err(failure))
 }
 
 fn encode(image: &Image, target: impl Write, depth: BitDepth, compression: Compression) -> Result<(), EncodingError> {

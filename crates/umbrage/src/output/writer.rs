@@ -1,3 +1,4 @@
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -6,7 +7,7 @@ use umbrage_rays::Choice;
 
 use super::apng::ApngWriter;
 use super::gif::{self, GifWriter};
-use super::partial_file::{self, PartialFile};
+use super::partial_file::{self, Look, PartialFile};
 use super::png::Coding;
 use super::y4m::Y4mWriter;
 use super::{BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
@@ -112,8 +113,23 @@ impl Writer {
     /// # Errors
     /// Where the system refuses to write.
     pub fn write(&mut self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
+        self.write_and_look(number, film, settings, &mut |_| Ok(()))
+    }
+
+    /// As [`Writer::write`], and shows a numbered frame's file when it is whole, to read from, before it takes its name; not
+    /// those of animations.
+    ///
+    /// # Errors
+    /// As [`Writer::write`], and where `look` fails.
+    pub fn write_and_look(
+        &mut self,
+        number: u32,
+        film: &Film,
+        settings: &Settings,
+        look: &mut dyn FnMut(&File) -> io::Result<()>,
+    ) -> Result<(), Error> {
         match &mut self.kind {
-            Kind::Stills(stills) => stills.write(&self.path, number, film, settings),
+            Kind::Stills(stills) => stills.write(&self.path, number, film, settings, look),
             Kind::Animation(animation, _) => {
                 let written = animation.write(&film.develop(settings));
                 written.map_err(|source| Error::write(&self.path, source))
@@ -190,13 +206,13 @@ impl Stills {
         Ok(Self { numbered, format, options })
     }
 
-    fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
+    fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings, look: Look<'_>) -> Result<(), Error> {
         let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
-            Format::Exr => exr::write(film, &path, self.options.float_depth),
+            Format::Exr => exr::write(film, &path, self.options.float_depth, look),
             _ => {
                 let Options { bit_depth, compression, .. } = self.options;
-                png::write(&film.develop(settings), &path, bit_depth, compression)
+                png::write(&film.develop(settings), &path, bit_depth, compression, look)
             }
         }
     }
@@ -259,6 +275,29 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         writers(folder.path(), 0..3, 0..1).for_each(drop);
         assert_eq!(names(folder.path()), ["out_000.exr", "out_000.png"]);
+    }
+
+    #[test]
+    fn files_are_looked_at_before_they_have_their_name() {
+        use std::io::{Read, Seek};
+
+        let folder = tempfile::tempdir().unwrap();
+        for format in [Format::Png, Format::Exr] {
+            let path = folder.path().join(format!("%d.{}", format.name()));
+            let mut writer = create(&path, format, 7..9).unwrap();
+            let numbered = |number: u32| folder.path().join(format!("{number}.{}", format.name()));
+            let mut seen = Vec::new();
+            let mut look = |mut file: &File| {
+                assert!(!numbered(7).exists());
+                file.rewind()?;
+                file.read_to_end(&mut seen).map(drop)
+            };
+            writer.write_and_look(7, &film(), &settings(), &mut look).unwrap();
+            assert_eq!(std::fs::read(numbered(7)).unwrap(), seen);
+            let refused = writer.write_and_look(8, &film(), &settings(), &mut |_| Err(io::Error::other("no")));
+            assert!(refused.unwrap_err().to_string().contains("can't be written: no") && !numbered(8).exists());
+        }
+        assert_eq!(names(folder.path()), ["7.exr", "7.png"]);
     }
 
     #[test]

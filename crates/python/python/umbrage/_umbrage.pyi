@@ -1,0 +1,161 @@
+"""Types of the compiled half; its docs are in the module."""
+
+from collections.abc import Sequence
+from os import PathLike
+from typing import Any, final
+
+from numpy.typing import ArrayLike, NDArray
+
+import numpy as np
+
+__all__ = [
+    "Camera",
+    "Frame",
+    "Light",
+    "RaycastingScene",
+    "Scene",
+    "__version__",
+    "get_threads",
+    "open",
+    "set_threads",
+]
+
+__version__: str
+
+@final
+class Camera:
+    def __new__(
+        cls,
+        position: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike | None = None,
+        *,
+        fov_degrees: float = 40.0,
+        half_height: float | None = None,
+    ) -> Camera: ...
+    @property
+    def position(self) -> list[float]: ...
+    @property
+    def forward(self) -> list[float]: ...
+    def rays(self, width: int, height: int, nthreads: int = 0) -> NDArray[np.float64]: ...
+
+@final
+class Light:
+    @staticmethod
+    def sun(direction: ArrayLike) -> Light: ...
+    @staticmethod
+    def suns(directions: ArrayLike) -> list[Light]: ...
+    @staticmethod
+    def point(position: ArrayLike) -> Light: ...
+    @staticmethod
+    def spot(position: ArrayLike, target: ArrayLike, degrees: float) -> Light: ...
+
+@final
+class Frame:
+    @property
+    def vertices(self) -> NDArray[np.float32]: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    @property
+    def cameras(self) -> list[tuple[str, Camera]]: ...
+    @property
+    def lights(self) -> list[Light]: ...
+    @property
+    def seconds(self) -> float: ...
+
+@final
+class Scene:
+    @property
+    def duration(self) -> float: ...
+    @property
+    def animations(self) -> list[str]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    def at(self, seconds: float, nthreads: int = 0) -> Frame: ...
+    def render(
+        self,
+        seconds: float = 0.0,
+        width: int = 1280,
+        height: int = 720,
+        *,
+        samples: int = 1,
+        camera: Camera | int | str | None = None,
+        lights: Sequence[Light | str] | None = None,
+        background: str = "sky",
+        bounces: int = 0,
+        exposure_stops: float = 0.0,
+        nthreads: int = 0,
+    ) -> NDArray[np.uint8]: ...
+
+@final
+class RaycastingScene:
+    INVALID_ID: int
+    def __new__(cls, nthreads: int = 0) -> RaycastingScene: ...
+    def add_triangles(self, vertex_positions: ArrayLike | Any, triangle_indices: ArrayLike | None = None) -> int: ...
+    def update_vertices(self, geometry_id: int, vertex_positions: ArrayLike) -> None: ...
+    def set_transform(self, geometry_id: int, world_from_object: ArrayLike) -> None: ...
+    def triangle_slice(self, geometry_id: int) -> slice: ...
+    def omitted(self) -> dict[str, int]: ...
+    def cast_rays(self, rays: ArrayLike, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def test_occlusions(
+        self, rays: ArrayLike, tnear: float = 0.0, tfar: float = ..., nthreads: int = 0
+    ) -> NDArray[np.bool_]: ...
+    def count_intersections(self, rays: ArrayLike, nthreads: int = 0) -> NDArray[np.int32]: ...
+    def list_intersections(self, rays: ArrayLike, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def scan(
+        self,
+        origin: ArrayLike,
+        directions: ArrayLike,
+        *,
+        returns: int | None = None,
+        t_min: float = 0.0,
+        t_max: float = ...,
+        each: bool = False,
+        nthreads: int = 0,
+    ) -> dict[str, NDArray[Any]]: ...
+    def scan_any(
+        self,
+        origin: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: float = 0.0,
+        t_max: float = ...,
+        each: bool = False,
+        nthreads: int = 0,
+    ) -> NDArray[np.bool_]: ...
+    def see(self, camera: Camera, width: int, height: int, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def lit(
+        self,
+        lights: Light | Sequence[Light],
+        *,
+        points: ArrayLike | None = None,
+        faces: bool = False,
+        geometry_ids: ArrayLike | None = None,
+        primitive_ids: ArrayLike | None = None,
+        nthreads: int = 0,
+    ) -> NDArray[np.bool_]: ...
+    def lit_areas(
+        self, lights: Light | Sequence[Light], *, samples: int = 64, nthreads: int = 0
+    ) -> dict[str, NDArray[np.float64]]: ...
+    def render(
+        self,
+        camera: Camera | str | None = None,
+        width: int = 1280,
+        height: int = 720,
+        *,
+        samples: int = 1,
+        lights: Sequence[Light | str] | None = None,
+        background: str = "sky",
+        nthreads: int = 0,
+    ) -> NDArray[np.uint8]: ...
+
+def open(
+    address: str | PathLike[str],
+    *,
+    clip: str | None = None,
+    ground: str | None = None,
+    sequence_fps: float = 24.0,
+    allow_outside: bool = False,
+) -> Scene: ...
+def set_threads(n: int) -> None: ...
+def get_threads() -> int: ...
