@@ -170,9 +170,7 @@ impl CameraGrid {
                 gpu,
                 pass,
                 None,
-                &self.spaces,
-                geometry.positions(),
-                &self.header,
+                [&self.spaces, geometry.positions(), &self.header],
                 self.project.groups_of_one_face(),
             );
         });

@@ -52,9 +52,7 @@ impl Project {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         kernel: Option<&Kernel>,
-        spaces: &Buffer,
-        positions: &Buffer,
-        header: &Buffer,
+        [spaces, positions, header]: [&Buffer; 3],
         groups: Groups<'_>,
     ) {
         let buffers = [&self.size, spaces, positions, &self.vertices, header];

@@ -210,12 +210,12 @@ impl LightGrid {
         shadows.record_clear(recorder);
         points.record_choose(gpu, recorder, light, spaces, header, sphere);
         recorder.copy_words(header, sizes, HEADER_WORDS);
-        points.record_sort(gpu, recorder, light, spaces, header, [seen, lit, shadows.undecided()], sphere);
+        points.record_sort(gpu, recorder, [light, spaces, header], [seen, lit, shadows.undecided()], sphere);
 
         recorder.stage("light project", |pass| {
             let groups = Groups::Indirect(sizes, HEADER_VERTEX_GROUPS);
             let kernel = sphere.map(|sphere| &sphere.project);
-            project.record(gpu, pass, kernel, spaces, geometry.positions(), header, groups);
+            project.record(gpu, pass, kernel, [spaces, geometry.positions(), header], groups);
         });
         let buffers = ListBuffers {
             spaces,
@@ -241,7 +241,7 @@ impl LightGrid {
         recorder.copy_words(header, sizes, HEADER_WORDS);
         recorder.stage("light trace", |pass| {
             let read = [light, spaces, geometry.triangles(), project.vertices(), points.sorted(), list.pairs()];
-            shadows.record_trace(gpu, pass, read, lit, geometry.masks().buffer(), sizes, sphere);
+            shadows.record_trace(gpu, pass, read, [lit, geometry.masks().buffer(), sizes], sphere);
         });
         shadows.record_settle(gpu, recorder, [light, &self.point_view], geometry, seen, lit);
 

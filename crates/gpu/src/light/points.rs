@@ -103,9 +103,7 @@ impl Points {
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
-        light: &Buffer,
-        spaces: &Buffer,
-        header: &Buffer,
+        [light, spaces, header]: [&Buffer; 3],
         [seen, lit, undecided]: [&Buffer; 3],
         sphere: Option<&Sphere>,
     ) {

@@ -104,9 +104,7 @@ impl Shadows {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         read: [&Buffer; 6],
-        lit: &Buffer,
-        masks: &Buffer,
-        sizes: &Buffer,
+        [lit, masks, sizes]: [&Buffer; 3],
         sphere: Option<&Sphere>,
     ) {
         let trace = sphere.map_or(&self.trace, |sphere| &sphere.trace);

@@ -113,6 +113,23 @@ fn lights_anywhere_in_a_soup() {
 }
 
 #[test]
+fn lights_on_slanted_triangles() {
+    let Some(mut grids) = grids() else { return };
+    let (mut mesh, look) = inside_of_a_ball();
+    let mut random = Random::new(73);
+    let mut lights = Vec::new();
+    for _ in 0..24 {
+        let [a, b, c] = [(); 3].map(|()| random.point() * 1.5);
+        mesh.push([a, b, c]);
+        // Rounded, it is on either side of the plane, nearer than f32 can tell.
+        lights.push(point(a + ((b - a) + (c - a)) * 0.3));
+    }
+    let case = case(&mesh, view(look, 30, 24), &lights);
+    let truth = truth_of_cpu(&case);
+    grids.check_lights("on slanted triangles", &case, &truth, SPHERICAL);
+}
+
+#[test]
 fn one_grid_where_faces_need_six() {
     let Some(mut grids) = grids() else { return };
     let (mesh, look) = inside_of_a_ball();
@@ -134,7 +151,7 @@ fn a_hall_with_lights_in_it() {
     let Some(mut grids) = grids() else { return };
     let scene = umbrage::open("demo:hall?triangles=100000").expect("a scene of the gallery");
     let frame = scene.at(0.0).expect("a frame");
-    let mesh = TestMesh { positions: frame.positions.clone(), indices: frame.triangles.clone() };
+    let mesh = TestMesh { positions: frame.positions.clone(), indices: frame.triangles().indices.to_vec() };
     let low = mesh.positions.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let high = mesh.positions.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
     let lights = [0.5, 0.3].map(|part| point(low.lerp(high, part)));

@@ -60,8 +60,8 @@ impl Grids {
 
     /// Compares every form with a truth that is known.
     pub(crate) fn check_against(&mut self, name: &str, case: &Case, truth: &Truth) {
-        for form in 0..FORMS.len() {
-            self.check_form(name, case, truth, form, FORMS[form].1);
+        for (form, (_, options)) in FORMS.into_iter().enumerate() {
+            self.check_form(name, case, truth, form, options);
         }
     }
 
