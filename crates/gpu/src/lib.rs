@@ -38,7 +38,7 @@ pub use error::GpuError;
 pub use fit::Fit;
 pub use geometry::Geometry;
 pub use kernel::{Groups, Kernel};
-pub use light::{LightGrid, LightWork};
+pub use light::{LightGrid, LightOptions, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
 pub use recorder::{Recorder, StageTime};

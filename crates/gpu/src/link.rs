@@ -39,12 +39,13 @@ const MODULES: &[(&str, &str)] = modules! {
     "" in "": dispatch fit omit point_view tile_order wrap;
     "camera::" in "camera/": balance nodes settle trace work;
     "exact::" in "exact/": camera cone corners double expansion mask predicate shadow single vector;
-    "grid::" in "grid/": fixed header list project set_up space;
+    "grid::" in "grid/": fixed header list project projection set_up space;
     "kdtree::" in "kdtree/": ask fit levels light line lit packet rays read records seen settle shape stack tester trail
         write;
-    "light::" in "light/": assign balance blocks cells choose cone light map points seen_point settle sort spread survey
-        trace;
-    "mask::" in "mask/": exact filter flags table;
+    "light::" in "light/": assign balance batches blocks cells choices choose cone light map points seen_point settle sort
+        spread survey trace undecided;
+    "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;
+    "mask::" in "mask/": exact filter flags rough_point table;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
     "shade::" in "shade/": attributes brdf coat develop facet film grooves hit irradiance layers microfacet painted panorama
@@ -156,36 +157,78 @@ fn read<'a>(path: &'a str, text: &'a str) -> Module<'a> {
 mod tests {
     use super::*;
 
-    /// What the stages declare that modules import from them.
-    const OF_STAGES: [(&str, &str); 6] = [
-        ("point_view", "var<uniform> point_view: PointView;"),
+    /// What the stages declare that modules import from them: variables with a binding, and what a stage defines for a
+    /// module.
+    const OF_STAGES: &[(&str, &str)] = &[
+        ("blocks", "var<storage, read> blocks: array<u32>;"),
+        ("bounds", "var<storage, read> bounds: array<u32>;"),
+        ("header", "var<storage, read_write> header: array<u32>;"),
+        ("light", "var<uniform> light: Light;"),
+        ("lit", "var<storage, read_write> lit: array<atomic<u32>>;"),
         ("masks", "var<storage, read> masks: array<u32>;"),
-        ("records", "var<storage, read_write> records: array<u32>;"),
+        ("pairs", "var<storage, read> pairs: array<u32>;"),
+        ("point_view", "var<uniform> point_view: PointView;"),
         ("positions", "var<storage, read> positions: array<u32>;"),
+        ("records", "var<storage, read_write> records: array<u32>;"),
+        ("sorted", "var<storage, read> sorted: array<vec4<u32>>;"),
+        ("spaces", "var<storage, read_write> spaces: array<Space>;"),
         ("triangles", "var<storage, read> triangles: array<vec4<u32>>;"),
+        ("undecided", "var<storage, read_write> undecided: array<atomic<u32>>;"),
         ("vertices", "var<storage, read> vertices: array<vec4<u32>>;"),
+        ("Cell", "struct Cell { face: u32 }"),
+        ("Point", "struct Point { own: u32 }"),
+        ("cell_of_block", "fn cell_of_block(entry: u32) -> Cell { return Cell(entry); }"),
+        ("does_shadow", "fn does_shadow(slot: u32, point: Point) -> bool { return slot == point.own; }"),
+        ("may_shadow", "fn may_shadow(slot: u32, point: Point) -> bool { return slot == point.own; }"),
+        ("point_at", "fn point_at(number: u32, own: u32, cell: Cell) -> Point { return Point(own); }"),
+        (
+            "point_on",
+            "fn point_on(slot: u32, id: u32, point: Point, cell: Cell) -> RoughPoint { return RoughPoint(); }",
+        ),
+        ("record", "fn record(slot: u32, id: u32, cell: Cell) {}"),
     ];
+    /// Where the types of these are that modules declare.
+    const TYPES_OF_STAGES: &[(&str, &str)] = &[
+        ("Light", "light::light"),
+        ("PointView", "point_view"),
+        ("RoughPoint", "mask::filter"),
+        ("Space", "grid::space"),
+    ];
+
+    /// A module's text as part of a stage that declares what it and those that it imports leave to that.
+    fn as_stage(path: &str, text: &str) -> String {
+        let mut modules = Vec::new();
+        join(&[], path, &mut modules);
+        let imports: Vec<_> = modules.iter().flat_map(|module| &module.imports).collect();
+        let left: Vec<&str> =
+            imports.iter().filter(|import| import.path == STAGE).flat_map(|import| import.names()).collect();
+        let mut declared = String::new();
+        for ((name, declaration), binding) in OF_STAGES.iter().zip(100..) {
+            let own = [format!("> {name}:"), format!("struct {name} "), format!("fn {name}(")];
+            // A counter that some module counts up is one for all.
+            let is_counted = modules.iter().any(|module| module.body.contains(&format!("(&{name}[")));
+            if left.contains(name) && !own.iter().any(|own| text.contains(own)) {
+                if declaration.starts_with("var") {
+                    declared.push_str(&format!("@group(0) @binding({binding}) "));
+                }
+                let declaration = if is_counted && !declaration.contains("atomic") {
+                    declaration.replace("array<u32>", "array<atomic<u32>>")
+                } else {
+                    (*declaration).to_owned()
+                };
+                declared.push_str(&(declaration + "\n"));
+            }
+        }
+        // The stage names the types of what it declares, though the module may not.
+        let needed = TYPES_OF_STAGES.iter().filter(|(name, _)| declared.contains(name) && !text.contains(name));
+        let imports: String = needed.map(|(name, path)| format!("import package::{path}::{{{name}}};\n")).collect();
+        format!("{imports}{text}\n{declared}")
+    }
 
     #[test]
     fn every_module_links_and_is_valid_wgsl() {
         for (path, text) in MODULES {
-            // As part of a stage that declares what this module and those that it imports leave to it.
-            let mut modules = Vec::new();
-            join(&[], path, &mut modules);
-            let imports: Vec<_> = modules.iter().flat_map(|module| &module.imports).collect();
-            let left: Vec<&str> =
-                imports.iter().filter(|import| import.path == STAGE).flat_map(|import| import.names()).collect();
-            let mut stage = (*text).to_owned();
-            for ((name, declaration), binding) in OF_STAGES.into_iter().zip(100..) {
-                if left.contains(&name) && !text.contains(&format!("> {name}:")) {
-                    stage.push_str(&format!("@group(0) @binding({binding}) {declaration}\n"));
-                }
-            }
-            // The stage names the type of what it declares, though the module may not.
-            if stage.contains(": PointView;") && !text.contains("PointView") {
-                stage.insert_str(0, "import package::point_view::{PointView};\n");
-            }
-            let text = link_text(&stage);
+            let text = link_text(&as_stage(path, text));
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
                 panic!("{path}: {}", error.emit_to_string(&text));
             });

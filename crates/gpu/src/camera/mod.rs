@@ -169,9 +169,8 @@ impl CameraGrid {
             self.project.record(
                 gpu,
                 pass,
-                &self.spaces,
-                geometry.positions(),
-                &self.header,
+                None,
+                [&self.spaces, geometry.positions(), &self.header],
                 self.project.groups_of_one_face(),
             );
         });
@@ -185,7 +184,8 @@ impl CameraGrid {
             farthest_point: &self.no_points,
             spread: &self.no_points,
         };
-        self.list.record(gpu, recorder, buffers, self.list.groups_of_one_face(), ["count", "scan", "scatter"]);
+        let groups = self.list.groups_of_one_face();
+        self.list.record(gpu, recorder, None, buffers, groups, ["count", "scan", "scatter"]);
         recorder.stage("balance", |pass| self.balance.record(gpu, pass, &self.space, &self.cells, &self.header));
         recorder.copy_words(&self.header, &self.sizes, HEADER_WORDS);
         let vertices = self.project.vertices();

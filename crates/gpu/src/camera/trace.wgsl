@@ -14,8 +14,9 @@ import package::camera::work::{
 import package::dispatch::{Invocation, flat_group, groups_of};
 import package::grid::set_up::{INFINITE, corners_of, edges_near, rect_of, shows_back};
 import package::grid::space::{Raster, Space, from_ordered_bits, slice_depth};
-import package::mask::filter::{MASK_CUT, MASK_THERE, mask_filter, rough_point};
+import package::mask::filter::{MASK_CUT, MASK_THERE, mask_filter};
 import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED};
+import package::mask::rough_point::{rough_point};
 import package::tile_order::{slot_of_pixel};
 
 @group(0) @binding(0) var<uniform> space: Space;

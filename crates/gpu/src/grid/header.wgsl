@@ -13,6 +13,10 @@ const HEADER_SPLIT_GROUPS: u32 = 10u;
 const HEADER_PARTIALS: u32 = 13u;
 // For each face the largest and the complement of the smallest key of visible vertices, both in order.
 const HEADER_KEYS: u32 = 16u;
+// Instead of them, of a light that sees by angles: for both angles the complement of the lowest and the highest of points,
+// both in order, and by how many units any may be wrong; then the lowest and the highest that get cells of their own.
+const HEADER_ANGLES: u32 = 16u;
+const HEADER_ANGLES_DIVIDED: u32 = 22u;
 // Of lights: how many faces, and the groups that take their vertices and triangles.
 const HEADER_FACES: u32 = 14u;
 const HEADER_VERTEX_GROUPS: u32 = 28u;

@@ -6,11 +6,7 @@ use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 /// The stages `count`, `scan` and `scatter`: which triangles each cell may need.
 #[derive(Debug)]
 pub(crate) struct List {
-    count_small: Kernel,
-    size_large: Kernel,
-    count_large: Kernel,
-    scatter_small: Kernel,
-    scatter_large: Kernel,
+    kernels: ListKernels,
     scan: Scan,
     size: Buffer,
     /// Chunks of triangles over many cells.
@@ -18,6 +14,26 @@ pub(crate) struct List {
     /// Triangles, those of each cell behind each other.
     pairs: Buffer,
     triangles: u32,
+}
+
+/// What the stages `count` and `scatter` run.
+#[derive(Debug)]
+pub(crate) struct ListKernels {
+    count_small: Kernel,
+    size_large: Kernel,
+    count_large: Kernel,
+    scatter_small: Kernel,
+    scatter_large: Kernel,
+}
+
+impl ListKernels {
+    /// With values for the `override` constants of `list.wgsl`.
+    pub(crate) fn new(gpu: &Gpu, constants: &[(&str, f64)]) -> Self {
+        let entries = ["count_small", "size_large", "count_large", "scatter_small", "scatter_large"];
+        let [count_small, size_large, count_large, scatter_small, scatter_large] =
+            Kernel::all(gpu, "grid::list", entries, constants);
+        Self { count_small, size_large, count_large, scatter_small, scatter_large }
+    }
 }
 
 /// What listing reads and writes besides its own.
@@ -46,16 +62,8 @@ impl List {
     const LARGE_BYTES: u64 = 4 * LARGE_WORDS;
 
     pub(crate) fn new(gpu: &Gpu, has_points: bool) -> Self {
-        let constants = [("HAS_POINTS", f64::from(u8::from(has_points)))];
-        let entries = ["count_small", "size_large", "count_large", "scatter_small", "scatter_large"];
-        let [count_small, size_large, count_large, scatter_small, scatter_large] =
-            Kernel::all(gpu, "grid::list", entries, &constants);
         Self {
-            count_small,
-            size_large,
-            count_large,
-            scatter_small,
-            scatter_large,
+            kernels: ListKernels::new(gpu, &[("HAS_POINTS", f64::from(u8::from(has_points)))]),
             scan: Scan::new(gpu),
             size: Buffer::uniform(gpu, "list size"),
             large: Buffer::storage(gpu, "large triangles"),
@@ -85,28 +93,31 @@ impl List {
         self.pairs.grow(gpu, u64::from(pairs) * 4)
     }
 
+    /// By its own kernels, or by others with the same buffers.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
+        kernels: Option<&ListKernels>,
         buffers: ListBuffers<'_>,
         groups: Groups<'_>,
         [count, scan, scatter]: [&'static str; 3],
     ) {
+        let kernels = kernels.unwrap_or(&self.kernels);
         let ListBuffers { spaces, triangles, vertices, cells, header, sizes, farthest_point, spread } = buffers;
         let all =
             [&self.size, spaces, triangles, vertices, cells, &self.large, header, farthest_point, spread, &self.pairs];
         let large = Groups::Indirect(sizes, HEADER_LARGE_GROUPS);
         recorder.stage(count, |pass| {
-            self.count_small.dispatch(gpu, pass, &all, groups);
-            self.size_large.dispatch(gpu, pass, &all, Groups::Flat(1));
+            kernels.count_small.dispatch(gpu, pass, &all, groups);
+            kernels.size_large.dispatch(gpu, pass, &all, Groups::Flat(1));
         });
         recorder.copy_words(header, sizes, HEADER_WORDS);
-        recorder.stage(count, |pass| self.count_large.dispatch(gpu, pass, &all, large));
+        recorder.stage(count, |pass| kernels.count_large.dispatch(gpu, pass, &all, large));
         recorder.stage(scan, |pass| self.scan.record(gpu, pass, cells));
         recorder.stage(scatter, |pass| {
-            self.scatter_small.dispatch(gpu, pass, &all, groups);
-            self.scatter_large.dispatch(gpu, pass, &all, large);
+            kernels.scatter_small.dispatch(gpu, pass, &all, groups);
+            kernels.scatter_large.dispatch(gpu, pass, &all, large);
         });
     }
 

@@ -6,9 +6,11 @@
 
 import package::dispatch::{Invocation, flat_group, flat_index, groups_of};
 import package::grid::header::{HEADER_KEYS, HEADER_LARGE, HEADER_LARGE_GROUPS};
-import package::grid::set_up::{Corners, RECT_EMPTY, Rect, corners_of, edges_near, misses_box, rect_of};
+import package::grid::set_up::{RECT_EMPTY, Rect, corners_of, edges_near, misses_box, rect_of};
 import package::grid::space::{Space, VERTEX_REGULAR, ordered_bits, slice_depth};
 import package::light::cells::{SPREAD_STARTS, spread_base};
+import package::light::sphere::arcs::{arc_of, bins_of, merged, nearest_key, seen_angles};
+import package::light::sphere::turn::{ANGLE_NOWHERE};
 import package::mask::flags::{TRIANGLE_SHADOWLESS};
 
 struct ListSize {
@@ -26,6 +28,8 @@ const LARGE_BITS: u32 = 8u;
 
 // Whether cells matter only where they hold points, and up to the farthest of these.
 override HAS_POINTS: bool = false;
+// Whether the cells are those of a light that sees by angles.
+override HAS_ANGLES: bool = false;
 
 @group(0) @binding(0) var<uniform> list_size: ListSize;
 @group(0) @binding(1) var<uniform> spaces: array<Space, 6>;
@@ -43,8 +47,11 @@ override HAS_POINTS: bool = false;
 @group(0) @binding(9) var<storage, read_write> pairs: array<u32>;
 
 struct Listed {
-    corners: Corners,
+    // Whether all decisions about it are made in integers.
+    is_simple: bool,
     tiles: Rect,
+    // Of angles, further columns and rows beyond the seam.
+    beyond: Rect,
     slice: u32,
     // In order, and not below that of any point of the triangle.
     nearest: u32,
@@ -55,18 +62,23 @@ fn tile_count(tiles: Rect) -> u32 {
     return u32(size.x) * u32(size.y);
 }
 
+const LISTED_NOWHERE: Listed = Listed(false, RECT_EMPTY, RECT_EMPTY, 0u, 0u);
+
 fn listed(face: u32, id: u32) -> Listed {
     let triangle = triangles[id].xyz;
     let is_shadowless = HAS_POINTS && (triangles[id].w & TRIANGLE_SHADOWLESS) != 0u;
     if is_shadowless || any(triangle >= vec3<u32>(list_size.vertices)) {
-        return Listed(Corners(), RECT_EMPTY, 0u, 0u);
+        return LISTED_NOWHERE;
+    }
+    if HAS_ANGLES {
+        return listed_by_angles(triangle);
     }
     let raster = spaces[face].raster;
     let base = face * list_size.vertices;
     let corners = corners_of(vertices[base + triangle.x], vertices[base + triangle.y], vertices[base + triangle.z]);
     let pixels = rect_of(corners, raster);
     if any(pixels.last < pixels.first) {
-        return Listed(corners, RECT_EMPTY, 0u, 0u);
+        return LISTED_NOWHERE;
     }
     let tiles = Rect(tile_of(face, pixels.first), tile_of(face, pixels.last));
     var nearest = 0xffffffffu;
@@ -77,7 +89,36 @@ fn listed(face: u32, id: u32) -> Listed {
         // Corners' keys are wrong by one or two units in the last place.
         nearest = highest + min(8u, 0xffffffffu - highest);
     }
-    return Listed(corners, tiles, slice_of(face, nearest), nearest);
+    return Listed(corners.kind == VERTEX_REGULAR, tiles, RECT_EMPTY, slice_of(face, nearest), nearest);
+}
+
+// A vertex has two records: α, behind its position, and β, behind its offset from the light.
+fn listed_by_angles(triangle: vec3<u32>) -> Listed {
+    let record = 2u * triangle;
+    let a = vertices[record.x + 1u];
+    let b = vertices[record.y + 1u];
+    let c = vertices[record.z + 1u];
+    let alpha = vec3<i32>(vec3<u32>(vertices[record.x].w, vertices[record.y].w, vertices[record.z].w));
+    let beta = vec3<i32>(vec3<u32>(a.w, b.w, c.w));
+    if any(alpha == vec3<i32>(ANGLE_NOWHERE)) {
+        return LISTED_NOWHERE;
+    }
+    let columns = columns_of(0u, alpha);
+    let rows = columns_of(1u, beta);
+    let tiles = Rect(vec2<i32>(columns.x, rows.x), vec2<i32>(columns.y, rows.y));
+    let beyond = Rect(vec2<i32>(columns.z, rows.z), vec2<i32>(columns.w, rows.w));
+    return Listed(true, tiles, beyond, 0u, nearest_key(a.xyz, b.xyz, c.xyz));
+}
+
+// The columns, or rows, that a triangle may be in: the first and last before and beyond the seam, none from more to less.
+fn columns_of(plane: u32, corners: vec3<i32>) -> vec4<i32> {
+    let seen = seen_angles(plane);
+    var columns = bins_of(arc_of(corners, seen), seen);
+    for (var end = 0u; end < 4u; end++) {
+        // None stays none.
+        columns[end] = select(columns[end], i32(spread[spread_base(0u, plane) + u32(max(columns[end], 0))]), columns[end] >= 0);
+    }
+    return merged(columns);
 }
 
 // The tile of a pixel; of a light, the cell of a bin.
@@ -130,12 +171,28 @@ fn take(cell: u32, id: u32, is_scatter: bool) {
 }
 
 fn list_small(face: u32, id: u32, is_scatter: bool) {
-    let listed = listed(face, id);
+    var listed = listed(face, id);
+    if !HAS_ANGLES {
+        list_part(face, id, listed, is_scatter);
+        return;
+    }
+    // Columns before or beyond the seam, rows before or beyond it.
+    let columns = vec4<i32>(listed.tiles.first.x, listed.tiles.last.x, listed.beyond.first.x, listed.beyond.last.x);
+    let rows = vec4<i32>(listed.tiles.first.y, listed.tiles.last.y, listed.beyond.first.y, listed.beyond.last.y);
+    for (var part = 0u; part < 4u; part++) {
+        let of_columns = select(columns.xy, columns.zw, (part & 1u) != 0u);
+        let of_rows = select(rows.xy, rows.zw, (part & 2u) != 0u);
+        listed.tiles = Rect(vec2<i32>(of_columns.x, of_rows.x), vec2<i32>(of_columns.y, of_rows.y));
+        list_part(face, id, listed, is_scatter);
+    }
+}
+
+fn list_part(face: u32, id: u32, listed: Listed, is_scatter: bool) {
     let count = tile_count(listed.tiles);
     if count == 0u {
         return;
     }
-    if count > MOST_CELLS_AT_ONCE || listed.corners.kind != VERTEX_REGULAR {
+    if count > MOST_CELLS_AT_ONCE || !listed.is_simple {
         if !is_scatter {
             split(face, id, listed, count);
         }
@@ -209,6 +266,9 @@ fn list_large(entry: u32, lane: u32, is_scatter: bool) {
 
 // Whether a triangle may touch a tile.
 fn reaches(face: u32, id: u32, tile: vec2<i32>) -> bool {
+    if HAS_ANGLES {
+        return true;
+    }
     let raster = spaces[face].raster;
     let base = face * list_size.vertices;
     let triangle = triangles[id].xyz;

@@ -5,6 +5,6 @@ mod list;
 mod project;
 mod space;
 
-pub(crate) use list::{List, ListBuffers};
+pub(crate) use list::{List, ListBuffers, ListKernels};
 pub(crate) use project::Project;
 pub(crate) use space::{Space, words};

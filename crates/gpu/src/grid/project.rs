@@ -12,10 +12,12 @@ pub(crate) struct Project {
 impl Project {
     /// Bytes of a vertex in pixel space.
     pub(crate) const VERTEX_BYTES: u64 = 16;
+    /// The shader's.
+    pub(crate) const MODULE: &str = "grid::project";
 
     pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
-            kernel: Kernel::new(gpu, "grid::project", "project", &[]),
+            kernel: Kernel::new(gpu, Self::MODULE, "project", &[]),
             size: Buffer::uniform(gpu, "project size"),
             vertices: Buffer::storage(gpu, "vertices in pixel space"),
             count: 0,
@@ -44,17 +46,17 @@ impl Project {
         self.vertices.reserve(gpu, u64::from(self.count) * u64::from(faces) * Self::VERTEX_BYTES)
     }
 
+    /// By its own kernel, or by another with the same buffers.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
-        spaces: &Buffer,
-        positions: &Buffer,
-        header: &Buffer,
+        kernel: Option<&Kernel>,
+        [spaces, positions, header]: [&Buffer; 3],
         groups: Groups<'_>,
     ) {
         let buffers = [&self.size, spaces, positions, &self.vertices, header];
-        self.kernel.dispatch(gpu, pass, &buffers, groups);
+        kernel.unwrap_or(&self.kernel).dispatch(gpu, pass, &buffers, groups);
     }
 
     pub(crate) fn vertices(&self) -> &Buffer {

@@ -6,7 +6,12 @@ import package::exact::double::{
 };
 import package::grid::fixed::{fits_fixed, fixed};
 import package::grid::header::{HEADER_KEYS};
+import package::grid::projection::{projection_term};
 import package::grid::space::{Space, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR, ordered_bits};
+import package::light::sphere::vertex::{angled_vertex};
+
+// Whether this is for a light that sees by angles, and has two records a vertex.
+override HAS_ANGLES: bool = false;
 
 struct ProjectSize {
     vertices: u32,
@@ -26,7 +31,12 @@ fn project(at: Invocation) {
     // Rows of workgroups are faces where there are several.
     let face = at.group.z;
     let id = flat_index(at, 256u);
-    if id < project_size.vertices {
+    if HAS_ANGLES && id < project_size.vertices {
+        let first = 3u * id;
+        let vertex = angled_vertex(vec3<u32>(positions[first], positions[first + 1u], positions[first + 2u]));
+        vertices[2u * id] = vertex.of_world;
+        vertices[2u * id + 1u] = vertex.of_light;
+    } else if id < project_size.vertices {
         let vertex = project_vertex(face, id);
         vertices[face * project_size.vertices + id] = vertex;
         let raster = spaces[face].raster;
@@ -39,15 +49,10 @@ fn project(at: Invocation) {
         }
     }
     workgroupBarrier();
-    if at.lane == 0u {
+    if at.lane == 0u && !HAS_ANGLES {
         atomicMax(&header[HEADER_KEYS + 2u * face], atomicLoad(&nearest_of_group));
         atomicMax(&header[HEADER_KEYS + 2u * face + 1u], atomicLoad(&farthest_of_group));
     }
-}
-
-fn projection_term(face: u32, term: u32) -> F64 {
-    let pair = spaces[face].projection[term >> 1u];
-    return select(pair.xy, pair.zw, (term & 1u) == 1u);
 }
 
 // Coordinates in relation to the origin are exact to 2⁻⁵³, a row's product with them to 2⁻⁵⁰ of its largest term.

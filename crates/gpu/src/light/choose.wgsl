@@ -1,11 +1,10 @@
 // Stage `choose`: the faces of a light's grid, from the box around all points. One around a spot's cone, or where the light
 // sees the box well from outside, else the six of a cube around it.
 
-import package::dispatch::{groups_of};
-import package::exact::double::{f64_from_f32_bits, f64_to_f32_bits};
-import package::grid::header::{HEADER_FACES, HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS};
-import package::grid::space::{Raster, Space, from_ordered_bits, power_of_two};
+import package::exact::double::{f64_to_f32_bits};
+import package::grid::space::{Raster, Space, power_of_two};
 import package::light::cells::{BINS, BIN_FRACTION_BITS};
+import package::light::choices::{axes_along, from_bounds, write_faces, write_projection};
 import package::light::light::{Light};
 import package::light::points::{BOUNDS_LOW};
 
@@ -53,9 +52,7 @@ fn choose() {
             }
         }
     }
-    header[HEADER_FACES] = faces;
-    write_groups(HEADER_VERTEX_GROUPS, (light.vertices + 255u) / 256u, faces);
-    write_groups(HEADER_TRIANGLE_GROUPS, (light.triangles + 255u) / 256u, faces);
+    write_faces(faces);
 }
 
 // Of a spot's half-angle; very large where there is none.
@@ -88,30 +85,10 @@ fn around_cone(low: vec3<f32>, high: vec3<f32>) -> Face {
     return face;
 }
 
-fn write_groups(word: u32, count: u32, faces: u32) {
-    let groups = groups_of(count);
-    header[word] = groups.x;
-    header[word + 1u] = groups.y;
-    header[word + 2u] = select(0u, faces, count > 0u);
-}
-
-fn from_bounds(word: u32, is_complement: bool) -> vec3<f32> {
-    var corner: vec3<f32>;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let bits = bounds[word + axis];
-        corner[axis] = from_ordered_bits(select(bits, ~bits, is_complement));
-    }
-    return corner;
-}
-
-// Axes with the third along `vector`.
+// A face along `vector`, without a rectangle.
 fn along(vector: vec3<f32>) -> Face {
-    // Scaled first: the squares of very large or small numbers aren't.
-    let largest = max(max(abs(vector.x), abs(vector.y)), abs(vector.z));
-    let forward = select(vec3<f32>(0.0, 0.0, 1.0), normalize(vector / largest), largest > 1e-30 && largest < 1e30);
-    let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(forward.x) > 0.7);
-    let right = normalize(cross(helper, forward));
-    return Face(right, cross(forward, right), forward, vec2<f32>(0.0), vec2<f32>(0.0));
+    let axes = axes_along(vector);
+    return Face(axes.right, axes.up, axes.forward, vec2<f32>(0.0), vec2<f32>(0.0));
 }
 
 // The rectangle that a box covers; a very large one where the box isn't wholly before the light.
@@ -185,13 +162,8 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
         raster.depth_error = 5.684342e-14 * (found_from.x + found_from.y + found_from.z + aside.x + aside.y);
     }
     spaces[number].raster = raster;
-    var numbers = array<f32, 14>(
+    write_projection(number, array<f32, 14>(
         origin.x, origin.y, origin.z,
         x.x, x.y, x.z, y.x, y.y, y.z, face.forward.x, face.forward.y, face.forward.z,
-        added.x, added.y);
-    for (var pair = 0u; pair < 7u; pair++) {
-        let first = f64_from_f32_bits(bitcast<u32>(numbers[2u * pair]));
-        let second = f64_from_f32_bits(bitcast<u32>(numbers[2u * pair + 1u]));
-        spaces[number].projection[pair] = vec4<u32>(first, second);
-    }
+        added.x, added.y));
 }

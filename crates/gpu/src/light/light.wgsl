@@ -14,7 +14,14 @@ struct Light {
     slots: u32,
     // A bound on the coordinates that rays start from.
     reach: f32,
+    // Whether the user says which angles get cells of their own.
+    has_clamp: u32,
     // A spot's cone: away from the light, and the squared cosine of its half-angle as F64.
     axis: vec3<f32>,
     squared_cosine: vec2<u32>,
+    // Along the image's rows.
+    along_rows: vec3<f32>,
+    // The user's lowest and highest angles, as integers.
+    clamp_low: vec2<i32>,
+    clamp_high: vec2<i32>,
 }

@@ -7,10 +7,12 @@ import package::exact::double::{
 import package::exact::vector::{F64Vector, f64_dot, f64_largest_magnitude, f64_vector_subtract};
 import package::grid::fixed::{fits_fixed, fixed};
 import package::grid::header::{HEADER_FACES};
+import package::grid::projection::{projection_term, projection_vector};
 import package::grid::space::{Space};
 import package::light::cells::{spread_base};
 import package::light::light::{Light};
-import package::light::points::{POINT_NONE, UNDECIDED_COUNT, UNDECIDED_FIRST, UNDECIDED_PAGE, UNDECIDED_PAGE_TRIANGLES};
+import package::light::points::{POINT_NONE};
+import package::light::undecided::{compare_with_all};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;
@@ -40,15 +42,6 @@ fn map(at: Invocation) {
 
 fn word_pair(word: u32) -> F64 {
     return F64(points[word], points[word + 1u]);
-}
-
-fn projection_vector(face: u32, first: u32) -> F64Vector {
-    return F64Vector(projection_term(face, first), projection_term(face, first + 1u), projection_term(face, first + 2u));
-}
-
-fn projection_term(face: u32, term: u32) -> F64 {
-    let pair = spaces[face].projection[term >> 1u];
-    return select(pair.xy, pair.zw, (term & 1u) == 1u);
 }
 
 // The face of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
@@ -105,17 +98,4 @@ fn cube_face_of(offset: F64Vector) -> u32 {
         largest = offset.z;
     }
     return 2u * axis + (largest.y >> 31u);
-}
-
-fn compare_with_all(slot: u32) {
-    let pages = (light.triangles + UNDECIDED_PAGE_TRIANGLES - 1u) / UNDECIDED_PAGE_TRIANGLES;
-    let first = atomicAdd(&undecided[UNDECIDED_COUNT], pages);
-    for (var page = 0u; page < pages; page++) {
-        let word = UNDECIDED_FIRST + 2u * (first + page);
-        if word + 2u > arrayLength(&undecided) {
-            return;
-        }
-        atomicStore(&undecided[word], slot);
-        atomicStore(&undecided[word + 1u], UNDECIDED_PAGE | page);
-    }
 }

@@ -1,12 +1,14 @@
 //! A light's grid, rebuilt for every frame and light: `survey` for all lights, then for each one `cone`, `choose`, `map`, `spread`,
-//! `sort`, `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`.
+//! `sort`, `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`. Some of these are others for lights that see by
+//! angles ([`Sphere`]).
 
 mod parameters;
 mod points;
 mod shadows;
+mod sphere;
 
 use glam::DVec2;
-use umbrage_rays::{Cone, LightSource};
+use umbrage_rays::{Cone, LightClamp, LightMapping, LightSource};
 
 use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
 use crate::grid::header::{HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS, HEADER_WORDS};
@@ -16,6 +18,16 @@ use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
 use parameters::LightParameters;
 use points::Points;
 use shadows::{Shadows, UNDECIDED_FIRST};
+use sphere::Sphere;
+
+/// How lights see points and triangles: this changes how much work they are, and nothing that is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightOptions {
+    /// Through faces, or by two angles around them; suns always have a face.
+    pub map: LightMapping,
+    /// The angles that get cells of their own where lights see by angles; by default those at which there are points.
+    pub clamp: Option<LightClamp>,
+}
 
 /// What a light was as work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +47,9 @@ pub struct LightWork {
 /// Which of the points that pixels show each light reaches, found through grids made for its rays.
 #[derive(Debug)]
 pub struct LightGrid {
+    options: LightOptions,
+    /// Compiled when it is first asked for.
+    sphere: Option<Sphere>,
     points: Points,
     project: Project,
     list: List,
@@ -46,6 +61,8 @@ pub struct LightGrid {
     casts_shadow: Vec<bool>,
     /// Which lights reach no farther than a cone.
     have_cones: Vec<bool>,
+    /// Which lights see by angles.
+    have_angles: Vec<bool>,
     spaces: Buffer,
     header: Buffer,
     sizes: Buffer,
@@ -70,6 +87,8 @@ impl LightGrid {
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
+            options: LightOptions::default(),
+            sphere: None,
             points: Points::new(gpu),
             project: Project::new(gpu),
             list: List::new(gpu, true),
@@ -78,6 +97,7 @@ impl LightGrid {
             parameters: Vec::new(),
             casts_shadow: Vec::new(),
             have_cones: Vec::new(),
+            have_angles: Vec::new(),
             spaces: Buffer::storage(gpu, "light spaces"),
             header: Buffer::storage(gpu, "light header"),
             sizes: Buffer::sizes(gpu, "light dispatch sizes"),
@@ -87,6 +107,14 @@ impl LightGrid {
             cell_count: 0,
             mask_words: 0,
             work: Vec::new(),
+        }
+    }
+
+    /// Has lights see so from the next frame on.
+    pub fn set_options(&mut self, gpu: &Gpu, options: LightOptions) {
+        self.options = options;
+        if options.map == LightMapping::Spherical && self.sphere.is_none() {
+            self.sphere = Some(Sphere::new(gpu));
         }
     }
 
@@ -119,10 +147,15 @@ impl LightGrid {
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
         self.have_cones.clear();
         self.have_cones.extend(lights.iter().map(|light| light.as_ref().and_then(Cone::of).is_some()));
+        let is_spherical = self.options.map == LightMapping::Spherical;
+        let has_angles = |light: &LightSource| is_spherical && !matches!(light, LightSource::Directional { .. });
+        self.have_angles.clear();
+        self.have_angles.extend(lights.iter().map(|light| light.as_ref().is_some_and(has_angles)));
         for ((buffer, light), number) in self.parameters.iter_mut().zip(lights).zip(0..) {
             let Some(light) = light else { continue };
             let sides = [side_of_one, side_of_six];
-            let parameters = LightParameters::new(light, sides, geometry, number * self.mask_words, slots, &band.view);
+            let mask = number * self.mask_words;
+            let parameters = LightParameters::new(light, sides, geometry, mask, slots, &band.view, self.options.clamp);
             buffer.write(gpu, &[parameters])?;
         }
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
@@ -132,7 +165,8 @@ impl LightGrid {
         self.lit.reserve(gpu, (4 * u64::from(self.mask_words) * lights.len() as u64).max(16))?;
         self.needs.reserve(gpu, (4 * NEEDS_WORDS * lights.len() as u64).max(16))?;
         self.points.prepare(gpu, slots, self.cell_count)?;
-        self.project.prepare(gpu, geometry.vertex_count(), 1)?;
+        let records = if self.have_angles.contains(&true) { Sphere::VERTEX_RECORDS } else { 1 };
+        self.project.prepare(gpu, geometry.vertex_count(), records)?;
         self.list.prepare(gpu, geometry.triangle_count(), geometry.vertex_count(), self.cell_count)?;
         self.shadows.prepare(gpu, slots, self.cell_count)
     }
@@ -170,16 +204,18 @@ impl LightGrid {
         number: u64,
     ) {
         let Self { points, project, list, shadows, spaces, header, sizes, cells, lit, needs, .. } = self;
+        let sphere = self.sphere.as_ref().filter(|_| self.have_angles[number as usize]);
         recorder.clear(header);
         recorder.clear_words(cells, u64::from(self.cell_count));
         shadows.record_clear(recorder);
-        points.record_choose(gpu, recorder, light, spaces, header);
+        points.record_choose(gpu, recorder, light, spaces, header, sphere);
         recorder.copy_words(header, sizes, HEADER_WORDS);
-        points.record_sort(gpu, recorder, light, spaces, header, [seen, lit, shadows.undecided()]);
+        points.record_sort(gpu, recorder, [light, spaces, header], [seen, lit, shadows.undecided()], sphere);
 
         recorder.stage("light project", |pass| {
             let groups = Groups::Indirect(sizes, HEADER_VERTEX_GROUPS);
-            project.record(gpu, pass, spaces, geometry.positions(), header, groups);
+            let kernel = sphere.map(|sphere| &sphere.project);
+            project.record(gpu, pass, kernel, [spaces, geometry.positions(), header], groups);
         });
         let buffers = ListBuffers {
             spaces,
@@ -194,6 +230,7 @@ impl LightGrid {
         list.record(
             gpu,
             recorder,
+            sphere.map(|sphere| &sphere.list),
             buffers,
             Groups::Indirect(sizes, HEADER_TRIANGLE_GROUPS),
             ["light count", "light scan", "light scatter"],
@@ -204,7 +241,7 @@ impl LightGrid {
         recorder.copy_words(header, sizes, HEADER_WORDS);
         recorder.stage("light trace", |pass| {
             let read = [light, spaces, geometry.triangles(), project.vertices(), points.sorted(), list.pairs()];
-            shadows.record_trace(gpu, pass, read, lit, geometry.masks().buffer(), sizes);
+            shadows.record_trace(gpu, pass, read, [lit, geometry.masks().buffer(), sizes], sphere);
         });
         shadows.record_settle(gpu, recorder, [light, &self.point_view], geometry, seen, lit);
 

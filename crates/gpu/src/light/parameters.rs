@@ -1,6 +1,6 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
-use umbrage_rays::{Cone, LightSource, View};
+use umbrage_rays::{Cone, LightClamp, LightSource, View};
 
 use crate::Geometry;
 
@@ -17,11 +17,15 @@ pub(super) struct LightParameters {
     mask: u32,
     slots: u32,
     reach: f32,
-    unused: u32,
+    has_clamp: u32,
     axis: [f32; 3],
     unused_of_axis: u32,
     squared_cosine: [u32; 2],
     unused_of_cosine: [u32; 2],
+    along_rows: [f32; 3],
+    unused_of_rows: u32,
+    clamp_low: [i32; 2],
+    clamp_high: [i32; 2],
 }
 
 impl LightParameters {
@@ -32,6 +36,7 @@ impl LightParameters {
         mask: u32,
         slots: u32,
         view: &View,
+        clamp: Option<LightClamp>,
     ) -> Self {
         let (vector, is_directional) = match *light {
             LightSource::Point { position } | LightSource::Spot { position, .. } => (position, 0),
@@ -46,6 +51,7 @@ impl LightParameters {
                 half_height * (1.0 + view.width as f32 / view.height as f32)
             }
         };
+        let [left, right, low, high] = clamp.map_or([0; 4], |clamp| clamp.degrees().map(angle_units));
         Self {
             vector: vector.to_array(),
             is_directional,
@@ -56,13 +62,25 @@ impl LightParameters {
             mask,
             slots,
             reach: view.camera.position.abs().max_element() + beside,
-            unused: 0,
+            has_clamp: clamp.is_some().into(),
             axis: cone.axis.as_vec3().to_array(),
             unused_of_axis: 0,
             squared_cosine: bytemuck::cast(cone.squared_cosine),
             unused_of_cosine: [0; 2],
+            along_rows: view.camera.right.to_array(),
+            unused_of_rows: 0,
+            clamp_low: [left, low],
+            clamp_high: [right, high],
         }
     }
+}
+
+/// An angle as `sphere/turn.wgsl` counts it.
+fn angle_units(degrees: f32) -> i32 {
+    let (across, along) = f64::from(degrees).to_radians().sin_cos();
+    let part = across / (across.abs() + along.abs());
+    let part = if along < 0.0 { 2.0_f64.copysign(across) - part } else { part };
+    (part * f64::from(1 << 28)) as i32
 }
 
 #[cfg(test)]
@@ -84,9 +102,22 @@ mod tests {
             mask,
             slots,
             reach,
+            has_clamp,
             axis,
             squared_cosine,
+            along_rows,
+            clamp_low,
+            clamp_high,
         });
         assert_eq!(differences(&shader, &Layout { name: "Light", ..layout }), [""; 0]);
+    }
+
+    #[test]
+    fn angles_are_counted_in_their_order() {
+        let quarters = [-180.0, -90.0, 0.0, 90.0, 180.0].map(angle_units);
+        for (units, quarter) in quarters.into_iter().zip(-2..=2) {
+            assert!(units.abs_diff(quarter << 28) <= 1, "{units}");
+        }
+        assert!((-180..180).all(|degrees| angle_units(degrees as f32) < angle_units(degrees as f32 + 1.0)));
     }
 }

@@ -1,3 +1,4 @@
+use super::sphere::Sphere;
 use crate::primitives::Scan;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
@@ -91,19 +92,20 @@ impl Points {
         light: &Buffer,
         spaces: &Buffer,
         header: &Buffer,
+        sphere: Option<&Sphere>,
     ) {
         let buffers = [light, &self.bounds, spaces, header];
-        recorder.stage("choose", |pass| self.choose.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
+        let choose = sphere.map_or(&self.choose, |sphere| &sphere.choose);
+        recorder.stage("choose", |pass| choose.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
     }
 
     pub(super) fn record_sort(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
-        light: &Buffer,
-        spaces: &Buffer,
-        header: &Buffer,
+        [light, spaces, header]: [&Buffer; 3],
         [seen, lit, undecided]: [&Buffer; 3],
+        sphere: Option<&Sphere>,
     ) {
         let Self { points, mapped, sorted, spread, cells, farthest, .. } = self;
         recorder.clear(spread);
@@ -111,7 +113,13 @@ impl Points {
         recorder.clear_words(farthest, u64::from(self.cell_count));
         let map = [light, spaces, header, lit, points, mapped, spread, undecided];
         let groups = Groups::Flat(self.slots.div_ceil(64));
-        recorder.stage("map", |pass| self.map.dispatch(gpu, pass, &map, groups));
+        recorder.stage("map", |pass| match sphere {
+            None => self.map.dispatch(gpu, pass, &map, groups),
+            Some(sphere) => {
+                sphere.map.dispatch(gpu, pass, &map, groups);
+                sphere.bin.dispatch(gpu, pass, &map, groups);
+            }
+        });
         recorder.stage("spread", |pass| {
             self.spread_columns.dispatch(gpu, pass, &[light, header, spread], Groups::Flat(12));
         });
@@ -119,7 +127,8 @@ impl Points {
         recorder.stage("sort", |pass| {
             self.assign.dispatch(gpu, pass, &[light, header, spread, mapped, cells, farthest], groups);
             self.scan.record(gpu, pass, cells);
-            self.sort.dispatch(gpu, pass, &[light, mapped, cells, sorted, seen], groups);
+            let sort = sphere.map_or(&self.sort, |sphere| &sphere.sort);
+            sort.dispatch(gpu, pass, &[light, mapped, cells, sorted, seen, points, spaces], groups);
         });
     }
 

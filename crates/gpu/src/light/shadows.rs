@@ -1,3 +1,4 @@
+use super::sphere::Sphere;
 use crate::grid::header::HEADER_BLOCK_GROUPS;
 use crate::link::shared_constants;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
@@ -103,13 +104,13 @@ impl Shadows {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         read: [&Buffer; 6],
-        lit: &Buffer,
-        masks: &Buffer,
-        sizes: &Buffer,
+        [lit, masks, sizes]: [&Buffer; 3],
+        sphere: Option<&Sphere>,
     ) {
+        let trace = sphere.map_or(&self.trace, |sphere| &sphere.trace);
         let [light, spaces, triangles, vertices, points, pairs] = read;
         let buffers = [light, spaces, triangles, vertices, points, pairs, &self.blocks, lit, &self.undecided, masks];
-        self.trace.dispatch(gpu, pass, &buffers, Groups::Indirect(sizes, HEADER_BLOCK_GROUPS));
+        trace.dispatch(gpu, pass, &buffers, Groups::Indirect(sizes, HEADER_BLOCK_GROUPS));
         self.size_settle.dispatch(gpu, pass, &buffers, Groups::Flat(1));
     }
 

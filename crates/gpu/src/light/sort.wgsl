@@ -1,16 +1,25 @@
 // Stage `sort`: points by cell. The ends of cells come from counts by a prefix sum.
 
 import package::dispatch::{Invocation, flat_index};
+import package::exact::double::{F64};
+import package::exact::vector::{F64Vector};
+import package::grid::space::{Space};
 import package::light::light::{Light};
 import package::light::points::{POINT_NONE};
+import package::light::sphere::angles::{f32_bits_of, scaled_offset};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> mapped: array<vec4<u32>>;
 // Where each cell's next point goes; in the end, where its points end.
 @group(0) @binding(2) var<storage, read_write> point_cells: array<atomic<u32>>;
-// Fixed-point x and y, key and slot; then, four to an element, the triangles that points are on.
+// Fixed-point x and y, key and slot, or offset from the light and slot; then, four to an element, the triangles that points are on.
 @group(0) @binding(3) var<storage, read_write> sorted: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
+@group(0) @binding(5) var<storage, read> points: array<u32>;
+@group(0) @binding(6) var<storage, read> spaces: array<Space>;
+
+// Whether the light sees by angles.
+override HAS_ANGLES: bool = false;
 
 @compute @workgroup_size(256)
 fn sort(at: Invocation) {
@@ -21,7 +30,14 @@ fn sort(at: Invocation) {
     let point = mapped[slot];
     if point.w != POINT_NONE {
         let number = atomicAdd(&point_cells[point.w], 1u);
-        sorted[number] = vec4<u32>(point.xyz, slot);
+        var place = point.xyz;
+        if HAS_ANGLES {
+            let word = 6u * slot;
+            place = f32_bits_of(scaled_offset(F64Vector(
+                F64(points[word], points[word + 1u]), F64(points[word + 2u], points[word + 3u]),
+                F64(points[word + 4u], points[word + 5u]))));
+        }
+        sorted[number] = vec4<u32>(place, slot);
         sorted[light.slots + number / 4u][number & 3u] = seen[slot];
     }
 }

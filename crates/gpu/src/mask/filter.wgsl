@@ -1,10 +1,9 @@
 // Whether a point of a masked triangle is there, as far as a point that is roughly known tells.
 
 import package::grid::set_up::{U};
-import package::grid::space::{VERTEX_REGULAR};
 import package::mask::table::{MASKS_HAS_VERTEX_OPACITY, mask_bytes, mask_material, mask_texture_at, mask_vertices};
 import package::wrap::{wrapped};
-import stage::{masks, vertices};
+import stage::{masks};
 
 const MASK_CUT: u32 = 0u;
 const MASK_THERE: u32 = 1u;
@@ -14,20 +13,6 @@ const MASK_UNDECIDED: u32 = 2u;
 struct RoughPoint {
     weights: vec2<f32>,
     error: f32,
-}
-
-// Where edge functions, each wrong by `edge_error`, say that a ray meets the triangle of three vertices in pixel space.
-fn rough_point(corners: vec3<u32>, edges: vec3<f32>, edge_error: f32, are_parallel: bool) -> RoughPoint {
-    let of_corners = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
-    let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
-    // Parallel rays divide nothing, and homogeneous edge functions are weights already.
-    let is_divided = !are_parallel && kinds == VERTEX_REGULAR;
-    let keys = select(vec3<f32>(1.0), bitcast<vec3<f32>>(of_corners), is_divided);
-    let weights = edges * keys;
-    let sum = weights.x + weights.y + weights.z;
-    let largest = max(max(keys.x, keys.y), keys.z);
-    let error = 4.0 * edge_error * largest / sum + 32.0 * U;
-    return RoughPoint(weights.yz / sum, error);
 }
 
 fn mask_vertices_f32(triangle: vec4<u32>, word: u32) -> vec3<f32> {

@@ -3,7 +3,8 @@ use std::fmt::Debug;
 use glam::DVec2;
 use umbrage_gpu::kdtree::{KdSight, KdTracerOptions};
 use umbrage_gpu::{
-    Band, Buffer, CameraGrid, CameraOptions, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, Recorder, Sight,
+    Band, Buffer, CameraGrid, CameraOptions, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, LightOptions, Recorder,
+    Sight,
 };
 use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, SimdLevel};
 use umbrage_scene::Frame;
@@ -94,6 +95,7 @@ impl Finders {
     /// grids for all others.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
         self.grids.camera.set_options(gpu, camera_options(structure));
+        self.grids.lights.set_options(gpu, light_options(structure));
         self.takes_tree = matches!(structure, Structure::KdTree(..));
         if let Structure::KdTree(options, _) = structure {
             self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
@@ -119,6 +121,12 @@ impl Finders {
 fn camera_options(structure: Structure) -> CameraOptions {
     let Structure::Listed { camera, .. } = structure else { return CameraOptions::default() };
     CameraOptions { mapping: (16 / camera.cells.sorting_tile()).clamp(1, 2), slices: camera.cells.slices() }
+}
+
+/// How lights see in the paper's form as it was asked for; as in the default form for all else.
+fn light_options(structure: Structure) -> LightOptions {
+    let Structure::Listed { light, .. } = structure else { return LightOptions::default() };
+    LightOptions { map: light.map, clamp: light.clamp }
 }
 
 /// Grids for the camera and for each light.

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use glam::Vec3;
 use umbrage::gallery::DEMOS;
-use umbrage::rays::{Camera, Projection};
+use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Ground, GroundSurface, Light, Scene};
 use umbrage::{Background, Film, Renderer, Settings, Structure};
 use umbrage_verify::real_scene;
@@ -204,10 +205,62 @@ fn grids_are_cut_into_the_cells_that_are_asked_for() {
             Settings { structure: format!("listed:{options}").parse().expect("a structure"), ..sized(90, 60) };
         compare(options, &mut gpu, &scene, 0.0, &settings).expect_none(options);
     }
-    for options in ["sorting-tile=64", "tracing-tiles=2", "whole-tiles=true", "light-map=spherical"] {
+    for options in ["sorting-tile=64", "tracing-tiles=2", "whole-tiles=true", "light-cells=64", "light-slices=8"] {
         let settings =
             Settings { structure: format!("listed:{options}").parse().expect("a structure"), ..sized(20, 20) };
         assert!(gpu.render(&scene, 0.0, &settings).is_err_and(|error| error.is_of_settings()), "{options}");
+    }
+}
+
+fn listed(options: &str) -> Structure {
+    format!("listed:{options}").parse().expect("a structure")
+}
+
+fn light(source: LightSource) -> Light {
+    let casts_shadow = true;
+    Light { name: "".into(), source, color: Vec3::ONE, intensity: 20.0, range: None, casts_shadow, radius: 0.0 }
+}
+
+#[test]
+fn lights_that_see_by_angles() {
+    let Some(mut gpu) = renderer() else { return };
+    for demo in DEMOS {
+        let scene = umbrage::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
+        let settings = Settings { structure: listed("light-map=spherical"), ..sized(150, 70) };
+        for moment in [0.0, 0.6] {
+            compare(demo.name, &mut gpu, &scene, moment, &settings).expect_none(demo.name);
+        }
+    }
+    for name in ["tree_alphamask.glb", "cesium_man.glb", "sibenik.obj"] {
+        if let Some(path) = real_scene(name) {
+            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
+            let settings = Settings { structure: listed("light-map=spherical"), ..sized(150, 100) };
+            compare(name, &mut gpu, &scene, 0.3, &settings).expect_none(name);
+        }
+    }
+}
+
+#[test]
+fn lights_that_see_by_angles_in_the_middle_of_a_hall() {
+    let Some(mut gpu) = renderer() else { return };
+    let scene = umbrage::open("demo:hall?triangles=20000").expect("a scene of the gallery");
+    let positions = scene.at(0.0).expect("a frame").positions;
+    let low = positions.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+    let high = positions.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let middle = low.lerp(high, 0.5);
+    let direction = Vec3::new(0.3, -1.0, 0.2);
+    let lights = vec![
+        light(LightSource::Point { position: middle }),
+        light(LightSource::Point { position: low.lerp(high, 0.3) }),
+        light(LightSource::Spot { position: middle, direction, inner_radians: 0.5, outer_radians: 0.9 }),
+        light(LightSource::Directional { direction }),
+    ];
+    for options in ["light-map=spherical", "light-map=spherical,light-clamp=-40:20:5:170,sorting-tile=8"] {
+        for samples in [1, 2] {
+            let structure = listed(options);
+            let settings = Settings { structure, lights: Some(lights.clone()), samples, ..sized(150, 100) };
+            compare(options, &mut gpu, &scene, 0.3, &settings).expect_none(options);
+        }
     }
 }
 

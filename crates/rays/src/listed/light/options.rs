@@ -51,6 +51,12 @@ impl LightClamp {
         (is_range(left, right) && is_range(low, high)).then_some(Self { degrees })
     }
 
+    /// As [`new`](Self::new) takes them.
+    #[must_use]
+    pub fn degrees(self) -> [f32; 4] {
+        self.degrees
+    }
+
     /// Lowest and highest α, and β, in radians.
     pub(super) fn radians(self) -> [[f32; 2]; 2] {
         let [left, right, low, high] = self.degrees.map(f32::to_radians);

@@ -3,16 +3,26 @@
 use std::sync::{MutexGuard, OnceLock};
 
 use glam::Vec3;
-use umbrage_gpu::{CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, Recorder, Sight, TriangleFlags};
-use umbrage_rays::{DirectGrids, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, View};
+use umbrage_gpu::{
+    CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, LightOptions, LightWork, Recorder, Sight,
+    TriangleFlags,
+};
+use umbrage_rays::{DirectGrids, LightMapping, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, View};
 use umbrage_verify::lights::point;
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, TestMesh, Truth};
 
 use crate::common::{Once, gpu, lock};
 
-/// Both mappings, one and many slices. Each form has kernels of its own, which take seconds to compile.
-const FORMS: [CameraOptions; 2] = [CameraOptions { mapping: 1, slices: 16 }, CameraOptions { mapping: 2, slices: 1 }];
+/// Both mappings of the camera's grid, one and many slices, and both maps of lights. Each form has kernels of its own,
+/// which take seconds to compile.
+const FORMS: [(CameraOptions, LightOptions); 2] = [
+    (CameraOptions { mapping: 1, slices: 16 }, LightOptions { map: LightMapping::Faces, clamp: None }),
+    (CameraOptions { mapping: 2, slices: 1 }, SPHERICAL),
+];
+
+/// Lights that see by angles.
+pub(crate) const SPHERICAL: LightOptions = LightOptions { map: LightMapping::Spherical, clamp: None };
 
 /// The questions that the oracle is asked at most; the CPU's grids, which have been compared with it, answer more.
 const MOST_QUESTIONS: usize = 10_000_000;
@@ -32,7 +42,7 @@ pub(crate) fn grids() -> Option<MutexGuard<'static, Grids>> {
         let gpu = gpu()?;
         Some(Grids {
             geometry: Geometry::new(&gpu),
-            cameras: FORMS.map(|form| CameraGrid::new(&gpu, form)),
+            cameras: FORMS.map(|(camera, _)| CameraGrid::new(&gpu, camera)),
             lights: LightGrid::new(&gpu),
             gpu,
         })
@@ -50,26 +60,41 @@ impl Grids {
 
     /// Compares every form with a truth that is known.
     pub(crate) fn check_against(&mut self, name: &str, case: &Case, truth: &Truth) {
-        self.geometry.write(&self.gpu, case.mesh.triangles(), |id| number(case, id)).expect("a small scene");
-        for (number, form) in FORMS.iter().enumerate() {
-            let found = self.shown(case, number).unwrap_or_else(|error| panic!("{name}, {form:?}: {error}"));
-            let complaint = complaint(case, &found, truth);
-            assert!(complaint.is_none(), "{name}, {form:?}: {}", complaint.unwrap_or_default());
+        for (form, (_, options)) in FORMS.into_iter().enumerate() {
+            self.check_form(name, case, truth, form, options);
         }
+    }
+
+    /// Compares lights that see so with the truth.
+    pub(crate) fn check_lights(&mut self, name: &str, case: &Case, truth: &Truth, options: LightOptions) {
+        self.check_form(name, case, truth, 0, options);
+    }
+
+    fn check_form(&mut self, name: &str, case: &Case, truth: &Truth, form: usize, options: LightOptions) {
+        self.geometry.write(&self.gpu, case.mesh.triangles(), |id| number(case, id)).expect("a small scene");
+        let about = || format!("{name}, {:?}, {options:?}", FORMS[form].0);
+        let found = self.shown(case, form, options).unwrap_or_else(|error| panic!("{}: {error}", about()));
+        let complaint = complaint(case, &found, truth);
+        assert!(complaint.is_none(), "{}: {}", about(), complaint.unwrap_or_default());
+    }
+
+    /// What the lights of the last case that was compared were as work.
+    pub(crate) fn work(&self) -> &[LightWork] {
+        self.lights.work()
     }
 
     /// How many faces each light has.
     pub(crate) fn faces(&mut self, case: &Case) -> Vec<u32> {
-        self.shown(case, 0).expect("a small scene");
-        self.lights.work().iter().map(|work| work.faces).collect()
+        self.shown(case, 0, LightOptions::default()).expect("a small scene");
+        self.work().iter().map(|work| work.faces).collect()
     }
 
-    /// What a form shows; with lights for the first one alone, as they see nothing of the camera's grid.
-    fn shown(&mut self, case: &Case, form: usize) -> Result<Truth, GpuError> {
+    /// What a form of the camera's grid shows, and lights that see so.
+    fn shown(&mut self, case: &Case, form: usize, options: LightOptions) -> Result<Truth, GpuError> {
         let Self { gpu, geometry, cameras, lights } = self;
         let camera = &mut cameras[form];
-        let sources = if form == 0 { &*case.lights } else { &[] };
-        let sources: Vec<_> = sources.iter().copied().map(Some).collect();
+        lights.set_options(gpu, options);
+        let sources: Vec<_> = case.lights.iter().copied().map(Some).collect();
         // Frames grow what was too small; none needs more than a few.
         for _ in 0..8 {
             camera.prepare(gpu, geometry, &case.view, case.offset_pixels, Sight::default())?;

@@ -1,0 +1,14 @@
+// The origin, the rows and what is added to them, of a space that a stage declares in `spaces`.
+
+import package::exact::double::{F64};
+import package::exact::vector::{F64Vector};
+import stage::{spaces};
+
+fn projection_term(face: u32, term: u32) -> F64 {
+    let pair = spaces[face].projection[term >> 1u];
+    return select(pair.xy, pair.zw, (term & 1u) == 1u);
+}
+
+fn projection_vector(face: u32, first: u32) -> F64Vector {
+    return F64Vector(projection_term(face, first), projection_term(face, first + 1u), projection_term(face, first + 2u));
+}

@@ -1,0 +1,104 @@
+// Stage `map` of a light that sees by angles: the angles of each point, and between which angles all of them are; then, in
+// `bin`, how many points each bin of the angles' axes has.
+
+import package::dispatch::{Invocation, flat_index};
+import package::exact::double::{F64, f64_is_zero};
+import package::exact::vector::{F64Vector, f64_largest_magnitude};
+import package::grid::header::{HEADER_ANGLES};
+import package::grid::space::{Space};
+import package::light::cells::{BIN_FRACTION_BITS, spread_base};
+import package::light::light::{Light};
+import package::light::points::{POINT_NONE};
+import package::light::sphere::angles::{along_axes, angle_of, f32_bits_of, scaled_offset};
+import package::light::sphere::arcs::{bin_of, ordered_angle, seen_angles};
+import package::light::sphere::largest::{largest_bits};
+import package::light::sphere::turn::{HALF_TURN};
+import package::light::undecided::{compare_with_all};
+
+@group(0) @binding(0) var<uniform> light: Light;
+@group(0) @binding(1) var<storage, read> spaces: array<Space>;
+@group(0) @binding(2) var<storage, read_write> header: array<atomic<u32>>;
+// Which points there are: of a spot those in its cone.
+@group(0) @binding(3) var<storage, read> lit: array<u32>;
+@group(0) @binding(4) var<storage, read> points: array<u32>;
+// α and β, then their bins in fixed-point, key, and face of each slot.
+@group(0) @binding(5) var<storage, read_write> mapped: array<vec4<u32>>;
+@group(0) @binding(6) var<storage, read_write> spread: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> undecided: array<atomic<u32>>;
+
+// As in the header.
+var<workgroup> angles_of_group: array<atomic<u32>, 6>;
+
+// Points whose angles may be wrong by more than this, 2⁻¹⁸ of a turn, have none, …
+const LARGEST_ANGLE_ERROR: f32 = 1.5258789e-5;
+// … nor those that are nearer to the light than 10⁻²⁰ or farther than 16, nor any where coordinates may be wrong by more
+// than 2⁻²⁰.
+const NEAREST_BITS: u32 = 0x1e3ce508u;
+const FARTHEST_BITS: u32 = 0x41800000u;
+const LARGEST_ERROR_BITS: u32 = 0x35800000u;
+
+@compute @workgroup_size(64)
+fn map(at: Invocation) {
+    let slot = flat_index(at, 64u);
+    if slot < light.slots {
+        var place = vec4<u32>(0u, 0u, 0u, POINT_NONE);
+        if ((lit[light.mask + slot / 32u] >> (slot & 31u)) & 1u) == 1u {
+            place = place_of(slot);
+        }
+        mapped[slot] = place;
+    }
+    workgroupBarrier();
+    if at.lane < 6u {
+        atomicMax(&header[HEADER_ANGLES + at.lane], atomicLoad(&angles_of_group[at.lane]));
+    }
+}
+
+// A point's angles and key. None where it is at the light, which nothing shadows, or where its angles aren't known: then it
+// is compared with all triangles.
+fn place_of(slot: u32) -> vec4<u32> {
+    const NONE: vec4<u32> = vec4<u32>(0u, 0u, 0u, POINT_NONE);
+    let word = 6u * slot;
+    let offset = scaled_offset(F64Vector(
+        F64(points[word], points[word + 1u]), F64(points[word + 2u], points[word + 3u]),
+        F64(points[word + 4u], points[word + 5u])));
+    if f64_is_zero(f64_largest_magnitude(offset)) {
+        return NONE;
+    }
+    let largest = largest_bits(f32_bits_of(offset));
+    let reach = bitcast<f32>(largest);
+    let depth_error = spaces[0].raster.depth_error;
+    let is_known = largest > NEAREST_BITS && largest < FARTHEST_BITS && bitcast<u32>(depth_error) < LARGEST_ERROR_BITS;
+    let parts = along_axes(offset);
+    // Along an axis of length one a coordinate's error is up to √3 of itself; F64 loses 2⁻⁴⁹ of the largest coordinate.
+    let error = depth_error + 6e-14 * reach;
+    let sums = vec2<f32>(abs(parts.x), abs(parts.y)) + abs(parts.z);
+    // An angle moves by at most twice what parts do, over the sum of the two that it is of.
+    let of_angles = 3.6 * error;
+    if !is_known || !(of_angles < LARGEST_ANGLE_ERROR * min(sums.x, sums.y)) {
+        compare_with_all(slot);
+        return NONE;
+    }
+    let angles = vec2<i32>(angle_of(parts.x, parts.z), angle_of(parts.y, parts.z));
+    for (var plane = 0u; plane < 2u; plane++) {
+        let units = u32(1.01 * of_angles / sums[plane] * f32(HALF_TURN / 2)) + 1u;
+        atomicMax(&angles_of_group[3u * plane], ~ordered_angle(angles[plane]));
+        atomicMax(&angles_of_group[3u * plane + 1u], ordered_angle(angles[plane]));
+        atomicMax(&angles_of_group[3u * plane + 2u], units);
+    }
+    // Farther points have lower keys.
+    let key = -(reach + depth_error);
+    return vec4<u32>(bitcast<vec2<u32>>(angles), bitcast<u32>(key), 0u);
+}
+
+@compute @workgroup_size(64)
+fn bin(at: Invocation) {
+    let slot = flat_index(at, 64u);
+    if slot >= light.slots || mapped[slot].w == POINT_NONE {
+        return;
+    }
+    for (var plane = 0u; plane < 2u; plane++) {
+        let bin = bin_of(i32(mapped[slot][plane]), seen_angles(plane));
+        mapped[slot][plane] = bin << BIN_FRACTION_BITS;
+        atomicAdd(&spread[spread_base(0u, plane) + bin], 1u);
+    }
+}
