@@ -218,3 +218,14 @@ fn libraries_and_textures_outside_of_the_folder_are_read_where_that_is_allowed()
     assert_eq!(scene.warnings(), [""; 0]);
     assert_eq!(scene.at(0.0).unwrap().materials.textures.len(), 1);
 }
+
+#[test]
+fn a_scene_tells_which_files_it_is_from() {
+    let (obj, image) = (obj(&["it"]), bmp(&[[1, 2, 3]]));
+    let library = b"newmtl it\nmap_Kd t.bmp\n";
+    let folder =
+        folder(&[("a.obj", obj.as_bytes()), ("my library.mtl", library), ("t.bmp", &image), ("u.bmp", &image)]);
+    let scene = Scene::open(folder.path().join("a.obj")).expect("a readable file");
+    let files: Vec<_> = ["a.obj", "my library.mtl", "t.bmp"].iter().map(|name| folder.path().join(name)).collect();
+    assert_eq!(scene.files(), files);
+}
