@@ -116,7 +116,8 @@ impl Around {
 ///
 /// All are written to both lists, and count where they belong: looking first would be guessed wrong half of the time.
 #[inline(always)]
-pub(super) fn part(
+pub(super) fn part<S: Simd>(
+    simd: S,
     boxes: &mut [Boxed],
     best: &Candidate,
     left: &mut [Boxed],
@@ -124,18 +125,23 @@ pub(super) fn part(
 ) -> ([usize; 2], usize) {
     let (axis, at, planar_left) = (best.plane.axis & 3, best.plane.at, best.planar_left);
     let left = &mut left[..boxes.len()];
+    // What the plane leaves of boxes on either side; ids are no less than minus infinity.
+    let mut faces = [[f32::NEG_INFINITY; 8]; 2];
+    faces[0][4 + axis] = -at;
+    faces[1][axis] = at;
+    let faces = faces.map(|faces| f32x8::from_slice(simd, &faces));
     let (mut left_count, mut right_count, mut cut_count) = (0, 0, 0);
     for index in 0..boxes.len() {
-        let (low, high) = (boxes[index].low(axis), boxes[index].high(axis));
+        let boxed = &boxes[index];
+        let (low, high) = (boxed.low(axis), boxed.high(axis));
         let is_left = (low < at) | (planar_left & (high <= at));
         let is_right = (high > at) | (!planar_left & (low >= at));
+        let both = f32x8::from_slice(simd, &boxed.0);
         cut[cut_count] = [left_count as u32, right_count as u32];
         cut_count += usize::from(is_left & is_right);
-        left[left_count] = boxes[index];
-        left[left_count].0[4 + axis] = -(if high < at { high } else { at });
+        both.max(faces[0]).store_slice(&mut left[left_count].0);
         left_count += usize::from(is_left);
-        boxes[right_count] = boxes[index];
-        boxes[right_count].0[axis] = if low > at { low } else { at };
+        both.max(faces[1]).store_slice(&mut boxes[right_count].0);
         right_count += usize::from(is_right);
     }
     ([left_count, right_count], cut_count)
@@ -200,7 +206,8 @@ mod tests {
             for level in SimdLevel::available() {
                 let mut right = boxes.clone();
                 let (mut left, mut cut) = (vec![Boxed::default(); 4], [[0; 2]; 4]);
-                let (counts, cut_count) = part(&mut right, &best, &mut left, &mut cut);
+                let (counts, cut_count) =
+                    dispatch!(level.into(), simd => part(simd, &mut right, &best, &mut left, &mut cut));
                 let children = [&mut left[..counts[0]], &mut right[..counts[1]]];
                 let cut = &cut[..cut_count];
                 let counts = dispatch!(level.into(), simd => clip_cut(simd, triangles, best.plane, children, cut));

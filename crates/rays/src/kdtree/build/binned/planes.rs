@@ -51,7 +51,19 @@ fn faces<S: Simd>(simd: S, boxes: &[Boxed]) -> [f32x16<S>; 3] {
     [f32x16::from_slice(simd, x), f32x16::from_slice(simd, y), f32x16::from_slice(simd, z)]
 }
 
-/// Counts boxes, fewer than 2²⁴.
+/// Planes across each axis, and how many boxes begin below and end above each.
+pub(super) struct Counted<S: Simd> {
+    planes: [f32x16<S>; 3],
+    counts: [[f32x16<S>; 2]; 3],
+}
+
+/// Counts all boxes of a node, fewer than 2²⁴.
+#[inline(always)]
+pub(super) fn count_all<S: Simd>(simd: S, boxes: &[Boxed]) -> Counted<S> {
+    let planes = if boxes.len() <= EXACT_FROM { faces(simd, boxes) } else { spread(simd, &Around::all(simd, boxes)) };
+    Counted { planes, counts: count(simd, boxes, &planes) }
+}
+
 #[inline(always)]
 fn count<S: Simd>(simd: S, boxes: &[Boxed], planes: &[f32x16<S>; 3]) -> [[f32x16<S>; 2]; 3] {
     let (none, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
@@ -94,15 +106,8 @@ pub(super) fn best_of<S: Simd>(simd: S, node: &Node<'_>, around: &Around, counts
             }
         }
     }
-    least(simd, node, &spread(simd, around), all)
-}
-
-/// The plane of least cost for all boxes of a node.
-#[inline(always)]
-pub(super) fn best<S: Simd>(simd: S, node: &Node<'_>, boxes: &[Boxed]) -> Option<Candidate> {
-    let planes = if boxes.len() <= EXACT_FROM { faces(simd, boxes) } else { spread(simd, &Around::all(simd, boxes)) };
-    let counts = count(simd, boxes, &planes);
-    least(simd, node, &planes, counts)
+    let counted = Counted { planes: spread(simd, around), counts: all };
+    least(simd, node, &counted).map(|best| best.candidate)
 }
 
 /// A node to be split.
@@ -120,8 +125,16 @@ impl<'a> Node<'a> {
     }
 }
 
+/// A plane, and on which side of it no box is.
+pub(super) struct Best {
+    pub(super) candidate: Candidate,
+    pub(super) is_empty: [bool; 2],
+}
+
+/// The plane of least cost.
 #[inline(always)]
-fn least<S: Simd>(simd: S, node: &Node<'_>, planes: &[f32x16<S>; 3], counts: [[f32x16<S>; 2]; 3]) -> Option<Candidate> {
+pub(super) fn least<S: Simd>(simd: S, node: &Node<'_>, counted: &Counted<S>) -> Option<Best> {
+    let Counted { planes, counts } = counted;
     let infinite = f32x16::splat(simd, f32::INFINITY);
     let mut by_axis = [infinite; 3];
     for axis in 0..3 {
@@ -137,9 +150,11 @@ fn least<S: Simd>(simd: S, node: &Node<'_>, planes: &[f32x16<S>; 3], counts: [[f
         if lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             let at = planes[axis][lane] + 0.0;
-            let is_right = (counts[axis][0][lane] == 0.0 && at > node.extent.min[axis]) || at == node.extent.max[axis];
-            let plane = Plane { axis, at };
-            return Some(Candidate { cost: f64::from(cost), plane, planar_left: !is_right });
+            // Those of no box on both sides, of which all that are inside the plane are counted.
+            let [is_left_empty, is_right_empty] = [0, 1].map(|side| counts[axis][side][lane] == 0.0);
+            let is_right = (is_left_empty && at > node.extent.min[axis]) || at == node.extent.max[axis];
+            let candidate = Candidate { cost: f64::from(cost), plane: Plane { axis, at }, planar_left: !is_right };
+            return Some(Best { candidate, is_empty: [is_right && is_left_empty, !is_right && is_right_empty] });
         }
     }
     None
@@ -209,7 +224,8 @@ mod tests {
             let exact = naive::best(Measure::new(&heuristic, extent, count as usize), &references).expect("a plane");
             let node = Node::new(&costs, &extent, count as usize);
             for level in SimdLevel::available() {
-                let found = dispatch!(level.into(), simd => best(simd, &node, &boxes)).expect("a plane");
+                let found = dispatch!(level.into(), simd => least(simd, &node, &count_all(simd, &boxes)));
+                let found = found.expect("a plane").candidate;
                 assert_eq!(found.plane, exact.plane, "{count}");
                 assert!((found.cost - exact.cost).abs() < 1e-5 * exact.cost, "{found:?} {exact:?}");
             }
@@ -228,8 +244,34 @@ mod tests {
             let costs = SahCosts { empty: 1.0, ..KdTreeOptions::DEFAULT.costs };
             let node = Node::new(&costs, &extent, boxes.len());
             for level in SimdLevel::available() {
-                let found = dispatch!(level.into(), simd => best(simd, &node, &boxes)).expect("a plane");
+                let found = dispatch!(level.into(), simd => least(simd, &node, &count_all(simd, &boxes)));
+                let found = found.expect("a plane").candidate;
                 assert_eq!((found.plane, found.planar_left), (Plane { axis: 2, at: z }, is_left));
+            }
+        }
+    }
+
+    #[test]
+    fn sides_without_boxes_are_known() {
+        let costs = KdTreeOptions::DEFAULT.costs;
+        for count in [3, EXACT_FROM as u32, 100] {
+            let boxes = boxes(count);
+            // Planes that cut off what is empty on the left, on the right, and others.
+            for (min, max) in [([-9.0; 3], [1.5; 3]), ([-1.5; 3], [9.0; 3]), ([-1.5; 3], [1.5; 3])] {
+                let extent = Extent { min, max };
+                let node = Node::new(&costs, &extent, boxes.len());
+                for level in SimdLevel::available() {
+                    let found = dispatch!(level.into(), simd => least(simd, &node, &count_all(simd, &boxes)));
+                    let Best { candidate: Candidate { plane, planar_left, .. }, is_empty } = found.expect("a plane");
+                    let low = |boxed: &Boxed| boxed.low(plane.axis);
+                    let high = |boxed: &Boxed| boxed.high(plane.axis);
+                    let is_left = |boxed| low(boxed) < plane.at || planar_left && high(boxed) <= plane.at;
+                    let is_right = |boxed| high(boxed) > plane.at || !planar_left && low(boxed) >= plane.at;
+                    assert_eq!(is_empty, [!boxes.iter().any(is_left), !boxes.iter().any(is_right)]);
+                    if min[0] == -9.0 || max[0] == 9.0 {
+                        assert_eq!(is_empty, [min[0] == -9.0, max[0] == 9.0], "the plane cuts off what is empty");
+                    }
+                }
             }
         }
     }
@@ -249,7 +291,8 @@ mod tests {
                     let part = part.iter().flatten().flatten();
                     counts.iter_mut().flatten().flatten().zip(part).for_each(|(count, part)| *count += part);
                 }
-                [best_of(simd, &node, &around, &counts), best(simd, &node, &boxes)]
+                let whole = least(simd, &node, &count_all(simd, &boxes)).map(|best| best.candidate);
+                [best_of(simd, &node, &around, &counts), whole]
             });
             planes.extend(pair.map(|best| best.expect("a plane").plane));
         }
