@@ -94,7 +94,8 @@ def test_the_same_line_goes_on_and_failures_name_frames(tmp_path, cluster, capfd
     broken.write_text('#!/bin/sh\ncase "$*" in *"--shard 2/3"*) echo "error: no room" >&2; exit 1;; esac\nexec umbrage "$@"\n')
     broken.chmod(0o755)
     assert farm.main([*line[:-3], "--command", str(broken), *line[-3:]]) == 1
-    assert "\nerror: no room\nmissing: 2..4; the same line again goes on" in capfd.readouterr().err
+    said = capfd.readouterr().err
+    assert "error: no room\nmissing: 2..4; the same line again goes on" in said and "error: error" not in said
 
 
 def test_lit_areas_are_those_of_one_process(tmp_path, cluster, capfd):
