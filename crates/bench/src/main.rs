@@ -101,6 +101,8 @@ enum Command {
     Culling(experiments::CullingFlags),
     /// The kd-tree's builders: how long they take, how good the tree is, and how fast rays go through it
     KdBuilders(experiments::KdBuildersFlags),
+    /// How its parallel builds would scale to 16 threads, by counted work
+    KdScaling(experiments::KdScalingFlags),
     /// The surface area heuristic without its parts: clipping, the bonus for empty space, mailboxes, when to stop
     KdAblations(experiments::KdAblationsFlags),
     /// Horn et al. 2007, Tables 1 and 2: traversals of the kd-tree, one ray at a time and in packets
@@ -171,6 +173,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Resolution(flags) => flags.run(),
         Command::Culling(flags) => flags.run(),
         Command::KdBuilders(flags) => flags.run(),
+        Command::KdScaling(flags) => flags.run(),
         Command::KdAblations(flags) => flags.run(),
         Command::KdTraversals(flags) => flags.run(),
         Command::KdBounces(flags) => flags.run(),

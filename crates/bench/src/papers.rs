@@ -78,7 +78,7 @@ const REORDER_ONE_THREAD: [&str; 12] = [
 ];
 
 /// In the papers' order.
-const EXPERIMENTS: [Experiment; 35] = [
+const EXPERIMENTS: [Experiment; 36] = [
     Experiment::new("table1", "A frame, rebuilt and traced", "Guntury and Narayanan 2010, Table 1")
         .with_files()
         .drawn(),
@@ -135,6 +135,7 @@ const EXPERIMENTS: [Experiment; 35] = [
         .by("reorder", &["--size", "512x512", "--rays", "16384", "--show", "triangles"]),
     Experiment::new("kd-entries", "Entry points and culling", "Rahikainen 2013, sections 3.3 and 5"),
     Experiment::new("kd-builders", "Builders of kd-trees", "Rahikainen 2013, section 4"),
+    Experiment::new("kd-scaling", "Parallel builds on more threads", "Rahikainen 2013, section 4.2").drawn(),
     Experiment::new("kd-ablations", "The surface area heuristic, part by part", "Rahikainen 2013, section 4.1"),
     Experiment::new("kd-frames", "kd-trees for moving scenes", "Rahikainen 2013, section 4.2"),
     // About one triangle in sixty is seen.

@@ -6,6 +6,7 @@
 
 pub mod clusters;
 pub mod gpu_kdtree;
+pub mod kd_tasks;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/tests/gpu/layout.rs"]

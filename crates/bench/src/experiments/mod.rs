@@ -24,7 +24,7 @@ pub(crate) use distance::DistanceFlags;
 pub(crate) use growth::GrowthFlags;
 pub(crate) use kd_tree::{
     KdAblationsFlags, KdBouncesFlags, KdBuildersFlags, KdEntriesFlags, KdFramesFlags, KdGpuFlags, KdMovingFlags,
-    KdTraversalsFlags,
+    KdScalingFlags, KdTraversalsFlags,
 };
 pub(crate) use light_buffer::LightBufferFlags;
 pub(crate) use light_maps::LightMapsFlags;

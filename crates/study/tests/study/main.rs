@@ -2,6 +2,7 @@
 
 mod clusters;
 mod kd_shafts;
+mod kd_tasks;
 mod light_buffer;
 mod on_demand;
 mod queues;

@@ -8,6 +8,7 @@ mod frames;
 mod gpu;
 mod measure;
 mod moving;
+mod scaling;
 mod traversals;
 
 pub(crate) use ablations::KdAblationsFlags;
@@ -18,4 +19,5 @@ pub(crate) use frames::KdFramesFlags;
 pub(crate) use gpu::KdGpuFlags;
 pub(super) use measure::frame;
 pub(crate) use moving::KdMovingFlags;
+pub(crate) use scaling::KdScalingFlags;
 pub(crate) use traversals::KdTraversalsFlags;
