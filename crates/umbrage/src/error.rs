@@ -100,6 +100,9 @@ pub enum Error {
     /// A kd-tree that outlives its frame was asked for with an option that is of others alone.
     #[error("a kd-tree has no option `{0}` with `kd-rebuild` {1}")]
     KdOptionOfRebuild(&'static str, KdRebuild),
+    /// Angles were given for a light map that has none.
+    #[error("`light-clamp` divides angles, which only a spherical light map has: set `light-map` to spherical as well")]
+    LightClampOfFaces,
     /// A GPU was asked to follow mirrors.
     #[error("mirrors and glass are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
@@ -172,6 +175,7 @@ impl Error {
                 | Self::OptionOnGpu(..)
                 | Self::TilesOnGpu
                 | Self::KdOptionOfRebuild(..)
+                | Self::LightClampOfFaces
                 | Self::CountsOfStructure
         )
     }

@@ -58,6 +58,9 @@ impl Structure {
         match *self {
             Self::Grid(options) => Ok(options.check()?),
             Self::KdTree(options, rebuild) => check_kd_tree(options, rebuild),
+            Self::Listed { light: ListedLightOptions { map: LightMapping::Faces, clamp: Some(_), .. }, .. } => {
+                Err(Error::LightClampOfFaces)
+            }
             _ => Ok(()),
         }
     }
