@@ -57,9 +57,16 @@ def test_shares_are_those_of_the_command():
 
 
 def test_a_node_that_dies_costs_no_frame(tmp_path, cluster, whole):
-    # A task is under way when its node goes.
+    # A task is under way when its node goes; the other node waits for that.
     command, out, mark = tmp_path / "slow", tmp_path / "out", tmp_path / "mark"
-    command.write_text(f'#!/bin/sh\n[ "$UMBRAGE_TEST_NODE" != mortal ] || {{ touch {mark}; sleep 30; }}\nexec umbrage "$@"\n')
+    command.write_text(
+        f"""#!/bin/sh
+if [ "$UMBRAGE_TEST_NODE" = mortal ]; then touch {mark}; sleep 30; fi
+tries=0
+until [ -e {mark} ] || [ $tries = 600 ]; do tries=$((tries + 1)); sleep 0.1; done
+exec umbrage "$@"
+"""
+    )
     command.chmod(0o755)
     out.mkdir()
     line = ["render", SCENE, *LOOK, "--frames", "0..40", "--chunk", "4", "-o", str(out / "%03d.png"), "--command", str(command)]
