@@ -1,6 +1,8 @@
 //! The structures to choose from: what makes them, and what people call them and their options, in one table for command
 //! lines, windows and files.
 
+mod kd_tree;
+
 use std::fmt;
 use std::mem::discriminant;
 use std::num::NonZeroU32;
@@ -8,10 +10,9 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use umbrage_rays::{
-    BackgroundKdTree, Bvh, Cells, Choice, Clipping, DirectGrids, HierarchyKdTree, Insertion, KdBuilder, KdLayout,
-    KdMailbox, KdMoved, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeOptions, LightClamp, LightMapping,
-    ListedGrids, ListedLightOptions, ListedOptions, PacketSide, SahCosts, SimdLevel, TwoLevelKdTree, UniformGrid,
-    UniformOptions, UnknownChoice,
+    Bvh, Cells, Choice, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdRebuild,
+    KdTraversal, KdTreeOptions, LightClamp, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, PacketSide,
+    SahCosts, SimdLevel, UniformGrid, UniformOptions, UnknownChoice,
 };
 
 use crate::Error;
@@ -57,7 +58,7 @@ impl Structure {
     pub(crate) fn check(&self) -> Result<(), Error> {
         match *self {
             Self::Grid(options) => Ok(options.check()?),
-            Self::KdTree(options, rebuild) => check_kd_tree(options, rebuild),
+            Self::KdTree(options, rebuild) => kd_tree::check(options, rebuild),
             Self::Listed { light: ListedLightOptions { map: LightMapping::Faces, clamp: Some(_), .. }, .. } => {
                 Err(Error::LightClampOfFaces)
             }
@@ -106,51 +107,9 @@ impl Structure {
                 grid.set_options(options)?;
                 Box::new(grid)
             }
-            Self::KdTree(options, rebuild) => make_kd_tree(level, options, rebuild)?,
+            Self::KdTree(options, rebuild) => kd_tree::make(level, options, rebuild)?,
             Self::Bvh => Box::new(Bvh::with_level(level)),
         })
-    }
-}
-
-/// Whether there is such a kd-tree: nothing is left to be built where triangles may have moved, and rays go one by one then.
-fn check_kd_tree(options: KdTreeOptions, rebuild: KdRebuild) -> Result<(), Error> {
-    options.check()?;
-    match rebuild {
-        KdRebuild::Whole | KdRebuild::Hierarchy => Ok(()),
-        _ if options.lazy_below > 0 => Err(Error::KdOptionOfRebuild("kd-lazy", rebuild)),
-        _ => Ok(()),
-    }
-}
-
-fn make_kd_tree(
-    level: SimdLevel,
-    options: KdTreeOptions,
-    rebuild: KdRebuild,
-) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
-    let two_level = |moved| -> Result<Box<dyn umbrage_rays::Structure>, Error> {
-        let mut trees = TwoLevelKdTree::with_level(level, moved);
-        trees.set_options(options)?;
-        Ok(Box::new(trees))
-    };
-    match rebuild {
-        KdRebuild::Whole => {
-            let mut tree = KdTree::with_level(level);
-            tree.set_options(options)?;
-            Ok(Box::new(tree))
-        }
-        KdRebuild::Hierarchy => {
-            let mut tree = HierarchyKdTree::with_level(level);
-            tree.set_options(options)?;
-            Ok(Box::new(tree))
-        }
-        KdRebuild::Background => {
-            let mut tree = BackgroundKdTree::new(rayon::current_num_threads())?.at_level(level);
-            tree.set_options(options)?;
-            Ok(Box::new(tree))
-        }
-        KdRebuild::TwoLevel => two_level(KdMoved::Transform),
-        KdRebuild::Groups => two_level(KdMoved::Rebuild),
-        KdRebuild::Fuzzy => two_level(KdMoved::Enclose),
     }
 }
 
