@@ -4,7 +4,7 @@
 #   sbatch --array=1-100 crates/python/recipes/slurm.sh scene.glb 0..10000 /shared/out/%06d.exr --samples 16
 #
 # Arguments are the scene, the frames, the pictures, and options of `umbrage render`. The folder must be there. The same
-# line again goes on where tasks were ended.
+# line again, with the whole array, goes on where tasks were ended: how many tasks there are says which frames each has.
 #SBATCH --job-name=umbrage
 #SBATCH --array=1-8
 #SBATCH --cpus-per-task=4
