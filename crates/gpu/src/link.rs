@@ -42,7 +42,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "grid::" in "grid/": fixed header list project projection set_up space;
     "kdtree::" in "kdtree/": ask fit levels light line lit packet rays read records seen settle shape stack tester trail
         write;
-    "light::" in "light/": assign balance batches blocks cells choices choose cone light map points seen_point settle sort
+    "light::" in "light/": assign balance batches blocks cells choices choose cone depths light map points seen_point settle sort
         spread survey trace undecided;
     "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;
     "mask::" in "mask/": exact filter flags rough_point table;

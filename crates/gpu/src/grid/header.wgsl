@@ -17,6 +17,8 @@ const HEADER_KEYS: u32 = 16u;
 // both in order, and by how many units any may be wrong; then the lowest and the highest that get cells of their own.
 const HEADER_ANGLES: u32 = 16u;
 const HEADER_ANGLES_DIVIDED: u32 = 22u;
+// Of lights: the largest and the complement of the smallest key of points, both in order, where cells have slices.
+const HEADER_POINT_KEYS: u32 = 34u;
 // Of lights: how many faces, and the groups that take their vertices and triangles.
 const HEADER_FACES: u32 = 14u;
 const HEADER_VERTEX_GROUPS: u32 = 28u;

@@ -5,9 +5,9 @@
 // or by `count` alone, which notes them for `scatter`.
 
 import package::dispatch::{Invocation, flat_group, flat_index, groups_of};
-import package::grid::header::{HEADER_KEYS, HEADER_LARGE, HEADER_LARGE_GROUPS};
+import package::grid::header::{HEADER_KEYS, HEADER_LARGE, HEADER_LARGE_GROUPS, HEADER_POINT_KEYS};
 import package::grid::set_up::{RECT_EMPTY, Rect, corners_of, edges_near, misses_box, rect_of};
-import package::grid::space::{Space, VERTEX_REGULAR, ordered_bits, slice_depth};
+import package::grid::space::{Space, VERTEX_REGULAR, ordered_bits, slice_between};
 import package::light::cells::{SPREAD_STARTS, spread_base};
 import package::light::sphere::arcs::{arc_of, bins_of, merged, nearest_key, seen_angles};
 import package::light::sphere::turn::{ANGLE_NOWHERE};
@@ -40,7 +40,7 @@ override HAS_ANGLES: bool = false;
 @group(0) @binding(4) var<storage, read_write> cells: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> large: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> header: array<atomic<u32>>;
-// For each cell the complement of its farthest point's key, in order; zero where it has none.
+// For each tile the complement of its farthest point's key, in order; zero where it has none.
 @group(0) @binding(7) var<storage, read> farthest_point: array<u32>;
 // For each axis of a face which column each bin is in.
 @group(0) @binding(8) var<storage, read> spread: array<u32>;
@@ -107,7 +107,8 @@ fn listed_by_angles(triangle: vec3<u32>) -> Listed {
     let rows = columns_of(1u, beta);
     let tiles = Rect(vec2<i32>(columns.x, rows.x), vec2<i32>(columns.y, rows.y));
     let beyond = Rect(vec2<i32>(columns.z, rows.z), vec2<i32>(columns.w, rows.w));
-    return Listed(true, tiles, beyond, 0u, nearest_key(a.xyz, b.xyz, c.xyz));
+    let nearest = nearest_key(a.xyz, b.xyz, c.xyz);
+    return Listed(true, tiles, beyond, slice_of(0u, nearest), nearest);
 }
 
 // The columns, or rows, that a triangle may be in: the first and last before and beyond the seam, none from more to less.
@@ -142,15 +143,12 @@ fn pixels_of(face: u32, tile: vec2<i32>) -> vec4<i32> {
     return vec4<i32>(tile * side, tile * side + side);
 }
 
-// Slices are equal parts of what is visible, in floats: about equal parts of its logarithm.
+// Slices are equal parts of what is visible; of lights, of where points are.
 fn slice_of(face: u32, nearest: u32) -> u32 {
-    let slices = spaces[face].raster.slices;
-    let first = atomicLoad(&header[HEADER_KEYS + 2u * face]);
-    let last = ~atomicLoad(&header[HEADER_KEYS + 2u * face + 1u]);
-    if slices <= 1u || nearest >= first || first <= last {
-        return 0u;
-    }
-    return min((first - nearest) / slice_depth(first, last, slices), slices - 1u);
+    let word = select(HEADER_KEYS + 2u * face, HEADER_POINT_KEYS, HAS_POINTS);
+    let first = atomicLoad(&header[word]);
+    let last = ~atomicLoad(&header[word + 1u]);
+    return slice_between(nearest, first, last, spaces[face].raster.slices);
 }
 
 fn index_of_cell(face: u32, tile: vec2<i32>, slice: u32) -> u32 {
@@ -158,9 +156,14 @@ fn index_of_cell(face: u32, tile: vec2<i32>, slice: u32) -> u32 {
     return raster.first_cell + (u32(tile.y) * raster.tile_columns + u32(tile.x)) * raster.slices + slice;
 }
 
-fn is_wanted(cell: u32, nearest: u32) -> bool {
-    // A cell without points has the key "farther than anything" in no point: zero.
-    return !HAS_POINTS || (farthest_point[cell] != 0u && nearest > ~farthest_point[cell]);
+// Whether the tile of a cell has a point as far away.
+fn is_wanted(face: u32, cell: u32, nearest: u32) -> bool {
+    if !HAS_POINTS {
+        return true;
+    }
+    let farthest = farthest_point[cell / spaces[face].raster.slices];
+    // A tile without points has the key "farther than anything" in no point: zero.
+    return farthest != 0u && nearest > ~farthest;
 }
 
 fn take(cell: u32, id: u32, is_scatter: bool) {
@@ -201,7 +204,7 @@ fn list_part(face: u32, id: u32, listed: Listed, is_scatter: bool) {
     for (var y = listed.tiles.first.y; y <= listed.tiles.last.y; y++) {
         for (var x = listed.tiles.first.x; x <= listed.tiles.last.x; x++) {
             let cell = index_of_cell(face, vec2<i32>(x, y), listed.slice);
-            if is_wanted(cell, listed.nearest) {
+            if is_wanted(face, cell, listed.nearest) {
                 take(cell, id, is_scatter);
             }
         }
@@ -257,7 +260,7 @@ fn list_large(entry: u32, lane: u32, is_scatter: bool) {
             if (atomicLoad(&large[word]) & bit) != 0u {
                 take(cell, id, true);
             }
-        } else if is_wanted(cell, nearest) && reaches(face, id, tile) {
+        } else if is_wanted(face, cell, nearest) && reaches(face, id, tile) {
             atomicOr(&large[word], bit);
             take(cell, id, false);
         }

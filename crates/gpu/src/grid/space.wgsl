@@ -66,6 +66,14 @@ fn from_ordered_bits(bits: u32) -> f32 {
     return bitcast<f32>(select(~bits, bits & 0x7fffffffu, (bits & 0x80000000u) != 0u));
 }
 
+// The slice of a key between the first and the last, all in order: about equal parts of the keys' logarithm.
+fn slice_between(key: u32, first: u32, last: u32, slices: u32) -> u32 {
+    if slices <= 1u || key >= first || first <= last {
+        return 0u;
+    }
+    return min((first - key) / slice_depth(first, last, slices), slices - 1u);
+}
+
 // How much of the keys' range, in order, a depth slice takes; the last one takes what is left.
 fn slice_depth(first: u32, last: u32, slices: u32) -> u32 {
     return max((first - last) / slices, 1u);

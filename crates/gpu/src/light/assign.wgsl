@@ -1,8 +1,8 @@
-// Stage `assign`: in which cell each point is.
+// Stage `assign`: in which cell each point is: a tile's slice.
 
 import package::dispatch::{Invocation, flat_index};
-import package::grid::header::{HEADER_FACES};
-import package::grid::space::{ordered_bits};
+import package::grid::header::{HEADER_FACES, HEADER_POINT_KEYS};
+import package::grid::space::{ordered_bits, slice_between};
 import package::light::cells::{BIN_FRACTION_BITS, spread_base};
 import package::light::light::{Light};
 import package::light::points::{POINT_NONE};
@@ -13,7 +13,7 @@ import package::light::points::{POINT_NONE};
 // Fixed-point x and y, key, and face, then cell, of each slot.
 @group(0) @binding(3) var<storage, read_write> mapped: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> point_cells: array<atomic<u32>>;
-// For each cell the complement of its farthest point's key, in order; zero where it has none.
+// For each tile the complement of its farthest point's key, in order; zero where it has none.
 @group(0) @binding(5) var<storage, read_write> farthest_point: array<atomic<u32>>;
 
 @compute @workgroup_size(256)
@@ -30,9 +30,13 @@ fn assign(at: Invocation) {
     let bins = point.xy >> vec2<u32>(BIN_FRACTION_BITS);
     let column = spread[spread_base(point.w, 0u) + bins.x];
     let row = spread[spread_base(point.w, 1u) + bins.y];
-    let cell = (point.w * side + row) * side + column;
+    let tile = (point.w * side + row) * side + column;
+    // The key is wrong by a unit in the last place or two.
+    let key = ordered_bits(bitcast<f32>(point.z)) - 8u;
+    // No triangle before the point is in a later slice.
+    let slice = slice_between(key, header[HEADER_POINT_KEYS], ~header[HEADER_POINT_KEYS + 1u], light.slices);
+    let cell = tile * light.slices + slice;
     mapped[slot].w = cell;
     atomicAdd(&point_cells[cell], 1u);
-    // The key is wrong by a unit in the last place or two.
-    atomicMax(&farthest_point[cell], ~(ordered_bits(bitcast<f32>(point.z)) - 8u));
+    atomicMax(&farthest_point[tile], ~key);
 }

@@ -1,6 +1,6 @@
-// Stage `balance`: blocks of work for the light's cells. A cell with R points and T triangles makes ⌈R/r⌉ · ⌈T/t⌉ of
-// them: cells don't share blocks (the paper's hard boundaries), blocks of one cell are interchangeable (its soft ones),
-// and crowds of triangles are split as well.
+// Stage `balance`: blocks of work for the light's cells. A cell with R points, and T triangles in its slice of the tile and
+// those before it, makes ⌈R/r⌉ · ⌈T/t⌉ of them: cells don't share blocks (the paper's hard boundaries), blocks of one cell
+// are interchangeable (its soft ones), and crowds of triangles are split as well.
 
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::grid::header::{HEADER_BLOCKS, HEADER_BLOCK_GROUPS, HEADER_FACES};
@@ -17,41 +17,66 @@ import package::light::light::{Light};
 
 @compute @workgroup_size(64)
 fn balance(at: Invocation) {
-    let cell = flat_index(at, 64u);
-    let faces = atomicLoad(&header[HEADER_FACES]);
-    let side = select(light.side_of_six, light.side_of_one, faces == 1u);
-    if cell >= faces * side * side {
+    let tile = flat_index(at, 64u);
+    let side = select(light.side_of_six, light.side_of_one, atomicLoad(&header[HEADER_FACES]) == 1u);
+    if tile >= atomicLoad(&header[HEADER_FACES]) * side * side {
         return;
     }
-    let before = max(cell, 1u) - 1u;
-    let pairs = vec2<u32>(select(cells[before], 0u, cell == 0u), cells[cell]);
-    let points = vec2<u32>(select(point_cells[before], 0u, cell == 0u), point_cells[cell]);
-    let columns = (points.y - points.x + LIGHT_BLOCK_POINTS - 1u) / LIGHT_BLOCK_POINTS;
-    let rows = (pairs.y - pairs.x + LIGHT_BLOCK_PAIRS - 1u) / LIGHT_BLOCK_PAIRS;
-    if columns * rows == 0u {
+    var count = 0u;
+    for (var slice = 0u; slice < light.slices; slice++) {
+        let blocks = blocks_of(tile, slice);
+        count += blocks.x * blocks.y;
+    }
+    if count == 0u {
         return;
     }
-    let face = cell / (side * side);
-    let column = spread_base(face, 0u) + SPREAD_STARTS + cell % side;
-    let row = spread_base(face, 1u) + SPREAD_STARTS + cell / side % side;
-    let first = atomicAdd(&header[HEADER_BLOCKS], columns * rows);
-    for (var number = 0u; number < columns * rows; number++) {
-        let word = LIGHT_BLOCKS_FIRST + (first + number) * LIGHT_BLOCK_WORDS;
-        if word + LIGHT_BLOCK_WORDS > arrayLength(&blocks) {
-            return;
+    let face = tile / (side * side);
+    let column = spread_base(face, 0u) + SPREAD_STARTS + tile % side;
+    let row = spread_base(face, 1u) + SPREAD_STARTS + tile / side % side;
+    var word = LIGHT_BLOCKS_FIRST + atomicAdd(&header[HEADER_BLOCKS], count) * LIGHT_BLOCK_WORDS;
+    for (var slice = 0u; slice < light.slices; slice++) {
+        let points = points_of(tile, slice);
+        let pairs = pairs_of(tile, slice);
+        let in_slice = blocks_of(tile, slice);
+        for (var number = 0u; number < in_slice.x * in_slice.y; number++) {
+            if word + LIGHT_BLOCK_WORDS > arrayLength(&blocks) {
+                return;
+            }
+            let point = points.x + (number % in_slice.x) * LIGHT_BLOCK_POINTS;
+            let pair = pairs.x + (number / in_slice.x) * LIGHT_BLOCK_PAIRS;
+            blocks[word] = face;
+            blocks[word + 1u] = point;
+            blocks[word + 2u] = min(point + LIGHT_BLOCK_POINTS, points.y);
+            blocks[word + 3u] = pair;
+            blocks[word + 4u] = min(pair + LIGHT_BLOCK_PAIRS, pairs.y);
+            blocks[word + 5u] = spread[column];
+            blocks[word + 6u] = spread[row];
+            blocks[word + 7u] = spread[column + 1u];
+            blocks[word + 8u] = spread[row + 1u];
+            word += LIGHT_BLOCK_WORDS;
         }
-        let point = points.x + (number % columns) * LIGHT_BLOCK_POINTS;
-        let pair = pairs.x + (number / columns) * LIGHT_BLOCK_PAIRS;
-        blocks[word] = face;
-        blocks[word + 1u] = point;
-        blocks[word + 2u] = min(point + LIGHT_BLOCK_POINTS, points.y);
-        blocks[word + 3u] = pair;
-        blocks[word + 4u] = min(pair + LIGHT_BLOCK_PAIRS, pairs.y);
-        blocks[word + 5u] = spread[column];
-        blocks[word + 6u] = spread[row];
-        blocks[word + 7u] = spread[column + 1u];
-        blocks[word + 8u] = spread[row + 1u];
     }
+}
+
+// The points of a slice of a tile: the first and the end.
+fn points_of(tile: u32, slice: u32) -> vec2<u32> {
+    let cell = tile * light.slices + slice;
+    return vec2<u32>(select(point_cells[max(cell, 1u) - 1u], 0u, cell == 0u), point_cells[cell]);
+}
+
+// The pairs of a slice and of those before it, where all that shadows its points is.
+fn pairs_of(tile: u32, slice: u32) -> vec2<u32> {
+    let first = tile * light.slices;
+    return vec2<u32>(select(cells[max(first, 1u) - 1u], 0u, first == 0u), cells[first + slice]);
+}
+
+// How many blocks of points there are, and of pairs.
+fn blocks_of(tile: u32, slice: u32) -> vec2<u32> {
+    let points = points_of(tile, slice);
+    let pairs = pairs_of(tile, slice);
+    return vec2<u32>(
+        (points.y - points.x + LIGHT_BLOCK_POINTS - 1u) / LIGHT_BLOCK_POINTS,
+        (pairs.y - pairs.x + LIGHT_BLOCK_PAIRS - 1u) / LIGHT_BLOCK_PAIRS);
 }
 
 // The size of the dispatch that traces blocks.

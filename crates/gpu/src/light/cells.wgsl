@@ -1,4 +1,4 @@
-// The cells of a light's face: columns and rows of bins.
+// The tiles of a light's face: columns and rows of bins. Each has a cell for each of its depth slices.
 
 // Bins of an axis of a face.
 const BINS: u32 = 2048u;

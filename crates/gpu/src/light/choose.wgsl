@@ -138,8 +138,8 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     raster.fraction_bits = fraction_bits;
     raster.tile_columns = side;
     raster.tile_rows = side;
-    raster.slices = 1u;
-    raster.first_cell = number * side * side;
+    raster.slices = light.slices;
+    raster.first_cell = number * side * side * light.slices;
     raster.is_orthographic = light.is_directional;
     raster.position_error = 2u;
     // Rows go up here; axes are right-handed, as a camera's are with rows that go down.

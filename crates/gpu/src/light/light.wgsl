@@ -18,6 +18,8 @@ struct Light {
     has_clamp: u32,
     // A spot's cone: away from the light, and the squared cosine of its half-angle as F64.
     axis: vec3<f32>,
+    // Depth slices of a tile.
+    slices: u32,
     squared_cosine: vec2<u32>,
     // Along the image's rows.
     along_rows: vec3<f32>,

@@ -10,13 +10,14 @@ import package::grid::header::{HEADER_FACES};
 import package::grid::projection::{projection_term, projection_vector};
 import package::grid::space::{Space};
 import package::light::cells::{spread_base};
+import package::light::depths::{note_key, write_keys};
 import package::light::light::{Light};
 import package::light::points::{POINT_NONE};
 import package::light::undecided::{compare_with_all};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;
-@group(0) @binding(2) var<storage, read> header: array<u32>;
+@group(0) @binding(2) var<storage, read_write> header: array<atomic<u32>>;
 // Which points there are: of a spot those in its cone.
 @group(0) @binding(3) var<storage, read> lit: array<u32>;
 @group(0) @binding(4) var<storage, read> points: array<u32>;
@@ -28,16 +29,17 @@ import package::light::undecided::{compare_with_all};
 @compute @workgroup_size(64)
 fn map(at: Invocation) {
     let slot = flat_index(at, 64u);
-    if slot >= light.slots {
-        return;
+    if slot < light.slots {
+        var face = POINT_NONE;
+        if ((lit[light.mask + slot / 32u] >> (slot & 31u)) & 1u) == 1u {
+            face = map_point(slot);
+        }
+        if face == POINT_NONE {
+            mapped[slot] = vec4<u32>(0u, 0u, 0u, POINT_NONE);
+        }
     }
-    var face = POINT_NONE;
-    if ((lit[light.mask + slot / 32u] >> (slot & 31u)) & 1u) == 1u {
-        face = map_point(slot);
-    }
-    if face == POINT_NONE {
-        mapped[slot] = vec4<u32>(0u, 0u, 0u, POINT_NONE);
-    }
+    workgroupBarrier();
+    write_keys(at.lane);
 }
 
 fn word_pair(word: u32) -> F64 {
@@ -53,7 +55,7 @@ fn map_point(slot: u32) -> u32 {
         return POINT_NONE;
     }
     var face = 0u;
-    if header[HEADER_FACES] == 6u {
+    if atomicLoad(&header[HEADER_FACES]) == 6u {
         face = cube_face_of(offset);
     }
     let raster = spaces[face].raster;
@@ -80,6 +82,7 @@ fn map_point(slot: u32) -> u32 {
         return POINT_NONE;
     }
     mapped[slot] = vec4<u32>(bitcast<vec2<u32>>(fixed_point), key, face);
+    note_key(key);
     let bins = vec2<u32>(column_and_row);
     atomicAdd(&spread[spread_base(face, 0u) + bins.x], 1u);
     atomicAdd(&spread[spread_base(face, 1u) + bins.y], 1u);

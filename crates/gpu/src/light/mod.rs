@@ -21,12 +21,20 @@ use shadows::{Shadows, UNDECIDED_FIRST};
 use sphere::Sphere;
 
 /// How lights see points and triangles: this changes how much work they are, and nothing that is found.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightOptions {
     /// Through faces, or by two angles around them; suns always have a face.
     pub map: LightMapping,
     /// The angles that get cells of their own where lights see by angles; by default those at which there are points.
     pub clamp: Option<LightClamp>,
+    /// Depth slices of a tile, 1 or more: points look for triangles in theirs and in those before it.
+    pub slices: u32,
+}
+
+impl Default for LightOptions {
+    fn default() -> Self {
+        Self { map: LightMapping::default(), clamp: None, slices: 1 }
+    }
 }
 
 /// What a light was as work.
@@ -72,14 +80,15 @@ pub struct LightGrid {
     lit: Buffer,
     /// What each light has needed: its header, pairs and undecided ones.
     needs: Buffer,
+    tile_count: u32,
     cell_count: u32,
     mask_words: u32,
     work: Vec<LightWork>,
 }
 
-/// The pixels for which a light has a cell: its points are spread unevenly, so that some cells have many more.
-const PIXELS_PER_CELL: f64 = 24.0;
-/// Cells a side of a face, at most.
+/// The pixels for which a light has a tile: its points are spread unevenly, so that some tiles have many more.
+const PIXELS_PER_TILE: f64 = 24.0;
+/// Tiles a side of a face, at most, where they have one slice; and the root of how many cells it has.
 const MOST_CELLS: f64 = 1024.0;
 
 impl LightGrid {
@@ -104,6 +113,7 @@ impl LightGrid {
             cells: Buffer::storage(gpu, "light cells"),
             lit: Buffer::storage(gpu, "lit"),
             needs: Buffer::storage(gpu, "light needs"),
+            tile_count: 0,
             cell_count: 0,
             mask_words: 0,
             work: Vec::new(),
@@ -134,9 +144,11 @@ impl LightGrid {
         let band = band.into();
         let slots = band.order().slots() as u32;
         let pixels = f64::from(band.size()[0]) * f64::from(band.size()[1]);
-        let side_of_one = (pixels / PIXELS_PER_CELL).sqrt().clamp(4.0, MOST_CELLS) as u32;
+        let most = (MOST_CELLS / f64::from(self.options.slices).sqrt()).max(4.0);
+        let side_of_one = (pixels / PIXELS_PER_TILE).sqrt().clamp(4.0, most) as u32;
         let side_of_six = side_of_one.div_ceil(2);
-        self.cell_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
+        self.tile_count = (side_of_one * side_of_one).max(6 * side_of_six * side_of_six);
+        self.cell_count = self.tile_count * self.options.slices;
         self.mask_words = slots / 32;
         self.point_view.write(gpu, &[PointView::new(&band, offset_pixels)])?;
         self.parameters.truncate(lights.len());
@@ -155,7 +167,7 @@ impl LightGrid {
             let Some(light) = light else { continue };
             let sides = [side_of_one, side_of_six];
             let mask = number * self.mask_words;
-            let parameters = LightParameters::new(light, sides, geometry, mask, slots, &band.view, self.options.clamp);
+            let parameters = LightParameters::new(light, sides, geometry, mask, slots, &band.view, self.options);
             buffer.write(gpu, &[parameters])?;
         }
         self.spaces.reserve(gpu, 6 * Space::BYTES)?;
@@ -236,7 +248,7 @@ impl LightGrid {
             ["light count", "light scan", "light scatter"],
         );
         recorder.stage("light balance", |pass| {
-            shadows.record_balance(gpu, pass, [light, cells, points.cells(), header, points.spread()], self.cell_count);
+            shadows.record_balance(gpu, pass, [light, cells, points.cells(), header, points.spread()], self.tile_count);
         });
         recorder.copy_words(header, sizes, HEADER_WORDS);
         recorder.stage("light trace", |pass| {

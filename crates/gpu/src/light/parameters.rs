@@ -1,7 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
-use umbrage_rays::{Cone, LightClamp, LightSource, View};
+use umbrage_rays::{Cone, LightSource, View};
 
+use super::LightOptions;
 use crate::Geometry;
 
 /// A light, as in `light.wgsl`.
@@ -19,7 +20,7 @@ pub(super) struct LightParameters {
     reach: f32,
     has_clamp: u32,
     axis: [f32; 3],
-    unused_of_axis: u32,
+    slices: u32,
     squared_cosine: [u32; 2],
     unused_of_cosine: [u32; 2],
     along_rows: [f32; 3],
@@ -36,7 +37,7 @@ impl LightParameters {
         mask: u32,
         slots: u32,
         view: &View,
-        clamp: Option<LightClamp>,
+        options: LightOptions,
     ) -> Self {
         let (vector, is_directional) = match *light {
             LightSource::Point { position } | LightSource::Spot { position, .. } => (position, 0),
@@ -51,7 +52,7 @@ impl LightParameters {
                 half_height * (1.0 + view.width as f32 / view.height as f32)
             }
         };
-        let [left, right, low, high] = clamp.map_or([0; 4], |clamp| clamp.degrees().map(angle_units));
+        let [left, right, low, high] = options.clamp.map_or([0; 4], |clamp| clamp.degrees().map(angle_units));
         Self {
             vector: vector.to_array(),
             is_directional,
@@ -62,9 +63,9 @@ impl LightParameters {
             mask,
             slots,
             reach: view.camera.position.abs().max_element() + beside,
-            has_clamp: clamp.is_some().into(),
+            has_clamp: options.clamp.is_some().into(),
             axis: cone.axis.as_vec3().to_array(),
-            unused_of_axis: 0,
+            slices: options.slices,
             squared_cosine: bytemuck::cast(cone.squared_cosine),
             unused_of_cosine: [0; 2],
             along_rows: view.camera.right.to_array(),
@@ -104,6 +105,7 @@ mod tests {
             reach,
             has_clamp,
             axis,
+            slices,
             squared_cosine,
             along_rows,
             clamp_low,

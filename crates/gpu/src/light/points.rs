@@ -25,7 +25,7 @@ pub(super) struct Points {
     spread: Buffer,
     /// Counts, then ends, of the cells' points.
     cells: Buffer,
-    /// How far the points of each cell are.
+    /// How far the points of each tile are.
     farthest: Buffer,
     slots: u32,
     cell_count: u32,

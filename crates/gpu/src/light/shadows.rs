@@ -91,10 +91,10 @@ impl Shadows {
     }
 
     /// `read` are the light, the ends of triangles and of points, the header and the spread of columns.
-    pub(super) fn record_balance(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, read: [&Buffer; 5], cells: u32) {
+    pub(super) fn record_balance(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, read: [&Buffer; 5], tiles: u32) {
         let [light, triangle_cells, point_cells, header, spread] = read;
         let buffers = [light, triangle_cells, point_cells, header, spread, &self.blocks];
-        self.balance.dispatch(gpu, pass, &buffers, Groups::Flat(cells.div_ceil(64)));
+        self.balance.dispatch(gpu, pass, &buffers, Groups::Flat(tiles.div_ceil(64)));
         self.size_blocks.dispatch(gpu, pass, &buffers, Groups::Flat(1));
     }
 

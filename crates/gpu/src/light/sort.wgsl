@@ -30,14 +30,14 @@ fn sort(at: Invocation) {
     let point = mapped[slot];
     if point.w != POINT_NONE {
         let number = atomicAdd(&point_cells[point.w], 1u);
-        var place = point.xyz;
+        var position = point.xyz;
         if HAS_ANGLES {
             let word = 6u * slot;
-            place = f32_bits_of(scaled_offset(F64Vector(
+            position = f32_bits_of(scaled_offset(F64Vector(
                 F64(points[word], points[word + 1u]), F64(points[word + 2u], points[word + 3u]),
                 F64(points[word + 4u], points[word + 5u]))));
         }
-        sorted[number] = vec4<u32>(place, slot);
+        sorted[number] = vec4<u32>(position, slot);
         sorted[light.slots + number / 4u][number & 3u] = seen[slot];
     }
 }

@@ -126,7 +126,7 @@ fn camera_options(structure: Structure) -> CameraOptions {
 /// How lights see in the paper's form as it was asked for; as in the default form for all else.
 fn light_options(structure: Structure) -> LightOptions {
     let Structure::Listed { light, .. } = structure else { return LightOptions::default() };
-    LightOptions { map: light.map, clamp: light.clamp }
+    LightOptions { map: light.map, clamp: light.clamp, slices: light.slices() }
 }
 
 /// Grids for the camera and for each light.

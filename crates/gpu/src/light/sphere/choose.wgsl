@@ -44,7 +44,7 @@ fn choose() {
     var raster: Raster;
     raster.tile_columns = light.side_of_one;
     raster.tile_rows = light.side_of_one;
-    raster.slices = 1u;
+    raster.slices = light.slices;
     raster.row_reach = scale;
     let largest = max(max(abs(light.vector.x), abs(light.vector.y)), abs(light.vector.z));
     raster.depth_error = POINT_ERROR * (light.reach * scale + largest * scale);

@@ -7,6 +7,7 @@ import package::exact::vector::{F64Vector, f64_largest_magnitude};
 import package::grid::header::{HEADER_ANGLES};
 import package::grid::space::{Space};
 import package::light::cells::{BIN_FRACTION_BITS, spread_base};
+import package::light::depths::{note_key, write_keys};
 import package::light::light::{Light};
 import package::light::points::{POINT_NONE};
 import package::light::sphere::angles::{along_axes, angle_of, f32_bits_of, scaled_offset};
@@ -41,13 +42,14 @@ const LARGEST_ERROR_BITS: u32 = 0x35800000u;
 fn map(at: Invocation) {
     let slot = flat_index(at, 64u);
     if slot < light.slots {
-        var place = vec4<u32>(0u, 0u, 0u, POINT_NONE);
+        var found = vec4<u32>(0u, 0u, 0u, POINT_NONE);
         if ((lit[light.mask + slot / 32u] >> (slot & 31u)) & 1u) == 1u {
-            place = place_of(slot);
+            found = angles_and_key(slot);
         }
-        mapped[slot] = place;
+        mapped[slot] = found;
     }
     workgroupBarrier();
+    write_keys(at.lane);
     if at.lane < 6u {
         atomicMax(&header[HEADER_ANGLES + at.lane], atomicLoad(&angles_of_group[at.lane]));
     }
@@ -55,7 +57,7 @@ fn map(at: Invocation) {
 
 // A point's angles and key. None where it is at the light, which nothing shadows, or where its angles aren't known: then it
 // is compared with all triangles.
-fn place_of(slot: u32) -> vec4<u32> {
+fn angles_and_key(slot: u32) -> vec4<u32> {
     const NONE: vec4<u32> = vec4<u32>(0u, 0u, 0u, POINT_NONE);
     let word = 6u * slot;
     let offset = scaled_offset(F64Vector(
@@ -86,8 +88,9 @@ fn place_of(slot: u32) -> vec4<u32> {
         atomicMax(&angles_of_group[3u * plane + 2u], units);
     }
     // Farther points have lower keys.
-    let key = -(reach + depth_error);
-    return vec4<u32>(bitcast<vec2<u32>>(angles), bitcast<u32>(key), 0u);
+    let key = bitcast<u32>(-(reach + depth_error));
+    note_key(key);
+    return vec4<u32>(bitcast<vec2<u32>>(angles), key, 0u);
 }
 
 @compute @workgroup_size(64)

@@ -19,7 +19,7 @@ const CLAMPS: [[f32; 4]; 4] = [
 ];
 
 fn clamped(degrees: [f32; 4]) -> LightOptions {
-    LightOptions { clamp: LightClamp::new(degrees), ..SPHERICAL }
+    LightOptions { clamp: LightClamp::new(degrees), slices: 2, ..SPHERICAL }
 }
 
 /// A ball around the origin, seen from inside, and a floor with a light between them and the origin in its middle.

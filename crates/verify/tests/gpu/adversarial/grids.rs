@@ -14,15 +14,17 @@ use umbrage_verify::{Case, TestMesh, Truth};
 
 use crate::common::{Once, gpu, lock};
 
-/// Both mappings of the camera's grid, one and many slices, and both maps of lights. Each form has kernels of its own,
-/// which take seconds to compile.
-const FORMS: [(CameraOptions, LightOptions); 2] = [
-    (CameraOptions { mapping: 1, slices: 16 }, LightOptions { map: LightMapping::Faces, clamp: None }),
-    (CameraOptions { mapping: 2, slices: 1 }, SPHERICAL),
+/// Both mappings of the camera's grid, one and many slices, each with a map of lights with one and with several. Each form
+/// of the camera's grid has kernels of its own, which take seconds to compile.
+const FORMS: [(CameraOptions, [LightOptions; 2]); 2] = [
+    (CameraOptions { mapping: 1, slices: 16 }, [FACES, LightOptions { slices: 5, ..FACES }]),
+    (CameraOptions { mapping: 2, slices: 1 }, [SPHERICAL, LightOptions { slices: 3, ..SPHERICAL }]),
 ];
 
+/// Lights that see through faces.
+const FACES: LightOptions = LightOptions { map: LightMapping::Faces, clamp: None, slices: 1 };
 /// Lights that see by angles.
-pub(crate) const SPHERICAL: LightOptions = LightOptions { map: LightMapping::Spherical, clamp: None };
+pub(crate) const SPHERICAL: LightOptions = LightOptions { map: LightMapping::Spherical, ..FACES };
 
 /// The questions that the oracle is asked at most; the CPU's grids, which have been compared with it, answer more.
 const MOST_QUESTIONS: usize = 10_000_000;
@@ -60,8 +62,10 @@ impl Grids {
 
     /// Compares every form with a truth that is known.
     pub(crate) fn check_against(&mut self, name: &str, case: &Case, truth: &Truth) {
-        for (form, (_, options)) in FORMS.into_iter().enumerate() {
-            self.check_form(name, case, truth, form, options);
+        for (form, (_, lights)) in FORMS.into_iter().enumerate() {
+            for options in lights {
+                self.check_form(name, case, truth, form, options);
+            }
         }
     }
 
