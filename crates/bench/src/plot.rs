@@ -67,11 +67,12 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(0xa0, 0xa0, 0xa0),
 ];
 
-/// In pixels: the axes' rectangle, what is left of it and below, and what is right of it.
+/// In pixels: the axes' rectangle, what is left of it and below, what is right of it at least, and how long a character is.
 const WIDTH: u32 = 560;
 const HEIGHT: u32 = 360;
 const LABELS: u32 = 64;
 const LEGEND_WIDTH: u32 = 260;
+const CHARACTER: u32 = 8;
 const FONT: (&str, u32) = ("sans-serif", 16);
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -115,8 +116,6 @@ impl Chart for BarChart<'_> {
     fn svg(&self) -> Result<String> {
         /// How much of its share of the width a bar takes.
         const FILLED: f64 = 0.7;
-        /// How long a character of a bar's name is, in pixels.
-        const CHARACTER: u32 = 8;
         let axis = Axis::new(Scale::Linear, self.bars.iter().map(|bar| bar.heights.iter().sum()));
         let count = self.bars.len().max(1);
         let longest = self.bars.iter().map(|bar| bar.name.chars().count()).max().unwrap_or(0) as u32;
@@ -157,9 +156,11 @@ fn sheet(
     const TITLE: u32 = 48;
     const MARGIN: u32 = 14;
     const LINE: u32 = 20;
+    const KEY: u32 = 36;
     let mut text = String::new();
     let width = MARGIN + LABELS + width;
-    let sheet = (width + LEGEND_WIDTH, (TITLE + height + labels).max(TITLE + LINE * legend.len() as u32));
+    let longest = legend.iter().map(|(_, name)| name.chars().count()).max().unwrap_or(0) as u32;
+    let sheet = (width + LEGEND_WIDTH.max(KEY + CHARACTER * longest), (TITLE + height + labels).max(TITLE + LINE * legend.len() as u32));
     {
         let root = SVGBackend::with_string(&mut text, sheet).into_drawing_area();
         root.fill(&WHITE)?;
@@ -176,7 +177,7 @@ fn sheet(
         for (top, &(index, name)) in (TITLE as i32..).step_by(LINE as usize).zip(legend) {
             let style = ShapeStyle { filled: !is_repeated(index), ..color(index).stroke_width(2) };
             right.draw(&Rectangle::new([(16, top), (28, top + 12)], style))?;
-            right.draw(&Text::new(name, (36, top), FONT))?;
+            right.draw(&Text::new(name, (KEY as i32, top), FONT))?;
         }
         root.present()?;
     }
