@@ -24,8 +24,10 @@ pub struct Frame {
     pub mesh: Arc<Mesh>,
     /// What [`Mesh::material_of_triangle`] points to.
     pub materials: Arc<Materials>,
-    /// The lights; when the file has none, one is made from the bounds.
+    /// The lights; when the file has none, one that is made ([`Scene::made_light`](crate::Scene::made_light)).
     pub lights: Vec<Light>,
+    /// Whether the light is one that was made.
+    pub light_is_made: bool,
     /// The file's cameras; may be empty, see [`Frame::camera`].
     pub cameras: Vec<NamedCamera>,
     /// A box around the scene over the whole animation, as far as it is known without posing every moment.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bytesize::ByteSize;
 use glam::Vec3;
-use umbrage_rays::{Bounds, LightSource};
+use umbrage_rays::{Bounds, Camera, LightSource};
 
 use crate::ground::Grounded;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
@@ -260,17 +260,19 @@ impl Scene {
     fn finish(&self, seconds: f64, frame: &mut Frame) {
         frame.seconds = seconds;
         frame.animation_bounds = self.animation_bounds;
-        if frame.lights.is_empty() {
-            frame.lights.push(self.made_light(frame));
+        frame.light_is_made = frame.lights.is_empty();
+        if frame.light_is_made {
+            frame.lights.push(self.made_light(frame.cameras.first().map(|named| &named.camera)));
         }
     }
 
-    /// What lights a frame that has no light of its own: a lamp above and to one side of the whole scene, or beside a
-    /// camera that is inside it, where walls would keep the light of that lamp away.
-    fn made_light(&self, frame: &Frame) -> Light {
+    /// What lights a frame that has no light of its own: a lamp above and to one side of the whole scene, or beside the
+    /// camera that sees it where that is inside the scene's bounds, since walls would keep the light of that lamp away.
+    #[must_use]
+    pub fn made_light(&self, camera: Option<&Camera>) -> Light {
         let mut light = self.light_above.clone();
         let diagonal = self.animation_bounds.size().length().min(f32::MAX);
-        let inside = frame.cameras.first().map(|named| named.camera).filter(|camera| {
+        let inside = camera.filter(|camera| {
             let Bounds { min, max } = self.animation_bounds;
             camera.position.cmpge(min).all() && camera.position.cmple(max).all()
         });

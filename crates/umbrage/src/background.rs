@@ -14,7 +14,7 @@ use crate::shade::lanes::{Each, LANES, Vector, Vectors, put, vector_of};
 /// What rays that hit nothing see, and what lights the scene from all around.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Background {
-    /// One linear colour everywhere.
+    /// One linear colour everywhere. Pictures show it as it is, whatever exposure and tone map do to the scene.
     Color(Vec3),
     /// A soft sky: bluer towards the zenith, hazy at the horizon, grey below it.
     #[default]
@@ -125,6 +125,12 @@ impl<'a> Surroundings<'a> {
     #[inline(always)]
     pub(crate) fn are_transparent(&self) -> bool {
         matches!(self.background, Background::Transparent)
+    }
+
+    /// Whether pictures show them as they are, whatever exposure and tone map do to the scene.
+    #[inline(always)]
+    pub(crate) fn are_flat(&self) -> bool {
+        matches!(self.background, Background::Color(_))
     }
 
     /// Radiance from unit directions.

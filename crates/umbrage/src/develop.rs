@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::screen::Levels;
@@ -17,17 +17,26 @@ impl Film {
     /// Tone maps and encodes the film for a screen.
     #[must_use]
     pub fn develop(&self, settings: &Settings) -> Image {
-        let (developer, level) = (Developer::new(settings), Level::new());
+        self.develop_sum(settings, 1)
+    }
+
+    /// As [`Film::develop`], where pixels are still sums of so many samples.
+    pub(crate) fn develop_sum(&self, settings: &Settings, samples: u32) -> Image {
+        let (developer, level) = (Developer::new(settings, samples), Level::new());
         let Self { width, height, ref color, .. } = *self;
         let mut pixels = vec![[0; 3]; color.len()];
         let mut alpha = vec![0; if developer.covers { color.len() } else { 0 }];
-        let planes = pixels.par_chunks_mut(PIXELS).zip(color.par_chunks(PIXELS));
+        let planes = pixels.par_chunks_mut(PIXELS).zip(color.par_chunks(PIXELS)).enumerate();
         if developer.covers {
-            planes.zip(alpha.par_chunks_mut(PIXELS)).for_each(|((pixels, color), alpha)| {
-                dispatch!(level, simd => developer.encode(simd, color, pixels, alpha));
+            planes.zip(alpha.par_chunks_mut(PIXELS)).for_each(|((number, (pixels, color)), alpha)| {
+                let film = (color, self.flat_of(number));
+                dispatch!(level, simd => developer.encode(simd, film, pixels, alpha));
             });
         } else {
-            planes.for_each(|(pixels, color)| dispatch!(level, simd => developer.encode(simd, color, pixels, &mut [])));
+            planes.for_each(|(number, (pixels, color))| {
+                let film = (color, self.flat_of(number));
+                dispatch!(level, simd => developer.encode(simd, film, pixels, &mut []));
+            });
         }
         Image { width, height, pixels, alpha }
     }
@@ -35,12 +44,14 @@ impl Film {
     /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
     /// are those that `develop`'s are in an eight-bit file.
     pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
-        let (developer, level, levels) = (Developer::new(settings), Level::new(), Levels::get());
+        let (developer, level, levels) = (Developer::new(settings, 1), Level::new(), Levels::get());
         pixels.resize(self.color.len(), [u8::MAX; 4]);
-        let planes = pixels.par_chunks_mut(PIXELS).zip(self.color.par_chunks(PIXELS));
-        planes.for_each(|(pixels, color)| {
-            for (pixels, color) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)) {
-                let shown = dispatch!(level, simd => developer.shown(simd, &radiance(color)).store());
+        let planes = pixels.par_chunks_mut(PIXELS).zip(self.color.par_chunks(PIXELS)).enumerate();
+        planes.for_each(|(number, (pixels, color))| {
+            let flat = self.flat_of(number);
+            for (number, (pixels, color)) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)).enumerate() {
+                let flat = flat.chunks(LANES).nth(number).unwrap_or(&[]);
+                let shown = dispatch!(level, simd => developer.shown(simd, color, flat, &[1.0; LANES]).store());
                 for (lane, pixel) in pixels.iter_mut().enumerate() {
                     let [red, green, blue] = shown.each_ref().map(|channel| levels.level(channel[lane]));
                     *pixel = [red, green, blue, u8::MAX];
@@ -50,9 +61,18 @@ impl Film {
     }
 }
 
+impl Film {
+    /// Of a piece of work what is shown as it is, if anything is.
+    fn flat_of(&self, number: usize) -> &[Vec4] {
+        self.flat.chunks(PIXELS).nth(number).unwrap_or(&[])
+    }
+}
+
 /// How films are developed.
 #[derive(Clone, Copy)]
 struct Developer {
+    /// What makes means of what the film has.
+    weight: f32,
     exposure: f32,
     tone_map: ToneMap,
     /// Whether a picture says how much of its pixels is covered.
@@ -60,32 +80,60 @@ struct Developer {
 }
 
 impl Developer {
-    fn new(settings: &Settings) -> Self {
+    fn new(settings: &Settings, samples: u32) -> Self {
         let Settings { exposure_stops, tone_map, ref background, .. } = *settings;
-        Self { exposure: exposure_stops.exp2(), tone_map, covers: *background == Background::Transparent }
+        let covers = *background == Background::Transparent;
+        Self { weight: 1.0 / samples as f32, exposure: exposure_stops.exp2(), tone_map, covers }
     }
 
-    /// What a screen should show, linear and in [0, 1].
+    /// What a screen should show of up to sixteen pixels that are covered so far, linear and in [0, 1].
     #[inline(always)]
-    fn shown<S: Simd>(&self, simd: S, radiance: &[Each<f32>; 3]) -> Vectors<S> {
-        self.tone_map.apply(simd, Vectors::load(simd, radiance).scaled(f32x16::splat(simd, self.exposure)))
-    }
-
-    /// Develops some pixels, to opaque ones where there is no `alpha`.
-    #[inline(always)]
-    fn encode<S: Simd>(&self, simd: S, color: &[Vec4], pixels: &mut [[u16; 3]], alpha: &mut [u16]) {
-        for (number, (pixels, color)) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)).enumerate() {
-            let mut radiance = radiance(color);
-            if let Some(alpha) = alpha.chunks_mut(LANES).nth(number) {
-                uncover(color, &mut radiance, alpha);
+    fn shown<S: Simd>(&self, simd: S, color: &[Vec4], flat: &[Vec4], coverage: &Each<f32>) -> Vectors<S> {
+        let exposure = f32x16::splat(simd, self.exposure);
+        if flat.is_empty() {
+            let mut radiance = [[0.0; LANES]; 3];
+            for (lane, color) in color.iter().enumerate() {
+                put(lane, of_part(color.truncate() * self.weight, coverage[lane]), &mut radiance);
             }
-            let Vectors { x, y, z } = self.shown(simd, &radiance);
+            return self.tone_map.apply(simd, Vectors::load(simd, &radiance).scaled(exposure));
+        }
+        let (mut radiance, mut as_it_is) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let mut part = [0.0; LANES];
+        for (lane, (color, flat)) in color.iter().zip(flat).enumerate() {
+            let (color, flat, coverage) = (*color * self.weight, *flat * self.weight, coverage[lane]);
+            let rest = coverage - flat.w;
+            // Where nothing is left, what is added there is.
+            let rest = if rest < LEAST_REST { coverage } else { rest };
+            put(lane, of_part((color - flat).truncate(), rest), &mut radiance);
+            put(lane, of_part(flat.truncate(), coverage), &mut as_it_is);
+            part[lane] = if coverage > 0.0 { rest / coverage } else { 0.0 };
+        }
+        let mapped = self.tone_map.apply(simd, Vectors::load(simd, &radiance).scaled(exposure));
+        (mapped.scaled(f32x16::from_slice(simd, &part)) + Vectors::load(simd, &as_it_is)).at_least_zero().at_most_one()
+    }
+
+    /// Develops some pixels and what of them is shown as it is, to opaque ones where there is no `alpha`.
+    #[inline(always)]
+    fn encode<S: Simd>(&self, simd: S, (color, flat): (&[Vec4], &[Vec4]), pixels: &mut [[u16; 3]], alpha: &mut [u16]) {
+        for (number, (pixels, color)) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)).enumerate() {
+            let flat = flat.chunks(LANES).nth(number).unwrap_or(&[]);
+            let alpha = alpha.chunks_mut(LANES).nth(number);
+            let coverage = alpha.map_or([1.0; LANES], |alpha| coverage(color, alpha));
+            let Vectors { x, y, z } = self.shown(simd, color, flat, &coverage);
             let [red, green, blue] = [x, y, z].map(|linear| sixteen_bits(simd, linear));
             for (lane, pixel) in pixels.iter_mut().enumerate() {
                 *pixel = [red[lane], green[lane], blue[lane]];
             }
         }
     }
+}
+
+/// A pixel less of which isn't shown as it is, is.
+const LEAST_REST: f32 = 1.0 / 1024.0;
+
+/// What a part of a pixel shows, from what it adds to the pixel.
+fn of_part(color: Vec3, part: f32) -> Vec3 {
+    if part > 0.0 { color / part } else { Vec3::ZERO }
 }
 
 /// Linear values as channels of a file with sixteen bits have them.
@@ -95,25 +143,17 @@ pub(crate) fn sixteen_bits<S: Simd>(simd: S, linear: f32x16<S>) -> Each<u16> {
     rounded.map(|level| level as u16)
 }
 
-/// The colours of up to sixteen pixels.
-fn radiance(color: &[Vec4]) -> [Each<f32>; 3] {
-    let mut radiance = [[0.0; LANES]; 3];
-    for (lane, color) in color.iter().enumerate() {
-        put(lane, color.truncate(), &mut radiance);
-    }
-    radiance
-}
-
-/// Finds how much of some pixels is covered, and the colours of what covers them, however little that is.
-fn uncover(color: &[Vec4], radiance: &mut [Each<f32>; 3], alpha: &mut [u16]) {
-    for (lane, (color, alpha)) in color.iter().zip(alpha).enumerate() {
+/// How much of some pixels is covered, whose colours are those of what covers them, however little that is.
+fn coverage(color: &[Vec4], alpha: &mut [u16]) -> Each<f32> {
+    let mut coverage = [0.0; LANES];
+    for (coverage, (color, alpha)) in coverage.iter_mut().zip(color.iter().zip(alpha)) {
         // What mirrors the sky in thin air is no more than whole.
-        let coverage = color.w.clamp(0.0, 1.0);
-        *alpha = (coverage * f32::from(u16::MAX)).round() as u16;
+        let part = color.w.clamp(0.0, 1.0);
+        *alpha = (part * f32::from(u16::MAX)).round() as u16;
         // What covers so little that its level is zero has no colour.
-        let uncovered = if *alpha == 0 { [0.0; 3] } else { (color.truncate() / coverage).to_array() };
-        put(lane, uncovered, radiance);
+        *coverage = if *alpha == 0 { 0.0 } else { part };
     }
+    coverage
 }
 
 #[cfg(test)]

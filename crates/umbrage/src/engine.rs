@@ -25,6 +25,13 @@ pub(crate) struct Staged<'a> {
     pub(crate) surroundings: &'a Surroundings<'a>,
 }
 
+impl Staged<'_> {
+    /// Whether pictures may show something of the frame as it is, whatever exposure and tone map do to the rest.
+    pub(crate) fn has_flat(&self) -> bool {
+        self.surroundings.are_flat() || self.frame.materials.materials.iter().any(|material| material.unlit)
+    }
+}
+
 /// What a frame is rendered to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Output {

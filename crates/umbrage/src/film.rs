@@ -16,6 +16,10 @@ pub struct Film {
     /// Mean linear radiance (Rec. 709 primaries), and how much of the pixel is covered by the scene. Always finite:
     /// radiance that is above 10³⁰, or would overflow on its way, is 10³⁰.
     pub color: Vec<Vec4>,
+    /// The part of `color` that pictures show as it is, whatever exposure and tone map do to the rest: what the camera sees
+    /// straight of unlit materials and of a background of one colour. Then how much of the pixel that is. Empty where
+    /// nothing is.
+    pub flat: Vec<Vec4>,
     /// Depth along the camera's forward axis at the pixel's first sample, in world units; infinite for a miss.
     pub depth: Vec<f32>,
     /// World-space shading normal at the first sample; zero for a miss.
@@ -41,15 +45,18 @@ impl Film {
     /// What [`Film::triangle`] holds where nothing was hit.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
-    /// Empties the film, which will have another size.
+    /// Empties the film, which will have another size. `has_flat` says whether something is shown as it is.
     ///
     /// # Errors
     /// Where the system hasn't as much memory as the picture will take; the film then stays as it was.
-    pub(crate) fn clear(&mut self, [width, height]: [u32; 2]) -> Result<(), Error> {
+    pub(crate) fn clear(&mut self, [width, height]: [u32; 2], has_flat: bool) -> Result<(), Error> {
         let pixels = width as usize * height as usize;
+        let flat = if has_flat { pixels } else { 0 };
         self.reserve(pixels).map_err(|_| no_memory([width, height]))?;
+        self.flat.try_reserve(flat.saturating_sub(self.flat.len())).map_err(|_| no_memory([width, height]))?;
         (self.width, self.height) = (width, height);
         refill(&mut self.color, pixels, Vec4::ZERO);
+        refill(&mut self.flat, flat, Vec4::ZERO);
         refill(&mut self.depth, pixels, f32::INFINITY);
         refill(&mut self.normal, pixels, Vec3::ZERO);
         refill(&mut self.triangle, pixels, Self::NO_TRIANGLE);
@@ -92,12 +99,13 @@ impl Film {
             return;
         }
         let weight = 1.0 / samples as f32;
-        self.color.par_iter_mut().for_each(|color| *color *= weight);
+        self.color.par_iter_mut().chain(&mut self.flat).for_each(|sum| *sum *= weight);
     }
 
     /// Bytes held for the pixels.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.color.as_slice())
+            + size_of_val(self.flat.as_slice())
             + size_of_val(self.depth.as_slice())
             + size_of_val(self.normal.as_slice())
             + size_of_val(self.triangle.as_slice())

@@ -42,7 +42,7 @@ impl Renderer {
         let mut staged = settings.stage(frame, &surroundings)?;
         let spread = Spread::new(&staged, || engine.whole_frame(frame))?;
         *view = Some(staged.view);
-        film.clear(output.fetched(&staged.view))?;
+        film.clear(output.fetched(&staged.view), staged.has_flat())?;
         stats.time("build", || engine.build(&staged, output))?;
         let by_four = engine.traces_four(&staged.view) && !spread.is_wide();
         let mut posed_at = 0.0;
@@ -109,6 +109,10 @@ fn animate<'a>(
             stats.time("animate", || engine.animate(scene, seconds, settings, posed))?;
             if let Some(lights) = &settings.lights {
                 posed.lights.clone_from(lights);
+            } else if posed.light_is_made {
+                let camera = settings.view(posed)?.camera;
+                posed.lights.clear();
+                posed.lights.push(scene.made_light(Some(&camera)));
             }
             check_lights(&posed.lights)?;
             Ok(posed)

@@ -29,13 +29,8 @@ impl NoiseMeter {
         if settings.noise == 0.0 || !samples.is_power_of_two() || samples < Self::LEAST_SAMPLES / 4 {
             return false;
         }
-        let of_sum = Settings {
-            exposure_stops: settings.exposure_stops - samples.ilog2() as f32,
-            background: Background::Sky,
-            tone_map: settings.tone_map,
-            ..Settings::default()
-        };
-        let shown = film.develop(&of_sum);
+        let opaque = Settings { background: Background::Sky, ..settings.clone() };
+        let shown = film.develop_sum(&opaque, samples);
         let levels = self.last.as_ref().map(|last| difference(last, &shown));
         self.last = Some(shown);
         let last_levels = std::mem::replace(&mut self.last_levels, levels);

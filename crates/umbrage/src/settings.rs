@@ -99,6 +99,12 @@ impl Settings {
     /// The most camera rays for each pixel.
     pub const MAX_SAMPLES: u32 = 4_096;
 
+    /// Camera rays for each pixel of a single picture, and mirrors that light may come by, where `umbrage render` isn't told
+    /// otherwise: edges are smooth, and mirrors and glass show the scene.
+    pub const STILL_SAMPLES: u32 = 4;
+    /// See [`STILL_SAMPLES`](Self::STILL_SAMPLES).
+    pub const STILL_BOUNCES: u32 = 2;
+
     /// The most mirrors that light may come by.
     pub const MAX_BOUNCES: u32 = 1_024;
 

@@ -73,7 +73,9 @@ impl Structure {
     pub fn check_on_gpu(&self) -> Result<(), Error> {
         let is_taken = |name: &str| match self {
             Self::KdTree(..) => !["kd-rebuild", "kd-lazy", "kd-mailbox"].contains(&name),
-            _ => ["sorting-tile", "tracing-tiles", "slices", "light-map", "light-clamp", "light-slices"].contains(&name),
+            _ => {
+                ["sorting-tile", "tracing-tiles", "slices", "light-map", "light-clamp", "light-slices"].contains(&name)
+            }
         };
         if !matches!(self, Self::Perspective | Self::Listed { .. } | Self::KdTree(..)) {
             return Err(Error::StructureOnGpu(self.name()));

@@ -63,7 +63,9 @@ impl Develop {
             ToneMap::Clip => DevelopSettings::CLIP,
         };
         let (weight, exposure, row_pixels) = (1.0 / samples as f32, exposure_stops.exp2(), self.row_pixels());
-        self.settings.write(gpu, &[DevelopSettings { weight, exposure, tone_map, width, height, row_pixels }])?;
+        let flat_plane = film.flat_plane().unwrap_or(DevelopSettings::NO_PLANE);
+        let settings = DevelopSettings { weight, exposure, tone_map, width, height, row_pixels, flat_plane };
+        self.settings.write(gpu, &[settings])?;
         self.image.reserve(gpu, u64::from(row_pixels) * u64::from(height) * 4)
     }
 

@@ -5,6 +5,9 @@ import package::shade::tone_map::{tone_map_neutral};
 
 const TONE_MAP_NEUTRAL: u32 = 0u;
 const TONE_MAP_CLIP: u32 = 1u;
+const NO_PLANE: u32 = 0xffffffffu;
+// A pixel less of which isn't shown as it is, is.
+const LEAST_REST: f32 = 0.0009765625;
 
 struct DevelopSettings {
     // What makes means of the film's sums.
@@ -15,6 +18,8 @@ struct DevelopSettings {
     height: u32,
     // From one row of the image to the next.
     row_pixels: u32,
+    // Where the film's plane of what is shown as it is starts, in pixels; NO_PLANE where there is none.
+    flat_plane: u32,
 }
 
 @group(0) @binding(0) var<uniform> develop_settings: DevelopSettings;
@@ -39,19 +44,33 @@ fn develop_level(linear: f32) -> u32 {
     return level;
 }
 
+fn tone_mapped(radiance: vec3<f32>) -> vec3<f32> {
+    // What isn't above zero is black, and so is what is no number.
+    let bounded = select(vec3<f32>(0.0), min(radiance, vec3<f32>(DEVELOP_BRIGHTEST)), radiance > vec3<f32>(0.0));
+    if develop_settings.tone_map == TONE_MAP_NEUTRAL {
+        return tone_map_neutral(bounded);
+    }
+    return min(bounded, vec3<f32>(1.0));
+}
+
 @compute @workgroup_size(256)
 fn develop(at: Invocation) {
     let pixel = flat_index(at, 256u);
     if pixel >= develop_settings.width * develop_settings.height {
         return;
     }
-    let radiance = develop_film[pixel].xyz * develop_settings.weight * develop_settings.exposure;
-    // What isn't above zero is black, and so is what is no number.
-    let bounded = select(vec3<f32>(0.0), min(radiance, vec3<f32>(DEVELOP_BRIGHTEST)), radiance > vec3<f32>(0.0));
-    var shown = bounded;
-    if develop_settings.tone_map == TONE_MAP_NEUTRAL {
-        shown = tone_map_neutral(bounded);
+    var color = develop_film[pixel].xyz * develop_settings.weight;
+    var as_it_is = vec3<f32>(0.0);
+    var rest = 1.0;
+    if develop_settings.flat_plane != NO_PLANE {
+        let flat_color = develop_film[develop_settings.flat_plane + pixel] * develop_settings.weight;
+        as_it_is = flat_color.xyz;
+        rest = 1.0 - flat_color.w;
+        // Where nothing is left, what is added there is.
+        rest = select(rest, 1.0, rest < LEAST_REST);
+        color = (color - as_it_is) / rest;
     }
+    let shown = tone_mapped(color * develop_settings.exposure) * rest + as_it_is;
     let levels = vec3<u32>(develop_level(shown.x), develop_level(shown.y), develop_level(shown.z));
     let word = pixel / develop_settings.width * develop_settings.row_pixels + pixel % develop_settings.width;
     develop_image[word] = levels.x | (levels.y << 8u) | (levels.z << 16u) | 0xff000000u;

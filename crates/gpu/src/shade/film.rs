@@ -2,15 +2,33 @@ use crate::{Buffer, Gpu, GpuError};
 
 /// The film on the GPU: planes of four f32 a pixel, in rows from the upper left corner.
 ///
-/// 16 bytes a pixel for the colour, 20 for what is kept of the first sample, and 16 where the scene is seen through.
+/// 16 bytes a pixel for the colour, and what is kept besides.
 #[derive(Debug)]
 pub struct FilmPlanes {
     planes: Buffer,
     triangle: Buffer,
     width: u32,
     height: u32,
-    keeps_first: bool,
-    keeps_through: bool,
+    keeps: FilmKeeps,
+}
+
+/// What a film keeps of each pixel besides its colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FilmKeeps {
+    /// Depth, normal and triangle at the first sample, in 20 bytes.
+    pub first: bool,
+    /// What several layers of surfaces let through, in 16 bytes.
+    pub through: bool,
+    /// What of the colour is shown as it is, in 16 bytes.
+    pub flat: bool,
+}
+
+impl FilmKeeps {
+    /// Bytes of a pixel in the buffer of all planes.
+    #[must_use]
+    pub fn plane_bytes(self) -> u64 {
+        16 * (1 + u64::from(self.first) + u64::from(self.through) + u64::from(self.flat))
+    }
 }
 
 impl FilmPlanes {
@@ -18,31 +36,20 @@ impl FilmPlanes {
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let (planes, triangle) = (Buffer::storage(gpu, "film"), Buffer::storage(gpu, "film triangles"));
-        Self { planes, triangle, width: 0, height: 0, keeps_first: false, keeps_through: false }
+        Self { planes, triangle, width: 0, height: 0, keeps: FilmKeeps::default() }
     }
 
     /// Makes room for an image. What it held before is not erased: the first layer of the first sample does that.
     ///
-    /// `keeps_first` says whether depth, normal and triangle of each pixel's first sample are kept, `keeps_through` whether
-    /// several layers of surfaces are seen.
-    ///
     /// # Errors
     /// Where the device has no buffer of that size.
-    pub fn prepare(
-        &mut self,
-        gpu: &Gpu,
-        [width, height]: [u32; 2],
-        keeps_first: bool,
-        keeps_through: bool,
-    ) -> Result<(), GpuError> {
+    pub fn prepare(&mut self, gpu: &Gpu, [width, height]: [u32; 2], keeps: FilmKeeps) -> Result<(), GpuError> {
         let pixels = u64::from(width) * u64::from(height);
-        let planes = 1 + u64::from(keeps_first) + u64::from(keeps_through);
-        self.planes.reserve(gpu, pixels * planes * 16)?;
-        if keeps_first {
+        self.planes.reserve(gpu, pixels * keeps.plane_bytes())?;
+        if keeps.first {
             self.triangle.reserve(gpu, pixels * 4)?;
         }
-        (self.width, self.height) = (width, height);
-        (self.keeps_first, self.keeps_through) = (keeps_first, keeps_through);
+        (self.width, self.height, self.keeps) = (width, height, keeps);
         Ok(())
     }
 
@@ -61,13 +68,21 @@ impl FilmPlanes {
     /// Where the plane of normals (xyz) and depths (w) at the first sample starts, in pixels; `None` where it isn't kept.
     #[must_use]
     pub fn first_plane(&self) -> Option<u32> {
-        self.keeps_first.then(|| self.pixels())
+        self.keeps.first.then(|| self.pixels())
     }
 
     /// Where the plane of what the layers so far let through starts, in pixels; `None` where it isn't kept.
     #[must_use]
     pub fn through_plane(&self) -> Option<u32> {
-        self.keeps_through.then(|| self.pixels() * (1 + u32::from(self.keeps_first)))
+        self.keeps.through.then(|| self.pixels() * (1 + u32::from(self.keeps.first)))
+    }
+
+    /// Where the plane of what is shown as it is starts, in pixels, with how much of the pixel that is; `None` where it isn't
+    /// kept.
+    #[must_use]
+    pub fn flat_plane(&self) -> Option<u32> {
+        let FilmKeeps { first, through, flat } = self.keeps;
+        flat.then(|| self.pixels() * (1 + u32::from(first) + u32::from(through)))
     }
 
     /// The planes; the first holds linear radiance and coverage, summed over the samples.
@@ -96,7 +111,20 @@ impl FilmPlanes {
     /// # Errors
     /// Where the device is lost or has reported an error.
     pub fn read_first(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
-        let Some(first) = self.first_plane() else { return Ok(Vec::new()) };
+        self.read_plane(gpu, self.first_plane())
+    }
+
+    /// Waits, then gives what of the radiance is shown as it is, and of how much of the pixel, summed over the samples; nothing
+    /// where it isn't kept.
+    ///
+    /// # Errors
+    /// Where the device is lost or has reported an error.
+    pub fn read_flat(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
+        self.read_plane(gpu, self.flat_plane())
+    }
+
+    fn read_plane(&self, gpu: &Gpu, first: Option<u32>) -> Result<Vec<[f32; 4]>, GpuError> {
+        let Some(first) = first else { return Ok(Vec::new()) };
         Ok(self.planes.read(gpu, (first + self.pixels()) as usize)?.split_off(first as usize))
     }
 
@@ -106,6 +134,6 @@ impl FilmPlanes {
     /// # Errors
     /// Where the device is lost or has reported an error.
     pub fn read_triangle(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
-        self.triangle.read(gpu, if self.keeps_first { self.pixels() as usize } else { 0 })
+        self.triangle.read(gpu, if self.keeps.first { self.pixels() as usize } else { 0 })
     }
 }

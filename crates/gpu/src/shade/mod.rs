@@ -11,7 +11,7 @@ mod texels;
 
 pub use develop::{Develop, ToneMap};
 pub use develop_turns::Turns;
-pub use film::FilmPlanes;
+pub use film::{FilmKeeps, FilmPlanes};
 pub use shown::Shown;
 pub use stage::{Attributes, Layer, Moving, Shade, ShadeInputs};
 pub use tables::{

@@ -9,7 +9,7 @@ import package::shade::hit::{ray_across, ray_direction};
 import package::shade::irradiance::{arriving_light};
 import package::shade::layers::{LAYERS, layers_ambient, layers_lit, layers_scattered, layers_surrounding};
 import package::shade::surface::{Surface, surface_at};
-import package::shade::surroundings::{surroundings_irradiance, surroundings_radiance};
+import package::shade::surroundings::{surroundings_are_flat, surroundings_irradiance, surroundings_radiance};
 import package::shade::tables::{
     NO_TRIANGLE, NO_WORD, shade_film, shade_lights, shade_lit, shade_sample, shade_scene, shade_seen,
 };
@@ -32,6 +32,8 @@ fn shade(at: Invocation) {
     let across = ray_across(column_and_row);
     let id = shade_seen[slot];
     var color = vec3<f32>(0.0);
+    // What of it is shown as it is, and of how much of the pixel.
+    var flat_color = vec4<f32>(0.0);
     var through = vec3<f32>(1.0);
     if shade_sample.is_first_layer == 0u {
         through = shade_film[shade_sample.through_plane + pixel].xyz;
@@ -46,7 +48,11 @@ fn shade(at: Invocation) {
             through *= caught_light(surface, slot);
             is_through = false;
         } else {
-            color = reflected(surface, slot) * (through * surface.opacity);
+            let part = through * surface.opacity;
+            color = reflected(surface, slot) * part;
+            if surface.is_unlit {
+                flat_color = vec4<f32>(color, mean(part));
+            }
             through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
             is_through = any(through != vec3<f32>(0.0));
         }
@@ -58,9 +64,13 @@ fn shade(at: Invocation) {
     var coverage = 0.0;
     if shade_sample.is_last_layer != 0u {
         if any(through != vec3<f32>(0.0)) {
-            color += surroundings_radiance(ray_direction(across)) * through;
+            let around = surroundings_radiance(ray_direction(across)) * through;
+            color += around;
+            if surroundings_are_flat() {
+                flat_color += vec4<f32>(around, mean(through));
+            }
         }
-        coverage = 1.0 - (through.x + through.y + through.z) / 3.0;
+        coverage = 1.0 - mean(through);
     } else {
         shade_film[shade_sample.through_plane + pixel] = vec4<f32>(through, 0.0);
     }
@@ -72,6 +82,15 @@ fn shade(at: Invocation) {
     } else {
         shade_film[pixel] += vec4<f32>(color, coverage);
     }
+    if shade_sample.flat_plane != NO_WORD {
+        let is_start = shade_sample.is_first_layer != 0u && shade_sample.is_first_sample != 0u;
+        let before = select(shade_film[shade_sample.flat_plane + pixel], vec4<f32>(0.0), is_start);
+        shade_film[shade_sample.flat_plane + pixel] = before + flat_color;
+    }
+}
+
+fn mean(color: vec3<f32>) -> f32 {
+    return (color.x + color.y + color.z) / 3.0;
 }
 
 // Radiance that a surface sends along the ray, by itself and from the lights that reach it.

@@ -251,6 +251,7 @@ impl Shade {
             is_last_layer: u32::from(layer.is_last),
             first_plane: film.first_plane().unwrap_or(ShadeScene::NO_WORD),
             through_plane: film.through_plane().unwrap_or(ShadeScene::NO_WORD),
+            flat_plane: film.flat_plane().unwrap_or(ShadeScene::NO_WORD),
             ..*sample
         };
         self.sample.write(gpu, &[sample])?;

@@ -5,6 +5,11 @@ import package::shade::tables::{
     SURROUNDINGS_COLOR, SURROUNDINGS_IMAGE, SURROUNDINGS_TRANSPARENT, shade_scene,
 };
 
+// Whether pictures show them as they are, whatever exposure and tone map do to the scene.
+fn surroundings_are_flat() -> bool {
+    return shade_scene.surroundings.kind == SURROUNDINGS_COLOR;
+}
+
 // What is seen in a unit direction.
 fn surroundings_radiance(direction: vec3<f32>) -> vec3<f32> {
     if shade_scene.surroundings.kind == SURROUNDINGS_TRANSPARENT {

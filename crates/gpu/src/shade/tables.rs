@@ -44,12 +44,14 @@ pub struct ShadeSample {
     pub first_plane: u32,
     /// Where the film's plane of what layers let through starts, in pixels; [`ShadeScene::NO_WORD`] for none.
     pub through_plane: u32,
+    /// Where the film's plane of what is shown as it is starts, in pixels; [`ShadeScene::NO_WORD`] for none.
+    pub flat_plane: u32,
     /// The first of the rows that are shaded at once.
     pub first_row: u32,
     /// How many rows the whole image has.
     pub image_height: u32,
     #[doc(hidden)]
-    pub padding: [u32; 3],
+    pub padding: [u32; 2],
 }
 
 impl ShadeSample {
@@ -363,7 +365,7 @@ impl ShadeTexture {
     pub const CLAMP_TO_EDGE: u32 = 2;
 }
 
-/// How a film is developed: 24 bytes.
+/// How a film is developed: 28 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DevelopSettings {
@@ -379,6 +381,8 @@ pub struct DevelopSettings {
     pub height: u32,
     /// From one row of the image to the next.
     pub row_pixels: u32,
+    /// Where the film's plane of what is shown as it is starts, in pixels; [`DevelopSettings::NO_PLANE`] for none.
+    pub flat_plane: u32,
 }
 
 impl DevelopSettings {
@@ -386,4 +390,6 @@ impl DevelopSettings {
     pub const NEUTRAL: u32 = 0;
     /// `tone_map`: everything above one is cut off.
     pub const CLIP: u32 = 1;
+    /// `flat_plane`: nothing is shown as it is.
+    pub const NO_PLANE: u32 = u32::MAX;
 }

@@ -75,6 +75,7 @@ struct ShadeSample {
     // Where planes of the film are, in pixels; NO_WORD for one that isn't kept.
     first_plane: u32,
     through_plane: u32,
+    flat_plane: u32,
     // The first of these rows, and how many the whole image has.
     first_row: u32,
     image_height: u32,

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use glam::{DVec2, Vec3};
 use umbrage_gpu::shade::{
-    Attributes, Develop, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample, ShadeSurroundings, Texels, ToneMap,
+    Attributes, Develop, FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample, ShadeSurroundings, Texels,
+    ToneMap,
 };
 use umbrage_gpu::{Buffer, GpuError, Groups, Recorder};
 use umbrage_rays::{Camera, SeenPixels, TileOrder, View};
@@ -38,7 +39,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
     for (width, height) in [(1, 1), (130, 70), (3, 5)] {
         let view = View { camera, width, height };
         seen.write(&gpu, &vec![SeenPixels::NONE; TileOrder::new(width, height).slots()]).expect("room");
-        planes.prepare(&gpu, [width, height], true, false).expect("room");
+        planes.prepare(&gpu, [width, height], FilmKeeps { first: true, ..FilmKeeps::default() }).expect("room");
         let inputs = ShadeInputs { seen: &seen, lit: &lit, positions: &positions, triangles: &indices };
         for sample in 0..2 {
             let rays = ShadeSample::new(&view, DVec2::splat(0.5));
@@ -68,7 +69,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
 fn a_film_that_has_no_room_says_so() {
     let Some(gpu) = common::gpu() else { return };
     let mut planes = FilmPlanes::new(&gpu);
-    assert!(planes.prepare(&gpu, [1920, 1080], true, true).is_ok());
-    let error = planes.prepare(&gpu, [8192, 8192], false, false).expect_err("a film of 1 GiB");
+    assert!(planes.prepare(&gpu, [1920, 1080], FilmKeeps { first: true, through: true, flat: true }).is_ok());
+    let error = planes.prepare(&gpu, [8192, 8192], FilmKeeps::default()).expect_err("a film of 1 GiB");
     assert!(matches!(error, GpuError::TooLarge { bytes: 1_073_741_824, .. }), "{error}");
 }

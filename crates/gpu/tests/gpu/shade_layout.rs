@@ -30,6 +30,7 @@ fn structs_are_those_of_the_shaders() {
             is_last_layer,
             first_plane,
             through_plane,
+            flat_plane,
             first_row,
             image_height,
         }),

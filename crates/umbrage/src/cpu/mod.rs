@@ -17,7 +17,7 @@ use umbrage_rays::{
     self as rays, Bvh, Bytes, DirectGrids, Hit, ImageTooLarge, LightMask, LightSource, Opacity as _, Ray, SeenPixels,
     Shot, SimdLevel, SingleRays, Structure as _, TileOrder, Triangles, View, Work, predicate,
 };
-use umbrage_scene::{Frame, FrameOpacity, Light, Scene};
+use umbrage_scene::{Frame, FrameOpacity, Light, Material, Scene};
 
 use copies::Copies;
 use samples::OneSample;
@@ -25,6 +25,7 @@ use shadow::Casting;
 
 use crate::engine::{Engine, Output, Staged};
 use crate::sampling::{Sample, Samples};
+use crate::shade::SMOOTHEST;
 use crate::sides::TriangleSides;
 use crate::{Error, Film, Settings, Settled, Sides, Stats, Structure, WorkCounts};
 
@@ -76,6 +77,14 @@ impl Follows {
         let Settings { bounces, least_contribution: least, gloss, ambient_occlusion, samples, .. } = *settings;
         let are_several = samples > 1;
         Self { bounces, least, gloss: gloss && are_several, around: if are_several { ambient_occlusion } else { 0.0 } }
+    }
+
+    /// Whether any rays may go on from what a frame has.
+    fn any(self, frame: &Frame) -> bool {
+        let is_mirror = |material: &Material| material_mirrors(material, self.gloss);
+        frame.is_see_through()
+            || self.around > 0.0
+            || self.bounces > 0 && frame.materials.materials.iter().any(is_mirror)
     }
 }
 
@@ -232,7 +241,7 @@ impl Engine for Cpu {
     /// Structures that are made for the rays of one sample are rebuilt by the stages that trace them.
     fn build(&mut self, staged: &Staged<'_>, _output: Output) -> Result<(), Error> {
         let Staged { frame, settings, .. } = *staged;
-        let sends_rays_onward = frame.is_see_through() || settings.bounces > 0 || Follows::new(settings).around > 0.0;
+        let sends_rays_onward = Follows::new(settings).any(frame);
         self.choose(settings, sends_rays_onward)?;
         self.prepare(frame, settings.sides);
         if sends_rays_onward && self.structure.single_rays().is_none() {
@@ -304,6 +313,16 @@ impl Engine for Cpu {
         self.copies.count_omitted(frame, self.structure.omitted(), stats);
         Ok(())
     }
+}
+
+/// Whether what is mirrored by a material may be followed.
+fn material_mirrors(material: &Material, gloss: bool) -> bool {
+    let Material { roughness, metallic_roughness_texture, unlit, layers, .. } = material;
+    let coat_is_smooth = layers.as_ref().is_some_and(|layers| {
+        let coat = &layers.clearcoat;
+        coat.factor > 0.0 && (coat.roughness <= SMOOTHEST || coat.roughness_texture.is_some())
+    });
+    !unlit && (gloss || *roughness <= SMOOTHEST || metallic_roughness_texture.is_some() || coat_is_smooth)
 }
 
 /// What stops camera rays, and what stops shadow rays.

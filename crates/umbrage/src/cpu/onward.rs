@@ -156,7 +156,8 @@ impl Shading<'_> {
                 // Nothing, of however much.
                 let covered =
                     if coverage == 0.0 { 0.0 } else { at_most_brightest(coverage * tint.element_sum() / 3.0) };
-                film.add(pixel, (radiance * tint).map(at_most_brightest), covered);
+                let radiance = (radiance * tint).map(at_most_brightest);
+                film.add_light(pixel, radiance, covered, self.surroundings.are_flat());
             }
         }
     }
@@ -182,6 +183,7 @@ impl Shading<'_> {
 
     /// What a ray meets.
     fn nearest(&self, Onward { ray, path, from }: &Onward) -> Option<Hit> {
+        debug_assert!(self.sends_rays_onward, "what answers rays that go on was built");
         if path.layers >= MOST_LAYERS {
             return None;
         }

@@ -3,6 +3,7 @@ use std::array;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
 use glam::{Vec3, Vec4};
+use rayon::iter::Either;
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Hit, LightMask, SeenPixels, Sides, SingleRays, TileOrder};
@@ -17,7 +18,7 @@ use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Samples;
 use crate::shade::glass::Media;
-use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, put, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
@@ -41,24 +42,34 @@ impl Cpu {
             sides,
             follows,
             tints,
+            has_flat: staged.has_flat(),
+            sends_rays_onward: follows.any(frame),
         };
-        let Film { color, depth, normal, triangle, .. } = film;
+        let Film { color, flat, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
-        let planes = color.par_chunks_mut(rows).zip(depth.par_chunks_mut(rows));
+        let strips = color.len().div_ceil(rows);
+        let flat = match flat.is_empty() {
+            true => Either::Left((0..strips).into_par_iter().map(|_| None)),
+            false => Either::Right(flat.par_chunks_mut(rows).map(Some)),
+        };
+        let planes = color.par_chunks_mut(rows).zip(flat).zip(depth.par_chunks_mut(rows));
         let planes = planes.zip(normal.par_chunks_mut(rows)).zip(triangle.par_chunks_mut(rows));
-        planes.enumerate().for_each_init(Queue::default, |queue, (strip, (((color, depth), normal), triangle))| {
-            let y = strip as u32 * TileOrder::BLOCK;
-            let mut film = Strip { color, depth, normal, triangle };
-            for (which, sample) in samples.as_slice().iter().enumerate() {
-                let one = OneSample::new(seen.order(), samples, which);
-                for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
-                    let block = Block { view, sample, corner: [x, y] };
-                    let shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, queue));
-                    film.add_block(&block, &shaded);
+        planes.enumerate().for_each_init(
+            Queue::default,
+            |queue, (strip, ((((color, flat), depth), normal), triangle))| {
+                let y = strip as u32 * TileOrder::BLOCK;
+                let mut film = Strip { color, flat, depth, normal, triangle };
+                for (which, sample) in samples.as_slice().iter().enumerate() {
+                    let one = OneSample::new(seen.order(), samples, which);
+                    for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
+                        let block = Block { view, sample, corner: [x, y] };
+                        let shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, queue));
+                        film.add_block(&block, &shaded);
+                    }
+                    queue.follow(level, &shading, &mut film);
                 }
-                queue.follow(level, &shading, &mut film);
-            }
-        });
+            },
+        );
     }
 }
 
@@ -78,6 +89,10 @@ pub(super) struct Shading<'a> {
     pub(super) follows: Follows,
     /// Whether what is seen through colours the light that comes through it to others.
     pub(super) tints: bool,
+    /// Whether the film tells apart what is shown as it is.
+    has_flat: bool,
+    /// Whether there is something that answers rays that go on.
+    pub(super) sends_rays_onward: bool,
 }
 
 /// How light comes from all around.
@@ -91,10 +106,18 @@ pub(super) enum AroundLight {
     Lights,
 }
 
+/// What rays see that is shown as it is.
+struct Flat {
+    color: [Each<f32>; 3],
+    /// Of the pixel.
+    part: Each<f32>,
+}
+
 /// What the camera rays of a block saw.
 struct Shaded {
     /// Radiance, without what comes by rays that go on.
     color: [Each<f32>; 3],
+    flat: Option<Flat>,
     /// How much of what is behind it is hidden.
     coverage: Each<f32>,
     /// The lanes that saw a triangle; there is nothing of it in the others.
@@ -112,7 +135,8 @@ impl Shading<'_> {
         let rays = BlockRays::new(simd, block);
         let Some(hits) = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle)) else {
             let color = self.around(simd, &rays, &[0; LANES]).at_most_brightest().store();
-            return Shaded { color, ..Shaded::NOTHING };
+            let flat = self.surroundings.are_flat().then_some(Flat { color, part: [1.0; LANES] });
+            return Shaded { color, flat, ..Shaded::NOTHING };
         };
         let through = Vectors::splat(simd, Vec3::ONE);
         let met = Met::new(simd, self, &rays, &hits, through, &[0; LANES]);
@@ -143,7 +167,7 @@ impl Shading<'_> {
                 }
             }
         }
-        let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]).store();
+        let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]);
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
             self.go_on(&meeting, &met.ways(&rays, &hits, through, passing, self.follows.gloss), &mut queue.next);
@@ -158,7 +182,8 @@ impl Shading<'_> {
         // Opaque where numbers overflow.
         let coverage = 1.0 - bare.mean();
         Shaded {
-            color,
+            color: color.store(),
+            flat: self.flat(simd, &met, through, bare, color, u16::MAX),
             coverage: coverage.min_precise(1.0).max_precise(-BRIGHTEST).into(),
             shown: hits.shown,
             depth: hits.depth.min_precise(f32::MAX).into(),
@@ -182,9 +207,14 @@ impl Shading<'_> {
         let lanes = Lanes::new(onward, found, &self.frame.materials.materials);
         let through = Vectors::load(simd, &lanes.through);
         let rays = BlockRays::of_rays(simd, &lanes.rays, f32x16::from_slice(simd, &lanes.travelled));
+        // What is seen in mirrors hides nothing of the background.
+        let is_straight = f32x16::from_slice(simd, &lanes.bounces.map(|bounces| if bounces == 0 { 1.0 } else { 0.0 }));
+        let straight = is_straight.simd_gt(0.0).to_bitmask() as u16;
         let Some(hits) = BlockHits::of_found(simd, self.frame, &rays, &lanes.found) else {
-            let color = self.around(simd, &rays, &lanes.bounces) * through;
-            film.add_lanes(onward, &color.at_most_brightest().store(), &[0.0; LANES]);
+            let color = (self.around(simd, &rays, &lanes.bounces) * through).at_most_brightest().store();
+            let part = (through.mean() * is_straight).into();
+            let flat = self.surroundings.are_flat().then(|| Flat { color, part }.only(straight));
+            film.add_lanes(onward, &color, flat.as_ref(), &[0.0; LANES]);
             return;
         };
         let mut met = Met::new(simd, self, &rays, &hits, through, &lanes.bounces);
@@ -194,9 +224,7 @@ impl Shading<'_> {
             found[lane].map(|hit| Meeting { ray, hit, path })
         };
         let radiance = self.own_radiance(simd, &met);
-        let color = self.seen_color(simd, &rays, &met, through, radiance, &lanes.bounces).store();
-        // What is seen in mirrors hides nothing of the background.
-        let is_straight = f32x16::from_slice(simd, &lanes.bounces.map(|bounces| if bounces == 0 { 1.0 } else { 0.0 }));
+        let color = self.seen_color(simd, &rays, &met, through, radiance, &lanes.bounces);
         for (number, light) in self.lights.iter().enumerate() {
             let (reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
             let reflected = (reflected * through.scaled(met.surface.opacity)).at_most_brightest();
@@ -212,7 +240,7 @@ impl Shading<'_> {
                     let (triangle, source, pixel) = (hit.triangle, light.source, path.pixel);
                     shadows.push(Shadow { ray, triangle, source, pixel, radiance, coverage });
                 } else {
-                    film.add(path.pixel, radiance, coverage);
+                    film.add_light(path.pixel, radiance, coverage, self.surroundings.are_flat());
                 }
             }
         }
@@ -228,7 +256,31 @@ impl Shading<'_> {
             None => passing,
         };
         let coverage = (through - bare).mean().min_precise(1.0).max_precise(-BRIGHTEST);
-        film.add_lanes(onward, &color, &(coverage * is_straight).into());
+        let flat = self.flat(simd, &met, through, bare, color, straight);
+        film.add_lanes(onward, &color.store(), flat.as_ref(), &(coverage * is_straight).into());
+    }
+
+    /// What of a `color` that rays see in some `lanes` is shown as it is: unlit surfaces, a background of one colour and what only
+    /// catches shadows before it. So much of the background is `bare`.
+    #[inline(always)]
+    fn flat<S: Simd>(
+        &self,
+        simd: S,
+        met: &Met<S>,
+        through: Vectors<S>,
+        bare: Vectors<S>,
+        color: Vectors<S>,
+        lanes: u16,
+    ) -> Option<Flat> {
+        if !self.has_flat {
+            return None;
+        }
+        let unlit = met.shown & met.surface.unlit;
+        let around = if self.surroundings.are_flat() { !met.shown | met.surface.catches } else { 0 };
+        let lanes = (unlit | around) & lanes;
+        let part =
+            mask32x16::from_bitmask(simd, unlit.into()).select(through.mean() * met.surface.opacity, bare.mean());
+        (lanes != 0).then(|| Flat { color: color.store(), part: part.into() }.only(lanes))
     }
 
     /// What rays show of surfaces of such a radiance, and of what is around the scene where they meet nothing.
@@ -344,9 +396,25 @@ impl Shading<'_> {
     }
 }
 
+impl Flat {
+    /// Nothing but what some lanes have.
+    fn only(mut self, lanes: u16) -> Self {
+        for lane in lanes_of(!lanes) {
+            put(lane, Vec3::ZERO, &mut self.color);
+            self.part[lane] = 0.0;
+        }
+        self
+    }
+
+    fn of_lane(&self, lane: usize) -> Vec4 {
+        vector_of(lane, &self.color).extend(self.part[lane])
+    }
+}
+
 impl Shaded {
     const NOTHING: Self = Self {
         color: [[0.0; LANES]; 3],
+        flat: None,
         coverage: [0.0; LANES],
         shown: 0,
         depth: [0.0; LANES],
@@ -358,6 +426,7 @@ impl Shaded {
 /// Some rows of the film, as many as a block has.
 pub(super) struct Strip<'a> {
     color: &'a mut [Vec4],
+    flat: Option<&'a mut [Vec4]>,
     depth: &'a mut [f32],
     normal: &'a mut [Vec3],
     triangle: &'a mut [u32],
@@ -369,9 +438,20 @@ impl Strip<'_> {
         self.color[pixel as usize] += radiance.extend(coverage);
     }
 
-    fn add_lanes(&mut self, onward: &[Onward], color: &[Each<f32>; 3], coverage: &Each<f32>) {
+    /// Adds what a light does, of which only a surface that catches shadows has a `coverage`: less of it.
+    pub(super) fn add_light(&mut self, pixel: u32, radiance: Vec3, coverage: f32, is_flat_around: bool) {
+        self.add(pixel, radiance, coverage);
+        if let Some(flat) = self.flat.as_mut().filter(|_| is_flat_around && coverage != 0.0) {
+            flat[pixel as usize] += radiance.extend(-coverage);
+        }
+    }
+
+    fn add_lanes(&mut self, onward: &[Onward], color: &[Each<f32>; 3], flat: Option<&Flat>, coverage: &Each<f32>) {
         for (lane, onward) in onward.iter().enumerate() {
             self.add(onward.path.pixel, vector_of(lane, color), coverage[lane]);
+            if let (Some(sum), Some(flat)) = (&mut self.flat, flat) {
+                sum[onward.path.pixel as usize] += flat.of_lane(lane);
+            }
         }
     }
 
@@ -382,6 +462,9 @@ impl Strip<'_> {
         });
         for lane in lanes_of(block.pixels()) {
             self.color[pixels[lane]] += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
+        }
+        if let (Some(sum), Some(flat)) = (&mut self.flat, &shaded.flat) {
+            lanes_of(block.pixels()).for_each(|lane| sum[pixels[lane]] += flat.of_lane(lane));
         }
         if block.sample.index == 0 {
             for lane in lanes_of(shaded.shown) {

@@ -29,7 +29,7 @@ use std::sync::Arc;
 pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
-use umbrage_gpu::shade::{FilmPlanes, Layer, Shade, ShadeInputs};
+use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs};
 use umbrage_gpu::{Band, Buffer, Groups, Recorder, Sight};
 use umbrage_rays::{LightMask, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
@@ -166,7 +166,7 @@ impl GpuEngine {
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
         if sample.index == 0 {
-            self.planes.prepare(&self.gpu, band.size(), true, self.is_see_through)?;
+            self.planes.prepare(&self.gpu, band.size(), self.keeps(staged))?;
         }
         self.layer(staged.lights, band, sample, true, stats)?;
         if !self.is_see_through {
@@ -178,6 +178,11 @@ impl GpuEngine {
             }
         }
         self.shade_surroundings(band, sample, stats)
+    }
+
+    /// What the film keeps of a frame.
+    fn keeps(&self, staged: &Staged<'_>) -> FilmKeeps {
+        FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat() }
     }
 
     /// What is around the scene, seen through all layers.
@@ -209,6 +214,9 @@ impl GpuEngine {
         let pixels = first..first + rows * width;
         for (color, read) in film.color[pixels.clone()].iter_mut().zip(planes.read_color(gpu)?) {
             *color = Film::bounded(read.into());
+        }
+        for (flat, read) in film.flat.iter_mut().skip(first).zip(planes.read_flat(gpu)?) {
+            *flat = Film::bounded(read.into());
         }
         let nearest = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
         for ((depth, normal), [x, y, z, w]) in nearest.zip(planes.read_first(gpu)?) {
@@ -288,9 +296,10 @@ impl Engine for GpuEngine {
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
+        let pixel_bytes = self.keeps(staged).plane_bytes();
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
-        self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes()).collect();
+        self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
         Ok(())
     }
 

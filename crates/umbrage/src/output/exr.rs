@@ -75,6 +75,7 @@ mod tests {
             width: 5,
             height: 3,
             color: pixels.clone().map(|pixel| Vec4::new(f32::from(pixel) * 0.37, 1e-3, 1e6, 0.5)).collect(),
+            flat: Vec::new(),
             depth: pixels.clone().map(|pixel| 1.0 / f32::from(pixel)).collect(),
             normal: pixels.clone().map(|pixel| Vec3::new(0.1, f32::from(pixel), -0.3)).collect(),
             triangle: pixels.map(|pixel| if pixel == 3 { Film::NO_TRIANGLE } else { 1 << pixel }).collect(),

@@ -233,6 +233,7 @@ mod tests {
             width: 4,
             height: 3,
             color: vec![Vec4::splat(0.5); 12],
+            flat: Vec::new(),
             depth: vec![1.0; 12],
             normal: vec![Vec3::Z; 12],
             triangle: vec![0; 12],

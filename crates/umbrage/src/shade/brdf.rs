@@ -65,10 +65,10 @@ impl Gloss {
     }
 }
 
-impl<S: Simd> Reflectance<S> {
-    /// Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.
-    pub(super) const SMOOTHEST: f32 = 0.045;
+/// Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.
+pub(crate) const SMOOTHEST: f32 = 0.045;
 
+impl<S: Simd> Reflectance<S> {
     #[inline(always)]
     pub(crate) fn new(
         simd: S,
@@ -79,7 +79,7 @@ impl<S: Simd> Reflectance<S> {
     ) -> Self {
         let ratio = (ior - 1.0) / (ior + 1.0);
         let dielectric = Vectors::splat(simd, Vec3::ONE).scaled(ratio * ratio);
-        let roughness = roughness.max(Self::SMOOTHEST).min(1.0);
+        let roughness = roughness.max(SMOOTHEST).min(1.0);
         Self {
             diffuse: base_color.scaled(1.0 - metallic),
             f0: dielectric.lerp(base_color, metallic),
@@ -133,7 +133,7 @@ impl<S: Simd> Reflectance<S> {
     /// Where it is so smooth that what is around is seen in it sharply.
     #[inline(always)]
     pub(crate) fn is_mirror(&self) -> mask32x16<S> {
-        self.roughness.simd_le(Self::SMOOTHEST)
+        self.roughness.simd_le(SMOOTHEST)
     }
 
     /// How it looks at a unit normal from the direction `view`, of unit length and away from the surface, with its layers if

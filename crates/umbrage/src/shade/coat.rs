@@ -3,7 +3,7 @@ use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 use umbrage_scene::Clearcoat;
 
-use super::brdf::{Reflectance, distribution};
+use super::brdf::{SMOOTHEST, distribution};
 use super::lanes::Vectors;
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
@@ -27,7 +27,7 @@ impl<S: Simd> Coat<S> {
     pub(super) fn new(factor: f32x16<S>, roughness: f32x16<S>, [normal, view]: [Vectors<S>; 2]) -> Self {
         let cosine = normal.dot(view);
         let missing = 1.0 - cosine.abs().min(1.0);
-        let roughness = roughness.max(Reflectance::<S>::SMOOTHEST).min(1.0);
+        let roughness = roughness.max(SMOOTHEST).min(1.0);
         let alpha = roughness * roughness;
         let part = factor * (fifth_power(missing) * (1.0 - Clearcoat::F0) + Clearcoat::F0);
         Self { normal, view, n_v: cosine.max(1e-4), a2: alpha * alpha, roughness, part }

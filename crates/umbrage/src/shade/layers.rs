@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
-use super::brdf::Reflectance;
+use super::brdf::{Reflectance, SMOOTHEST};
 use super::coat::Coat;
 use super::film::Film;
 use super::grooves::Grooves;
@@ -135,7 +135,7 @@ impl<S: Simd> Layers<S> {
     ) -> (mask32x16<S>, Vectors<S>, Vectors<S>) {
         let Some(coat) = &self.coat else { return (mask32x16::splat(simd, false), mirrored, mirrored_through) };
         let (direction, roughness) = coat.reflection();
-        let coat_mirrors = roughness.simd_le(Reflectance::<S>::SMOOTHEST) & coat.part.simd_gt(0.0);
+        let coat_mirrors = roughness.simd_le(SMOOTHEST) & coat.part.simd_gt(0.0);
         let of_surface = Vectors::select(is_mirror, mirrored_through, Vectors::splat(simd, Vec3::ZERO));
         let both = of_surface + through * coat.albedo(simd);
         (

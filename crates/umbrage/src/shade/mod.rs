@@ -19,7 +19,7 @@ mod specular_albedo;
 mod surface;
 pub(crate) mod transcendental;
 
-pub(crate) use brdf::{Gloss, Reflectance, SeenReflectance};
+pub(crate) use brdf::{Gloss, Reflectance, SMOOTHEST, SeenReflectance};
 pub(crate) use hits::BlockHits;
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};

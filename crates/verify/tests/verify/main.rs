@@ -3,6 +3,7 @@
 mod copies;
 mod exposure;
 mod files_scenes;
+mod flat;
 mod fuzz;
 mod glass;
 mod gloss;
@@ -10,6 +11,7 @@ mod gltf_scenes;
 mod ground;
 mod layers;
 mod lit;
+mod made_light;
 mod matrix;
 mod mirrors;
 mod moving;

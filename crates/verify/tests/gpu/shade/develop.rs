@@ -1,7 +1,8 @@
 //! The stage `develop` alone.
 
+use glam::Vec4;
 use umbrage::{Film, Settings};
-use umbrage_gpu::shade::{Develop, FilmPlanes, ToneMap};
+use umbrage_gpu::shade::{Develop, FilmKeeps, FilmPlanes, ToneMap};
 use umbrage_gpu::{Gpu, Recorder};
 
 use crate::common::gpu;
@@ -28,9 +29,15 @@ impl Developer {
             umbrage::ToneMap::Clip => ToneMap::Clip,
         };
         // On a GPU the film has all planes, and sums over the samples.
-        planes.prepare(gpu, [film.width, film.height], true, true).expect("room");
-        let sums: Vec<[f32; 4]> = film.color.iter().map(|mean| (*mean * settings.samples as f32).to_array()).collect();
-        planes.planes().write_at(gpu, 0, &sums).expect("room");
+        let keeps = FilmKeeps { first: true, through: true, flat: !film.flat.is_empty() };
+        planes.prepare(gpu, [film.width, film.height], keeps).expect("room");
+        let sums = |means: &[Vec4]| -> Vec<[f32; 4]> {
+            means.iter().map(|mean| (*mean * settings.samples as f32).to_array()).collect()
+        };
+        planes.planes().write_at(gpu, 0, &sums(&film.color)).expect("room");
+        if let Some(flat) = planes.flat_plane() {
+            planes.planes().write_at(gpu, 16 * u64::from(flat), &sums(&film.flat)).expect("room");
+        }
         stage.prepare(gpu, planes, settings.samples, settings.exposure_stops, tone_map).expect("room");
         let mut recorder = Recorder::new(gpu);
         recorder.stage("develop", |pass| stage.record(gpu, pass, planes));
