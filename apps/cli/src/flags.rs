@@ -315,28 +315,28 @@ pub(crate) struct RenderFlags {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub(crate) size: Size,
-    /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well
-    #[arg(long, value_name = "N", default_value = "1", value_parser = values::samples())]
-    pub(crate) samples: u32,
+    /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well [default: 4 for a
+    /// still, 1 for frames, 64 where there is something to spread them over]
+    #[arg(long, value_name = "N", value_parser = values::samples())]
+    pub(crate) samples: Option<u32>,
     /// Take only as many of --samples (16, 32, 64 ...) as it needs for a noise of so many levels of 255, in the mean over the
-    /// picture
+    /// picture. There are 1024 unless you say otherwise
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero)]
     pub(crate) noise: f32,
-    /// Diameter of the camera's lens in world units: with 0, everything is sharp. Needs --samples
+    /// Diameter of the camera's lens in world units: with 0, everything is sharp
     #[arg(long, value_name = "DIAMETER", default_value = "0", value_parser = values::from_zero)]
     pub(crate) aperture: f32,
     /// Depth at which the lens has everything sharp, in world units [default: that of what the middle of the picture shows]
     #[arg(long, value_name = "DEPTH", value_parser = values::above_zero, requires = "aperture")]
     pub(crate) focus: Option<f32>,
-    /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak. Needs
-    /// --samples
+    /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds)]
     pub(crate) shutter: f64,
     /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units, of suns in degrees (the
-    /// sun's is 0.27). Shadows have soft edges. Needs --samples
+    /// sun's is 0.27). Shadows have soft edges
     #[arg(long, value_name = "R", default_value = "0", value_parser = values::from_zero)]
     pub(crate) light_radius: f32,
-    /// Light from all around (--background) casts shadows, too: each sample has one direction of it. Needs --samples
+    /// Light from all around (--background) casts shadows, too: each sample has one direction of it
     #[arg(long)]
     pub(crate) sky_shadows: bool,
     /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another point, with
@@ -363,7 +363,7 @@ pub(crate) struct RenderFlags {
     /// light on what is transparent where the scene isn't, in .png, .apng and .exr
     #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
-    /// Brightness: each stop doubles it
+    /// Brightness: each stop doubles it. Unlit materials and a background of one colour stay as they are
     #[arg(
         long,
         value_name = "STOPS",
@@ -384,21 +384,21 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>())]
     pub(crate) sides: Sides,
     /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
-    /// background alone, and glass refracts nothing
-    #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
-    pub(crate) bounces: u32,
+    /// background alone, and glass refracts nothing. On the CPU [default: 2 for a still and with --gloss, else 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
+    pub(crate) bounces: Option<u32>,
     /// Less than this part of what mirrors and glass show isn't followed any further
     #[arg(long, value_name = "PART", default_value = "0.002", value_parser = values::from_zero)]
     pub(crate) least_contribution: f32,
-    /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights. Needs --bounces and
-    /// --samples
+    /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights
     #[arg(long)]
     pub(crate) gloss: bool,
     /// Light from all around doesn't come from where something is nearer than this, in world units: each sample looks in one
-    /// direction. Needs --samples
+    /// direction
     #[arg(long, value_name = "RADIUS", default_value = "0", value_parser = values::from_zero, conflicts_with = "sky_shadows")]
     pub(crate) ambient_occlusion: f32,
-    /// How brightness that no screen can show becomes colours that it can
+    /// How brightness that no screen can show becomes colours that it can. Unlit materials and a background of one colour stay
+    /// as they are
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
     pub(crate) tone_map: ToneMap,
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]

@@ -43,8 +43,6 @@ impl Moments {
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
         let structure = flags.structure.structure()?;
-        engine(&flags, structure)?;
-        samples(&flags)?;
         let (scene, default_seconds) = flags.scene.address();
         let (target, format) = target(flags.output.clone(), flags.format, flags.frames.is_some())?;
         let moments = match (&flags.frames, flags.time) {
@@ -53,13 +51,15 @@ impl Job {
             (None, None) if format.is_animation() || is_numbered(&target)? => Moments::All,
             (None, None) => Moments::Single(default_seconds),
         };
+        let quality = Quality::new(&flags, !moments.are_several())?;
+        engine(&flags, structure, quality)?;
         let are_numbered = moments.are_several() && !format.is_animation() && is_numbered(&target)?;
         for_numbered_frames(&flags, are_numbered)?;
         let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
         let settings = Settings {
             width: flags.size.width,
             height: flags.size.height,
-            samples: flags.samples,
+            samples: quality.samples,
             noise: flags.noise,
             aperture: flags.aperture,
             focus: flags.focus,
@@ -68,7 +68,7 @@ impl Job {
             sky_shadows: flags.sky_shadows,
             structure,
             sides: flags.sides,
-            bounces: flags.bounces,
+            bounces: quality.bounces,
             least_contribution: flags.least_contribution,
             gloss: flags.gloss,
             ambient_occlusion: flags.ambient_occlusion,
@@ -140,10 +140,11 @@ fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Fa
 }
 
 /// Whether what is asked of the engine is its to do.
-fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
+fn engine(flags: &RenderFlags, structure: Structure, quality: Quality) -> Result<(), Failure> {
     match flags.engine {
-        EngineKind::Gpu if flags.bounces > 0 => {
-            Err(Failure::input("mirrors and glass are followed on the CPU alone", "leave out --engine or --bounces"))
+        EngineKind::Gpu if quality.bounces > 0 => {
+            let hint = if flags.gloss { "leave out --engine or --gloss" } else { "leave out --engine or --bounces" };
+            Err(Failure::input("mirrors and glass are followed on the CPU alone", hint))
         }
         EngineKind::Gpu if flags.noise > 0.0 => {
             Err(Failure::input("a GPU's picture is known only once it is done", "leave out --engine or --noise"))
@@ -166,30 +167,55 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     }
 }
 
-/// Whether there are samples to spread over what they should be spread over.
-fn samples(flags: &RenderFlags) -> Result<(), Failure> {
-    let spread = [
-        ("--aperture", flags.aperture > 0.0),
-        ("--shutter", flags.shutter > 0.0),
-        ("--light-radius", flags.light_radius > 0.0),
-        ("--sky-shadows", flags.sky_shadows),
-        ("--gloss", flags.gloss),
-        ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
-        ("--light with a radius", flags.lights.iter().any(LightSpec::is_wide)),
-    ];
-    if flags.noise > 0.0 && flags.samples <= 16 {
-        let message = "--noise: fewer samples than 16 say little of it";
-        return Err(Failure::input(message, "say how many there may be, such as --samples 1024"));
-    }
-    match spread.into_iter().find(|(_, is_asked)| *is_asked && flags.samples == 1) {
-        Some((what, _)) => {
-            let message = format!("{what}: a single sample has everything sharp");
-            Err(Failure::input(message, "give more, such as --samples 64"))
+/// How much work a picture may be for its looks.
+#[derive(Clone, Copy)]
+struct Quality {
+    samples: u32,
+    bounces: u32,
+}
+
+impl Quality {
+    /// Where nobody says how many samples there may be of which as many are taken as noise asks for.
+    const MOST_FOR_NOISE: u32 = 1024;
+    /// Where nobody says over how many samples what is drawn is spread.
+    const SPREAD: u32 = 64;
+
+    /// What was asked for; by default a still is smooth and shows mirrors, and frames are fast.
+    fn new(flags: &RenderFlags, is_still: bool) -> Result<Self, Failure> {
+        let spread = [
+            ("--aperture", flags.aperture > 0.0),
+            ("--shutter", flags.shutter > 0.0),
+            ("--light-radius", flags.light_radius > 0.0),
+            ("--sky-shadows", flags.sky_shadows),
+            ("--gloss", flags.gloss),
+            ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
+            ("--light with a radius", flags.lights.iter().any(LightSpec::is_wide)),
+        ];
+        let spread = spread.into_iter().find(|(_, is_asked)| *is_asked).map(|(what, _)| what);
+        let samples = flags.samples.unwrap_or(match spread {
+            _ if flags.noise > 0.0 => Self::MOST_FOR_NOISE,
+            Some(_) => Self::SPREAD,
+            None if is_still => Settings::STILL_SAMPLES,
+            None => 1,
+        });
+        let is_on_cpu = flags.engine == EngineKind::Cpu;
+        let follows = flags.gloss || is_still && is_on_cpu;
+        let bounces = flags.bounces.unwrap_or(if follows { Settings::STILL_BOUNCES } else { 0 });
+        if flags.noise > 0.0 && samples <= 16 {
+            let message = "--noise: fewer samples than 16 say little of it";
+            return Err(Failure::input(message, "leave out --samples, or say how many there may be, such as 1024"));
         }
-        None if flags.gloss && flags.bounces == 0 => {
-            Err(Failure::input("--gloss: no mirrors are followed", "say how many in a row, such as --bounces 2"))
+        match spread {
+            Some(what) if samples == 1 => {
+                let message = format!("{what}: a single sample has everything sharp");
+                Err(Failure::input(message, "leave out --samples, or give more, such as --samples 64"))
+            }
+            _ if flags.gloss && bounces == 0 => {
+                let hint = "leave out --bounces, or say how many in a row, such as --bounces 2";
+                Err(Failure::input("--gloss: no mirrors are followed", hint))
+            }
+            _ => Ok(Self { samples, bounces }),
         }
-        None => Ok(()),
     }
 }
 
@@ -335,10 +361,35 @@ mod tests {
             &["--ambient-occlusion", "1"],
             &["--light", "point:0,2,0:radius=0.1"],
         ] {
-            let Failure::Input { message, hint } = job(flags).unwrap_err() else { panic!() };
+            let Failure::Input { message, hint } = job(&[flags, &["--samples", "1"]].concat()).unwrap_err() else {
+                panic!()
+            };
             assert!(message.contains(flags[0]) && hint.unwrap().contains("--samples 64"), "{message}");
-            job(&[flags, &["--samples", "2"]].concat()).unwrap();
+            assert_eq!(job(flags).unwrap().settings.samples, 64);
+            assert_eq!(job(&[flags, &["--samples", "2"]].concat()).unwrap().settings.samples, 2);
         }
+    }
+
+    #[test]
+    fn stills_are_smooth_and_frames_are_fast() {
+        let quality = |arguments: &[&str]| {
+            let Settings { samples, bounces, .. } = job(arguments).unwrap().settings;
+            [samples, bounces]
+        };
+        assert_eq!(quality(&[]), [4, 2]);
+        assert_eq!(quality(&["--time", "3", "-o", "a_%d.png"]), [4, 2]);
+        for frames in [&["--frames", "0..2"][..], &["-o", "a.gif"], &["-o", "a_%d.png"]] {
+            assert_eq!(quality(frames), [1, 0]);
+            assert_eq!(quality(&[frames, &["--samples", "8", "--bounces", "1"]].concat()), [8, 1]);
+            assert_eq!(quality(&[frames, &["--gloss"]].concat()), [64, 2]);
+        }
+        // What a GPU doesn't follow isn't asked of it unless somebody says so.
+        for engine in ["gpu", "auto"] {
+            assert_eq!(quality(&["--engine", engine]), [4, 0]);
+        }
+        assert!(job(&["--engine", "gpu", "--gloss"]).is_err() && job(&["--gloss", "--bounces", "0"]).is_err());
+        assert_eq!(quality(&["--noise", "2"]), [1024, 2]);
+        assert!(job(&["--noise", "2", "--samples", "16"]).is_err());
     }
 
     #[test]

@@ -81,7 +81,8 @@ impl CommandLine<'_> {
             let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
             flag(&mut line, "light", &light.to_string());
         }
-        if settings.samples != default.samples {
+        // By default, stills have more samples and mirrors than settings.
+        if settings.samples != Settings::STILL_SAMPLES || is_drawn(settings) {
             flag(&mut line, "samples", &settings.samples.to_string());
         }
         if settings.noise != default.noise {
@@ -90,16 +91,20 @@ impl CommandLine<'_> {
         if is_spread {
             spread(&mut line, settings);
         }
-        match self.engine {
-            EngineChoice::Cpu => structure(&mut line, settings.structure),
+        let bounces = match self.engine {
+            EngineChoice::Cpu => {
+                structure(&mut line, settings.structure);
+                Settings::STILL_BOUNCES
+            }
             EngineChoice::Gpu(name) => {
                 flag(&mut line, "engine", EngineKind::Gpu.name());
                 if !name.is_empty() {
                     flag(&mut line, "device", name);
                 }
+                0
             }
-        }
-        if settings.bounces != default.bounces {
+        };
+        if settings.bounces != bounces {
             flag(&mut line, "bounces", &settings.bounces.to_string());
         }
         if settings.least_contribution != default.least_contribution {
@@ -122,6 +127,14 @@ impl CommandLine<'_> {
         }
         Ok(line)
     }
+}
+
+/// Whether the command's own number of samples is another because of what they are spread over.
+fn is_drawn(settings: &Settings) -> bool {
+    let lights_are_wide = settings.lights.iter().flatten().any(|light| light.radius > 0.0);
+    let Settings { aperture, shutter_seconds, light_radius, ambient_occlusion, noise, .. } = *settings;
+    let is_spread = aperture > 0.0 || shutter_seconds > 0.0 || light_radius > 0.0 || ambient_occlusion > 0.0;
+    is_spread || lights_are_wide || settings.sky_shadows || settings.gloss || noise > 0.0
 }
 
 /// What samples are spread over.

@@ -37,7 +37,7 @@ fn wrong_flags_name_what_is_right() {
         (&["-o", "a.gif", "--fps", "60"], "at most 50 frames"),
         (&["--max-memory", "much"], "--max-memory"),
         (&["--max-memory", "1kB"], "--max-memory"),
-        (&["--max-memory", "1GB", "--size", "4096x4096"], "a picture of 4096x4096 takes about 1.5 GiB"),
+        (&["--max-memory", "1GB", "--size", "4096x4096"], "a picture of 4096x4096 takes about 1.9 GiB"),
         (&["--texture-memory", "much"], "--texture-memory"),
         (&["--texture-memory", "65535"], "give 64.0 KiB or more"),
         (&["--texture-memory", "1MB", "--engine", "gpu"], "a GPU has all textures in its own memory"),
