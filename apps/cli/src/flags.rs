@@ -15,11 +15,15 @@ use crate::values::{self, FrameRange, Shard, Size};
 
 // Lines of examples have at most 80 characters, since longer ones are broken.
 
+const OPEN_EXAMPLES: &str = "
+  umbrage model.glb
+      A model in a window, or where there is none a picture beside it";
+
 const RENDER_EXAMPLES: &str = "
   umbrage render
       The built-in cloth, as umbrage.png
-  umbrage render demo:glass --time 1.5 --samples 4 -o glass.png
-      One moment of another built-in scene, four rays a pixel
+  umbrage render demo:glass --time 1.5 --samples 16 -o glass.png
+      One moment of another built-in scene, sixteen rays a pixel
   umbrage render demo:shatter --frames 0..24 --size 640x360 -o shatter.gif
       An animation of one second
   umbrage render 'demo:cloth?triangles=20000' --frames 0..3 -o cloth_%04d.exr
@@ -30,19 +34,19 @@ const RENDER_EXAMPLES: &str = "
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
       With what smooth surfaces mirror, and what is seen through glass
-  umbrage render demo:hall --samples 64 --ambient-occlusion 1.5
+  umbrage render demo:hall --ambient-occlusion 1.5
       Darker corners
-  umbrage render demo:hall --samples 1024 --noise 1.5 --light-radius 0.2
+  umbrage render demo:hall --noise 1.5 --light-radius 0.2
       As many samples as it takes
-  umbrage render demo:marbles --samples 64 --bounces 2 --gloss
+  umbrage render demo:marbles --gloss
       Blurred reflections
-  umbrage render demo:marbles --samples 64 --aperture 0.2 --light-radius 0.3
+  umbrage render demo:marbles --aperture 0.2 --light-radius 0.3
       A lens that is sharp at one depth only, and shadows with soft edges
-  umbrage render demo:shatter --time 1 --shutter 0.02 --samples 64
+  umbrage render demo:shatter --time 1 --shutter 0.02
       What moves leaves streaks, as on film with an open shutter
   umbrage render demo:shatter --ground shadow --background none -o model.png
       A model and its shadow, to be put over another picture
-  umbrage render demo:gears --ground matte --sky-shadows --samples 64
+  umbrage render demo:gears --ground matte --sky-shadows
       Soft shadows of all the sky
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
@@ -104,7 +108,7 @@ fn below(examples: &[&str]) -> String {
 #[command(
     name = "umbrage",
     version,
-    after_help = below(&[RENDER_EXAMPLES, VIEW_EXAMPLES, HEATMAP_EXAMPLES, INFO_EXAMPLES]),
+    after_help = below(&[OPEN_EXAMPLES, RENDER_EXAMPLES, VIEW_EXAMPLES, HEATMAP_EXAMPLES, INFO_EXAMPLES]),
     arg_required_else_help = true,
     args_override_self = true
 )]

@@ -15,11 +15,13 @@ mod progress;
 mod records;
 mod render;
 mod report;
+mod shorthand;
 mod signals;
 mod staging;
 mod values;
 mod view;
 
+use std::env;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -29,7 +31,7 @@ use flags::{Command, Flags};
 
 fn main() -> ExitCode {
     signals::clean_up_when_told_to_end();
-    let done = match Flags::try_parse() {
+    let done = match Flags::try_parse_from(shorthand::written_out(env::args_os())) {
         Ok(flags) => run(flags),
         // Help and the version are among these, and go to standard output.
         Err(said) => match said.print() {

@@ -160,7 +160,10 @@ fn sheet(
     let mut text = String::new();
     let width = MARGIN + LABELS + width;
     let longest = legend.iter().map(|(_, name)| name.chars().count()).max().unwrap_or(0) as u32;
-    let sheet = (width + LEGEND_WIDTH.max(KEY + CHARACTER * longest), (TITLE + height + labels).max(TITLE + LINE * legend.len() as u32));
+    let sheet = (
+        width + LEGEND_WIDTH.max(KEY + CHARACTER * longest),
+        (TITLE + height + labels).max(TITLE + LINE * legend.len() as u32),
+    );
     {
         let root = SVGBackend::with_string(&mut text, sheet).into_drawing_area();
         root.fill(&WHITE)?;
