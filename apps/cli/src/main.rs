@@ -20,6 +20,7 @@ mod signals;
 mod staging;
 mod values;
 mod view;
+mod written;
 
 use std::env;
 use std::process::ExitCode;

@@ -1,19 +1,21 @@
-use std::fs::File;
 use std::io::{self, Write};
+use std::panic::resume_unwind;
 use std::path::Path;
+use std::thread;
 use std::time::Instant;
 
-use umbrage::Scene;
 use umbrage::output::{Target, Writer};
+use umbrage::{Film, Scene};
 
 use crate::engine;
 use crate::failure::{Failure, say};
 use crate::flags::StatsFlag;
 use crate::job::{Job, use_threads};
 use crate::progress::Progress;
-use crate::records::{self, Records};
+use crate::records::Records;
 use crate::report::{self, FrameReport, Report, thousands};
 use crate::staging::Staging;
+use crate::written::{self, FrameWriter, Rendered};
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     use_threads(job.flags.scene.threads)?;
@@ -41,10 +43,10 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     let share = schedule.share.clone();
     let frames = records.as_ref().map_or_else(|| share.clone().collect(), |records| records.missing(share.clone()));
     report.already_there = share.len() - frames.len();
-    if frames.is_empty() && job.flags.shard.is_some() | records.is_some() {
+    if frames.is_empty() && (job.flags.shard.is_some() || records.is_some()) {
         return Ok(());
     }
-    let mut writer = Writer::create(&job.target, job.format, &share, &job.settings, &job.output_options)?;
+    let writer = Writer::create(&job.target, job.format, &share, &job.settings, &job.output_options)?;
     if let Some(records) = &records {
         records.prepare()?;
     }
@@ -53,31 +55,37 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
     let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
-    for frame in frames {
+    let mut render = |frame: u32, mut film: Film| -> Result<Rendered, Failure> {
         let seconds = schedule.seconds(frame);
         let settings = staging.settings(scene, seconds, schedule.turn(frame))?;
         let started = Instant::now();
-        let film = renderer.render(scene, seconds, &settings)?;
-        let rendered = Instant::now();
-        match &records {
-            None => writer.write(frame, film, &settings)?,
-            Some(records) => {
-                let mut written = (0, String::new());
-                let mut look = |file: &File| records::hash(file).map(|hashed| written = hashed);
-                writer.write_and_look(frame, film, &settings, &mut look)?;
-                records.write(frame, written)?;
+        renderer.render(scene, seconds, &settings)?;
+        let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
+        renderer.swap_film(&mut film);
+        let stats = renderer.stats().clone();
+        let report = FrameReport { frame, seconds, render_milliseconds, write_milliseconds: 0.0, stats };
+        Ok(Rendered { film, settings, report })
+    };
+    let writer = FrameWriter { writer, records: records.as_ref(), progress: &progress };
+    let (to_writer, from_renderer) = written::way();
+    let (rendered, written) = thread::scope(|scope| {
+        let writing = scope.spawn(move || writer.write_all(from_renderer));
+        let mut rendered = Ok(());
+        for frame in frames {
+            // Where the writer has failed, it says why.
+            let goes_on = render(frame, to_writer.spare()).map(|frame| to_writer.send(frame));
+            if !matches!(goes_on, Ok(true)) {
+                rendered = goes_on.map(|_| ());
+                break;
             }
         }
-        report.push(FrameReport {
-            frame,
-            seconds,
-            render_milliseconds: 1e3 * rendered.duration_since(started).as_secs_f64(),
-            write_milliseconds: 1e3 * rendered.elapsed().as_secs_f64(),
-            stats: renderer.stats().clone(),
-        });
-        progress.step();
-    }
+        drop(to_writer);
+        (rendered, writing.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    });
     drop(progress);
+    let (writer, frames) = written?;
+    rendered?;
+    report.frames = frames;
     Ok(writer.finish()?)
 }
 

@@ -59,10 +59,6 @@ impl Report {
         }
     }
 
-    pub(crate) fn push(&mut self, frame: FrameReport) {
-        self.frames.push(frame);
-    }
-
     /// Computes what follows from all frames.
     pub(crate) fn complete(&mut self) {
         let median_of = |cost: &dyn Fn(&FrameReport) -> Option<f64>| median(self.frames.iter().filter_map(cost));
@@ -207,7 +203,7 @@ mod tests {
     fn medians_are_by_stage() {
         let mut report = Report::new(Path::new("demo:x"), &Settings::default());
         for (number, see) in [5.0, 1.0, 2.0].into_iter().enumerate() {
-            report.push(frame(number as u32, see, 1.5));
+            report.frames.push(frame(number as u32, see, 1.5));
         }
         report.complete();
         let stages: Vec<(&str, f64)> =

@@ -17,6 +17,7 @@ mod rays;
 mod scan;
 mod shot;
 mod table;
+mod tone_map;
 mod trust;
 #[cfg(feature = "view")]
 mod window;
@@ -63,6 +64,8 @@ enum Command {
     Effects(effects::EffectsFlags),
     /// A spinning lidar: directions all around from one origin, through scans and through Embree
     Scan(scan::ScanFlags),
+    /// What the tone maps show of grey
+    ToneMap(tone_map::ToneMapFlags),
     /// Measure some of the papers' experiments and write their tables to docs/papers
     Paper(papers::PaperFlags),
     /// Measure all of them, and say what differs from the tables that are there
@@ -154,6 +157,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Bounce(flags) => bounce::run(&flags),
         Command::Effects(flags) => effects::run(&flags),
         Command::Scan(flags) => scan::run(&flags),
+        Command::ToneMap(flags) => flags.run(),
         Command::Paper(flags) => flags.run(),
         Command::Papers(flags) => flags.run(),
         Command::Table1(flags) => flags.run(),

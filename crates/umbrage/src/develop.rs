@@ -133,7 +133,12 @@ const LEAST_REST: f32 = 1.0 / 1024.0;
 
 /// What a part of a pixel shows, from what it adds to the pixel.
 fn of_part(color: Vec3, part: f32) -> Vec3 {
-    if part > 0.0 { color / part } else { Vec3::ZERO }
+    match part {
+        // Most are whole, and divisions slow.
+        1.0 => color,
+        part if part > 0.0 => color / part,
+        _ => Vec3::ZERO,
+    }
 }
 
 /// Linear values as channels of a file with sixteen bits have them.

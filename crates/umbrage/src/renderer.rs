@@ -173,6 +173,12 @@ impl Renderer {
         &self.film
     }
 
+    /// Takes the last frame's film and leaves another, whose memory the next frame uses: so a picture can be written by one
+    /// thread while another one renders.
+    pub fn swap_film(&mut self, film: &mut Film) {
+        std::mem::swap(&mut self.film, film);
+    }
+
     /// What the last frame cost.
     #[must_use]
     pub fn stats(&self) -> &Stats {

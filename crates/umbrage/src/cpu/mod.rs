@@ -2,6 +2,7 @@
 
 mod caught;
 mod copies;
+mod kept;
 mod met;
 mod onward;
 mod samples;
@@ -20,6 +21,7 @@ use umbrage_rays::{
 use umbrage_scene::{Frame, FrameOpacity, Light, Material, Scene};
 
 use copies::Copies;
+use kept::Kept;
 use samples::OneSample;
 use shadow::Casting;
 
@@ -39,6 +41,8 @@ pub(crate) struct Cpu {
     copies: Copies,
     /// For single rays, where the structure doesn't answer them.
     bvh: Bvh,
+    /// What that was built for.
+    kept: Kept,
     /// Which sides of the frame's triangles stop rays.
     sides: TriangleSides,
     follows: Follows,
@@ -103,6 +107,7 @@ impl Cpu {
             structure: Box::new(DirectGrids::with_level(level)),
             copies: Copies::default(),
             bvh: Bvh::default(),
+            kept: Kept::default(),
             sides: TriangleSides::default(),
             follows: Follows::default(),
             samples: Samples::one(Sample::MIDDLE),
@@ -245,7 +250,10 @@ impl Engine for Cpu {
         self.choose(settings, sends_rays_onward)?;
         self.prepare(frame, settings.sides);
         if sends_rays_onward && self.structure.single_rays().is_none() {
-            self.bvh.build(self.copies.triangles(frame));
+            let triangles = self.copies.triangles(frame);
+            if !self.kept.are_still(triangles) {
+                self.bvh.build(triangles);
+            }
         }
         Ok(())
     }
@@ -306,7 +314,7 @@ impl Engine for Cpu {
         let Bytes { triangles, points } = self.structure.bytes();
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled());
-        stats.structure_bytes = triangles + self.bvh.bytes().triangles + self.sides.bytes();
+        stats.structure_bytes = triangles + self.bvh.bytes().triangles + self.kept.bytes() + self.sides.bytes();
         stats.point_bytes = points;
         stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
         stats.uploaded_bytes = 0;

@@ -21,7 +21,7 @@ pub enum FloatDepth {
     Full,
 }
 
-/// Writes a film as one layer: `R`, `G`, `B`, `A` (linear radiance and coverage), `depth.Z`, `normal.X`, `normal.Y`,
+/// Writes a film as one layer: `R`, `G`, `B`, `A` (linear radiance and coverage), `Z` and `depth.Z` (the same depths), `normal.X`, `normal.Y`,
 /// `normal.Z` and `id` (unsigned integers).
 pub(crate) fn write(film: &Film, path: &Path, depth: FloatDepth, look: Look<'_>) -> Result<(), Error> {
     let size = (film.width as usize, film.height as usize);
@@ -47,6 +47,8 @@ fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>
         ("G", color(|color| color.y)),
         ("B", color(|color| color.z)),
         ("A", color(|color| color.w)),
+        // By the name that every compositing program knows, and as a layer.
+        ("Z", FlatSamples::F32(film.depth.clone())),
         ("depth.Z", FlatSamples::F32(film.depth.clone())),
         ("normal.X", normal(|normal| normal.x)),
         ("normal.Y", normal(|normal| normal.y)),
@@ -104,6 +106,7 @@ mod tests {
         assert_eq!(channel("G"), FlatSamples::F32(vec![1e-3; 15]));
         assert_eq!(channel("B"), FlatSamples::F32(vec![1e6; 15]));
         assert_eq!(channel("A"), FlatSamples::F32(vec![0.5; 15]));
+        assert_eq!(channel("Z"), channel("depth.Z"));
         assert_eq!(channel("depth.Z"), FlatSamples::F32(film.depth));
         assert_eq!(channel("normal.X"), FlatSamples::F32(vec![0.1; 15]));
         assert_eq!(channel("normal.Z"), FlatSamples::F32(vec![-0.3; 15]));

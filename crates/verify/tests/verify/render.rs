@@ -166,3 +166,15 @@ fn a_renderer_used_again_gives_what_a_new_one_gives() {
         assert_eq!(again, fresh);
     }
 }
+
+#[test]
+fn what_stays_of_a_scene_that_stays_is_as_good_as_new() {
+    let scene = umbrage::open("demo:glass?triangles=500").expect("a scene");
+    let settings = Settings { width: 40, height: 30, bounces: 2, ..Settings::default() };
+    let mut used = Renderer::default();
+    for (number, moment) in [0.7, 0.7, 0.7, 0.7, 0.9, 0.9, 0.7, 0.7, 0.7].into_iter().enumerate() {
+        let again = used.render(&scene, moment, &settings).expect("a frame").color.clone();
+        let fresh = Renderer::default().render(&scene, moment, &settings).expect("a frame").color.clone();
+        assert!(again == fresh, "frame {number}");
+    }
+}
