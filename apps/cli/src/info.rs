@@ -30,6 +30,7 @@ struct Contents {
     lights: Vec<LightContents>,
     cameras: Vec<CameraContents>,
     animations: Vec<AnimationContents>,
+    variants: Vec<String>,
     omitted: Vec<OmittedTriangles>,
     warnings: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -174,6 +175,7 @@ impl Contents {
             lights: lights.collect(),
             cameras: cameras.collect(),
             animations: animations.collect(),
+            variants: scene.variants().to_vec(),
             omitted: OmittedTriangles::of(&triangles.omitted()).collect(),
             warnings: scene.warnings().to_vec(),
             structure: None,
@@ -208,6 +210,7 @@ impl Contents {
             format!("{} {:.3} s{plays}", quoted(&animation.name), animation.seconds)
         };
         line("animations", &listed(&self.animations, animation));
+        line("variants", &listed(&self.variants, |name| quoted(name)));
         for omitted in &self.omitted {
             let triangles = count(u64::from(omitted.count), "triangle");
             line("left out", &format!("{triangles} ({}; first ids {:?})", omitted.reason, omitted.first_ids));

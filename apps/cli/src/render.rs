@@ -3,8 +3,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use umbrage::Scene;
 use umbrage::output::{Target, Writer};
+use umbrage::{OmittedTriangles, Scene};
 
 use crate::engine;
 use crate::failure::{Failure, say};
@@ -53,6 +53,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
     let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
+    let mut told = Vec::new();
     for frame in frames {
         let seconds = schedule.seconds(frame);
         let settings = staging.settings(scene, seconds, schedule.turn(frame))?;
@@ -75,10 +76,24 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
             write_milliseconds: 1e3 * rendered.elapsed().as_secs_f64(),
             stats: renderer.stats().clone(),
         });
+        if !job.flags.quiet {
+            warn_of_omitted(frame, &renderer.stats().omitted, &mut told);
+        }
         progress.step();
     }
     drop(progress);
     Ok(writer.finish()?)
+}
+
+/// Says which triangles aren't in a picture, once for each reason.
+fn warn_of_omitted(frame: u32, omitted: &[OmittedTriangles], told: &mut Vec<&'static str>) {
+    for OmittedTriangles { reason, count, .. } in omitted {
+        if !told.contains(reason) {
+            let triangles = report::count(u64::from(*count), "triangle");
+            say(format_args!("warning: frame {frame}: left out {triangles}: {reason}"));
+            told.push(reason);
+        }
+    }
 }
 
 /// One line that says what was written where.

@@ -8,6 +8,7 @@ use image::ImageDecoder;
 use crate::memory::Budget;
 use level::Level;
 
+mod ktx2;
 mod level;
 mod opacity;
 mod pool;
@@ -86,7 +87,7 @@ impl Texture {
         Self { name: name.into(), space, filter, wrap, levels, opacities: OnceLock::new() }
     }
 
-    /// A texture from the bytes of an image file (PNG, JPEG, BMP or TGA).
+    /// A texture from the bytes of an image file (PNG, JPEG, WebP, BMP, TGA or KTX2).
     ///
     /// # Errors
     /// Says in words why the bytes are no such image, or that it is larger than [`Texture::MAX_SIDE`].
@@ -143,6 +144,12 @@ impl Texture {
     /// # Errors
     /// As [`Texture::decode_within`].
     pub(crate) fn decode_texels(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
+        if ktx2::is_ktx2(bytes) {
+            return ktx2::decode(bytes, budget);
+        }
+        if is_avif(bytes) {
+            return Err("AVIF images are not read; convert it to PNG, as with ImageMagick or GIMP".to_owned());
+        }
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|error| format!("not an image: {error}"))?;
@@ -252,6 +259,11 @@ impl Texture {
             upper.lerp(lower, down)
         })
     }
+}
+
+/// Whether bytes are an AVIF file's: its first box, behind four bytes that say how long that is, says so.
+fn is_avif(bytes: &[u8]) -> bool {
+    bytes.get(4..12).is_some_and(|name| name == b"ftypavif" || name == b"ftypavis")
 }
 
 /// The linear value of each sRGB byte.

@@ -12,6 +12,7 @@ use super::accessor::Accessor;
 use super::curve::{Curve, Interpolation};
 use super::document::Document;
 use super::nodes::rotation;
+use super::visibility::Toggle;
 use crate::{Animation, Clip, Error};
 
 /// One property of one node, over time.
@@ -28,7 +29,9 @@ pub(super) struct Animations {
     pub(super) animations: Vec<Animation>,
     /// In the order in which they are applied.
     pub(super) channels: Vec<Channel>,
-    /// When the last of `channels` ends.
+    /// Which nodes come and go, of those that play.
+    pub(super) toggles: Vec<Toggle>,
+    /// When the last of `channels` and `toggles` ends.
     pub(super) duration_seconds: f64,
 }
 
@@ -49,17 +52,21 @@ impl Animations {
         check_size(document)?;
         for (number, json) in document.json.animations.iter().enumerate() {
             let channels = read_channels(document, json, number, &weights, warnings)?;
-            let seconds = channels.iter().map(|channel| channel.curve.end_seconds()).fold(0.0, f32::max);
+            let toggles = read_toggles(document, json, number, warnings)?;
+            let curves =
+                channels.iter().map(|channel| &channel.curve).chain(toggles.iter().map(|toggle| &toggle.curve));
+            let seconds = curves.map(Curve::end_seconds).fold(0.0, f32::max);
             let name = json.name.clone().unwrap_or_default();
             read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
-            all.push(channels);
+            all.push((channels, toggles));
         }
         let plays = chosen(path, clip, &read.animations, &all)?;
-        for ((number, animation), channels) in read.animations.iter_mut().enumerate().zip(all) {
+        for ((number, animation), (channels, toggles)) in read.animations.iter_mut().enumerate().zip(all) {
             if plays.contains(&number) {
                 animation.plays = true;
                 read.duration_seconds = read.duration_seconds.max(animation.seconds);
                 read.channels.extend(channels);
+                read.toggles.extend(toggles);
             }
         }
         Ok(read)
@@ -87,7 +94,7 @@ fn chosen(
     path: &Path,
     clip: &Clip,
     animations: &[Animation],
-    channels: &[Vec<Channel>],
+    channels: &[(Vec<Channel>, Vec<Toggle>)],
 ) -> Result<Range<usize>, Error> {
     Ok(match clip {
         Clip::All => 0..animations.len(),
@@ -104,10 +111,12 @@ fn chosen(
 }
 
 /// Whether no two animations move the same property of the same node.
-fn independent(channels: &[Vec<Channel>]) -> bool {
+fn independent(channels: &[(Vec<Channel>, Vec<Toggle>)]) -> bool {
+    const VISIBILITY: u8 = 0;
     let mut moved = HashSet::new();
-    channels.iter().all(|channels| {
-        let own: HashSet<_> = channels.iter().map(|channel| (channel.node, channel.property as u8)).collect();
+    channels.iter().all(|(channels, toggles)| {
+        let plain = channels.iter().map(|channel| (channel.node, channel.property as u8));
+        let own: HashSet<_> = plain.chain(toggles.iter().map(|toggle| (toggle.node, VISIBILITY))).collect();
         own.into_iter().all(|target| moved.insert(target))
     })
 }
@@ -165,6 +174,34 @@ fn read_channels(
         channels.push(Channel { node: node as u32, property, curve });
     }
     Ok(channels)
+}
+
+/// The channels with pointers that hide and show nodes; others are left out.
+fn read_toggles(
+    document: &Document,
+    json: &json::Animation,
+    number: usize,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Toggle>, Error> {
+    let mut toggles = Vec::new();
+    for channel in document.pointers.iter().filter(|channel| channel.animation == number) {
+        let location = channel.location();
+        let Some(node) = channel.toggled_node() else {
+            warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
+            continue;
+        };
+        document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target"))?;
+        let sampler =
+            document.element(&json.samplers, "samplers", channel.sampler, format_args!("{location}.sampler"))?;
+        let sampler_location = format!("animations[{number}].samplers[{}]", channel.sampler);
+        // One number a keyframe, as of a node with one morph target.
+        let curve = read_curve(document, sampler, Property::MorphTargetWeights, 1, &sampler_location)?;
+        // There is nothing between visible and hidden.
+        let values = (0..curve.times.len()).map(|keyframe| curve.value(keyframe)[0]).collect();
+        let curve = Curve { values, interpolation: Interpolation::Step, ..curve };
+        toggles.push(Toggle { node: node as u32, curve });
+    }
+    Ok(toggles)
 }
 
 fn read_curve(

@@ -30,7 +30,7 @@ pub(super) struct NodeLight {
     light: Light,
 }
 
-/// The cameras of the visible nodes.
+/// The cameras of the scene's nodes: of hidden ones too, as the extension has it.
 ///
 /// # Errors
 /// Where an index is out of range.
@@ -40,7 +40,7 @@ pub(super) fn cameras(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<NodeCamera>, Error> {
     let mut cameras = Vec::new();
-    for (number, node) in visible(document, nodes) {
+    for (number, node) in among(document, &nodes.in_scene) {
         let Some(camera) = node.camera else { continue };
         let location = format_args!("nodes[{number}].camera");
         let json = document.element(&document.json.cameras, "cameras", camera.value(), location)?;
@@ -63,7 +63,7 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
     let extension = document.json.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
     let all = extension.map_or(&[][..], |extension| &extension.lights);
     let mut lights = Vec::new();
-    for (number, node) in visible(document, nodes) {
+    for (number, node) in among(document, &nodes.visible) {
         let Some(light) = node.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref())
         else {
             continue;
@@ -94,8 +94,8 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
     Ok(lights)
 }
 
-fn visible<'a>(document: &'a Document, nodes: &'a Nodes) -> impl Iterator<Item = (usize, &'a json::Node)> {
-    document.json.nodes.iter().enumerate().filter(|&(number, _)| nodes.visible[number])
+fn among<'a>(document: &'a Document, chosen: &'a [bool]) -> impl Iterator<Item = (usize, &'a json::Node)> {
+    document.json.nodes.iter().enumerate().filter(|&(number, _)| chosen[number])
 }
 
 fn projection(json: &json::Camera) -> Option<Projection> {

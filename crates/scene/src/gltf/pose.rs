@@ -49,6 +49,10 @@ impl Animated for GltfScene {
         &self.animations.animations
     }
 
+    fn variants(&self) -> &[String] {
+        &self.variants
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -64,18 +68,24 @@ impl GltfScene {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut scratch = idle.unwrap_or_else(|| self.scratch());
         self.animate(seconds, &mut scratch);
-        frame.mesh.clone_from(&self.mesh);
+        let visible = self.visibility.as_ref().map(|visibility| visibility.at(seconds));
+        frame.mesh = match (&self.visibility, &visible) {
+            (Some(visibility), Some(visible)) => visibility.mesh(visible),
+            _ => Arc::clone(&self.mesh),
+        };
         frame.materials.clone_from(&self.materials);
         frame
             .cameras
             .extend(self.cameras.iter().map(|camera| camera.at(&scratch.world_from_node[camera.node as usize])));
-        frame.lights.extend(self.lights.iter().map(|light| light.at(&scratch.world_from_node[light.node as usize])));
+        let is_lit = |light: &&NodeLight| visible.as_ref().is_none_or(|visible| visible[light.node as usize]);
+        let lights = self.lights.iter().filter(is_lit);
+        frame.lights.extend(lights.map(|light| light.at(&scratch.world_from_node[light.node as usize])));
         pose_vertices(&scratch.pose, frame);
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
         for (NodeCamera { node, .. }, NamedCamera { name, camera }) in self.cameras.iter().zip(&frame.cameras) {
             check_camera(camera).map_err(|cause| self.is_nowhere(*node, "camera", name, seconds, cause))?;
         }
-        for (NodeLight { node, .. }, light) in self.lights.iter().zip(&frame.lights) {
+        for (NodeLight { node, .. }, light) in self.lights.iter().filter(is_lit).zip(&frame.lights) {
             check_light(light).map_err(|cause| self.is_nowhere(*node, "light", &light.name, seconds, cause))?;
         }
         Ok(())

@@ -1,0 +1,160 @@
+//! Variants of materials, hidden nodes, and animations that say by a path what they move.
+
+use serde_json::{Value, json};
+use umbrage_scene::{Error, OpenOptions, Scene};
+
+use crate::builder::{Builder, U8};
+
+/// A triangle whose material is red, or of the variant `sea` blue and of `sand` as it is.
+fn with_variants() -> Builder {
+    const NAME: &str = "KHR_materials_variants";
+    let mut file = Builder::new();
+    let mappings = json!([{ "material": 1, "variants": [1] }, { "material": 0, "variants": [0] }]);
+    let positions = file.floats(&crate::builder::TRIANGLE);
+    let more = json!({ "material": 0, "extensions": { NAME: { "mappings": mappings } } });
+    let mesh = file.mesh(json!({ "POSITION": positions }), more);
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.push("materials", json!({ "name": "red" }));
+    file.push("materials", json!({ "name": "blue" }));
+    file.json["extensions"] = json!({ NAME: { "variants": [{ "name": "sand" }, { "name": "sea" }] } });
+    file.json["extensionsRequired"] = json!([NAME]);
+    file
+}
+
+fn open_variant(file: &Builder, variant: Option<&str>) -> Result<Scene, Error> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("shoe.glb");
+    std::fs::write(&path, file.glb()).unwrap();
+    Scene::open_with(path, &OpenOptions { variant: variant.map(str::to_owned), ..OpenOptions::default() })
+}
+
+#[test]
+fn a_variant_has_its_materials() {
+    let file = with_variants();
+    for (variant, material) in [(None, 0), (Some("sand"), 0), (Some("sea"), 1)] {
+        let scene = open_variant(&file, variant).unwrap();
+        assert_eq!(scene.variants(), ["sand", "sea"]);
+        assert!(scene.warnings().is_empty(), "{:?}", scene.warnings());
+        assert_eq!(scene.at(0.0).unwrap().mesh.material_of_triangle, [material], "{variant:?}");
+    }
+    let error = |file: &Builder, variant| open_variant(file, Some(variant)).unwrap_err().to_string();
+    let unknown = error(&file, "wood");
+    assert!(unknown.contains("shoe.glb: there is no variant `wood`; the file has `sand`, `sea`"), "{unknown}");
+    let mut none = Builder::new();
+    none.triangle();
+    assert!(error(&none, "sea").contains("there is no variant `sea`, as the file has none"));
+    let mut broken = with_variants();
+    broken.json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"] = json!({ "mappings": 5 });
+    let text = error(&broken, "sea");
+    assert!(text.contains("meshes[0].primitives[0].extensions.KHR_materials_variants: "), "{text}");
+    let mut missing = with_variants();
+    missing.json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"][0]["material"] =
+        json!(9);
+    assert!(error(&missing, "sea").contains("meshes[0].primitives[0].material: index 9"));
+}
+
+/// What a channel with a pointer has for a target.
+fn target(pointer: &str) -> Value {
+    json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } } })
+}
+
+fn hidden() -> Value {
+    json!({ "KHR_node_visibility": { "visible": false } })
+}
+
+#[test]
+fn hidden_nodes_hide_what_is_below_but_no_cameras() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.json["extensionsRequired"] = json!(["KHR_node_visibility", "KHR_lights_punctual"]);
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point", "name": "lamp" }] } });
+    let camera = file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }));
+    let light = json!({ "KHR_lights_punctual": { "light": 0 }, "KHR_node_visibility": { "visible": true } });
+    file.push("nodes", json!({ "mesh": mesh, "children": [1], "extensions": hidden() }));
+    file.push("nodes", json!({ "mesh": mesh, "camera": camera, "extensions": light }));
+    file.push("nodes", json!({ "mesh": mesh, "translation": [0, 0, 7] }));
+    let frame = file.at(0.0);
+    assert_eq!((frame.mesh.triangles.len(), frame.cameras.len(), frame.positions[0].z), (1, 1, 7.0));
+    assert_ne!(&*frame.lights[0].name, "lamp");
+    file.json["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = json!(true);
+    let frame = file.at(0.0);
+    assert_eq!((frame.mesh.triangles.len(), frame.cameras.len()), (3, 1));
+    assert_eq!(&*frame.lights[0].name, "lamp");
+}
+
+/// Three triangles, of which the first and one below it blink: hidden at rest, visible from half a second to a whole one.
+fn blinking() -> Builder {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh, "children": [1], "extensions": hidden() }));
+    file.push("nodes", json!({ "mesh": mesh, "translation": [0, 0, 1] }));
+    file.push("nodes", json!({ "mesh": mesh, "translation": [0, 0, 2] }));
+    let (input, output) = (file.floats(&[[0.0], [0.5], [1.0]]), file.accessor(U8, "SCALAR", 3, &[0, 1, 0]));
+    let channel = json!({ "sampler": 0, "target": target("/nodes/0/extensions/KHR_node_visibility/visible") });
+    let sampler = json!({ "input": input, "output": output, "interpolation": "STEP" });
+    file.push("animations", json!({ "name": "blink", "channels": [channel], "samplers": [sampler] }));
+    file.json["extensionsRequired"] = json!(["KHR_node_visibility", "KHR_animation_pointer"]);
+    file
+}
+
+#[test]
+fn animations_hide_and_show_nodes() {
+    let scene = blinking().open().unwrap();
+    assert!(scene.warnings().is_empty(), "{:?}", scene.warnings());
+    assert_eq!((scene.animations().len(), scene.duration_seconds()), (1, 1.0));
+    let depths = |seconds: f64| {
+        let frame = scene.at(seconds).unwrap();
+        frame.check().unwrap();
+        assert_eq!(frame.mesh.part_of_triangle.len(), frame.mesh.triangles.len());
+        frame.mesh.triangles.iter().map(|corners| frame.positions[corners[0] as usize].z).collect::<Vec<_>>()
+    };
+    for (seconds, visible) in
+        [(0.0, &[2.0][..]), (0.49, &[2.0]), (0.5, &[0.0, 1.0, 2.0]), (0.99, &[0.0, 1.0, 2.0]), (1.0, &[2.0])]
+    {
+        assert_eq!(depths(seconds), visible, "at {seconds} s");
+    }
+    // As long as the same is visible, the mesh is the same, which need not be prepared anew.
+    let mesh = |seconds: f64| scene.at(seconds).unwrap().mesh;
+    assert!(std::sync::Arc::ptr_eq(&mesh(0.1), &mesh(0.2)) && std::sync::Arc::ptr_eq(&mesh(0.6), &mesh(0.7)));
+    let at_rest = blinking().open_clip(umbrage_scene::Clip::Rest).unwrap();
+    assert_eq!(at_rest.at(0.7).unwrap().mesh.triangles.len(), 1);
+}
+
+#[test]
+fn pointers_to_transforms_are_as_plain_channels() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.animate(0, "translation", "LINEAR", &[0.0, 1.0], &[[0.0_f32; 3], [0.0, 0.0, 6.0]]);
+    file.json["animations"][0]["channels"][0]["target"] = target("/nodes/0/translation");
+    let other = json!({ "sampler": 0, "target": target("/materials/0/emissiveFactor") });
+    file.json["animations"][0]["channels"].as_array_mut().unwrap().push(other);
+    file.json["extensionsRequired"] = json!(["KHR_animation_pointer"]);
+    assert_eq!(file.at(0.5).positions[0].z, 3.0);
+    let warnings = file.open().unwrap().warnings().to_vec();
+    let left_out =
+        "animations[0].channels[1] was left out: what it moves, `/materials/0/emissiveFactor`, is not animated";
+    assert_eq!(warnings, [left_out]);
+    file.json["animations"][0]["channels"][0]["target"] = target("/nodes/5/translation");
+    assert!(file.error().contains("animations[0].channels[0].target.node: index 5"), "{}", file.error());
+    let mut file = blinking();
+    file.json["animations"][0]["channels"][0]["target"] = target("/nodes/9/extensions/KHR_node_visibility/visible");
+    assert!(file.error().contains("animations[0].channels[0].target: index 9"), "{}", file.error());
+    file = blinking();
+    file.json["animations"][0]["channels"][0]["sampler"] = json!(4);
+    assert!(file.error().contains("animations[0].channels[0].sampler: index 4"), "{}", file.error());
+}
+
+/// All of it in one file that other programs could write.
+#[test]
+fn a_file_with_variants_and_pointers_is_as_the_plain_one() {
+    let (file, plain) = (super::compressed::scene("variants"), super::compressed::scene("plain"));
+    assert!(file.warnings().is_empty(), "{:?}", file.warnings());
+    assert_eq!(file.variants(), ["clay", "blue"]);
+    assert_eq!(file.duration_seconds(), plain.duration_seconds());
+    for (seconds, triangles) in [(0.1, 160), (0.3, 144), (0.9, 160)] {
+        let (file, plain) = (file.at(seconds).unwrap(), plain.at(seconds).unwrap());
+        assert_eq!(file.mesh.triangles.len(), triangles, "at {seconds} s");
+        assert_eq!(file.positions, plain.positions, "at {seconds} s");
+    }
+}
