@@ -11,6 +11,7 @@ use gltf::json::validation::Checked;
 use super::accessor::Accessor;
 use super::curve::{Curve, Interpolation};
 use super::document::Document;
+use super::moved::{Moved, Target};
 use super::nodes::rotation;
 use super::visibility::Toggle;
 use crate::{Animation, Clip, Error};
@@ -23,6 +24,13 @@ pub(super) struct Channel {
     pub(super) curve: Curve,
 }
 
+/// The channels of one animation.
+struct Channels {
+    plain: Vec<Channel>,
+    toggles: Vec<Toggle>,
+    moved: Vec<Moved>,
+}
+
 /// The file's animations, and the channels of those that play.
 #[derive(Debug, Default)]
 pub(super) struct Animations {
@@ -31,7 +39,9 @@ pub(super) struct Animations {
     pub(super) channels: Vec<Channel>,
     /// Which nodes come and go, of those that play.
     pub(super) toggles: Vec<Toggle>,
-    /// When the last of `channels` and `toggles` ends.
+    /// What else pointers move, of those that play.
+    pub(super) moved: Vec<Moved>,
+    /// When the last of all these ends.
     pub(super) duration_seconds: f64,
 }
 
@@ -52,21 +62,23 @@ impl Animations {
         check_size(document)?;
         for (number, json) in document.json.animations.iter().enumerate() {
             let channels = read_channels(document, json, number, &weights, warnings)?;
-            let toggles = read_toggles(document, json, number, warnings)?;
+            let (toggles, moved) = read_pointers(document, json, number, warnings)?;
             let curves =
                 channels.iter().map(|channel| &channel.curve).chain(toggles.iter().map(|toggle| &toggle.curve));
+            let curves = curves.chain(moved.iter().map(|moved| &moved.curve));
             let seconds = curves.map(Curve::end_seconds).fold(0.0, f32::max);
             let name = json.name.clone().unwrap_or_default();
             read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
-            all.push((channels, toggles));
+            all.push(Channels { plain: channels, toggles, moved });
         }
         let plays = chosen(path, clip, &read.animations, &all)?;
-        for ((number, animation), (channels, toggles)) in read.animations.iter_mut().enumerate().zip(all) {
+        for ((number, animation), channels) in read.animations.iter_mut().enumerate().zip(all) {
             if plays.contains(&number) {
                 animation.plays = true;
                 read.duration_seconds = read.duration_seconds.max(animation.seconds);
-                read.channels.extend(channels);
-                read.toggles.extend(toggles);
+                read.channels.extend(channels.plain);
+                read.toggles.extend(channels.toggles);
+                read.moved.extend(channels.moved);
             }
         }
         Ok(read)
@@ -90,12 +102,7 @@ fn check_size(document: &Document) -> Result<(), Error> {
 }
 
 /// Which animations `clip` means, by number.
-fn chosen(
-    path: &Path,
-    clip: &Clip,
-    animations: &[Animation],
-    channels: &[(Vec<Channel>, Vec<Toggle>)],
-) -> Result<Range<usize>, Error> {
+fn chosen(path: &Path, clip: &Clip, animations: &[Animation], channels: &[Channels]) -> Result<Range<usize>, Error> {
     Ok(match clip {
         Clip::All => 0..animations.len(),
         Clip::Rest => 0..0,
@@ -111,12 +118,15 @@ fn chosen(
 }
 
 /// Whether no two animations move the same property of the same node.
-fn independent(channels: &[(Vec<Channel>, Vec<Toggle>)]) -> bool {
-    const VISIBILITY: u8 = 0;
+fn independent(channels: &[Channels]) -> bool {
     let mut moved = HashSet::new();
-    channels.iter().all(|(channels, toggles)| {
-        let plain = channels.iter().map(|channel| (channel.node, channel.property as u8));
-        let own: HashSet<_> = plain.chain(toggles.iter().map(|toggle| (toggle.node, VISIBILITY))).collect();
+    channels.iter().all(|channels| {
+        // Which of a node's, light's or camera's numbers, by kinds that are none of a node's properties.
+        const VISIBILITY: u8 = 0;
+        let plain = channels.plain.iter().map(|channel| (channel.node, channel.property as u8));
+        let toggles = channels.toggles.iter().map(|toggle| (toggle.node, VISIBILITY));
+        let others = channels.moved.iter().map(|moved| moved.target.id());
+        let own: HashSet<_> = plain.chain(toggles).chain(others).collect();
         own.into_iter().all(|target| moved.insert(target))
     })
 }
@@ -176,32 +186,37 @@ fn read_channels(
     Ok(channels)
 }
 
-/// The channels with pointers that hide and show nodes; others are left out.
-fn read_toggles(
+/// The channels with pointers that hide and show nodes or change lights and cameras; others are left out.
+fn read_pointers(
     document: &Document,
     json: &json::Animation,
     number: usize,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Toggle>, Error> {
-    let mut toggles = Vec::new();
+) -> Result<(Vec<Toggle>, Vec<Moved>), Error> {
+    let (mut toggles, mut moved) = (Vec::new(), Vec::new());
     for channel in document.pointers.iter().filter(|channel| channel.animation == number) {
         let location = channel.location();
-        let Some(node) = channel.toggled_node() else {
-            warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
-            continue;
+        let curve = |(width, property)| {
+            let samplers_location = format_args!("{location}.sampler");
+            let sampler = document.element(&json.samplers, "samplers", channel.sampler, samplers_location)?;
+            let location = format!("animations[{number}].samplers[{}]", channel.sampler);
+            read_curve(document, sampler, property, width, &location)
         };
-        document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target"))?;
-        let sampler =
-            document.element(&json.samplers, "samplers", channel.sampler, format_args!("{location}.sampler"))?;
-        let sampler_location = format!("animations[{number}].samplers[{}]", channel.sampler);
-        // One number a keyframe, as of a node with one morph target.
-        let curve = read_curve(document, sampler, Property::MorphTargetWeights, 1, &sampler_location)?;
-        // There is nothing between visible and hidden.
-        let values = (0..curve.times.len()).map(|keyframe| curve.value(keyframe)[0]).collect();
-        let curve = Curve { values, interpolation: Interpolation::Step, ..curve };
-        toggles.push(Toggle { node: node as u32, curve });
+        if let Some(node) = channel.toggled_node() {
+            document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target"))?;
+            // One number a keyframe, as of a node with one morph target.
+            let curve = curve((1, Property::MorphTargetWeights))?;
+            // There is nothing between visible and hidden.
+            let values = (0..curve.times.len()).map(|keyframe| curve.value(keyframe)[0]).collect();
+            let curve = Curve { values, interpolation: Interpolation::Step, ..curve };
+            toggles.push(Toggle { node: node as u32, curve });
+        } else if let Some(target) = Target::of(&channel.pointer) {
+            moved.push(Moved { target, curve: curve(target.form())? });
+        } else {
+            warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
+        }
     }
-    Ok(toggles)
+    Ok((toggles, moved))
 }
 
 fn read_curve(

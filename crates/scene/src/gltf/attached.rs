@@ -14,10 +14,16 @@ use super::document::Document;
 use super::nodes::Nodes;
 use crate::{Error, Light, NamedCamera};
 
+/// The most that a cone's inner angle is of its outer one: an edge that is not soft at all would divide by zero where it is
+/// computed.
+pub(super) const SHARPEST: f32 = 0.999;
+
 /// A camera on a node.
 #[derive(Debug)]
 pub(super) struct NodeCamera {
     pub(super) node: u32,
+    /// Its index in the file.
+    pub(super) number: usize,
     name: Arc<str>,
     projection: Projection,
 }
@@ -26,6 +32,8 @@ pub(super) struct NodeCamera {
 #[derive(Debug)]
 pub(super) struct NodeLight {
     pub(super) node: u32,
+    /// Its index in the file.
+    pub(super) number: usize,
     /// The light; only the kind and the angles of its source are meant.
     light: Light,
 }
@@ -47,7 +55,7 @@ pub(super) fn cameras(
         match projection(json) {
             Some(projection) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
-                cameras.push(NodeCamera { node: number as u32, name: name.into(), projection });
+                cameras.push(NodeCamera { node: number as u32, number: camera.value(), name: name.into(), projection });
             }
             None => warnings.push(format!("cameras[{}] was left out, as it sees nothing", camera.value())),
         }
@@ -68,10 +76,10 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
         else {
             continue;
         };
-        let light = light.light.value();
+        let of_file = light.light.value();
         let location = format_args!("nodes[{number}].extensions.KHR_lights_punctual.light");
-        let json = document.element(all, "extensions.KHR_lights_punctual.lights", light, location)?;
-        match source(json, light, warnings) {
+        let json = document.element(all, "extensions.KHR_lights_punctual.lights", of_file, location)?;
+        match source(json, of_file, warnings) {
             Some(source) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
                 let light = Light {
@@ -83,11 +91,11 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
                     casts_shadow: true,
                     radius: 0.0,
                 };
-                lights.push(NodeLight { node: number as u32, light });
+                lights.push(NodeLight { node: number as u32, number: of_file, light });
             }
             None => {
                 warnings
-                    .push(format!("light {light} was left out, as its type is none of point, spot and directional"));
+                    .push(format!("light {of_file} was left out, as its type is none of point, spot and directional"));
             }
         }
     }
@@ -121,8 +129,6 @@ fn source(json: &khr_lights_punctual::Light, number: usize, warnings: &mut Vec<S
             let spot = json.spot.clone().unwrap_or_default();
             let asked = (spot.inner_cone_angle, spot.outer_cone_angle);
             let outer_radians = if asked.1 > 0.0 { asked.1.min(FRAC_PI_2) } else { std::f32::consts::FRAC_PI_4 };
-            // A cone whose edge is not soft at all would divide by zero where the edge is computed.
-            const SHARPEST: f32 = 0.999;
             let inner_radians = asked.0.clamp(0.0, outer_radians * SHARPEST);
             if (inner_radians, outer_radians) != asked {
                 warnings.push(format!(

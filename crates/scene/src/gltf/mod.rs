@@ -19,6 +19,7 @@ mod layers;
 mod material;
 mod matrices;
 mod meshopt;
+mod moved;
 mod nodes;
 mod parts;
 mod pointers;
@@ -90,7 +91,7 @@ impl GltfScene {
         let without_material = |primitive: &primitive::Primitive| primitive.material.is_none();
         let needs_default = parts.primitives.iter().any(without_material);
         let materials = material::read(&document, needs_default, &mut warnings)?;
-        let has_toggles = !document.pointers.is_empty();
+        let has_toggles = document.pointers.iter().any(|channel| channel.toggled_node().is_some());
         if has_toggles {
             // A mesh without hidden nodes beside the whole one.
             document.take_for::<[[f32; 4]; 2]>(parts.vertices, "nodes that come and go")?;

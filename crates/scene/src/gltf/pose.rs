@@ -74,12 +74,19 @@ impl GltfScene {
             _ => Arc::clone(&self.mesh),
         };
         frame.materials.clone_from(&self.materials);
-        frame
-            .cameras
-            .extend(self.cameras.iter().map(|camera| camera.at(&scratch.world_from_node[camera.node as usize])));
+        let moved = &self.animations.moved;
+        frame.cameras.extend(self.cameras.iter().map(|camera| {
+            let mut named = camera.at(&scratch.world_from_node[camera.node as usize]);
+            moved.iter().for_each(|moved| moved.change_camera(camera.number, seconds, &mut named));
+            named
+        }));
         let is_lit = |light: &&NodeLight| visible.as_ref().is_none_or(|visible| visible[light.node as usize]);
         let lights = self.lights.iter().filter(is_lit);
-        frame.lights.extend(lights.map(|light| light.at(&scratch.world_from_node[light.node as usize])));
+        frame.lights.extend(lights.map(|light| {
+            let mut there = light.at(&scratch.world_from_node[light.node as usize]);
+            moved.iter().for_each(|moved| moved.change_light(light.number, seconds, &mut there));
+            there
+        }));
         pose_vertices(&scratch.pose, frame);
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
         for (NodeCamera { node, .. }, NamedCamera { name, camera }) in self.cameras.iter().zip(&frame.cameras) {

@@ -9,7 +9,7 @@ use umbrage_scene::{ColorSpace, Frame, Scene};
 use crate::builder::{Builder, open_bytes};
 
 /// The bytes of a file of the corpus.
-pub(super) fn file(name: &str) -> Vec<u8> {
+fn file(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).unwrap()
 }
 
@@ -133,15 +133,17 @@ fn every_mode_and_filter_of_meshopt_gives_what_was_put_in() {
         assert!(are_alike(&vase, first, coarse), "{name}, of triangles");
         let fine = Allowed { normal: 1e-3, color: color / 8.0 + 1e-6, ..coarse };
         assert!(are_alike(&moved, second, fine), "{name}, of indices in sequence");
-        // By one radian around y in half a second, which rotations of 12 bits say well.
-        let turned = triangles(&file.at(0.5).unwrap());
-        let turn = glam::Quat::from_rotation_y(1.0);
-        let axis = Vec3::new(-0.9, 0.0, 0.0);
-        let expected = |corner: Corner| turn * (corner.position - axis) + axis;
-        let is_turned = |(before, after): (&[Corner; 3], &[Corner; 3])| {
-            (0..3).all(|at| expected(before[at]).distance(after[at].position) < 1e-3)
-        };
-        assert!(first.iter().zip(&turned[..144]).all(is_turned), "{name}, turned");
+        // By two radians a second around y: the largest component is w at first, then y. Rotations have 12 bits.
+        for (seconds, radians) in [(0.5, 1.0), (1.0, 2.0)] {
+            let turned = triangles(&file.at(seconds).unwrap());
+            let turn = glam::Quat::from_rotation_y(radians);
+            let axis = Vec3::new(-0.9, 0.0, 0.0);
+            let expected = |corner: Corner| turn * (corner.position - axis) + axis;
+            let is_turned = |(before, after): (&[Corner; 3], &[Corner; 3])| {
+                (0..3).all(|at| expected(before[at]).distance(after[at].position) < 1e-3)
+            };
+            assert!(first.iter().zip(&turned[..144]).all(is_turned), "{name}, turned by {radians}");
+        }
     }
 }
 

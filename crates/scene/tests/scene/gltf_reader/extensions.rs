@@ -1,6 +1,7 @@
 //! Variants of materials, hidden nodes, and animations that say by a path what they move.
 
 use serde_json::{Value, json};
+use umbrage_rays::{LightSource, Projection};
 use umbrage_scene::{Error, OpenOptions, Scene};
 
 use crate::builder::{Builder, U8};
@@ -143,6 +144,57 @@ fn pointers_to_transforms_are_as_plain_channels() {
     file = blinking();
     file.json["animations"][0]["channels"][0]["sampler"] = json!(4);
     assert!(file.error().contains("animations[0].channels[0].sampler: index 4"), "{}", file.error());
+}
+
+#[test]
+fn lights_and_cameras_are_animated() {
+    let mut file = Builder::new();
+    file.triangle();
+    let spot = json!({ "type": "spot", "intensity": 5, "spot": { "outerConeAngle": 0.5 } });
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }, spot] } });
+    let cameras = [
+        json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }),
+        json!({ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 9 } }),
+    ];
+    for (number, camera) in cameras.into_iter().enumerate() {
+        file.push("cameras", camera);
+        let light = json!({ "KHR_lights_punctual": { "light": number } });
+        file.push("nodes", json!({ "camera": number, "extensions": light }));
+    }
+    let input = file.floats(&[[0.0], [1.0]]);
+    let (mut channels, mut samplers) = (Vec::new(), Vec::new());
+    let red = file.floats(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let lights = "/extensions/KHR_lights_punctual/lights";
+    for (pointer, output) in [
+        (format!("{lights}/0/color"), red),
+        (format!("{lights}/0/range"), file.floats(&[[4.0], [8.0]])),
+        (format!("{lights}/1/intensity"), file.floats(&[[5.0], [15.0]])),
+        (format!("{lights}/1/spot/outerConeAngle"), file.floats(&[[0.5], [1.5]])),
+        (format!("{lights}/1/spot/innerConeAngle"), file.floats(&[[0.25], [0.75]])),
+        ("/cameras/0/perspective/yfov".to_owned(), file.floats(&[[0.5], [1.5]])),
+        ("/cameras/1/orthographic/ymag".to_owned(), file.floats(&[[2.0], [4.0]])),
+    ] {
+        channels.push(json!({ "sampler": samplers.len(), "target": target(&pointer) }));
+        samplers.push(json!({ "input": input, "output": output }));
+    }
+    file.push("animations", json!({ "channels": channels, "samplers": samplers }));
+    file.json["extensionsRequired"] = json!(["KHR_lights_punctual", "KHR_animation_pointer"]);
+    let scene = file.open().unwrap();
+    assert!(scene.warnings().iter().all(|warning| warning.contains("no triangles")), "{:?}", scene.warnings());
+    let frame = scene.at(0.5).unwrap();
+    let [point, spot] = frame.lights.as_slice() else { panic!("two lights") };
+    assert_eq!((point.color.to_array(), point.range, point.intensity), ([0.5, 0.5, 0.0], Some(6.0), 1.0));
+    let LightSource::Spot { inner_radians, outer_radians, .. } = spot.source else { panic!("a spot") };
+    assert_eq!((spot.intensity, inner_radians, outer_radians), (10.0, 0.5, 1.0));
+    let projections: Vec<_> = frame.cameras.iter().map(|named| named.camera.projection).collect();
+    let perspective = Projection::Perspective { tan_half_height: 0.5_f32.tan() };
+    assert_eq!(projections, [perspective, Projection::Orthographic { half_height: 3.0 }]);
+    file.json["animations"][0]["channels"][0]["sampler"] = json!(2);
+    assert!(
+        file.error().contains("animations[0].samplers[2]") || file.error().contains("accessors["),
+        "{}",
+        file.error()
+    );
 }
 
 /// All of it in one file that other programs could write.
