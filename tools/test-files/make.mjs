@@ -76,33 +76,54 @@ for (const [name, options] of Object.entries(ktx2)) {
 // What is in the JSON alone: other materials, nodes that come and go, channels that say by a path what they move, and words
 // about the file.
 const { json, resources } = await io.writeJSON(scene(), { format: "GLB" });
-const extensionsUsed = ["KHR_materials_variants", "KHR_node_visibility", "KHR_animation_pointer", "KHR_xmp_json_ld"];
+const parts = [resources["@glb.bin"]];
+
+/** Adds an accessor to values, and gives its number. */
+function add(values, type, componentType) {
+  const before = Buffer.concat(parts);
+  const bytes = Buffer.from(values.buffer, values.byteOffset, values.byteLength);
+  const view = { buffer: 0, byteOffset: 4 * Math.ceil(before.length / 4), byteLength: bytes.length };
+  parts.push(Buffer.alloc(view.byteOffset - before.length), bytes);
+  const width = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 }[type];
+  return json.accessors.push({ componentType, type, count: values.length / width, bufferView: json.bufferViews.push(view) - 1 }) - 1;
+}
+
+const [animation] = json.animations;
+const input = add(Float32Array.of(0, 0.25, 0.5), "SCALAR", 5126);
+
+/** Adds a channel. */
+function move(path, output, interpolation) {
+  const sampler = animation.samplers.push({ input, output, interpolation }) - 1;
+  animation.channels.push({ sampler, target: pointer(path) });
+}
+
+const pointer = (path) => ({ path: "pointer", extensions: { KHR_animation_pointer: { pointer: path } } });
 const [vase, strip] = json.meshes;
 json.extensions = {
+  KHR_lights_punctual: { lights: [{ type: "spot", intensity: 80, spot: { outerConeAngle: 0.6 } }] },
   KHR_materials_variants: { variants: [{ name: "clay" }, { name: "blue" }] },
   KHR_xmp_json_ld: { packets: [{ "@context": { dc: "http://purl.org/dc/elements/1.1/" }, "dc:title": "A vase" }] },
 };
+json.asset.extensions = { KHR_xmp_json_ld: { packet: 0 } };
 const mappings = [0, 1].map((number) => ({ material: number, variants: [number] }));
 vase.primitives[0].extensions = { KHR_materials_variants: { mappings } };
-const [animation] = json.animations;
+json.cameras = [{ type: "perspective", perspective: { yfov: 0.5, znear: 0.1 } }];
+json.scenes[0].nodes.push(
+  json.nodes.push({ camera: 0, translation: [-0.3, 0.6, 5] }) - 1,
+  json.nodes.push({ extensions: { KHR_lights_punctual: { light: 0 } }, translation: [0, 1, 5] }) - 1,
+);
 const { target } = animation.channels[0];
-const pointer = (path) => ({ path: "pointer", extensions: { KHR_animation_pointer: { pointer: path } } });
 animation.channels[0].target = pointer(`/nodes/${target.node}/rotation`);
 const hidden = json.nodes.findIndex((node) => node.mesh === json.meshes.indexOf(strip));
-const values = Buffer.from([1, 0, 1, 0]);
-const binary = resources["@glb.bin"];
-const view = { buffer: 0, byteOffset: 4 * Math.ceil(binary.length / 4), byteLength: values.length };
-const bytesOfAll = Buffer.alloc(view.byteOffset + values.length);
-bytesOfAll.set(binary);
-bytesOfAll.set(values, view.byteOffset);
-json.buffers[0].byteLength = bytesOfAll.length;
-const [input] = animation.samplers.map((sampler) => sampler.input);
-const times = { ...json.accessors[input], count: 3 };
-const accessor = { componentType: 5121, type: "SCALAR", count: 3, bufferView: json.bufferViews.push(view) - 1 };
-json.accessors.push(times, accessor);
-const output = json.accessors.length - 1;
-animation.samplers.push({ input: output - 1, output, interpolation: "STEP" });
-animation.channels.push({ sampler: 1, target: pointer(`/nodes/${hidden}/extensions/KHR_node_visibility/visible`) });
 json.nodes[hidden].extensions = { KHR_node_visibility: { visible: false } };
-json.asset.extensions = { KHR_xmp_json_ld: { packet: 0 } };
-await save("variants", glb({ ...json, extensionsUsed, extensionsRequired: extensionsUsed.slice(1, 3) }, bytesOfAll));
+move(`/nodes/${hidden}/extensions/KHR_node_visibility/visible`, add(Uint8Array.of(1, 0, 1), "SCALAR", 5121), "STEP");
+move("/materials/1/pbrMetallicRoughness/baseColorFactor", add(Float32Array.of(0.2, 0.5, 0.9, 1, 0.9, 0.1, 0.1, 1, 0.1, 0.8, 0.2, 1), "VEC4", 5126));
+const offset = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset";
+move(offset, add(Float32Array.of(0, 0, 0.25, 0, 0.5, 0.5), "VEC2", 5126));
+move("/extensions/KHR_lights_punctual/lights/0/color", add(Float32Array.of(1, 1, 1, 1, 0.8, 0.6, 1, 1, 1), "VEC3", 5126));
+move("/cameras/0/perspective/yfov", add(Float32Array.of(0.5, 0.4, 0.5), "SCALAR", 5126));
+const extensionsRequired = ["KHR_node_visibility", "KHR_animation_pointer"];
+const extensionsUsed = [...extensionsRequired, "KHR_lights_punctual", "KHR_materials_variants", "KHR_texture_transform", "KHR_xmp_json_ld"];
+const binary = Buffer.concat(parts);
+json.buffers[0].byteLength = binary.length;
+await save("variants", glb({ ...json, extensionsUsed, extensionsRequired }, binary));

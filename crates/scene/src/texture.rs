@@ -22,6 +22,7 @@ pub(crate) use pool::TilePool;
 ///
 /// Four bytes a texel, and a third more for the smaller copies: in memory, or where the scene was opened so
 /// ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)), in a file from which tiles are read on demand.
+/// Clones have the texels in common.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// Its name or path in the file; may be empty.
@@ -32,7 +33,7 @@ pub struct Texture {
     levels: Vec<Level>,
     /// Made when it is first asked for: the least and the greatest opacity of the texels that are mixed in each cell of
     /// the full image.
-    opacities: OnceLock<Vec<[u8; 2]>>,
+    opacities: Arc<OnceLock<Vec<[u8; 2]>>>,
 }
 
 /// How texels are read between their centres.
@@ -84,7 +85,7 @@ impl Texture {
         while let Some(smaller) = levels.last().and_then(|level| level.halved(space)) {
             levels.push(smaller);
         }
-        Self { name: name.into(), space, filter, wrap, levels, opacities: OnceLock::new() }
+        Self { name: name.into(), space, filter, wrap, levels, opacities: Arc::default() }
     }
 
     /// A texture from the bytes of an image file (PNG, JPEG, WebP, BMP, TGA or KTX2).

@@ -121,14 +121,20 @@ fn chosen(path: &Path, clip: &Clip, animations: &[Animation], channels: &[Channe
 fn independent(channels: &[Channels]) -> bool {
     let mut moved = HashSet::new();
     channels.iter().all(|channels| {
-        // Which of a node's, light's or camera's numbers, by kinds that are none of a node's properties.
-        const VISIBILITY: u8 = 0;
-        let plain = channels.plain.iter().map(|channel| (channel.node, channel.property as u8));
-        let toggles = channels.toggles.iter().map(|toggle| (toggle.node, VISIBILITY));
-        let others = channels.moved.iter().map(|moved| moved.target.id());
+        let plain = channels.plain.iter().map(|channel| Thing::Property(channel.node, channel.property as u8));
+        let toggles = channels.toggles.iter().map(|toggle| Thing::Visibility(toggle.node));
+        let others = channels.moved.iter().map(|moved| Thing::Other(moved.target));
         let own: HashSet<_> = plain.chain(toggles).chain(others).collect();
-        own.into_iter().all(|target| moved.insert(target))
+        own.into_iter().all(|thing| moved.insert(thing))
     })
+}
+
+/// What a channel moves.
+#[derive(PartialEq, Eq, Hash)]
+enum Thing {
+    Property(u32, u8),
+    Visibility(u32),
+    Other(Target),
 }
 
 fn unknown_clip(path: &Path, name: &str, animations: &[Animation]) -> Error {
@@ -180,13 +186,13 @@ fn read_channels(
             warnings.push(format!("{location} was left out, as node {node} has no morph targets"));
             continue;
         }
-        let curve = read_curve(document, sampler, property, width, &sampler_location)?;
+        let curve = read_curve(document, sampler, Values::of(property), width, &sampler_location)?;
         channels.push(Channel { node: node as u32, property, curve });
     }
     Ok(channels)
 }
 
-/// The channels with pointers that hide and show nodes or change lights and cameras; others are left out.
+/// The channels with pointers that hide and show nodes or change materials, lights and cameras; others are left out.
 fn read_pointers(
     document: &Document,
     json: &json::Animation,
@@ -196,22 +202,22 @@ fn read_pointers(
     let (mut toggles, mut moved) = (Vec::new(), Vec::new());
     for channel in document.pointers.iter().filter(|channel| channel.animation == number) {
         let location = channel.location();
-        let curve = |(width, property)| {
+        let curve = |components: usize| {
             let samplers_location = format_args!("{location}.sampler");
             let sampler = document.element(&json.samplers, "samplers", channel.sampler, samplers_location)?;
             let location = format!("animations[{number}].samplers[{}]", channel.sampler);
-            read_curve(document, sampler, property, width, &location)
+            read_curve(document, sampler, Values::Numbers(components), components, &location)
         };
         if let Some(node) = channel.toggled_node() {
             document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target"))?;
-            // One number a keyframe, as of a node with one morph target.
-            let curve = curve((1, Property::MorphTargetWeights))?;
+            let curve = curve(1)?;
             // There is nothing between visible and hidden.
             let values = (0..curve.times.len()).map(|keyframe| curve.value(keyframe)[0]).collect();
             let curve = Curve { values, interpolation: Interpolation::Step, ..curve };
             toggles.push(Toggle { node: node as u32, curve });
         } else if let Some(target) = Target::of(&channel.pointer) {
-            moved.push(Moved { target, curve: curve(target.form())? });
+            target.check(document, &format!("{location}.target"))?;
+            moved.push(Moved { target, curve: curve(target.components())? });
         } else {
             warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
         }
@@ -219,19 +225,45 @@ fn read_pointers(
     Ok((toggles, moved))
 }
 
+/// What the elements of an animation's output are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Values {
+    Rotations,
+    /// So many components each, 1 … 4.
+    Numbers(usize),
+}
+
+impl Values {
+    fn of(property: Property) -> Self {
+        match property {
+            Property::Translation | Property::Scale => Self::Numbers(3),
+            Property::Rotation => Self::Rotations,
+            Property::MorphTargetWeights => Self::Numbers(1),
+        }
+    }
+
+    /// All components, one element after the other.
+    fn read(self, output: &Accessor<'_>) -> Result<Vec<f32>, Error> {
+        Ok(match self {
+            Self::Numbers(1) => output.floats(None, |[value]| value)?,
+            Self::Numbers(2) => output.floats(None, |value: [f32; 2]| value)?.into_flattened(),
+            Self::Numbers(3) => output.floats(None, |value: [f32; 3]| value)?.into_flattened(),
+            Self::Numbers(_) | Self::Rotations => output.floats(None, |value: [f32; 4]| value)?.into_flattened(),
+        })
+    }
+}
+
 fn read_curve(
     document: &Document,
     json: &json::animation::Sampler,
-    property: Property,
+    kind: Values,
     width: usize,
     location: &str,
 ) -> Result<Curve, Error> {
     let interpolation = match json.interpolation {
         Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
         Checked::Valid(json::animation::Interpolation::CubicSpline) => Interpolation::CubicSpline,
-        Checked::Valid(json::animation::Interpolation::Linear) if property == Property::Rotation => {
-            Interpolation::Spherical
-        }
+        Checked::Valid(json::animation::Interpolation::Linear) if kind == Values::Rotations => Interpolation::Spherical,
         Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
         Checked::Invalid => {
             let location = format_args!("{location}.interpolation");
@@ -244,7 +276,7 @@ fn read_curve(
         return Err(input.malformed("keyframe times must be finite and never fall, and there must be at least one"));
     }
     let output = document.accessor(json.output, format_args!("{location}.output"))?;
-    let mut values = flat_values(&output, property)?;
+    let mut values = kind.read(&output)?;
     let sets = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let needed = times.len().checked_mul(sets).and_then(|sets| sets.checked_mul(width));
     if Some(values.len()) != needed {
@@ -258,17 +290,9 @@ fn read_curve(
     if let Some(at) = values.iter().position(|value| !value.is_finite()) {
         return Err(output.malformed(format!("number {at} is not finite")));
     }
-    if matches!(interpolation, Interpolation::Step | Interpolation::Spherical) && property == Property::Rotation {
+    if matches!(interpolation, Interpolation::Step | Interpolation::Spherical) && kind == Values::Rotations {
         let (rotations, _) = values.as_chunks_mut::<4>();
         rotations.iter_mut().for_each(|components| *components = rotation(*components).to_array());
     }
     Ok(Curve { times, values, width, interpolation })
-}
-
-fn flat_values(output: &Accessor<'_>, property: Property) -> Result<Vec<f32>, Error> {
-    Ok(match property {
-        Property::Translation | Property::Scale => output.floats(None, |value: [f32; 3]| value)?.into_flattened(),
-        Property::Rotation => output.floats(None, |value: [f32; 4]| value)?.into_flattened(),
-        Property::MorphTargetWeights => output.floats(None, |[value]| value)?,
-    })
 }

@@ -40,6 +40,7 @@ use self::animation::Animations;
 use self::attached::{NodeCamera, NodeLight};
 use self::document::Document;
 use self::matrices::MatrixSource;
+use self::moved::{Emission, Target};
 use self::nodes::Nodes;
 use self::parts::Parts;
 use self::pose::Scratch;
@@ -62,6 +63,8 @@ pub(crate) struct GltfScene {
     lights: Vec<NodeLight>,
     mesh: Arc<Mesh>,
     materials: Arc<Materials>,
+    /// What each of the materials emits at rest, where an animation changes any.
+    emissions: Vec<Emission>,
     /// Of scenes whose nodes come and go.
     visibility: Option<Visibility>,
     variants: Vec<String>,
@@ -97,6 +100,8 @@ impl GltfScene {
             document.take_for::<[[f32; 4]; 2]>(parts.vertices, "nodes that come and go")?;
             document.take_for::<[u32; 5]>(parts.triangles, "nodes that come and go")?;
         }
+        let changes_materials = animations.moved.iter().any(|moved| matches!(moved.target, Target::Material(..)));
+        let emissions = document.json.materials.iter().filter(|_| changes_materials).map(Emission::of).collect();
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32, &rest);
@@ -117,6 +122,7 @@ impl GltfScene {
             lights,
             mesh,
             materials: Arc::new(materials),
+            emissions,
             visibility,
             variants,
             warnings,

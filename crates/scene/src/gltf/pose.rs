@@ -7,10 +7,11 @@ use gltf::json::animation::Property;
 
 use super::GltfScene;
 use super::attached::{NodeCamera, NodeLight};
+use super::moved::change_material;
 use super::nodes::Trs;
-use crate::check::check_light;
+use crate::check::{check_light, check_material};
 use crate::rig::{Pose, Rig};
-use crate::{Animated, Animation, Error, Frame, NamedCamera, check_camera};
+use crate::{Animated, Animation, Error, Frame, Materials, NamedCamera, check_camera};
 
 /// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
 #[derive(Debug)]
@@ -73,7 +74,7 @@ impl GltfScene {
             (Some(visibility), Some(visible)) => visibility.mesh(visible),
             _ => Arc::clone(&self.mesh),
         };
-        frame.materials.clone_from(&self.materials);
+        frame.materials = self.materials_at(seconds)?;
         let moved = &self.animations.moved;
         frame.cameras.extend(self.cameras.iter().map(|camera| {
             let mut named = camera.at(&scratch.world_from_node[camera.node as usize]);
@@ -96,6 +97,24 @@ impl GltfScene {
             check_light(light).map_err(|cause| self.is_nowhere(*node, "light", &light.name, seconds, cause))?;
         }
         Ok(())
+    }
+
+    /// The materials at a moment: the same ones always, unless an animation changes some.
+    ///
+    /// # Errors
+    /// Where one of their numbers overflows, as splines may.
+    fn materials_at(&self, seconds: f64) -> Result<Arc<Materials>, Error> {
+        if self.emissions.is_empty() {
+            return Ok(Arc::clone(&self.materials));
+        }
+        let mut materials = (*self.materials).clone();
+        for (number, (emission, material)) in self.emissions.iter().zip(&mut materials.materials).enumerate() {
+            change_material(&self.animations.moved, number, seconds, *emission, material);
+            check_material(material).map_err(|cause| {
+                Error::malformed(&self.path, format!("materials[{number}]"), format!("at {seconds} seconds: {cause}"))
+            })?;
+        }
+        Ok(Arc::new(materials))
     }
 
     fn is_nowhere(&self, node: u32, what: &str, name: &str, seconds: f64, cause: &str) -> Error {

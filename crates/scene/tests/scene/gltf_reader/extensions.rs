@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use umbrage_rays::{LightSource, Projection};
-use umbrage_scene::{Error, OpenOptions, Scene};
+use umbrage_scene::{Alpha, Error, OpenOptions, Scene};
 
 use crate::builder::{Builder, U8};
 
@@ -128,13 +128,12 @@ fn pointers_to_transforms_are_as_plain_channels() {
     file.push("nodes", json!({ "mesh": mesh }));
     file.animate(0, "translation", "LINEAR", &[0.0, 1.0], &[[0.0_f32; 3], [0.0, 0.0, 6.0]]);
     file.json["animations"][0]["channels"][0]["target"] = target("/nodes/0/translation");
-    let other = json!({ "sampler": 0, "target": target("/materials/0/emissiveFactor") });
+    let other = json!({ "sampler": 0, "target": target("/materials/0/doubleSided") });
     file.json["animations"][0]["channels"].as_array_mut().unwrap().push(other);
     file.json["extensionsRequired"] = json!(["KHR_animation_pointer"]);
     assert_eq!(file.at(0.5).positions[0].z, 3.0);
     let warnings = file.open().unwrap().warnings().to_vec();
-    let left_out =
-        "animations[0].channels[1] was left out: what it moves, `/materials/0/emissiveFactor`, is not animated";
+    let left_out = "animations[0].channels[1] was left out: what it moves, `/materials/0/doubleSided`, is not animated";
     assert_eq!(warnings, [left_out]);
     file.json["animations"][0]["channels"][0]["target"] = target("/nodes/5/translation");
     assert!(file.error().contains("animations[0].channels[0].target.node: index 5"), "{}", file.error());
@@ -197,6 +196,42 @@ fn lights_and_cameras_are_animated() {
     );
 }
 
+#[test]
+fn materials_are_animated() {
+    let mut file = Builder::new();
+    let positions = file.floats(&crate::builder::TRIANGLE);
+    let mesh = file.mesh(json!({ "POSITION": positions }), json!({ "material": 1 }));
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.push("materials", json!({ "emissiveFactor": [0.5, 0.5, 0.5] }));
+    let strength = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 4 } });
+    file.push("materials", json!({ "alphaMode": "MASK", "emissiveFactor": [1, 1, 1], "extensions": strength }));
+    let input = file.floats(&[[0.0], [1.0]]);
+    let (mut channels, mut samplers) = (Vec::new(), Vec::new());
+    for (path, output) in [
+        ("emissiveFactor", file.floats(&[[1.0, 1.0, 1.0], [0.0, 0.5, 1.0]])),
+        ("pbrMetallicRoughness/baseColorFactor", file.floats(&[[1.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 0.5]])),
+        ("pbrMetallicRoughness/roughnessFactor", file.floats(&[[1.0], [0.0]])),
+        ("alphaCutoff", file.floats(&[[0.25], [0.75]])),
+        ("extensions/KHR_materials_ior/ior", file.floats(&[[1.0], [2.0]])),
+    ] {
+        channels.push(json!({ "sampler": samplers.len(), "target": target(&format!("/materials/1/{path}")) }));
+        samplers.push(json!({ "input": input, "output": output }));
+    }
+    file.push("animations", json!({ "channels": channels, "samplers": samplers }));
+    file.json["extensionsRequired"] = json!(["KHR_animation_pointer", "KHR_materials_emissive_strength"]);
+    let scene = file.open().unwrap();
+    assert!(scene.warnings().is_empty(), "{:?}", scene.warnings());
+    let material = |seconds: f64, number: usize| scene.at(seconds).unwrap().materials.materials[number].clone();
+    let half = material(0.5, 1);
+    assert_eq!(half.emissive.to_array(), [2.0, 3.0, 4.0], "times the strength");
+    assert_eq!(half.base_color.to_array(), [0.5, 0.75, 1.0, 0.75]);
+    assert_eq!((half.roughness, half.ior, half.alpha), (0.5, 1.5, Alpha::Mask { cutoff: 0.5 }));
+    assert_eq!(material(0.5, 0), material(0.0, 0));
+    assert_eq!(material(0.0, 1).emissive.to_array(), [4.0; 3]);
+    file.json["animations"][0]["channels"][0]["target"] = target("/materials/2/emissiveFactor");
+    assert!(file.error().contains("animations[0].channels[0].target: index 2"), "{}", file.error());
+}
+
 /// All of it in one file that other programs could write.
 #[test]
 fn a_file_with_variants_and_pointers_is_as_the_plain_one() {
@@ -209,4 +244,11 @@ fn a_file_with_variants_and_pointers_is_as_the_plain_one() {
         assert_eq!(file.mesh.triangles.len(), triangles, "at {seconds} s");
         assert_eq!(file.positions, plain.positions, "at {seconds} s");
     }
+    let frame = file.at(0.25).unwrap();
+    let [clay, paper] = frame.materials.materials.as_slice() else { panic!("two materials") };
+    assert_eq!(paper.base_color.to_array(), [0.9, 0.1, 0.1, 1.0]);
+    assert_eq!(clay.base_color_texture.unwrap().image_from_mesh.translation.to_array(), [0.25, 0.0]);
+    assert_eq!(frame.lights[0].color.to_array(), [1.0, 0.8, 0.6]);
+    let projection = Projection::Perspective { tan_half_height: 0.2_f32.tan() };
+    assert_eq!(frame.cameras[0].camera.projection, projection);
 }

@@ -1,21 +1,27 @@
-//! `KHR_animation_pointer`: the numbers of lights and cameras that an animation changes.
+//! `KHR_animation_pointer`: the numbers of materials, lights and cameras that an animation changes.
+
+mod material;
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use gltf::json::animation::Property;
 use umbrage_rays::{LightSource, Projection};
 
 use super::curve::Curve;
-use crate::{Light, NamedCamera};
+use super::document::Document;
+use crate::{Error, Light, NamedCamera};
 
-/// What a pointer means: which light or camera of the file, and which of its numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+use material::MaterialNumber;
+pub(super) use material::{Emission, change as change_material};
+
+/// What a pointer means: which material, light or camera of the file, and which of its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Target {
+    Material(usize, MaterialNumber),
     Light(usize, LightNumber),
     Camera(usize, CameraNumber),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum LightNumber {
     Color,
     Intensity,
@@ -24,7 +30,7 @@ pub(super) enum LightNumber {
     OuterAngle,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum CameraNumber {
     /// Of a perspective view, in radians from its lower to its upper edge.
     Angle,
@@ -54,6 +60,10 @@ impl Target {
             };
             return Some(Self::Light(light.parse().ok()?, number));
         }
+        if let Some(of_material) = pointer.strip_prefix("/materials/") {
+            let (material, path) = of_material.split_once('/')?;
+            return Some(Self::Material(material.parse().ok()?, MaterialNumber::of(path)?));
+        }
         let (camera, name) = pointer.strip_prefix("/cameras/")?.split_once('/')?;
         let number = match name {
             "perspective/yfov" => CameraNumber::Angle,
@@ -63,21 +73,27 @@ impl Target {
         Some(Self::Camera(camera.parse().ok()?, number))
     }
 
-    /// The light or camera and which of its numbers, the latter unlike those of a node's properties.
-    pub(super) fn id(self) -> (u32, u8) {
-        const LIGHTS: u8 = 16;
-        const CAMERAS: u8 = 32;
+    /// Checks that it is there, as `location` in the JSON asks for it.
+    ///
+    /// # Errors
+    /// Where it isn't.
+    pub(super) fn check(self, document: &Document, location: &str) -> Result<(), Error> {
+        let json = &document.json;
+        let lights = json.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
+        let lights = lights.map_or(&[][..], |extension| &extension.lights);
         match self {
-            Self::Light(light, number) => (light as u32, LIGHTS + number as u8),
-            Self::Camera(camera, number) => (camera as u32, CAMERAS + number as u8),
+            Self::Material(number, _) => document.element(&json.materials, "materials", number, location).map(drop),
+            Self::Light(number, _) => document.element(lights, "lights", number, location).map(drop),
+            Self::Camera(number, _) => document.element(&json.cameras, "cameras", number, location).map(drop),
         }
     }
 
-    /// How many numbers a keyframe has, and which property of nodes has its numbers written as these are.
-    pub(super) fn form(self) -> (usize, Property) {
+    /// How many components a keyframe has.
+    pub(super) fn components(self) -> usize {
         match self {
-            Self::Light(_, LightNumber::Color) => (3, Property::Translation),
-            _ => (1, Property::MorphTargetWeights),
+            Self::Material(_, number) => number.components(),
+            Self::Light(_, LightNumber::Color) => 3,
+            Self::Light(..) | Self::Camera(..) => 1,
         }
     }
 }
@@ -142,7 +158,8 @@ mod tests {
             ("/extensions/KHR_lights_punctual/lights/x/color", None),
             ("/cameras/3/perspective/yfov", Some(Target::Camera(3, CameraNumber::Angle))),
             ("/cameras/3/perspective/znear", None),
-            ("/materials/3/emissiveFactor", None),
+            ("/materials/3/emissiveFactor", Some(Target::Material(3, MaterialNumber::EmissiveFactor))),
+            ("/materials/3/name", None),
         ] {
             assert_eq!(Target::of(pointer), target, "{pointer}");
         }
