@@ -173,6 +173,9 @@ pub(crate) struct OpeningFlags {
     /// [default: all where no two move the same thing, else the first]
     #[arg(long, value_name = "NAME|NUMBER|all|none")]
     pub(crate) animation: Option<String>,
+    /// Which of the file's variants has its materials shown, as `umbrage info` lists them [default: the file's own choice]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
     /// How many files of a numbered sequence make a second
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
     pub(crate) sequence_fps: f64,
@@ -203,7 +206,8 @@ impl OpeningFlags {
         };
         let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
         let Self { sequence_fps, allow_outside, ground, .. } = *self;
-        OpenOptions { clip, sequence_fps, allow_outside, max_memory, ground, texture_memory: None }
+        let variant = self.variant.clone();
+        OpenOptions { clip, variant, sequence_fps, allow_outside, max_memory, ground, texture_memory: None }
     }
 }
 
@@ -259,10 +263,10 @@ impl RenderFlags {
             quiet: _,
         } = self;
         let SceneFlags { opening, address: _, threads: _ } = scene;
-        let OpeningFlags { animation, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
+        let OpeningFlags { animation, variant, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
         format!(
-            "{camera:?} {lights:?} {orbit_light:?} {background:?} {engine:?} {device:?} {animation:?} {sequence_fps:?} \
-             {allow_outside:?} {ground:?}"
+            "{camera:?} {lights:?} {orbit_light:?} {background:?} {engine:?} {device:?} {animation:?} {variant:?} \
+             {sequence_fps:?} {allow_outside:?} {ground:?}"
         )
     }
 }

@@ -30,6 +30,7 @@ struct Contents {
     lights: Vec<LightContents>,
     cameras: Vec<CameraContents>,
     animations: Vec<AnimationContents>,
+    variants: Vec<String>,
     omitted: Vec<OmittedTriangles>,
     warnings: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -174,6 +175,7 @@ impl Contents {
             lights: lights.collect(),
             cameras: cameras.collect(),
             animations: animations.collect(),
+            variants: scene.variants().to_vec(),
             omitted: OmittedTriangles::of(&triangles.omitted()).collect(),
             warnings: scene.warnings().to_vec(),
             structure: None,
@@ -207,7 +209,9 @@ impl Contents {
             let plays = if animation.plays { ", plays" } else { "" };
             format!("{} {:.3} s{plays}", quoted(&animation.name), animation.seconds)
         };
-        line("animations", &listed(&self.animations, animation));
+        // All of them, since one is chosen by its name.
+        line("animations", &all(&self.animations, animation));
+        line("variants", &all(&self.variants, |name| quoted(name)));
         for omitted in &self.omitted {
             let triangles = count(u64::from(omitted.count), "triangle");
             line("left out", &format!("{triangles} ({}; first ids {:?})", omitted.reason, omitted.first_ids));
@@ -279,9 +283,17 @@ fn kind(address: &Path) -> String {
 
 /// How many there are, and the first of them.
 fn listed<T>(items: &[T], in_words: impl Fn(&T) -> String) -> String {
-    const SHOWN: usize = 12;
-    let first: Vec<String> = items.iter().take(SHOWN).map(in_words).collect();
-    let more = if items.len() > SHOWN { ", …" } else { "" };
+    few(items, 12, in_words)
+}
+
+/// How many there are, and all of them.
+fn all<T>(items: &[T], in_words: impl Fn(&T) -> String) -> String {
+    few(items, items.len(), in_words)
+}
+
+fn few<T>(items: &[T], shown: usize, in_words: impl Fn(&T) -> String) -> String {
+    let first: Vec<String> = items.iter().take(shown).map(in_words).collect();
+    let more = if items.len() > shown { ", …" } else { "" };
     let colon = if items.is_empty() { "" } else { ": " };
     format!("{}{colon}{}{more}", thousands(items.len() as u64), first.join(", "))
 }

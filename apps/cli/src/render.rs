@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Instant;
 
 use umbrage::output::{Target, Writer};
-use umbrage::{Film, Scene};
+use umbrage::{Film, OmittedTriangles, Scene};
 
 use crate::engine;
 use crate::failure::{Failure, say};
@@ -55,6 +55,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
     let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
+    let mut told = Vec::new();
     let mut render = |frame: u32, mut film: Film| -> Result<Rendered, Failure> {
         let seconds = schedule.seconds(frame);
         let settings = staging.settings(scene, seconds, schedule.turn(frame))?;
@@ -63,6 +64,9 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
         let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
         renderer.swap_film(&mut film);
         let stats = renderer.stats().clone();
+        if !job.flags.quiet {
+            warn_of_omitted(frame, &stats.omitted, &mut told);
+        }
         let report = FrameReport { frame, seconds, render_milliseconds, write_milliseconds: 0.0, stats };
         Ok(Rendered { film, settings, report })
     };
@@ -87,6 +91,17 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     rendered?;
     report.frames = frames;
     Ok(writer.finish()?)
+}
+
+/// Says which triangles aren't in a picture, once for each reason.
+fn warn_of_omitted(frame: u32, omitted: &[OmittedTriangles], told: &mut Vec<&'static str>) {
+    for OmittedTriangles { reason, count, .. } in omitted {
+        if !told.contains(reason) {
+            let triangles = report::count(u64::from(*count), "triangle");
+            say(format_args!("warning: frame {frame}: left out {triangles}: {reason}"));
+            told.push(reason);
+        }
+    }
 }
 
 /// One line that says what was written where.

@@ -158,6 +158,7 @@ mod tests {
             for clip in [Clip::Auto, Clip::All, Clip::Rest, Clip::Named("walk 'n' run".to_owned())] {
                 let options = &OpenOptions {
                     clip,
+                    variant: Some("midnight blue".to_owned()),
                     sequence_fps: 12.5,
                     allow_outside: true,
                     max_memory: 1 << 30,

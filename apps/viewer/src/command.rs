@@ -170,6 +170,9 @@ fn opening(line: &mut String, options: &OpenOptions) {
         Clip::Rest => flag(line, "animation", "none"),
         Clip::Named(name) => flag(line, "animation", name),
     }
+    if let Some(variant) = &options.variant {
+        flag(line, "variant", variant);
+    }
     if options.sequence_fps != OpenOptions::default().sequence_fps {
         flag(line, "sequence-fps", &options.sequence_fps.to_string());
     }

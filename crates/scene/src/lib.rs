@@ -4,6 +4,7 @@
 mod check;
 mod error;
 mod folder;
+mod formats;
 mod frame;
 mod ground;
 mod layers;

@@ -7,11 +7,13 @@ use bytesize::ByteSize;
 use glam::Vec3;
 use umbrage_rays::{Bounds, Camera, LightSource};
 
+use crate::formats::{self, Format};
+use crate::gltf::{GltfScene, variants};
 use crate::ground::Grounded;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Ground, Light};
-use crate::{gltf::GltfScene, obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
+use crate::{obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
 
 /// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
 pub trait Animated: Debug + Send + Sync {
@@ -44,6 +46,11 @@ pub trait Animated: Debug + Send + Sync {
         &[]
     }
 
+    /// The names of what materials there are to choose from ([`OpenOptions::variant`]).
+    fn variants(&self) -> &[String] {
+        &[]
+    }
+
     /// What was left out or guessed, in words.
     fn warnings(&self) -> &[String] {
         &[]
@@ -66,6 +73,8 @@ pub struct Scene {
 pub struct OpenOptions {
     /// Which of a file's animations play.
     pub clip: Clip,
+    /// Which of a file's variants has its materials shown, by name; `None` for the file's default ones.
+    pub variant: Option<String>,
     /// How many files of a numbered sequence make a second.
     pub sequence_fps: f64,
     /// Whether a file may name others outside of its own folder: for files that you trust.
@@ -93,6 +102,7 @@ impl Default for OpenOptions {
     fn default() -> Self {
         Self {
             clip: Clip::Auto,
+            variant: None,
             sequence_fps: 24.0,
             allow_outside: false,
             max_memory: *DEFAULT_BYTES,
@@ -169,6 +179,9 @@ impl Scene {
             let files = mem::take(&mut still.files);
             (Box::new(still), files)
         };
+        if let Some(variant) = options.variant.as_deref().filter(|_| source.variants().is_empty()) {
+            return Err(variants::unknown(address, variant, &[]));
+        }
         let mut scene = Self { files: files.into_iter().collect(), ..Self::new(source)? };
         scene.set_ground(options.ground);
         Ok(scene)
@@ -296,6 +309,12 @@ impl Scene {
         self.source.animations()
     }
 
+    /// The names of the variants that the file has for its materials; empty where there are none.
+    #[must_use]
+    pub fn variants(&self) -> &[String] {
+        self.source.variants()
+    }
+
     /// The files that the scene was opened from, in the order of their paths: its own and those that it names. Of a numbered
     /// sequence all of its files, those that the first one names, and material libraries that are called as a file is. Empty for
     /// what isn't from a file.
@@ -332,29 +351,6 @@ fn animation_bounds(source: &dyn Animated) -> Result<Bounds, Error> {
     Ok(bounds)
 }
 
-/// What a file holds, by the end of its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Format {
-    /// Opened alone, but not in a sequence.
-    Gltf,
-    Obj,
-    Ply,
-    Stl,
-}
-
-impl Format {
-    /// `None` for a file that is no scene.
-    pub(crate) fn of(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "gltf" | "glb" => Some(Self::Gltf),
-            "obj" => Some(Self::Obj),
-            "ply" => Some(Self::Ply),
-            "stl" => Some(Self::Stl),
-            _ => None,
-        }
-    }
-}
-
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
     let limits = shared.limits;
@@ -362,13 +358,7 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
         Some(Format::Obj) => obj::read(path, shared, budget),
         Some(Format::Ply) => ply::read(path, budget),
         Some(Format::Stl) => stl::read(path, budget),
-        Some(Format::Gltf) | None => {
-            let what = path.extension().map_or_else(
-                || "a file without an extension".to_owned(),
-                |extension| format!("`.{}`", extension.to_string_lossy().to_ascii_lowercase()),
-            );
-            Err(Error::unsupported(path, what, "use .gltf, .glb, .obj, .ply, .stl or demo:NAME"))
-        }
+        Some(Format::Gltf) | None => Err(formats::unread(path)),
     };
     within(path, limits, |budget| {
         let still = read(budget)?;

@@ -8,6 +8,7 @@ use image::ImageDecoder;
 use crate::memory::Budget;
 use level::Level;
 
+mod ktx2;
 mod level;
 mod opacity;
 mod pool;
@@ -21,6 +22,7 @@ pub(crate) use pool::TilePool;
 ///
 /// Four bytes a texel, and a third more for the smaller copies: in memory, or where the scene was opened so
 /// ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)), in a file from which tiles are read on demand.
+/// Clones have the texels in common.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// Its name or path in the file; may be empty.
@@ -31,7 +33,7 @@ pub struct Texture {
     levels: Vec<Level>,
     /// Made when it is first asked for: the least and the greatest opacity of the texels that are mixed in each cell of
     /// the full image.
-    opacities: OnceLock<Vec<[u8; 2]>>,
+    opacities: Arc<OnceLock<Vec<[u8; 2]>>>,
 }
 
 /// How texels are read between their centres.
@@ -83,10 +85,10 @@ impl Texture {
         while let Some(smaller) = levels.last().and_then(|level| level.halved(space)) {
             levels.push(smaller);
         }
-        Self { name: name.into(), space, filter, wrap, levels, opacities: OnceLock::new() }
+        Self { name: name.into(), space, filter, wrap, levels, opacities: Arc::default() }
     }
 
-    /// A texture from the bytes of an image file (PNG, JPEG, BMP or TGA).
+    /// A texture from the bytes of an image file (PNG, JPEG, WebP, BMP, TGA or KTX2).
     ///
     /// # Errors
     /// Says in words why the bytes are no such image, or that it is larger than [`Texture::MAX_SIDE`].
@@ -143,6 +145,12 @@ impl Texture {
     /// # Errors
     /// As [`Texture::decode_within`].
     pub(crate) fn decode_texels(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
+        if ktx2::is_ktx2(bytes) {
+            return ktx2::decode(bytes, budget);
+        }
+        if is_avif(bytes) {
+            return Err("AVIF images are not read; convert it to PNG, as with ImageMagick or GIMP".to_owned());
+        }
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|error| format!("not an image: {error}"))?;
@@ -252,6 +260,11 @@ impl Texture {
             upper.lerp(lower, down)
         })
     }
+}
+
+/// Whether bytes are an AVIF file's: its first box, behind four bytes that say how long that is, says so.
+fn is_avif(bytes: &[u8]) -> bool {
+    bytes.get(4..12).is_some_and(|name| name == b"ftypavif" || name == b"ftypavis")
 }
 
 /// The linear value of each sRGB byte.

@@ -110,9 +110,9 @@ fn animate<'a>(
             if let Some(lights) = &settings.lights {
                 posed.lights.clone_from(lights);
             } else if posed.light_is_made {
-                let camera = settings.view(posed)?.camera;
+                let light = scene.made_light(settings.chosen_camera(posed));
                 posed.lights.clear();
-                posed.lights.push(scene.made_light(Some(&camera)));
+                posed.lights.push(light);
             }
             check_lights(&posed.lights)?;
             Ok(posed)

@@ -15,7 +15,7 @@ pub fn open(address: impl AsRef<Path>) -> Result<Scene, Error> {
 /// As [`open`], with options.
 ///
 /// # Errors
-/// As [`open`], and where `options` name a clip that the file doesn't have, or want textures of the gallery on demand:
+/// As [`open`], and where `options` name a clip or a variant that the file doesn't have, or want textures of the gallery on demand:
 /// these are made in memory, of a few megabytes.
 pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Scene, Error> {
     let address = address.as_ref();
@@ -25,6 +25,10 @@ pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Sce
         let cause =
             "the built-in scenes make their few textures in memory; leave out --texture-memory, which is for files";
         return Err(Error::Address { address: text.into_owned(), cause: cause.to_owned() });
+    }
+    if let (true, Some(variant)) = (is_demo, &options.variant) {
+        let cause = format!("there is no variant `{variant}`: only glTF files have any");
+        return Err(Error::Address { address: text.into_owned(), cause });
     }
     let mut scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
     scene.set_ground(options.ground);

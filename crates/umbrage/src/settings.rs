@@ -136,6 +136,16 @@ impl Settings {
         Ok(View { camera, width, height })
     }
 
+    /// The camera, unless one is made that sees the whole scene from outside; `None` as well where there is no such camera.
+    pub(crate) fn chosen_camera<'a>(&'a self, frame: &'a Frame) -> Option<&'a Camera> {
+        let number = match &self.camera {
+            CameraChoice::Own(camera) => return Some(camera),
+            CameraChoice::Scene(camera) => *camera,
+            CameraChoice::Default => 0,
+        };
+        frame.cameras.get(number).map(|named| &named.camera)
+    }
+
     /// The lights of a frame, or those in place of them.
     pub(crate) fn lights<'a>(&'a self, frame: &'a Frame) -> &'a [Light] {
         self.lights.as_deref().unwrap_or(&frame.lights)

@@ -52,7 +52,8 @@ impl Build {
     }
 }
 
-/// All files under `root` with this extension, sorted; hidden folders and build output are left out.
+/// All files under `root` with this extension, sorted; hidden folders, build output and packages of
+/// other languages are left out.
 ///
 /// # Errors
 /// Where a folder can't be read.
@@ -67,7 +68,8 @@ pub(crate) fn files(root: &Path, extension: &str) -> Result<Vec<PathBuf>, String
             let name = name.to_string_lossy();
             let kind = entry.file_type().map_err(failure)?;
             // Links are not followed: they may lead out of the repository or round in a circle.
-            if kind.is_dir() && !name.starts_with('.') && !name.starts_with("target") {
+            let is_made = name.starts_with("target") || name == "node_modules";
+            if kind.is_dir() && !name.starts_with('.') && !is_made {
                 folders.push(entry.path());
             } else if kind.is_file() && entry.path().extension().is_some_and(|found| found == extension) {
                 found.push(entry.path());

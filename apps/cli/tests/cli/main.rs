@@ -3,6 +3,7 @@
 mod failures;
 #[cfg(unix)]
 mod faults;
+mod files;
 mod heatmap;
 mod pages;
 mod render;

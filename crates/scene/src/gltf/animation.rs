@@ -11,7 +11,9 @@ use gltf::json::validation::Checked;
 use super::accessor::Accessor;
 use super::curve::{Curve, Interpolation};
 use super::document::Document;
+use super::moved::{Moved, Target};
 use super::nodes::rotation;
+use super::visibility::Toggle;
 use crate::{Animation, Clip, Error};
 
 /// One property of one node, over time.
@@ -22,13 +24,24 @@ pub(super) struct Channel {
     pub(super) curve: Curve,
 }
 
+/// The channels of one animation.
+struct Channels {
+    plain: Vec<Channel>,
+    toggles: Vec<Toggle>,
+    moved: Vec<Moved>,
+}
+
 /// The file's animations, and the channels of those that play.
 #[derive(Debug, Default)]
 pub(super) struct Animations {
     pub(super) animations: Vec<Animation>,
     /// In the order in which they are applied.
     pub(super) channels: Vec<Channel>,
-    /// When the last of `channels` ends.
+    /// Which nodes come and go, of those that play.
+    pub(super) toggles: Vec<Toggle>,
+    /// What else pointers move, of those that play.
+    pub(super) moved: Vec<Moved>,
+    /// When the last of all these ends.
     pub(super) duration_seconds: f64,
 }
 
@@ -49,17 +62,23 @@ impl Animations {
         check_size(document)?;
         for (number, json) in document.json.animations.iter().enumerate() {
             let channels = read_channels(document, json, number, &weights, warnings)?;
-            let seconds = channels.iter().map(|channel| channel.curve.end_seconds()).fold(0.0, f32::max);
+            let (toggles, moved) = read_pointers(document, json, number, warnings)?;
+            let curves =
+                channels.iter().map(|channel| &channel.curve).chain(toggles.iter().map(|toggle| &toggle.curve));
+            let curves = curves.chain(moved.iter().map(|moved| &moved.curve));
+            let seconds = curves.map(Curve::end_seconds).fold(0.0, f32::max);
             let name = json.name.clone().unwrap_or_default();
             read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
-            all.push(channels);
+            all.push(Channels { plain: channels, toggles, moved });
         }
         let plays = chosen(path, clip, &read.animations, &all)?;
         for ((number, animation), channels) in read.animations.iter_mut().enumerate().zip(all) {
             if plays.contains(&number) {
                 animation.plays = true;
                 read.duration_seconds = read.duration_seconds.max(animation.seconds);
-                read.channels.extend(channels);
+                read.channels.extend(channels.plain);
+                read.toggles.extend(channels.toggles);
+                read.moved.extend(channels.moved);
             }
         }
         Ok(read)
@@ -83,12 +102,7 @@ fn check_size(document: &Document) -> Result<(), Error> {
 }
 
 /// Which animations `clip` means, by number.
-fn chosen(
-    path: &Path,
-    clip: &Clip,
-    animations: &[Animation],
-    channels: &[Vec<Channel>],
-) -> Result<Range<usize>, Error> {
+fn chosen(path: &Path, clip: &Clip, animations: &[Animation], channels: &[Channels]) -> Result<Range<usize>, Error> {
     Ok(match clip {
         Clip::All => 0..animations.len(),
         Clip::Rest => 0..0,
@@ -104,12 +118,23 @@ fn chosen(
 }
 
 /// Whether no two animations move the same property of the same node.
-fn independent(channels: &[Vec<Channel>]) -> bool {
+fn independent(channels: &[Channels]) -> bool {
     let mut moved = HashSet::new();
     channels.iter().all(|channels| {
-        let own: HashSet<_> = channels.iter().map(|channel| (channel.node, channel.property as u8)).collect();
-        own.into_iter().all(|target| moved.insert(target))
+        let plain = channels.plain.iter().map(|channel| Thing::Property(channel.node, channel.property as u8));
+        let toggles = channels.toggles.iter().map(|toggle| Thing::Visibility(toggle.node));
+        let others = channels.moved.iter().map(|moved| Thing::Other(moved.target));
+        let own: HashSet<_> = plain.chain(toggles).chain(others).collect();
+        own.into_iter().all(|thing| moved.insert(thing))
     })
+}
+
+/// What a channel moves.
+#[derive(PartialEq, Eq, Hash)]
+enum Thing {
+    Property(u32, u8),
+    Visibility(u32),
+    Other(Target),
 }
 
 fn unknown_clip(path: &Path, name: &str, animations: &[Animation]) -> Error {
@@ -161,25 +186,84 @@ fn read_channels(
             warnings.push(format!("{location} was left out, as node {node} has no morph targets"));
             continue;
         }
-        let curve = read_curve(document, sampler, property, width, &sampler_location)?;
+        let curve = read_curve(document, sampler, Values::of(property), width, &sampler_location)?;
         channels.push(Channel { node: node as u32, property, curve });
     }
     Ok(channels)
 }
 
+/// The channels with pointers that hide and show nodes or change materials, lights and cameras; others are left out.
+fn read_pointers(
+    document: &Document,
+    json: &json::Animation,
+    number: usize,
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Toggle>, Vec<Moved>), Error> {
+    let (mut toggles, mut moved) = (Vec::new(), Vec::new());
+    for channel in document.pointers.iter().filter(|channel| channel.animation == number) {
+        let location = channel.location();
+        let curve = |components: usize| {
+            let samplers_location = format_args!("{location}.sampler");
+            let sampler = document.element(&json.samplers, "samplers", channel.sampler, samplers_location)?;
+            let location = format!("animations[{number}].samplers[{}]", channel.sampler);
+            read_curve(document, sampler, Values::Numbers(components), components, &location)
+        };
+        if let Some(node) = channel.toggled_node() {
+            document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target"))?;
+            let curve = curve(1)?;
+            // There is nothing between visible and hidden.
+            let values = (0..curve.times.len()).map(|keyframe| curve.value(keyframe)[0]).collect();
+            let curve = Curve { values, interpolation: Interpolation::Step, ..curve };
+            toggles.push(Toggle { node: node as u32, curve });
+        } else if let Some(target) = Target::of(&channel.pointer) {
+            target.check(document, &format!("{location}.target"))?;
+            moved.push(Moved { target, curve: curve(target.components())? });
+        } else {
+            warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
+        }
+    }
+    Ok((toggles, moved))
+}
+
+/// What the elements of an animation's output are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Values {
+    Rotations,
+    /// So many components each, 1 … 4.
+    Numbers(usize),
+}
+
+impl Values {
+    fn of(property: Property) -> Self {
+        match property {
+            Property::Translation | Property::Scale => Self::Numbers(3),
+            Property::Rotation => Self::Rotations,
+            Property::MorphTargetWeights => Self::Numbers(1),
+        }
+    }
+
+    /// All components, one element after the other.
+    fn read(self, output: &Accessor<'_>) -> Result<Vec<f32>, Error> {
+        Ok(match self {
+            Self::Numbers(1) => output.floats(None, |[value]| value)?,
+            Self::Numbers(2) => output.floats(None, |value: [f32; 2]| value)?.into_flattened(),
+            Self::Numbers(3) => output.floats(None, |value: [f32; 3]| value)?.into_flattened(),
+            Self::Numbers(_) | Self::Rotations => output.floats(None, |value: [f32; 4]| value)?.into_flattened(),
+        })
+    }
+}
+
 fn read_curve(
     document: &Document,
     json: &json::animation::Sampler,
-    property: Property,
+    kind: Values,
     width: usize,
     location: &str,
 ) -> Result<Curve, Error> {
     let interpolation = match json.interpolation {
         Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
         Checked::Valid(json::animation::Interpolation::CubicSpline) => Interpolation::CubicSpline,
-        Checked::Valid(json::animation::Interpolation::Linear) if property == Property::Rotation => {
-            Interpolation::Spherical
-        }
+        Checked::Valid(json::animation::Interpolation::Linear) if kind == Values::Rotations => Interpolation::Spherical,
         Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
         Checked::Invalid => {
             let location = format_args!("{location}.interpolation");
@@ -192,7 +276,7 @@ fn read_curve(
         return Err(input.malformed("keyframe times must be finite and never fall, and there must be at least one"));
     }
     let output = document.accessor(json.output, format_args!("{location}.output"))?;
-    let mut values = flat_values(&output, property)?;
+    let mut values = kind.read(&output)?;
     let sets = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let needed = times.len().checked_mul(sets).and_then(|sets| sets.checked_mul(width));
     if Some(values.len()) != needed {
@@ -206,17 +290,9 @@ fn read_curve(
     if let Some(at) = values.iter().position(|value| !value.is_finite()) {
         return Err(output.malformed(format!("number {at} is not finite")));
     }
-    if matches!(interpolation, Interpolation::Step | Interpolation::Spherical) && property == Property::Rotation {
+    if matches!(interpolation, Interpolation::Step | Interpolation::Spherical) && kind == Values::Rotations {
         let (rotations, _) = values.as_chunks_mut::<4>();
         rotations.iter_mut().for_each(|components| *components = rotation(*components).to_array());
     }
     Ok(Curve { times, values, width, interpolation })
-}
-
-fn flat_values(output: &Accessor<'_>, property: Property) -> Result<Vec<f32>, Error> {
-    Ok(match property {
-        Property::Translation | Property::Scale => output.floats(None, |value: [f32; 3]| value)?.into_flattened(),
-        Property::Rotation => output.floats(None, |value: [f32; 4]| value)?.into_flattened(),
-        Property::MorphTargetWeights => output.floats(None, |[value]| value)?,
-    })
 }

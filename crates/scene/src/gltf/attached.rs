@@ -14,10 +14,16 @@ use super::document::Document;
 use super::nodes::Nodes;
 use crate::{Error, Light, NamedCamera};
 
+/// The most that a cone's inner angle is of its outer one: an edge that is not soft at all would divide by zero where it is
+/// computed.
+pub(super) const SHARPEST: f32 = 0.999;
+
 /// A camera on a node.
 #[derive(Debug)]
 pub(super) struct NodeCamera {
     pub(super) node: u32,
+    /// Its index in the file.
+    pub(super) number: usize,
     name: Arc<str>,
     projection: Projection,
 }
@@ -26,11 +32,13 @@ pub(super) struct NodeCamera {
 #[derive(Debug)]
 pub(super) struct NodeLight {
     pub(super) node: u32,
+    /// Its index in the file.
+    pub(super) number: usize,
     /// The light; only the kind and the angles of its source are meant.
     light: Light,
 }
 
-/// The cameras of the visible nodes.
+/// The cameras of the scene's nodes: of hidden ones too, as the extension has it.
 ///
 /// # Errors
 /// Where an index is out of range.
@@ -40,14 +48,14 @@ pub(super) fn cameras(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<NodeCamera>, Error> {
     let mut cameras = Vec::new();
-    for (number, node) in visible(document, nodes) {
+    for (number, node) in among(document, &nodes.in_scene) {
         let Some(camera) = node.camera else { continue };
         let location = format_args!("nodes[{number}].camera");
         let json = document.element(&document.json.cameras, "cameras", camera.value(), location)?;
         match projection(json) {
             Some(projection) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
-                cameras.push(NodeCamera { node: number as u32, name: name.into(), projection });
+                cameras.push(NodeCamera { node: number as u32, number: camera.value(), name: name.into(), projection });
             }
             None => warnings.push(format!("cameras[{}] was left out, as it sees nothing", camera.value())),
         }
@@ -63,15 +71,15 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
     let extension = document.json.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
     let all = extension.map_or(&[][..], |extension| &extension.lights);
     let mut lights = Vec::new();
-    for (number, node) in visible(document, nodes) {
+    for (number, node) in among(document, &nodes.visible) {
         let Some(light) = node.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref())
         else {
             continue;
         };
-        let light = light.light.value();
+        let of_file = light.light.value();
         let location = format_args!("nodes[{number}].extensions.KHR_lights_punctual.light");
-        let json = document.element(all, "extensions.KHR_lights_punctual.lights", light, location)?;
-        match source(json, light, warnings) {
+        let json = document.element(all, "extensions.KHR_lights_punctual.lights", of_file, location)?;
+        match source(json, of_file, warnings) {
             Some(source) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
                 let light = Light {
@@ -83,19 +91,19 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
                     casts_shadow: true,
                     radius: 0.0,
                 };
-                lights.push(NodeLight { node: number as u32, light });
+                lights.push(NodeLight { node: number as u32, number: of_file, light });
             }
             None => {
                 warnings
-                    .push(format!("light {light} was left out, as its type is none of point, spot and directional"));
+                    .push(format!("light {of_file} was left out, as its type is none of point, spot and directional"));
             }
         }
     }
     Ok(lights)
 }
 
-fn visible<'a>(document: &'a Document, nodes: &'a Nodes) -> impl Iterator<Item = (usize, &'a json::Node)> {
-    document.json.nodes.iter().enumerate().filter(|&(number, _)| nodes.visible[number])
+fn among<'a>(document: &'a Document, chosen: &'a [bool]) -> impl Iterator<Item = (usize, &'a json::Node)> {
+    document.json.nodes.iter().enumerate().filter(|&(number, _)| chosen[number])
 }
 
 fn projection(json: &json::Camera) -> Option<Projection> {
@@ -121,8 +129,6 @@ fn source(json: &khr_lights_punctual::Light, number: usize, warnings: &mut Vec<S
             let spot = json.spot.clone().unwrap_or_default();
             let asked = (spot.inner_cone_angle, spot.outer_cone_angle);
             let outer_radians = if asked.1 > 0.0 { asked.1.min(FRAC_PI_2) } else { std::f32::consts::FRAC_PI_4 };
-            // A cone whose edge is not soft at all would divide by zero where the edge is computed.
-            const SHARPEST: f32 = 0.999;
             let inner_radians = asked.0.clamp(0.0, outer_radians * SHARPEST);
             if (inner_radians, outer_radians) != asked {
                 warnings.push(format!(

@@ -64,7 +64,8 @@ impl Curve {
         self.times.last().copied().unwrap_or(0.0)
     }
 
-    fn value(&self, keyframe: usize) -> &[f32] {
+    /// The value at a keyframe.
+    pub(super) fn value(&self, keyframe: usize) -> &[f32] {
         match self.interpolation {
             Interpolation::CubicSpline => self.numbers(keyframe, 1),
             _ => &self.values[keyframe * self.width..][..self.width],

@@ -4,38 +4,23 @@ use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use gltf::json::{Root, buffer};
+use gltf::json::accessor::Accessor;
+use gltf::json::{Index, Root, buffer};
 use serde_json::Value;
 
+use super::pointers::PointerChannel;
 use super::uri::{self, Resource};
+use super::{draco, extensions, meshopt, pointers};
 use crate::Error;
 use crate::folder::{self, Folder};
 use crate::memory::Budget;
-
-/// The extensions that this reader understands, at least approximately.
-const SUPPORTED_EXTENSIONS: [&str; 16] = [
-    "EXT_mesh_gpu_instancing",
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_dispersion",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
 
 /// A glTF file as it was read: its JSON, of which nothing is checked yet, and the bytes that it refers to.
 #[derive(Debug)]
 pub(super) struct Document {
     pub(super) json: Root,
+    /// The channels that move something else than nodes.
+    pub(super) pointers: Vec<PointerChannel>,
     path: PathBuf,
     folder: Folder,
     pub(super) budget: Budget,
@@ -43,6 +28,8 @@ pub(super) struct Document {
     bytes: Vec<u8>,
     /// Where each buffer is in `bytes`.
     buffers: Vec<Range<usize>>,
+    /// The buffers behind these: what was compressed.
+    decompressed: Vec<Vec<u8>>,
 }
 
 impl Document {
@@ -60,12 +47,15 @@ impl Document {
         let (json, binary) = if file.starts_with(b"glTF") { glb_chunks(path, &file)? } else { (0..file.len(), None) };
         let text = &file[json];
         take_for_json(text, budget).map_err(|cause| Error::malformed(path, "JSON", cause))?;
-        let json = parse(path, text, warnings)?;
-        check_extensions(path, &json, warnings)?;
+        let (json, pointers) = parse(path, text, warnings)?;
+        extensions::check(path, &json, warnings)?;
         let folder = Folder::of(path, allow_outside);
         let (path, budget) = (path.to_owned(), budget.clone());
-        let mut document = Self { json, path, folder, budget, bytes: file, buffers: Vec::new() };
+        let mut document =
+            Self { json, pointers, path, folder, budget, bytes: file, buffers: Vec::new(), decompressed: Vec::new() };
         document.read_buffers(binary.as_ref())?;
+        meshopt::decompress(&mut document)?;
+        draco::decompress(&mut document)?;
         Ok(document)
     }
 
@@ -105,9 +95,7 @@ impl Document {
     pub(super) fn view(&self, index: usize, location: impl Display) -> Result<(&[u8], &buffer::View), Error> {
         let view = self.element(&self.json.buffer_views, "bufferViews", index, location)?;
         let own_location = format_args!("bufferViews[{index}]");
-        let buffer =
-            self.element(&self.buffers, "buffers", view.buffer.value(), format_args!("{own_location}.buffer"))?;
-        let bytes = &self.bytes[buffer.clone()];
+        let bytes = self.buffer(view.buffer.value(), format_args!("{own_location}.buffer"))?;
         let first = view.byte_offset.map_or(0, |offset| offset.0);
         let range = first
             .checked_add(view.byte_length.0)
@@ -121,6 +109,47 @@ impl Document {
             return Err(self.malformed(own_location, cause));
         };
         Ok((bytes, view))
+    }
+
+    /// The bytes of buffer `index`, as `location` in the JSON asks for it.
+    ///
+    /// # Errors
+    /// Where it doesn't exist.
+    pub(super) fn buffer(&self, index: usize, location: impl Display) -> Result<&[u8], Error> {
+        if let Some(bytes) = index.checked_sub(self.buffers.len()).and_then(|index| self.decompressed.get(index)) {
+            return Ok(bytes);
+        }
+        let range = self.element(&self.buffers, "buffers", index, location)?;
+        Ok(&self.bytes[range.clone()])
+    }
+
+    /// Has buffer view `index` be all of these bytes.
+    pub(super) fn replace_view(&mut self, index: usize, bytes: Vec<u8>) {
+        let view = &mut self.json.buffer_views[index];
+        view.buffer = Index::new((self.buffers.len() + self.decompressed.len()) as u32);
+        view.byte_offset = None;
+        view.byte_length = bytes.len().into();
+        self.decompressed.push(bytes);
+    }
+
+    /// Adds an accessor to all of these bytes.
+    pub(super) fn add_accessor(&mut self, accessor: Accessor, bytes: Vec<u8>) -> Index<Accessor> {
+        let view = Index::push(
+            &mut self.json.buffer_views,
+            buffer::View {
+                buffer: Index::new(0),
+                byte_length: 0_usize.into(),
+                byte_offset: None,
+                byte_stride: None,
+                name: None,
+                target: None,
+                extensions: None,
+                extras: Default::default(),
+            },
+        );
+        self.replace_view(view.value(), bytes);
+        let accessor = Accessor { buffer_view: Some(view), byte_offset: None, sparse: None, ..accessor };
+        Index::push(&mut self.json.accessors, accessor)
     }
 
     /// Appends the bytes of a buffer's or an image's URI, at most `limit` of them.
@@ -222,12 +251,12 @@ fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
     budget.take(bytes, "the JSON")
 }
 
-fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<Root, Error> {
+fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<(Root, Vec<PointerChannel>), Error> {
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
     // Some writers fill the JSON chunk up with zeros instead of blanks.
     let text = &text[..text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)];
-    let json = match Root::from_slice(text) {
-        Ok(json) => json,
+    let (json, pointers) = match Root::from_slice(text) {
+        Ok(json) => (json, Vec::new()),
         Err(error) => {
             parse_leniently(path, text, warnings)?.ok_or_else(|| Error::malformed(path, "JSON", error.to_string()))?
         }
@@ -236,7 +265,7 @@ fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<Root, E
     if !version.starts_with("2.") || json.asset.min_version.as_deref().is_some_and(|version| version != "2.0") {
         return Err(unsupported_version(path, json.asset.min_version.as_ref().unwrap_or(version)));
     }
-    Ok(json)
+    Ok((json, pointers))
 }
 
 fn unsupported_version(path: &Path, version: &str) -> Error {
@@ -244,8 +273,12 @@ fn unsupported_version(path: &Path, version: &str) -> Error {
 }
 
 /// Parses JSON that is legal glTF but that the parsing library refuses: scenes without nodes and animation channels
-/// without a target node. `None` where it is broken in other ways.
-fn parse_leniently(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<Option<Root>, Error> {
+/// without a target node, of which those with pointers are kept. `None` where it is broken in other ways.
+fn parse_leniently(
+    path: &Path,
+    text: &[u8],
+    warnings: &mut Vec<String>,
+) -> Result<Option<(Root, Vec<PointerChannel>)>, Error> {
     let Ok(mut json) = serde_json::from_slice::<Value>(text) else { return Ok(None) };
     if let Some(version) = json.pointer("/asset/version").and_then(Value::as_str)
         && !version.starts_with("2.")
@@ -258,9 +291,11 @@ fn parse_leniently(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Resu
     for scene in elements(&mut json, "scenes").filter_map(Value::as_object_mut) {
         scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
     }
-    let mut left_out = 0;
-    for animation in elements(&mut json, "animations") {
+    let (mut left_out, mut pointers) = (0, Vec::new());
+    for (number, animation) in elements(&mut json, "animations").enumerate() {
+        pointers.extend(pointers::resolve(number, animation));
         if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
+            channels.retain(|channel| pointers::pointer(channel).is_none());
             let all = channels.len();
             channels.retain(|channel| channel.pointer("/target/node").is_some());
             left_out += all - channels.len();
@@ -270,17 +305,5 @@ fn parse_leniently(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Resu
     if left_out > 0 {
         warnings.push(format!("{left_out} animation channels were left out, as they move something else than a node"));
     }
-    Ok(Some(root))
-}
-
-fn check_extensions(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Result<(), Error> {
-    let unsupported = |name: &&String| !SUPPORTED_EXTENSIONS.contains(&name.as_str());
-    if let Some(name) = json.extensions_required.iter().find(unsupported) {
-        let what = format!("the glTF extension `{name}`, which the file requires,");
-        return Err(Error::unsupported(path, what, "export the scene without it"));
-    }
-    for name in json.extensions_used.iter().filter(unsupported) {
-        warnings.push(format!("the glTF extension `{name}` is not supported and was left out"));
-    }
-    Ok(())
+    Ok(Some((root, pointers)))
 }

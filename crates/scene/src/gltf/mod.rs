@@ -11,13 +11,18 @@ mod attached;
 mod bodies;
 mod curve;
 mod document;
+mod draco;
 mod expand;
+mod extensions;
 mod instances;
 mod layers;
 mod material;
 mod matrices;
+mod meshopt;
+mod moved;
 mod nodes;
 mod parts;
+mod pointers;
 mod pose;
 mod primitive;
 mod rest;
@@ -25,6 +30,8 @@ mod skin;
 mod tangents;
 mod texture;
 mod uri;
+pub(crate) mod variants;
+mod visibility;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -33,10 +40,12 @@ use self::animation::Animations;
 use self::attached::{NodeCamera, NodeLight};
 use self::document::Document;
 use self::matrices::MatrixSource;
+use self::moved::{Emission, Target};
 use self::nodes::Nodes;
 use self::parts::Parts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
+use self::visibility::Visibility;
 use crate::memory::Budget;
 use crate::rig::Rig;
 use crate::{Error, Materials, Mesh, OpenOptions};
@@ -54,6 +63,11 @@ pub(crate) struct GltfScene {
     lights: Vec<NodeLight>,
     mesh: Arc<Mesh>,
     materials: Arc<Materials>,
+    /// What each of the materials emits at rest, where an animation changes any.
+    emissions: Vec<Emission>,
+    /// Of scenes whose nodes come and go.
+    visibility: Option<Visibility>,
+    variants: Vec<String>,
     warnings: Vec<String>,
     /// Memory of earlier poses.
     idle: Mutex<Vec<Scratch>>,
@@ -66,11 +80,13 @@ impl GltfScene {
     /// Where a file is missing or broken, needs an unsupported extension, or doesn't have the clip.
     pub(crate) fn open(path: &Path, options: &OpenOptions, budget: &Budget) -> Result<Self, Error> {
         let mut warnings = Vec::new();
-        let document = Document::read(path, options.allow_outside, budget, &mut warnings)?;
+        let mut document = Document::read(path, options.allow_outside, budget, &mut warnings)?;
+        let variants = variants::apply(&mut document, path, options.variant.as_deref())?;
         let nodes = Nodes::read(&document)?;
         let skins = skin::read(&document)?;
         let weights = MorphWeights::read(&document)?;
-        let animations = Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
+        let mut animations =
+            Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
         let rest = Rest::new(&document, &nodes, &weights, &animations);
@@ -78,9 +94,23 @@ impl GltfScene {
         let without_material = |primitive: &primitive::Primitive| primitive.material.is_none();
         let needs_default = parts.primitives.iter().any(without_material);
         let materials = material::read(&document, needs_default, &mut warnings)?;
+        let has_toggles = document.pointers.iter().any(|channel| channel.toggled_node().is_some());
+        if has_toggles {
+            // A mesh without hidden nodes beside the whole one.
+            document.take_for::<[[f32; 4]; 2]>(parts.vertices, "nodes that come and go")?;
+            document.take_for::<[u32; 5]>(parts.triangles, "nodes that come and go")?;
+        }
+        let changes_materials = animations.moved.iter().any(|moved| matches!(moved.target, Target::Material(..)));
+        let emissions = document.json.materials.iter().filter(|_| changes_materials).map(Emission::of).collect();
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32, &rest);
+        if mesh.triangles.is_empty() {
+            warnings.push("the file has no triangles in the scene that is shown".to_owned());
+        }
+        let mesh = Arc::new(mesh);
+        let toggles = std::mem::take(&mut animations.toggles);
+        let visibility = has_toggles.then(|| Visibility::new(&nodes, toggles, parts.triangles_of_nodes(), &mesh));
         let (rig, matrix_sources) = parts.into_rig(&rest, &animations);
         Ok(Self {
             path: path.to_owned(),
@@ -90,8 +120,11 @@ impl GltfScene {
             matrix_sources,
             cameras,
             lights,
-            mesh: Arc::new(mesh),
+            mesh,
             materials: Arc::new(materials),
+            emissions,
+            visibility,
+            variants,
             warnings,
             idle: Mutex::new(Vec::new()),
         })

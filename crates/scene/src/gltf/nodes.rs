@@ -4,6 +4,7 @@ use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::Node;
 
 use super::document::Document;
+use super::pointers::PointerChannel;
 use crate::Error;
 
 /// A node's transform to its parent, taken apart: applied as scale, rotation, translation.
@@ -38,7 +39,11 @@ pub(super) struct Nodes {
     pub(super) order: Vec<u32>,
     pub(super) parent_from_node: Vec<Affine3A>,
     /// Whether a node is part of the scene that is shown.
+    pub(super) in_scene: Vec<bool>,
+    /// Whether what a node has can be visible at some moment.
     pub(super) visible: Vec<bool>,
+    /// Whether a node is visible at rest, as far as it says itself (`KHR_node_visibility`).
+    pub(super) shows_itself: Vec<bool>,
 }
 
 impl Nodes {
@@ -66,9 +71,16 @@ impl Nodes {
             let lost = reached.iter().position(|&reached| !reached).unwrap_or(0);
             return Err(document.malformed(format_args!("nodes[{lost}]"), "the node is below itself in the hierarchy"));
         }
-        let visible = visible(document, &order, &parents)?;
+        let in_scene = in_scene(document, &order, &parents)?;
+        let shows_itself: Vec<_> = json.iter().map(shows_itself).collect();
+        let mut visible = shows_itself.clone();
+        for toggled in document.pointers.iter().filter_map(PointerChannel::toggled_node) {
+            visible.get_mut(toggled).into_iter().for_each(|visible| *visible = true);
+        }
+        hide_below(&mut visible, &order, &parents);
+        visible.iter_mut().zip(&in_scene).for_each(|(visible, in_scene)| *visible &= in_scene);
         let parent_from_node = json.iter().map(parent_from_node).collect();
-        Ok(Self { parents, order, parent_from_node, visible })
+        Ok(Self { parents, order, parent_from_node, in_scene, visible, shows_itself })
     }
 
     /// Each node's transform to the world.
@@ -114,22 +126,37 @@ fn parents_first(json: &[Node], parents: &[Option<u32>]) -> Vec<u32> {
     order
 }
 
-fn visible(document: &Document, order: &[u32], parents: &[Option<u32>]) -> Result<Vec<bool>, Error> {
+/// What a node says of its own visibility.
+fn shows_itself(node: &Node) -> bool {
+    let visibility = node.extensions.as_ref().and_then(|extensions| extensions.others.get("KHR_node_visibility"));
+    visibility.and_then(|visibility| visibility.get("visible")?.as_bool()).unwrap_or(true)
+}
+
+/// Hides all that is below a hidden node.
+pub(super) fn hide_below(visible: &mut [bool], order: &[u32], parents: &[Option<u32>]) {
+    for &node in order {
+        if let Some(parent) = parents[node as usize] {
+            visible[node as usize] &= visible[parent as usize];
+        }
+    }
+}
+
+fn in_scene(document: &Document, order: &[u32], parents: &[Option<u32>]) -> Result<Vec<bool>, Error> {
     let json = &document.json;
     let number = json.scene.map_or(0, |scene| scene.value());
     if json.scenes.is_empty() && json.scene.is_none() {
         return Ok(vec![true; parents.len()]);
     }
     let scene = document.element(&json.scenes, "scenes", number, "scene")?;
-    let mut visible = vec![false; parents.len()];
+    let mut in_scene = vec![false; parents.len()];
     for (at, node) in scene.nodes.iter().enumerate() {
         document.element(parents, "nodes", node.value(), format_args!("scenes[{number}].nodes[{at}]"))?;
-        visible[node.value()] = true;
+        in_scene[node.value()] = true;
     }
     for &node in order {
         if let Some(parent) = parents[node as usize] {
-            visible[node as usize] |= visible[parent as usize];
+            in_scene[node as usize] |= in_scene[parent as usize];
         }
     }
-    Ok(visible)
+    Ok(in_scene)
 }

@@ -32,6 +32,8 @@ pub(super) struct Parts {
     /// [`Parts::into_rig`] which matrix it is among those that move, or among those that don't.
     pub(super) parts: Vec<Part>,
     pub(super) matrices: Matrices,
+    /// The node of each of `parts`, and how many triangles it has.
+    of_nodes: Vec<(u32, usize)>,
     pub(super) vertices: usize,
     pub(super) triangles: usize,
 }
@@ -64,6 +66,7 @@ impl Parts {
             primitives: Vec::new(),
             parts: Vec::new(),
             matrices: Matrices::new(rest),
+            of_nodes: Vec::new(),
             vertices: 0,
             triangles: 0,
         };
@@ -163,7 +166,7 @@ impl Parts {
         // What meshes and frames hold of them.
         document.take_for::<([u32; 3], [u32; 2])>(copies.saturating_mul(triangles), &location)?;
         document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
-        document.take_for::<Part>(copies, &location)?;
+        document.take_for::<(Part, (u32, usize))>(copies, &location)?;
         let added = match (joints, *rigid) {
             (Some((skin, joints)), _) => self.matrices.add_skin(skin, joints),
             (None, Some(added)) => added,
@@ -180,9 +183,15 @@ impl Parts {
             },
             moves: added.moves,
         }));
+        self.of_nodes.extend((0..copies).map(|_| (shown.node as u32, triangles)));
         self.vertices += copies * vertices;
         self.triangles += copies * triangles;
         Ok(())
+    }
+
+    /// Nodes and how many triangles they have, in the order of the triangles.
+    pub(super) fn triangles_of_nodes(&self) -> Vec<(u32, usize)> {
+        self.of_nodes.clone()
     }
 
     /// A rig of all parts, and where the matrices of its poses come from.

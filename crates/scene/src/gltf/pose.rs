@@ -7,10 +7,11 @@ use gltf::json::animation::Property;
 
 use super::GltfScene;
 use super::attached::{NodeCamera, NodeLight};
+use super::moved::change_material;
 use super::nodes::Trs;
-use crate::check::check_light;
+use crate::check::{check_light, check_material};
 use crate::rig::{Pose, Rig};
-use crate::{Animated, Animation, Error, Frame, NamedCamera, check_camera};
+use crate::{Animated, Animation, Error, Frame, Materials, NamedCamera, check_camera};
 
 /// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
 #[derive(Debug)]
@@ -49,6 +50,10 @@ impl Animated for GltfScene {
         &self.animations.animations
     }
 
+    fn variants(&self) -> &[String] {
+        &self.variants
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -64,21 +69,52 @@ impl GltfScene {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut scratch = idle.unwrap_or_else(|| self.scratch());
         self.animate(seconds, &mut scratch);
-        frame.mesh.clone_from(&self.mesh);
-        frame.materials.clone_from(&self.materials);
-        frame
-            .cameras
-            .extend(self.cameras.iter().map(|camera| camera.at(&scratch.world_from_node[camera.node as usize])));
-        frame.lights.extend(self.lights.iter().map(|light| light.at(&scratch.world_from_node[light.node as usize])));
+        let visible = self.visibility.as_ref().map(|visibility| visibility.at(seconds));
+        frame.mesh = match (&self.visibility, &visible) {
+            (Some(visibility), Some(visible)) => visibility.mesh(visible),
+            _ => Arc::clone(&self.mesh),
+        };
+        frame.materials = self.materials_at(seconds)?;
+        let moved = &self.animations.moved;
+        frame.cameras.extend(self.cameras.iter().map(|camera| {
+            let mut named = camera.at(&scratch.world_from_node[camera.node as usize]);
+            moved.iter().for_each(|moved| moved.change_camera(camera.number, seconds, &mut named));
+            named
+        }));
+        let is_lit = |light: &&NodeLight| visible.as_ref().is_none_or(|visible| visible[light.node as usize]);
+        let lights = self.lights.iter().filter(is_lit);
+        frame.lights.extend(lights.map(|light| {
+            let mut there = light.at(&scratch.world_from_node[light.node as usize]);
+            moved.iter().for_each(|moved| moved.change_light(light.number, seconds, &mut there));
+            there
+        }));
         pose_vertices(&scratch.pose, frame);
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
         for (NodeCamera { node, .. }, NamedCamera { name, camera }) in self.cameras.iter().zip(&frame.cameras) {
             check_camera(camera).map_err(|cause| self.is_nowhere(*node, "camera", name, seconds, cause))?;
         }
-        for (NodeLight { node, .. }, light) in self.lights.iter().zip(&frame.lights) {
+        for (NodeLight { node, .. }, light) in self.lights.iter().filter(is_lit).zip(&frame.lights) {
             check_light(light).map_err(|cause| self.is_nowhere(*node, "light", &light.name, seconds, cause))?;
         }
         Ok(())
+    }
+
+    /// The materials at a moment: the same ones always, unless an animation changes some.
+    ///
+    /// # Errors
+    /// Where one of their numbers overflows, as splines may.
+    fn materials_at(&self, seconds: f64) -> Result<Arc<Materials>, Error> {
+        if self.emissions.is_empty() {
+            return Ok(Arc::clone(&self.materials));
+        }
+        let mut materials = (*self.materials).clone();
+        for (number, (emission, material)) in self.emissions.iter().zip(&mut materials.materials).enumerate() {
+            change_material(&self.animations.moved, number, seconds, *emission, material);
+            check_material(material).map_err(|cause| {
+                Error::malformed(&self.path, format!("materials[{number}]"), format!("at {seconds} seconds: {cause}"))
+            })?;
+        }
+        Ok(Arc::new(materials))
     }
 
     fn is_nowhere(&self, node: u32, what: &str, name: &str, seconds: f64, cause: &str) -> Error {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use gltf::json;
 use gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use rayon::prelude::*;
@@ -47,14 +48,10 @@ impl Textures {
             }
             None => &Sampler::default(),
         };
-        // The parsing library's sign for a texture whose image, if any, is in an extension.
-        const NO_SOURCE: usize = u32::MAX as usize;
-        let image = json.source.value();
-        if image == NO_SOURCE {
+        let Some(image) = image(document, json, index)? else {
             warnings.push(format!("{own_location} was left out, as its image is in a format that is not read"));
             return Ok(None);
-        }
-        document.element(&document.json.images, "images", image, format_args!("{own_location}.source"))?;
+        };
         let reading =
             Reading { image, space, filter: filter(sampler), wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)] };
         let number = *self.numbers.entry(reading).or_insert_with(|| {
@@ -72,6 +69,29 @@ impl Textures {
         }
         self.readings.into_par_iter().map(|reading| decode(document, &reading)).collect()
     }
+}
+
+/// The image of texture `index`: one in a format of an extension that is read, else its plain one, else one that is not read,
+/// about which the reader of images has something to say.
+///
+/// # Errors
+/// Where it isn't there.
+fn image(document: &Document, json: &json::Texture, index: usize) -> Result<Option<usize>, Error> {
+    // The parsing library's sign for a texture whose image, if any, is in an extension.
+    const NO_SOURCE: usize = u32::MAX as usize;
+    let in_extension = |name: &str| {
+        let source = json.extensions.as_ref().and_then(|extensions| extensions.others.get(name)?.get("source"))?;
+        let image = source.as_u64().and_then(|image| usize::try_from(image).ok()).unwrap_or(usize::MAX);
+        Some((image, format!("textures[{index}].extensions.{name}.source")))
+    };
+    let plain =
+        || (json.source.value() != NO_SOURCE).then(|| (json.source.value(), format!("textures[{index}].source")));
+    let read = ["KHR_texture_basisu", "EXT_texture_webp"].into_iter().find_map(in_extension);
+    let Some((image, location)) = read.or_else(plain).or_else(|| in_extension("EXT_texture_avif")) else {
+        return Ok(None);
+    };
+    document.element(&document.json.images, "images", image, location)?;
+    Ok(Some(image))
 }
 
 fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {

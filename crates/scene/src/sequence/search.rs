@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::names::{Pattern, natural_order, numbers};
-use crate::{Error, scene::Format};
+use crate::{Error, formats::Format};
 
 const LOOKED_FOR: &str = "numbered .obj, .ply or .stl files, such as name_0001.ply";
 

@@ -18,7 +18,7 @@ pub(super) struct Level {
 #[derive(Clone, Debug)]
 enum Texels {
     /// In rows, the upper row first.
-    Held(Vec<[u8; 4]>),
+    Held(Arc<[[u8; 4]]>),
     OnDemand(Arc<Tiles>),
 }
 
@@ -36,7 +36,7 @@ struct Tiles {
 
 impl Level {
     pub(super) fn new([width, height]: [u32; 2], texels: Vec<[u8; 4]>) -> Self {
-        Self { width, height, texels: Texels::Held(texels) }
+        Self { width, height, texels: Texels::Held(texels.into()) }
     }
 
     /// The same level with its texels in the file of a pool.
@@ -60,7 +60,7 @@ impl Level {
     /// Bytes of its own in memory.
     pub(super) fn bytes(&self) -> usize {
         match &self.texels {
-            Texels::Held(texels) => size_of_val(texels.as_slice()),
+            Texels::Held(texels) => size_of_val(&**texels),
             Texels::OnDemand(tiles) => size_of_val(&*tiles.last_slots),
         }
     }
@@ -68,7 +68,7 @@ impl Level {
     /// All texels in rows, the upper row first.
     pub(super) fn rows(&self) -> Cow<'_, [[u8; 4]]> {
         match &self.texels {
-            Texels::Held(texels) => texels.into(),
+            Texels::Held(texels) => Cow::Borrowed(&**texels),
             Texels::OnDemand(tiles) => tiles.rows([self.width, self.height].map(|side| side as usize)).into(),
         }
     }

@@ -102,10 +102,16 @@ impl Builder {
 
     /// The file as GLB.
     pub(crate) fn glb(&self) -> Vec<u8> {
-        let mut json = self.json.clone();
+        let mut with_buffer = self.clone();
         if !self.bytes.is_empty() {
-            json["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+            with_buffer.json["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
         }
+        with_buffer.glb_with_buffers()
+    }
+
+    /// The file as GLB, with the buffers that its JSON has.
+    pub(crate) fn glb_with_buffers(&self) -> Vec<u8> {
+        let json = &self.json;
         let mut text = json.to_string().into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');
         let mut binary = self.bytes.clone();

@@ -135,14 +135,21 @@ fn paths_of_numbers(value: &Value, path: String, found: &mut Vec<String>) {
 #[test]
 fn required_extensions_that_are_unknown_are_refused_by_name() {
     let mut file = everything();
-    file.json["extensionsRequired"] = json!(["KHR_texture_transform", "KHR_draco_mesh_compression"]);
+    file.json["extensionsRequired"] = json!(["KHR_texture_transform", "EXT_lights_image_based"]);
     let error = file.error();
     assert!(
-        error.contains("scene.glb: the glTF extension `KHR_draco_mesh_compression`, which the file requires"),
+        error.contains("scene.glb: the glTF extension `EXT_lights_image_based`, which the file requires"),
         "{error}"
     );
+    file.json["extensionsRequired"] = json!(["EXT_texture_avif"]);
+    let error = file.error();
+    assert!(error.contains("gltf-transform"), "the tool that converts: {error}");
+    // What nobody can see may be required, and is nothing to warn about where it is only used.
+    file.json["extensionsRequired"] = json!(["KHR_xmp_json_ld"]);
+    let warnings = file.open().unwrap().warnings().to_vec();
+    assert!(warnings[0].contains("`KHR_xmp_json_ld`, which changes nothing in a picture"), "{warnings:?}");
     file.json["extensionsRequired"] = json!([]);
-    file.json["extensionsUsed"] = json!(["KHR_materials_subsurface", "KHR_texture_transform"]);
+    file.json["extensionsUsed"] = json!(["KHR_xmp_json_ld", "KHR_materials_subsurface", "KHR_texture_transform"]);
     let warnings = file.open().unwrap().warnings().to_vec();
     assert_eq!(warnings.iter().filter(|warning| warning.contains("extension")).count(), 1, "{warnings:?}");
     assert!(warnings[0].contains("`KHR_materials_subsurface`"));

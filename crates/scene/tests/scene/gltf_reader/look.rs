@@ -164,11 +164,11 @@ fn images_that_cannot_be_used_are_left_away_with_a_warning() {
 #[test]
 fn textures_without_a_plain_image_are_left_away_with_a_warning() {
     let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
-    file.push("textures", json!({ "extensions": { "KHR_texture_basisu": { "source": 0 } } }));
-    file.json["extensionsUsed"] = json!(["KHR_texture_basisu"]);
+    file.push("textures", json!({ "extensions": { "MSFT_texture_dds": { "source": 0 } } }));
+    file.json["extensionsUsed"] = json!(["MSFT_texture_dds"]);
     let scene = file.open().unwrap();
     assert_eq!(scene.warnings().len(), 2, "{:?}", scene.warnings());
-    assert!(scene.warnings()[0].contains("`KHR_texture_basisu`"));
+    assert!(scene.warnings()[0].contains("`MSFT_texture_dds`"));
     assert!(scene.warnings()[1].contains("textures[0]"));
     let mut file = with_material(json!({ "emissiveTexture": { "index": 0, "texCoord": 2 } }));
     add_texture(&mut file);

@@ -2,6 +2,8 @@
 
 mod animation;
 mod broken;
+mod compressed;
+mod extensions;
 mod layers;
 mod look;
 mod mesh;

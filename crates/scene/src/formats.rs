@@ -1,0 +1,119 @@
+//! What files hold by the ends of their names, and what converts those that aren't read.
+
+use std::path::Path;
+
+use crate::Error;
+
+/// A format that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// Opened alone, but not in a sequence.
+    Gltf,
+    Obj,
+    Ply,
+    Stl,
+}
+
+impl Format {
+    /// `None` for a file that is no scene.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        match extension(path)?.as_str() {
+            "gltf" | "glb" => Some(Self::Gltf),
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
+            _ => None,
+        }
+    }
+}
+
+/// The end of a file's name, in small letters.
+fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_str()?.to_ascii_lowercase())
+}
+
+/// Of formats that others write scenes in: the ends of their names, what they are called, and which free tool makes
+/// something of them that is read.
+const CONVERTED: &[(&[&str], &str, &str)] = &[
+    (
+        &["usd", "usda", "usdc", "usdz"],
+        "Universal Scene Description",
+        "Blender imports it (File > Import > Universal Scene Description) and exports .glb (File > Export > glTF 2.0)",
+    ),
+    (&["fbx"], "FBX", "Blender imports it (File > Import > FBX) and exports .glb (File > Export > glTF 2.0)"),
+    (&["blend"], "Blender's own format", "Blender opens it and exports .glb (File > Export > glTF 2.0)"),
+    (
+        &["abc"],
+        "Alembic",
+        "Blender imports it (File > Import > Alembic) and exports .glb, or numbered .obj files where the mesh changes \
+         (File > Export > Wavefront, Animation)",
+    ),
+    (
+        &["pc2", "mdd"],
+        "a point cache",
+        "Blender applies it (modifier Mesh Cache) and exports numbered .obj files (File > Export > Wavefront, Animation)",
+    ),
+    (
+        &["dae", "3ds", "x", "x3d", "wrl", "ac", "lwo", "lxo", "ase", "ms3d", "md5mesh", "off"],
+        "a format of other programs",
+        "assimp makes .glb of it: `assimp export FILE OUT.glb`",
+    ),
+    (&["3mf", "amf"], "a format for printers", "PrusaSlicer and MeshLab make .stl of it"),
+    (&["step", "stp", "iges", "igs", "brep", "fcstd"], "a CAD format", "FreeCAD opens it and exports .gltf or .stl"),
+    (&["ifc"], "a format of buildings", "Blender with the add-on Bonsai imports it and exports .glb"),
+    (&["vrm"], "an avatar", "it is glTF: give its name the end .glb"),
+    (
+        &["las", "laz", "e57", "pcd", "xyz", "splat", "spz"],
+        "a cloud of points without surfaces",
+        "CloudCompare and MeshLab make a mesh of it, as .ply",
+    ),
+    (&["zip", "7z", "rar", "gz", "tar"], "a compressed folder", "unpack it first"),
+];
+
+/// The error that a file's format isn't read.
+pub(crate) fn unread(path: &Path) -> Error {
+    const READ: &str = "use .gltf, .glb, .obj, .ply, .stl or demo:NAME";
+    let Some(end) = extension(path) else {
+        return Error::unsupported(path, "a file without an extension", READ);
+    };
+    match CONVERTED.iter().find(|(ends, ..)| ends.contains(&end.as_str())) {
+        Some((_, name, tool)) => Error::unsupported(path, format!("`.{end}`, {name},"), *tool),
+        None => Error::unsupported(path, format!("`.{end}`"), READ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_read_names_what_converts_it() {
+        for (name, tool) in [
+            ("a.USDZ", "Blender"),
+            ("a.usdc", "Universal Scene Description"),
+            ("b.fbx", "Blender"),
+            ("c.blend", "glTF 2.0"),
+            ("d.abc", "numbered .obj files"),
+            ("e.dae", "assimp export"),
+            ("f.step", "FreeCAD"),
+            ("g.vrm", ".glb"),
+            ("h.txt", "use .gltf"),
+            ("i", "without an extension"),
+        ] {
+            assert_eq!(Format::of(Path::new(name)), None);
+            let error = unread(Path::new(name)).to_string();
+            assert!(error.starts_with(&format!("{name}: ")) && error.contains(tool), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_read_is_not_converted() {
+        let ends = CONVERTED.iter().flat_map(|(ends, ..)| *ends);
+        assert!(ends.clone().all(|end| Format::of(&Path::new("a").with_extension(end)).is_none()));
+        let mut all: Vec<_> = ends.collect();
+        let count = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count, "each once");
+    }
+}

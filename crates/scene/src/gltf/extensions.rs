@@ -1,0 +1,99 @@
+//! Which of glTF's extensions are read, and what comes of the others.
+
+use std::path::Path;
+
+use gltf::json::Root;
+
+use crate::Error;
+
+/// Those that this reader understands, at least approximately.
+const SUPPORTED: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+];
+
+/// Those that change nothing that one can see in a picture: what things mean, weigh and sound like, and what they do when
+/// someone touches them.
+const UNSEEN: &[&str] = &[
+    "AGI_articulations",
+    "AGI_stk_metadata",
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_mesh_manifold",
+    "EXT_structural_metadata",
+    "FB_geometry_metadata",
+    "KHR_audio_emitter",
+    "KHR_audio_graph",
+    "KHR_collision_shapes",
+    "KHR_implicit_shapes",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_physics_rigid_bodies",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "MSFT_audio_emitter",
+    "MSFT_lod",
+    "MSFT_packing_normalRoughnessMetallic",
+    "MSFT_packing_occlusionRoughnessMetallic",
+    "OMI_audio_emitter",
+    "OMI_collider",
+    "OMI_physics_body",
+    "OMI_physics_shape",
+    "OMI_seat",
+    "OMI_spawn_point",
+    "VRMC_node_constraint",
+    "VRMC_springBone",
+    "VRMC_vrm",
+];
+
+/// Of extensions that are refused for good: what their owner can do.
+const ADVICE: &[(&str, &str)] =
+    &[("EXT_texture_avif", "convert its textures to PNG: `npx @gltf-transform/cli png --formats avif FILE OUT.glb`")];
+
+/// Compares the extensions that a file uses and requires with those that are read.
+///
+/// # Errors
+/// Where it requires one that isn't, and that changes what one sees.
+pub(super) fn check(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Result<(), Error> {
+    let is_in = |list: &[&str], name: &String| list.contains(&name.as_str());
+    for name in &json.extensions_required {
+        if is_in(UNSEEN, name) {
+            warnings.push(format!("the file requires the glTF extension `{name}`, which changes nothing in a picture"));
+        } else if !is_in(SUPPORTED, name) {
+            let what = format!("the glTF extension `{name}`, which the file requires,");
+            let advice = ADVICE.iter().find(|(known, _)| known == name);
+            return Err(Error::unsupported(
+                path,
+                what,
+                advice.map_or("export the scene without it", |(_, advice)| advice),
+            ));
+        }
+    }
+    for name in json.extensions_used.iter().filter(|name| !is_in(SUPPORTED, name) && !is_in(UNSEEN, name)) {
+        warnings.push(format!("the glTF extension `{name}` is not supported and was left out"));
+    }
+    Ok(())
+}

@@ -1,0 +1,88 @@
+//! `KHR_node_visibility` where an animation changes it: meshes without the triangles of hidden nodes.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::curve::Curve;
+use super::nodes::Nodes;
+use crate::Mesh;
+
+/// The visibility of one node, over time.
+#[derive(Debug)]
+pub(super) struct Toggle {
+    pub(super) node: u32,
+    /// Zero where it is hidden.
+    pub(super) curve: Curve,
+}
+
+/// What is visible when, in a scene whose nodes come and go.
+#[derive(Debug)]
+pub(super) struct Visibility {
+    toggles: Vec<Toggle>,
+    /// What each node says of itself at rest.
+    own: Vec<bool>,
+    parents: Vec<Option<u32>>,
+    order: Vec<u32>,
+    /// Nodes and how many triangles they have, one after the other, of the whole mesh.
+    triangles: Vec<(u32, usize)>,
+    whole: Arc<Mesh>,
+    /// The last mesh that was made, and the nodes that it shows.
+    last: Mutex<Option<(Vec<bool>, Arc<Mesh>)>>,
+}
+
+impl Visibility {
+    pub(super) fn new(nodes: &Nodes, toggles: Vec<Toggle>, triangles: Vec<(u32, usize)>, whole: &Arc<Mesh>) -> Self {
+        Self {
+            toggles,
+            own: nodes.shows_itself.clone(),
+            parents: nodes.parents.clone(),
+            order: nodes.order.clone(),
+            triangles,
+            whole: Arc::clone(whole),
+            last: Mutex::new(None),
+        }
+    }
+
+    /// Whether each node, and all that it is below, is visible.
+    pub(super) fn at(&self, seconds: f64) -> Vec<bool> {
+        let mut visible = self.own.clone();
+        for toggle in &self.toggles {
+            let mut value = [0.0];
+            toggle.curve.sample(seconds, &mut value);
+            visible[toggle.node as usize] = value != [0.0];
+        }
+        super::nodes::hide_below(&mut visible, &self.order, &self.parents);
+        visible
+    }
+
+    /// The mesh of what is visible; the same one as long as that stays the same.
+    pub(super) fn mesh(&self, visible: &[bool]) -> Arc<Mesh> {
+        if self.triangles.iter().all(|&(node, _)| visible[node as usize]) {
+            return Arc::clone(&self.whole);
+        }
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*last {
+            Some((shown, mesh)) if shown == visible => Arc::clone(mesh),
+            _ => {
+                let mesh = Arc::new(self.without_hidden(visible));
+                *last = Some((visible.to_vec(), Arc::clone(&mesh)));
+                mesh
+            }
+        }
+    }
+
+    fn without_hidden(&self, visible: &[bool]) -> Mesh {
+        let mut mesh = Mesh { triangles: Vec::new(), material_of_triangle: Vec::new(), ..(*self.whole).clone() };
+        mesh.part_of_triangle.clear();
+        let mut first = 0;
+        for &(node, count) in &self.triangles {
+            let range = first..first + count;
+            first = range.end;
+            if visible[node as usize] {
+                mesh.triangles.extend_from_slice(&self.whole.triangles[range.clone()]);
+                mesh.material_of_triangle.extend_from_slice(&self.whole.material_of_triangle[range.clone()]);
+                mesh.part_of_triangle.extend(self.whole.part_of_triangle.get(range).into_iter().flatten());
+            }
+        }
+        mesh
+    }
+}
