@@ -1,5 +1,7 @@
 """Scenes of files, and pictures."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from conftest import scene_of, sphere
@@ -33,6 +35,21 @@ def test_a_file_is_read(tmp_path):
     with pytest.raises(ValueError, match="broken.obj"):
         (tmp_path / "broken.obj").write_text("f 1 2 3\n")
         umbrage.open(tmp_path / "broken.obj")
+
+
+def test_variants_are_chosen_by_name():
+    path = Path(__file__).parents[2] / "verify" / "corpus" / "glb" / "variants.glb"
+    scene = umbrage.open(path)
+    assert len(scene.variants) > 1
+    pictures = [umbrage.open(path, variant=variant).render(0, 64, 36) for variant in [None, *scene.variants]]
+    assert any((one != pictures[0]).any() for one in pictures)
+    with pytest.raises(ValueError, match=scene.variants[0]):
+        umbrage.open(path, variant="none of them")
+
+
+def test_unlit_colours_and_a_background_of_one_colour_are_shown_as_they_are():
+    nothing = umbrage.open("demo:cloth?triangles=2000").render(0, 64, 36, background="#336699")
+    assert (nothing[0, 0] == [0x33, 0x66, 0x99]).all()
 
 
 def test_pictures_show_what_they_are_of():

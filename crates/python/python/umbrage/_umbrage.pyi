@@ -70,6 +70,8 @@ class Scene:
     @property
     def animations(self) -> list[str]: ...
     @property
+    def variants(self) -> list[str]: ...
+    @property
     def warnings(self) -> list[str]: ...
     def at(self, seconds: float, nthreads: int = 0) -> Frame: ...
     def render(
@@ -154,6 +156,7 @@ def open(
     *,
     clip: str | None = None,
     ground: str | None = None,
+    variant: str | None = None,
     sequence_fps: float = 24.0,
     allow_outside: bool = False,
 ) -> Scene: ...
