@@ -13,6 +13,7 @@ use umbrage::{OmittedTriangles, Scene, Structure};
 
 use crate::failure::Failure;
 use crate::flags::InfoFlags;
+use crate::progress::Progress;
 use crate::report::{count, thousands};
 
 /// What is in a scene at its first moment.
@@ -71,7 +72,9 @@ pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
         return devices(flags.json);
     }
     let Some(address) = flags.scene else { return gallery(flags.json) };
+    let opening = Progress::opening(&address, false);
     let scene = umbrage::open_with(&address, &flags.opening.options())?;
+    drop(opening);
     if flags.kd_tree.has_options() && !flags.structure {
         return Err(Failure::input("no kd-tree is built", "add `--structure`"));
     }

@@ -1,3 +1,4 @@
+use std::path::Path;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -30,6 +31,17 @@ impl Progress {
             (1, Some(_)) => "{wide_bar} {percent} %, {eta} left",
             _ => "{wide_bar} frame {pos} of {len}, {eta} left",
         };
+        Self::shown_later(bar, template, part, quiet)
+    }
+
+    /// Starts to wait for a scene to be read or made; a `quiet` one never shows.
+    pub(crate) fn opening(scene: &Path, quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        bar.set_message(scene.display().to_string());
+        Self::shown_later(bar, "{spinner} opening {msg}, {elapsed} so far", None, quiet)
+    }
+
+    fn shown_later(bar: ProgressBar, template: &str, part: Option<umbrage::Progress>, quiet: bool) -> Self {
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }

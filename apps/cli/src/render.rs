@@ -19,13 +19,17 @@ use crate::written::{self, FrameWriter, Rendered};
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     use_threads(job.flags.scene.threads)?;
+    let started = Instant::now();
+    let opening = Progress::opening(&job.scene, job.flags.quiet);
     let scene = umbrage::open_with(&job.scene, &job.flags.open_options())?;
+    drop(opening);
     if !job.flags.quiet {
         for warning in scene.warnings() {
             say(format_args!("warning: {warning}"));
         }
     }
     let mut report = Report::new(&job.scene, &job.settings);
+    report.open_milliseconds = 1e3 * started.elapsed().as_secs_f64();
     let started = Instant::now();
     render_frames(job, &scene, &mut report)?;
     if !job.flags.quiet {

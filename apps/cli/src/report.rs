@@ -16,6 +16,8 @@ pub(crate) struct Report {
     pub(crate) threads: usize,
     /// What rendered.
     pub(crate) engine: String,
+    /// Wall time of reading or making the scene.
+    pub(crate) open_milliseconds: f64,
     /// How many frames were there already.
     pub(crate) already_there: usize,
     /// The median of all frames.
@@ -53,6 +55,7 @@ impl Report {
             samples: settings.samples,
             threads: rayon::current_num_threads(),
             engine: String::new(),
+            open_milliseconds: 0.0,
             already_there: 0,
             median: Costs::default(),
             frames: Vec::new(),
@@ -96,6 +99,7 @@ impl Report {
             let _ = writeln!(text, "  {name:<22} {value:>14}");
         };
         line(title, String::new());
+        line("open, once", format!("{:.3}", self.open_milliseconds));
         for stage in &self.median.stages {
             line(stage.name, format!("{:.3}", stage.milliseconds));
         }

@@ -12,6 +12,7 @@ use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Settings, WorkCounts}
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
 use crate::job::{check_memory, use_threads};
+use crate::progress::Progress;
 use crate::staging::camera_choice;
 use crate::values::Size;
 use legend::{Legend, sixteen_bits};
@@ -26,7 +27,9 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     let (address, default_seconds) = flags.scene.address();
     let seconds = flags.time.unwrap_or(default_seconds);
     use_threads(flags.scene.threads)?;
+    let opening = Progress::opening(&address, false);
     let scene = umbrage::open_with(&address, &flags.scene.opening.options())?;
+    drop(opening);
     let frame = scene.at(seconds)?;
     let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
