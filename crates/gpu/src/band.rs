@@ -22,7 +22,8 @@ impl From<&View> for Band {
 }
 
 impl Band {
-    /// The most that any stage of the grids, and of shading what nothing of is shown as it is, holds for a pixel in one buffer: three planes of the film.
+    /// The most that any stage of the grids and of shading holds for a pixel in one buffer: three planes of the film. A fourth one, of what is shown as it
+    /// is, is for those who keep it to ask for.
     pub const PIXEL_BYTES: u64 = 48;
 
     /// Bands of a view that fit a device, from the top, where no stage holds more than so many bytes for a pixel in one buffer.

@@ -59,9 +59,7 @@ impl Film {
             }
         });
     }
-}
 
-impl Film {
     /// Of a piece of work what is shown as it is, if anything is.
     fn flat_of(&self, number: usize) -> &[Vec4] {
         self.flat.chunks(PIXELS).nth(number).unwrap_or(&[])

@@ -125,6 +125,21 @@ fn what_is_seen_through_panes_is_a_part() {
 }
 
 #[test]
+fn what_is_lit_behind_an_unlit_pane_is_mapped_as_if_it_were_whole() {
+    let clay = Material { double_sided: true, ..Material::clay() };
+    let pane = Material { alpha: Alpha::Blend, base_color: linear(AMBER).extend(0.5), ..unlit(AMBER) };
+    let settings = Settings { exposure_stops: 1.0, ..settings(Background::Sky) };
+    let [whole, behind] = [vec![(9.0, 0.0, clay.clone())], vec![(9.0, 1.0, pane), (9.0, 0.0, clay)]].map(|squares| {
+        Vec3::from(levels(&picture(&frame(&squares), &settings), 9, 9).map(|level| linear([level; 3]).x))
+    });
+    assert!(
+        behind.distance(0.5 * (whole + linear(AMBER))) < 0.01,
+        "{behind} for {whole} behind half of {}",
+        linear(AMBER)
+    );
+}
+
+#[test]
 fn what_mirrors_show_is_exposed() {
     let mirror =
         Material { metallic: 1.0, roughness: 0.0, base_color: Vec4::ONE, double_sided: true, ..Material::clay() };
