@@ -12,6 +12,7 @@ mod measure;
 mod median;
 mod papers;
 mod peers;
+mod picture;
 mod plot;
 mod rays;
 mod scan;
@@ -56,6 +57,8 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Time every stage of a frame, for each scene and structure
     Frame(frame::FrameFlags),
+    /// Time whole pictures, from the scene to the file, by the command; of two builds of it in turn
+    Picture(picture::PictureFlags),
     /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev), and of tinybvh
     Peers(peers::PeersFlags),
     /// Incoherent rays: one diffuse bounce through every structure for all rays, and through Embree
@@ -153,6 +156,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Frame(flags) => frame::run(&flags),
         #[cfg(feature = "view")]
         Command::Window(flags) => window::run(&flags),
+        Command::Picture(flags) => flags.run(),
         Command::Peers(flags) => peers::run(&flags),
         Command::Bounce(flags) => bounce::run(&flags),
         Command::Effects(flags) => effects::run(&flags),

@@ -243,6 +243,30 @@ impl Texture {
         }
     }
 
+    /// The texels in two columns of two rows of a level, for each of some `lanes`, the first in the lowest bit: those of the
+    /// first row, then those of the second, red in the lowest byte. Zero in other lanes.
+    ///
+    /// # Panics
+    /// If one of the lanes names a level, a column or a row that there isn't.
+    #[must_use]
+    pub fn fetch(
+        &self,
+        lanes: u16,
+        levels: &[u32; 16],
+        columns: [&[u32; 16]; 2],
+        rows: [&[u32; 16]; 2],
+    ) -> [[u32; 16]; 4] {
+        let mut fetched = [[0; 16]; 4];
+        for lane in (0..16).filter(|lane| lanes >> lane & 1 == 1) {
+            let [columns, rows] = [columns, rows].map(|pair| pair.map(|texels| texels[lane] as usize));
+            let [[a, b], [c, d]] = self.levels[levels[lane] as usize].mixed(columns, rows, |four| four);
+            for (to, texel) in fetched.iter_mut().zip([a, b, c, d]) {
+                to[lane] = u32::from_le_bytes(texel);
+            }
+        }
+        fetched
+    }
+
     fn nearest(&self, level: &Level, coords: Vec2) -> Vec4 {
         let x = self.wrap[0].nearest(coords.x * level.width as f32, level.width);
         let y = self.wrap[1].nearest(coords.y * level.height as f32, level.height);

@@ -118,7 +118,7 @@ impl Developer {
             let alpha = alpha.chunks_mut(LANES).nth(number);
             let coverage = alpha.map_or([1.0; LANES], |alpha| coverage(color, alpha));
             let Vectors { x, y, z } = self.shown(simd, color, flat, &coverage);
-            let [red, green, blue] = [x, y, z].map(|linear| sixteen_bits(simd, linear));
+            let (red, green, blue) = (sixteen_bits(simd, x), sixteen_bits(simd, y), sixteen_bits(simd, z));
             for (lane, pixel) in pixels.iter_mut().enumerate() {
                 *pixel = [red[lane], green[lane], blue[lane]];
             }

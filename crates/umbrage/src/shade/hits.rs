@@ -23,16 +23,6 @@ pub(crate) struct BlockHits<S: Simd> {
     pub(super) corners: [Vectors<S>; 3],
 }
 
-/// What is read of the hits of a block lane by lane.
-pub(super) struct LaneHits {
-    /// The lanes that meet a triangle, the first in the lowest bit.
-    pub(super) shown: u16,
-    pub(super) triangle: Each<u32>,
-    pub(super) vertices: Each<[u32; 3]>,
-    /// Weights of the second and the third vertex.
-    pub(super) barycentric: [Each<f32>; 2],
-}
-
 impl<S: Simd> BlockHits<S> {
     /// Where the rays meet the triangles that their pixels are known to show; `None` where no pixel shows any.
     ///
@@ -79,13 +69,6 @@ impl<S: Simd> BlockHits<S> {
         let triangle = existing(met.shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
         let (vertices, corners) = corners_of(simd, frame, &triangle);
         Some(met.into_hits(simd, rays, triangle, vertices, corners))
-    }
-
-    /// The same, lane by lane.
-    #[inline(always)]
-    pub(super) fn lane_hits(&self) -> LaneHits {
-        let Self { shown, triangle, vertices, barycentric: [second, third], .. } = *self;
-        LaneHits { shown, triangle, vertices, barycentric: [second.into(), third.into()] }
     }
 
     /// What the corners have, mixed by their weights.

@@ -1,9 +1,11 @@
+use fearless_simd::Simd;
 use glam::Vec3;
 use umbrage_scene::{Anisotropy, Clearcoat, Frame, Iridescence, Layers, Sheen, Specular};
 
-use super::hits::LaneHits;
-use super::lanes::{Each, LANES, each, put};
-use super::paint::{Bumps, Texels};
+use super::hits::BlockHits;
+use super::lanes::{Each, LANES, each, lanes_of, put};
+use super::paint::{Bumps, MaterialLanes};
+use super::texels::Texels;
 
 /// What the layers of the lanes' materials say, textures included. A lane without a layer has the numbers of one that does
 /// nothing.
@@ -34,14 +36,11 @@ impl LayerPaint {
     /// A film of more interferes with no light that the eye tells apart.
     const THICKEST_NANOMETERS: f32 = 1e5;
 
-    /// `covered_triangles` is the area of each ray's cone on the surface, in triangle areas.
-    pub(super) fn new(frame: &Frame, hits: &LaneHits, covered_triangles: &Each<f32>) -> Self {
+    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<S>, texels: &Texels<'_, S>) -> Self {
         let mut paint = Self::nothing();
-        for lane in 0..LANES {
-            let material = frame.mesh.material_of_triangle[hits.triangle[lane] as usize];
-            let Some(layers) = &frame.materials.materials[material as usize].layers else { continue };
-            if hits.shown >> lane & 1 == 1 {
-                paint.read(lane, layers, &Texels::of_lane(frame, hits, covered_triangles, lane));
+        for (material, lanes) in MaterialLanes::new(frame, hits) {
+            if let Some(layers) = &material.layers {
+                paint.read(lanes, layers, texels);
             }
         }
         paint
@@ -68,76 +67,91 @@ impl LayerPaint {
         }
     }
 
-    fn read(&mut self, lane: usize, layers: &Layers, texels: &Texels<'_>) {
+    fn read<S: Simd>(&mut self, lanes: u16, layers: &Layers, texels: &Texels<'_, S>) {
         let Layers { specular, clearcoat, sheen, anisotropy, iridescence } = layers;
         if *specular != Specular::default() {
-            self.read_specular(lane, specular, texels);
+            self.read_specular(lanes, specular, texels);
         }
         if clearcoat.factor > 0.0 {
-            self.read_coat(lane, clearcoat, texels);
+            self.read_coat(lanes, clearcoat, texels);
         }
         if sheen.color != Vec3::ZERO {
-            self.read_sheen(lane, sheen, texels);
+            self.read_sheen(lanes, sheen, texels);
         }
         if anisotropy.strength > 0.0 {
-            self.read_grooves(lane, anisotropy, texels);
+            self.read_grooves(lanes, anisotropy, texels);
         }
         if iridescence.factor > 0.0 {
-            self.read_film(lane, iridescence, texels);
+            self.read_film(lanes, iridescence, texels);
         }
     }
 
-    fn read_specular(&mut self, lane: usize, specular: &Specular, texels: &Texels<'_>) {
-        self.specular_lanes |= 1 << lane;
-        let texel = specular.texture.map_or(1.0, |texture| texels.read(texture).w);
-        self.specular[lane] = (specular.factor * texel).clamp(0.0, 1.0);
-        let texel = specular.color_texture.map_or(Vec3::ONE, |texture| texels.read(texture).truncate());
-        put(lane, (specular.color * texel).max(Vec3::ZERO), &mut self.specular_color);
+    fn read_specular<S: Simd>(&mut self, lanes: u16, specular: &Specular, texels: &Texels<'_, S>) {
+        self.specular_lanes |= lanes;
+        let [_, _, _, strength] = texels.read_any(specular.texture, lanes);
+        let [red, green, blue, _] = texels.read_any(specular.color_texture, lanes);
+        for lane in lanes_of(lanes) {
+            self.specular[lane] = (specular.factor * strength[lane]).clamp(0.0, 1.0);
+            let texel = Vec3::new(red[lane], green[lane], blue[lane]);
+            put(lane, (specular.color * texel).max(Vec3::ZERO), &mut self.specular_color);
+        }
     }
 
-    fn read_coat(&mut self, lane: usize, coat: &Clearcoat, texels: &Texels<'_>) {
-        self.coat_lanes |= 1 << lane;
-        let texel = coat.texture.map_or(1.0, |texture| texels.read(texture).x);
-        self.coat[lane] = (coat.factor * texel).clamp(0.0, 1.0);
-        let texel = coat.roughness_texture.map_or(1.0, |texture| texels.read(texture).y);
-        self.coat_roughness[lane] = coat.roughness * texel;
+    fn read_coat<S: Simd>(&mut self, lanes: u16, coat: &Clearcoat, texels: &Texels<'_, S>) {
+        self.coat_lanes |= lanes;
+        let [strength, ..] = texels.read_any(coat.texture, lanes);
+        let [_, roughness, ..] = texels.read_any(coat.roughness_texture, lanes);
+        for lane in lanes_of(lanes) {
+            self.coat[lane] = (coat.factor * strength[lane]).clamp(0.0, 1.0);
+            self.coat_roughness[lane] = coat.roughness * roughness[lane];
+        }
         if let Some(texture) = coat.normal_texture {
-            self.coat_bumps.read(lane, texels, texture, coat.normal_scale);
+            self.coat_bumps.read(lanes, texels, texture, coat.normal_scale);
         }
     }
 
-    fn read_sheen(&mut self, lane: usize, sheen: &Sheen, texels: &Texels<'_>) {
-        self.sheen_lanes |= 1 << lane;
-        let texel = sheen.color_texture.map_or(Vec3::ONE, |texture| texels.read(texture).truncate());
-        put(lane, (sheen.color * texel).clamp(Vec3::ZERO, Vec3::ONE), &mut self.sheen_color);
-        let texel = sheen.roughness_texture.map_or(1.0, |texture| texels.read(texture).w);
-        self.sheen_roughness[lane] = sheen.roughness * texel;
+    fn read_sheen<S: Simd>(&mut self, lanes: u16, sheen: &Sheen, texels: &Texels<'_, S>) {
+        self.sheen_lanes |= lanes;
+        let [red, green, blue, _] = texels.read_any(sheen.color_texture, lanes);
+        let [_, _, _, roughness] = texels.read_any(sheen.roughness_texture, lanes);
+        for lane in lanes_of(lanes) {
+            let texel = Vec3::new(red[lane], green[lane], blue[lane]);
+            put(lane, (sheen.color * texel).clamp(Vec3::ZERO, Vec3::ONE), &mut self.sheen_color);
+            self.sheen_roughness[lane] = sheen.roughness * roughness[lane];
+        }
     }
 
-    fn read_grooves(&mut self, lane: usize, anisotropy: &Anisotropy, texels: &Texels<'_>) {
-        let (mut direction, mut strength) = (Vec3::X, anisotropy.strength);
-        let mut set = 0;
-        if let Some(texture) = anisotropy.texture {
-            let texel = texels.read(texture);
-            direction = Vec3::new(texel.x * 2.0 - 1.0, texel.y * 2.0 - 1.0, 0.0);
-            strength *= texel.z;
-            set = texture.tex_coord_set;
-        }
+    fn read_grooves<S: Simd>(&mut self, lanes: u16, anisotropy: &Anisotropy, texels: &Texels<'_, S>) {
+        // Without a texture along the tangent, with all the strength.
+        let [x, y, strength] = match anisotropy.texture {
+            Some(texture) => {
+                let [x, y, strength, _] = texels.read(texture, lanes);
+                [x.map(|texel| texel * 2.0 - 1.0), y.map(|texel| texel * 2.0 - 1.0), strength]
+            }
+            None => [each(1.0), each(0.0), each(1.0)],
+        };
         // The same on all machines.
         let (sine, cosine) = libm::sincosf(anisotropy.rotation_radians);
-        let turned =
-            Vec3::new(direction.x * cosine - direction.y * sine, direction.x * sine + direction.y * cosine, 0.0);
-        self.stretch[lane] = strength.clamp(0.0, 1.0);
-        self.grooves.set(lane, texels, set, turned);
+        let mut turned = [[0.0; LANES]; 3];
+        for lane in lanes_of(lanes) {
+            turned[0][lane] = x[lane] * cosine - y[lane] * sine;
+            turned[1][lane] = x[lane] * sine + y[lane] * cosine;
+            self.stretch[lane] = (anisotropy.strength * strength[lane]).clamp(0.0, 1.0);
+        }
+        let set = anisotropy.texture.map_or(0, |texture| texture.tex_coord_set);
+        self.grooves.set(lanes, texels, set, &turned);
     }
 
-    fn read_film(&mut self, lane: usize, film: &Iridescence, texels: &Texels<'_>) {
-        self.film_lanes |= 1 << lane;
-        let texel = film.texture.map_or(1.0, |texture| texels.read(texture).x);
-        self.film[lane] = (film.factor * texel).clamp(0.0, 1.0);
-        self.film_ior[lane] = film.ior.clamp(1.0, 1e3);
-        let texel = film.thickness_texture.map_or(1.0, |texture| texels.read(texture).y);
+    fn read_film<S: Simd>(&mut self, lanes: u16, film: &Iridescence, texels: &Texels<'_, S>) {
+        self.film_lanes |= lanes;
+        let [strength, ..] = texels.read_any(film.texture, lanes);
+        let [_, thickness, ..] = texels.read_any(film.thickness_texture, lanes);
         let Iridescence { thickness_minimum_nanometers: least, thickness_maximum_nanometers: most, .. } = *film;
-        self.film_nanometers[lane] = (least * (1.0 - texel) + most * texel).clamp(0.0, Self::THICKEST_NANOMETERS);
+        for lane in lanes_of(lanes) {
+            self.film[lane] = (film.factor * strength[lane]).clamp(0.0, 1.0);
+            self.film_ior[lane] = film.ior.clamp(1.0, 1e3);
+            let nanometers = least * (1.0 - thickness[lane]) + most * thickness[lane];
+            self.film_nanometers[lane] = nanometers.clamp(0.0, Self::THICKEST_NANOMETERS);
+        }
     }
 }

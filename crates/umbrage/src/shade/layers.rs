@@ -58,13 +58,14 @@ impl<S: Simd> Layers<S> {
         }
         if paint.film_lanes != 0 {
             let [part, ior, nanometers] = [&paint.film, &paint.film_ior, &paint.film_nanometers];
-            let [part, ior, nanometers] = [part, ior, nanometers].map(|of| f32x16::from_slice(simd, of));
+            let (part, ior) = (f32x16::from_slice(simd, part), f32x16::from_slice(simd, ior));
+            let nanometers = f32x16::from_slice(simd, nanometers);
             let n_v = normal.dot(view).max(1e-4);
             layers.film = Some(Film::new(simd, [part, ior, nanometers], reflectance.f0(), n_v));
         }
         if paint.coat_lanes != 0 {
             let [factor, roughness] = [&paint.coat, &paint.coat_roughness];
-            let [factor, roughness] = [factor, roughness].map(|of| f32x16::from_slice(simd, of));
+            let (factor, roughness) = (f32x16::from_slice(simd, factor), f32x16::from_slice(simd, roughness));
             let coat = Coat::new(factor, roughness, [coat_normal, view]);
             layers.below_coat = 1.0 - coat.part;
             layers.coat = Some(coat);

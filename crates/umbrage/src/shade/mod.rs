@@ -17,6 +17,7 @@ mod rays;
 mod sheen;
 mod specular_albedo;
 mod surface;
+mod texels;
 pub(crate) mod transcendental;
 
 pub(crate) use brdf::{Gloss, Reflectance, SMOOTHEST, SeenReflectance};

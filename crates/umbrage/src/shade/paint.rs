@@ -1,10 +1,11 @@
-use glam::{Vec2, Vec3, Vec4};
+use fearless_simd::Simd;
 use umbrage_scene::{Alpha, Frame, Material, TextureUse};
 
-use super::hits::LaneHits;
-use super::lanes::{Each, LANES, each, put};
+use super::hits::BlockHits;
+use super::lanes::{Each, LANES, each, lanes_of, put, vector_of};
+use super::texels::{Tangents, Texels};
 
-/// What the materials and textures of a block's lanes say, read lane by lane; without the vertices' colours.
+/// What the materials and textures of a block's lanes say, without the vertices' colours.
 pub(super) struct Paint {
     pub(super) base_color: [Each<f32>; 3],
     /// For blended materials.
@@ -40,28 +41,14 @@ pub(super) struct Bumps {
 }
 
 impl Paint {
-    /// `covered_triangles` is the area of each ray's cone on the surface, in triangle areas.
-    pub(super) fn new(frame: &Frame, hits: &LaneHits, covered_triangles: &Each<f32>) -> Self {
-        let material_of = |lane: usize| frame.mesh.material_of_triangle[hits.triangle[lane] as usize];
-        let material = &frame.materials.materials[material_of(0) as usize];
+    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<S>, texels: &Texels<'_, S>) -> Self {
+        let mut materials = MaterialLanes::new(frame, hits);
+        let Some((material, lanes)) = materials.next() else { return Self::plain(&Material::default()) };
         let mut paint = Self::plain(material);
-        let mut is_textured = has_textures(material);
-        if (1..LANES).any(|lane| material_of(lane) != material_of(0)) {
-            for lane in 1..LANES {
-                let material = &frame.materials.materials[material_of(lane) as usize];
-                paint.put(lane, material);
-                is_textured |= has_textures(material);
-            }
-        }
-        if !is_textured {
-            return paint;
-        }
-        for lane in 0..LANES {
-            if hits.shown >> lane & 1 == 0 {
-                continue;
-            }
-            let texels = Texels::of_lane(frame, hits, covered_triangles, lane);
-            paint.read_textures(lane, &frame.materials.materials[material_of(lane) as usize], &texels);
+        paint.read_textures(lanes, material, texels);
+        for (material, lanes) in materials {
+            lanes_of(lanes).for_each(|lane| paint.put(lane, material));
+            paint.read_textures(lanes, material, texels);
         }
         paint
     }
@@ -103,39 +90,71 @@ impl Paint {
         self.layered = self.layered & !bit | if material.layers.is_some() { bit } else { 0 };
     }
 
-    /// Multiplies a lane's material by its textures.
-    fn read_textures(&mut self, lane: usize, material: &Material, texels: &Texels<'_>) {
+    /// Multiplies the material of some lanes by its textures.
+    fn read_textures<S: Simd>(&mut self, lanes: u16, material: &Material, texels: &Texels<'_, S>) {
         if let Some(texture) = material.base_color_texture {
-            let [red, green, blue, opacity] = texels.read(texture).to_array();
+            let [red, green, blue, opacity] = &texels.read(texture, lanes);
             for (channel, texel) in self.base_color.iter_mut().zip([red, green, blue]) {
-                channel[lane] *= texel;
+                multiply(channel, texel, lanes);
             }
-            self.opacity[lane] *= opacity;
+            multiply(&mut self.opacity, opacity, lanes);
         }
         if let Some(texture) = material.metallic_roughness_texture {
-            let texel = texels.read(texture);
-            self.metallic[lane] *= texel.z;
-            self.roughness[lane] *= texel.y;
+            let [_, roughness, metallic, _] = &texels.read(texture, lanes);
+            multiply(&mut self.metallic, metallic, lanes);
+            multiply(&mut self.roughness, roughness, lanes);
         }
         if let Some(texture) = material.transmission_texture {
-            self.transmission[lane] *= texels.read(texture).x;
+            multiply(&mut self.transmission, &texels.read(texture, lanes)[0], lanes);
         }
         if let Some(texture) = material.occlusion_texture {
-            self.ambient_occlusion[lane] = 1.0 + material.occlusion_strength * (texels.read(texture).x - 1.0);
+            let part = texels.read(texture, lanes)[0].map(|texel| 1.0 + material.occlusion_strength * (texel - 1.0));
+            multiply(&mut self.ambient_occlusion, &part, lanes);
         }
         if let Some(texture) = material.emissive_texture {
-            for (channel, texel) in self.emitted.iter_mut().zip(texels.read(texture).truncate().to_array()) {
-                channel[lane] *= texel;
+            for (channel, texel) in self.emitted.iter_mut().zip(&texels.read(texture, lanes)) {
+                multiply(channel, texel, lanes);
             }
         }
         if let Some(texture) = material.normal_texture {
-            self.bumps.read(lane, texels, texture, material.normal_scale);
+            self.bumps.read(lanes, texels, texture, material.normal_scale);
         }
     }
 }
 
-fn has_textures(material: &Material) -> bool {
-    material.textures().iter().any(Option::is_some)
+fn multiply(to: &mut Each<f32>, by: &Each<f32>, lanes: u16) {
+    for (lane, (to, by)) in to.iter_mut().zip(by).enumerate() {
+        *to *= if lanes >> lane & 1 == 1 { *by } else { 1.0 };
+    }
+}
+
+/// The materials of a block's lanes that show something, each with its lanes.
+pub(super) struct MaterialLanes<'a> {
+    frame: &'a Frame,
+    of_lanes: Each<u32>,
+    left: u16,
+}
+
+impl<'a> MaterialLanes<'a> {
+    pub(super) fn new<S: Simd>(frame: &'a Frame, hits: &BlockHits<S>) -> Self {
+        let of_lanes = hits.triangle.map(|triangle| frame.mesh.material_of_triangle[triangle as usize]);
+        Self { frame, of_lanes, left: hits.shown }
+    }
+}
+
+impl<'a> Iterator for MaterialLanes<'a> {
+    type Item = (&'a Material, u16);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let material = *self.of_lanes.get(self.left.trailing_zeros() as usize)?;
+        let mut lanes = 0;
+        for (lane, &other) in self.of_lanes.iter().enumerate() {
+            lanes |= u16::from(other == material) << lane;
+        }
+        lanes &= self.left;
+        self.left &= !lanes;
+        Some((&self.frame.materials.materials[material as usize], lanes))
+    }
 }
 
 impl Bumps {
@@ -143,86 +162,30 @@ impl Bumps {
         Self { lanes: 0, bump: [[0.0; LANES]; 3], tangent: [[0.0; LANES]; 3], bitangent_sign: [0.0; LANES] }
     }
 
-    /// Reads a normal texture.
-    pub(super) fn read(&mut self, lane: usize, texels: &Texels<'_>, texture: TextureUse, scale: f32) {
-        let texel = texels.read(texture).truncate() * 2.0 - 1.0;
-        self.set(lane, texels, texture.tex_coord_set, texel * Vec3::new(scale, scale, 1.0));
-    }
-
-    /// Takes a bump in the tangent frame of the file, or else of a set of texture coordinates; none where there is neither.
-    pub(super) fn set(&mut self, lane: usize, texels: &Texels<'_>, tex_coord_set: u8, bump: Vec3) {
-        let Some((tangent, sign)) = texels.vertex_tangent().or_else(|| texels.gradient_tangent(tex_coord_set)) else {
-            return;
-        };
-        self.lanes |= 1 << lane;
-        put(lane, bump, &mut self.bump);
-        put(lane, tangent, &mut self.tangent);
-        self.bitangent_sign[lane] = sign;
-    }
-}
-
-/// What is needed to read textures at a hit.
-pub(super) struct Texels<'a> {
-    frame: &'a Frame,
-    vertices: [u32; 3],
-    /// Weights of the second and the third vertex.
-    barycentric: [f32; 2],
-    /// Area of the ray's cone on the surface, in triangle areas.
-    covered_triangles: f32,
-}
-
-impl<'a> Texels<'a> {
-    pub(super) fn of_lane(frame: &'a Frame, hits: &LaneHits, covered_triangles: &Each<f32>, lane: usize) -> Self {
-        let [second, third] = &hits.barycentric;
-        Self {
-            frame,
-            vertices: hits.vertices[lane],
-            barycentric: [second[lane], third[lane]],
-            covered_triangles: covered_triangles[lane],
+    /// Reads a normal texture in some lanes.
+    pub(super) fn read<S: Simd>(&mut self, lanes: u16, texels: &Texels<'_, S>, texture: TextureUse, scale: f32) {
+        let [mut x, mut y, mut z, _] = texels.read(texture, lanes);
+        for (channel, scale) in [(&mut x, scale), (&mut y, scale), (&mut z, 1.0)] {
+            channel.iter_mut().for_each(|texel| *texel = (*texel * 2.0 - 1.0) * scale);
         }
+        self.set(lanes, texels, texture.tex_coord_set, &[x, y, z]);
     }
 
-    /// Ray cones (Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing*, 2019): as many
-    /// texels are averaged as the pixel's cone covers on the surface.
-    pub(super) fn read(&self, texture: TextureUse) -> Vec4 {
-        let image = &self.frame.materials.textures[texture.texture as usize];
-        let [width, height] = image.size();
-        let [a, b, c] = self.corner_coords(texture.tex_coord_set);
-        let matrix = texture.image_from_mesh.matrix2;
-        let doubled_area = (matrix * (b - a)).perp_dot(matrix * (c - a)).abs();
-        let triangle_texels = 0.5 * doubled_area * width as f32 * height as f32;
-        let [second, third] = self.barycentric;
-        let coords = a * (1.0 - second - third) + b * second + c * third;
-        let footprint = (triangle_texels * self.covered_triangles).sqrt();
-        image.sample(texture.image_from_mesh.transform_point2(coords), footprint)
-    }
-
-    fn corner_coords(&self, tex_coord_set: u8) -> [Vec2; 3] {
-        let coords = &self.frame.mesh.tex_coords[usize::from(tex_coord_set.min(1))];
-        self.vertices.map(|vertex| coords.get(vertex as usize).copied().unwrap_or_default())
-    }
-
-    /// The file's tangent, of any length, and the sign of the bitangent.
-    fn vertex_tangent(&self) -> Option<(Vec3, f32)> {
-        if self.frame.tangents.is_empty() {
-            return None;
+    /// Takes bumps in the tangent frame of the file, or else of a set of texture coordinates; none where there is neither.
+    pub(super) fn set<S: Simd>(
+        &mut self,
+        lanes: u16,
+        texels: &Texels<'_, S>,
+        tex_coord_set: u8,
+        bump: &[Each<f32>; 3],
+    ) {
+        let Tangents { lanes: with_tangent, tangent, bitangent_sign } = &texels.tangents(tex_coord_set);
+        let lanes = lanes & with_tangent;
+        self.lanes |= lanes;
+        for lane in lanes_of(lanes) {
+            put(lane, vector_of(lane, bump), &mut self.bump);
+            put(lane, vector_of(lane, tangent), &mut self.tangent);
+            self.bitangent_sign[lane] = bitangent_sign[lane];
         }
-        let [a, b, c] = self.vertices.map(|vertex| self.frame.tangents[vertex as usize]);
-        let [second, third] = self.barycentric;
-        let mean = a * (1.0 - second - third) + b * second + c * third;
-        let tangent = mean.truncate().try_normalize()?;
-        Some((tangent, if a.w < 0.0 { -1.0 } else { 1.0 }))
-    }
-
-    /// The direction in which the texture's u grows across the triangle, and the sign of the bitangent.
-    fn gradient_tangent(&self, tex_coord_set: u8) -> Option<(Vec3, f32)> {
-        let [a, b, c] = self.corner_coords(tex_coord_set);
-        let (coords_ab, coords_ac) = (b - a, c - a);
-        let [a, b, c] = self.vertices.map(|vertex| self.frame.positions[vertex as usize]);
-        let (ab, ac) = (b - a, c - a);
-        let area = coords_ab.perp_dot(coords_ac);
-        let tangent = (ab * coords_ac.y - ac * coords_ab.y) * area.signum();
-        // v grows downwards in the image and the bitangent points up: an image that isn't mirrored has a negative area.
-        (area != 0.0).then_some((tangent, if area < 0.0 { 1.0 } else { -1.0 }))
     }
 }

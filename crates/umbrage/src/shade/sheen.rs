@@ -160,7 +160,9 @@ fn albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x16<S>) -> f32x16<S> {
     let (row, column) = (roughness.max(0.0).min(1.0) * LAST, n_v.max(0.0).min(1.0).sqrt() * LAST);
     let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
     let (down, right) = (row - upper, column - left);
-    let [a, b, c, d] = gather(&upper.into(), &left.into()).map(|corner| f32x16::from_slice(simd, &corner));
+    let [a, b, c, d] = &gather(&upper.into(), &left.into());
+    let (a, b) = (f32x16::from_slice(simd, a), f32x16::from_slice(simd, b));
+    let (c, d) = (f32x16::from_slice(simd, c), f32x16::from_slice(simd, d));
     let (above, below) = (a + (b - a) * right, c + (d - c) * right);
     above + (below - above) * down
 }

@@ -10,6 +10,7 @@ use super::layer_paint::LayerPaint;
 use super::layers::Layers;
 use super::paint::{Bumps, Paint};
 use super::rays::BlockRays;
+use super::texels::Texels;
 
 /// How wide the cone of a camera ray's pixel is.
 #[derive(Clone, Copy, Debug)]
@@ -74,8 +75,8 @@ impl<S: Simd> Surface<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, frame: &Frame, rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
         let facet = Facet::new(rays, hits, footprint);
-        let (lane_hits, covered_triangles) = (hits.lane_hits(), facet.covered_triangles.into());
-        let paint = Paint::new(frame, &lane_hits, &covered_triangles);
+        let texels = Texels::new(simd, frame, hits, facet.covered_triangles);
+        let paint = Paint::new(frame, hits, &texels);
         let one = f32x16::splat(simd, 1.0);
         let (mut base_color, mut opacity) =
             (Vectors::load(simd, &paint.base_color), f32x16::from_slice(simd, &paint.opacity));
@@ -91,7 +92,7 @@ impl<S: Simd> Surface<S> {
         let normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.bumps));
         let mut layers = None;
         if paint.layered != 0 {
-            let paint = LayerPaint::new(frame, &lane_hits, &covered_triangles);
+            let paint = LayerPaint::new(frame, hits, &texels);
             reflectance = reflectance.with_specular(simd, &paint, (base_color, metallic, ior));
             let coat_normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.coat_bumps));
             let normals = [normal, coat_normal, bend(simd, smooth, &paint.grooves)];

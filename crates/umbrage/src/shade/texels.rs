@@ -1,0 +1,430 @@
+use std::cell::OnceCell;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
+use glam::{Mat2, Vec2};
+use umbrage_scene::{ColorSpace, Filter, Frame, Texture, TextureUse, Wrap};
+
+use super::hits::BlockHits;
+use super::lanes::{Each, LANES, Vectors, each, lanes_of, put};
+use super::transcendental::log2;
+
+/// Reads textures at sixteen hits.
+///
+/// Coordinates, weights and means are found in vectors; texels are fetched one after the other, by code that all sets of
+/// instructions have in common. [`Texture::sample`] reads the same, but for rounding, at one point.
+pub(super) struct Texels<'a, S: Simd> {
+    simd: S,
+    frame: &'a Frame,
+    hits: &'a BlockHits<S>,
+    /// Area of each ray's cone on the surface, in triangle areas.
+    covered_triangles: f32x16<S>,
+    /// Of each set, once it is asked for.
+    corner_coords: [OnceCell<[EachCoords; 3]>; 2],
+}
+
+/// Texture coordinates.
+type EachCoords = [Each<f32>; 2];
+type Coords<S> = [f32x16<S>; 2];
+
+/// Directions in which bumps are given.
+pub(super) struct Tangents {
+    /// The lanes that have one, the first in the lowest bit.
+    pub(super) lanes: u16,
+    /// Of any length, not yet at right angles to the normal.
+    pub(super) tangent: [Each<f32>; 3],
+    pub(super) bitangent_sign: Each<f32>,
+}
+
+impl<'a, S: Simd> Texels<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, frame: &'a Frame, hits: &'a BlockHits<S>, covered_triangles: f32x16<S>) -> Self {
+        Self { simd, frame, hits, covered_triangles, corner_coords: [OnceCell::new(), OnceCell::new()] }
+    }
+
+    /// Red, green, blue and alpha in some lanes. What other lanes have means nothing.
+    ///
+    /// By ray cones (Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing*, 2019): as many
+    /// texels are averaged as the pixel's cone covers on the surface.
+    // One function for all textures: inlined, it would be there for each of them.
+    #[inline(never)]
+    pub(super) fn read(&self, texture: TextureUse, lanes: u16) -> [Each<f32>; 4] {
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                let image = &self.frame.materials.textures[texture.texture as usize];
+                let (coords, footprint) = self.coords_and_footprint(&texture, image);
+                colors(self.simd, image, coords, footprint, lanes)
+            },
+        )
+    }
+
+    /// Where in an image the hits are, and how many of its texels their pixels cover.
+    #[inline(always)]
+    fn coords_and_footprint(&self, texture: &TextureUse, image: &Texture) -> (Coords<S>, f32x16<S>) {
+        let [a, b, c] = self.corner_coords(texture.tex_coord_set);
+        let [second, third] = self.hits.barycentric;
+        let first = 1.0 - second - third;
+        let (matrix, moved) = (texture.image_from_mesh.matrix2, texture.image_from_mesh.translation);
+        let to_second = turned(matrix, [b[0] - a[0], b[1] - a[1]]);
+        let to_third = turned(matrix, [c[0] - a[0], c[1] - a[1]]);
+        let doubled_area = (to_second[0] * to_third[1] - to_second[1] * to_third[0]).abs();
+        let [width, height] = image.size();
+        let triangle_texels = doubled_area * 0.5 * width as f32 * height as f32;
+        let u = a[0] * first + b[0] * second + c[0] * third;
+        let v = a[1] * first + b[1] * second + c[1] * third;
+        let [u, v] = turned(matrix, [u, v]);
+        ([u + moved.x, v + moved.y], (triangle_texels * self.covered_triangles).sqrt())
+    }
+
+    /// Of each corner, in a set of texture coordinates; zero where the file has none.
+    #[inline(always)]
+    fn corner_coords(&self, set: u8) -> [Coords<S>; 3] {
+        let set = usize::from(set.min(1));
+        let [a, b, c] = self.corner_coords[set].get_or_init(|| gather_coords(self.frame, set, &self.hits.vertices));
+        [load_coords(self.simd, a), load_coords(self.simd, b), load_coords(self.simd, c)]
+    }
+
+    /// The same, and 1 without a texture.
+    pub(super) fn read_any(&self, texture: Option<TextureUse>, lanes: u16) -> [Each<f32>; 4] {
+        texture.map_or([each(1.0); 4], |texture| self.read(texture, lanes))
+    }
+
+    /// The tangents of the file, or else the directions in which the u of a set of texture coordinates grows; none where
+    /// there is neither.
+    #[inline(never)]
+    pub(super) fn tangents(&self, set: u8) -> Tangents {
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                let (mut tangent, mut negative, mut lanes) = self.gradients(set);
+                if !self.frame.tangents.is_empty() {
+                    let (of_file, has_direction, is_negative) = self.file_tangents();
+                    tangent = Vectors::select(has_direction, of_file, tangent);
+                    negative = (has_direction & is_negative) | (!has_direction & negative);
+                    lanes |= has_direction;
+                }
+                let one = f32x16::splat(self.simd, 1.0);
+                Tangents {
+                    lanes: lanes.to_bitmask() as u16,
+                    tangent: tangent.store(),
+                    bitangent_sign: negative.select(-one, one).into(),
+                }
+            },
+        )
+    }
+
+    /// The directions in which the texture's u grows across the triangles, where bitangents are negative, and which lanes
+    /// have them.
+    #[inline(always)]
+    fn gradients(&self, set: u8) -> (Vectors<S>, mask32x16<S>, mask32x16<S>) {
+        let [a, b, c] = self.corner_coords(set);
+        let ([u_b, v_b], [u_c, v_c]) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let area = u_b * v_c - v_b * u_c;
+        let [a, b, c] = self.hits.corners;
+        let tangent = (b - a).scaled(v_c) + -(c - a).scaled(v_b);
+        // v grows downwards in the image and the bitangent points up: an image that isn't mirrored has a negative area.
+        let is_mirrored = area.simd_lt(0.0);
+        (Vectors::select(is_mirrored, -tangent, tangent), !is_mirrored, !area.simd_eq(0.0))
+    }
+
+    /// The file's tangents with a length of 1, which lanes have them, and where bitangents are negative.
+    #[inline(always)]
+    fn file_tangents(&self) -> (Vectors<S>, mask32x16<S>, mask32x16<S>) {
+        let (corners, signs) = gather_tangents(self.frame, &self.hits.vertices);
+        let [a, b, c] = &corners;
+        let corners = [Vectors::load(self.simd, a), Vectors::load(self.simd, b), Vectors::load(self.simd, c)];
+        let (unit, has_direction) = self.hits.interpolated(corners).try_normalized();
+        (unit, has_direction, f32x16::from_slice(self.simd, &signs).simd_lt(0.0))
+    }
+}
+
+#[inline(always)]
+fn load_coords<S: Simd>(simd: S, [u, v]: &EachCoords) -> Coords<S> {
+    [f32x16::from_slice(simd, u), f32x16::from_slice(simd, v)]
+}
+
+/// Texture coordinates times a matrix.
+#[inline(always)]
+fn turned<S: Simd>(matrix: Mat2, [u, v]: Coords<S>) -> Coords<S> {
+    [u * matrix.x_axis.x + v * matrix.y_axis.x, u * matrix.x_axis.y + v * matrix.y_axis.y]
+}
+
+/// The linear colours at some coordinates, averaged over about so many texels of the full image, in some lanes.
+#[inline(always)]
+fn colors<S: Simd>(simd: S, image: &Texture, coords: Coords<S>, footprint: f32x16<S>, lanes: u16) -> [Each<f32>; 4] {
+    // From here on f32 has no four numbers between a texel and the next.
+    const FAR: f32 = (1 << 22) as f32;
+    let last = (image.levels().len() - 1) as f32;
+    // NaN footprints (a texture stretched to nothing) read the full image.
+    let lod = log2(footprint.max_precise(1.0)).min(last);
+    let mut colors = [[0.0; LANES]; 4];
+    match image.filter() {
+        Filter::Nearest => store(mixed(simd, image, (lod + 0.5).floor(), coords, lanes), &mut colors),
+        Filter::Linear => {
+            let fine = lod.floor();
+            let part = lod - fine;
+            let mut mean = mixed(simd, image, fine, coords, lanes);
+            if part.simd_gt(0.0).any_true() {
+                let coarse = mixed(simd, image, (fine + 1.0).min(last), coords, lanes);
+                for (fine, coarse) in mean.iter_mut().zip(coarse) {
+                    *fine = between(*fine, coarse, part);
+                }
+            }
+            store(mean, &mut colors);
+        }
+    }
+    let [width, height] = image.size();
+    let texels_away = (coords[0].abs() * width as f32).max(coords[1].abs() * height as f32);
+    let far = texels_away.simd_ge(FAR).to_bitmask() as u16 & lanes;
+    if far != 0 {
+        read_far(image, &[coords[0].into(), coords[1].into()], &footprint.into(), far, &mut colors);
+    }
+    colors
+}
+
+#[inline(always)]
+fn store<S: Simd>(channels: [f32x16<S>; 4], to: &mut [Each<f32>; 4]) {
+    for (channel, to) in channels.into_iter().zip(to) {
+        *to = channel.into();
+    }
+}
+
+/// From `from` at 0 to `to` at 1.
+#[inline(always)]
+fn between<S: Simd>(from: f32x16<S>, to: f32x16<S>, part: f32x16<S>) -> f32x16<S> {
+    from + (to - from) * part
+}
+
+/// The colours of one level, mixed from the four texels around.
+#[inline(always)]
+fn mixed<S: Simd>(simd: S, image: &Texture, level: f32x16<S>, [u, v]: Coords<S>, lanes: u16) -> [f32x16<S>; 4] {
+    let ([width, height], [wrap_u, wrap_v]) = (image.size(), image.wrap());
+    let halvings = ((127 - level.to_int::<i32x16<S>>()) << 23).bitcast::<f32x16<S>>();
+    let width = (halvings * width as f32).floor().max(1.0);
+    let height = (halvings * height as f32).floor().max(1.0);
+    let x = Axis::new(simd, wrap_u, image.filter(), u * width, width);
+    let y = Axis::new(simd, wrap_v, image.filter(), v * height, height);
+    let levels = level.to_int::<u32x16<S>>().into();
+    let texels = image.fetch(lanes, &levels, [&x.first, &x.second], [&y.first, &y.second]);
+    let [a, b, c, d] = &texels;
+    let bytes = [
+        u32x16::from_slice(simd, a),
+        u32x16::from_slice(simd, b),
+        u32x16::from_slice(simd, c),
+        u32x16::from_slice(simd, d),
+    ];
+    let part = 1.0 / 255.0;
+    let alpha = mix(channel(bytes, 3), x.part, y.part) * part;
+    match image.space() {
+        ColorSpace::Linear => {
+            let red = mix(channel(bytes, 0), x.part, y.part) * part;
+            let green = mix(channel(bytes, 1), x.part, y.part) * part;
+            let blue = mix(channel(bytes, 2), x.part, y.part) * part;
+            [red, green, blue, alpha]
+        }
+        ColorSpace::Srgb => {
+            let [red, green, blue] = &linear_from_srgb(&texels);
+            let red = mix(load_four(simd, red), x.part, y.part);
+            let green = mix(load_four(simd, green), x.part, y.part);
+            let blue = mix(load_four(simd, blue), x.part, y.part);
+            [red, green, blue, alpha]
+        }
+    }
+}
+
+/// A channel of texels, 0 … 255.
+#[inline(always)]
+fn channel<S: Simd>([a, b, c, d]: [u32x16<S>; 4], number: u32) -> [f32x16<S>; 4] {
+    let bits = 8 * number;
+    [
+        ((a >> bits) & 255).to_float(),
+        ((b >> bits) & 255).to_float(),
+        ((c >> bits) & 255).to_float(),
+        ((d >> bits) & 255).to_float(),
+    ]
+}
+
+#[inline(always)]
+fn load_four<S: Simd>(simd: S, [a, b, c, d]: &[Each<f32>; 4]) -> [f32x16<S>; 4] {
+    [f32x16::from_slice(simd, a), f32x16::from_slice(simd, b), f32x16::from_slice(simd, c), f32x16::from_slice(simd, d)]
+}
+
+/// Of the upper left, upper right, lower left and lower right texel.
+#[inline(always)]
+fn mix<S: Simd>([a, b, c, d]: [f32x16<S>; 4], right: f32x16<S>, down: f32x16<S>) -> f32x16<S> {
+    between(between(a, b, right), between(c, d, right), down)
+}
+
+/// Which texels are read along an axis.
+struct Axis<S: Simd> {
+    first: Each<u32>,
+    second: Each<u32>,
+    /// How far it is from the first one's centre to the second's, 0 … 1; NaN where coordinates are no finite numbers.
+    part: f32x16<S>,
+}
+
+impl<S: Simd> Axis<S> {
+    /// At coordinates in texels, on a side of so many.
+    #[inline(always)]
+    fn new(simd: S, wrap: Wrap, filter: Filter, at: f32x16<S>, side: f32x16<S>) -> Self {
+        match filter {
+            Filter::Nearest => {
+                let first = texel(wrap, at.floor(), side).into();
+                Self { first, second: first, part: f32x16::splat(simd, 0.0) }
+            }
+            Filter::Linear => {
+                let at = at - 0.5;
+                let whole = at.floor();
+                let (first, second) = (texel(wrap, whole, side).into(), texel(wrap, whole + 1.0, side).into());
+                Self { first, second, part: at - whole }
+            }
+        }
+    }
+}
+
+/// The texels that stand for whole numbers on sides of so many; the first for NaN.
+#[inline(always)]
+fn texel<S: Simd>(wrap: Wrap, at: f32x16<S>, side: f32x16<S>) -> u32x16<S> {
+    let last = side - 1.0;
+    let texel = match wrap {
+        Wrap::Repeat => remainder(at, side),
+        Wrap::MirroredRepeat => {
+            let twice = remainder(at, side * 2.0);
+            twice.min(side * 2.0 - 1.0 - twice)
+        }
+        Wrap::ClampToEdge => at,
+    };
+    texel.max_precise(0.0).min_precise(last).to_int()
+}
+
+/// What is left of whole numbers below 2²³ in magnitude, 0 … `side` − 1.
+#[inline(always)]
+fn remainder<S: Simd>(at: f32x16<S>, side: f32x16<S>) -> f32x16<S> {
+    // The quotient's floor may be off by one, and all that follows is exact.
+    let left = at - (at / side).floor() * side;
+    let left = left.simd_lt(0.0).select(left + side, left);
+    left.simd_ge(side).select(left - side, left)
+}
+
+/// Reads some lanes one by one.
+#[cold]
+fn read_far(image: &Texture, [u, v]: &EachCoords, footprint: &Each<f32>, lanes: u16, colors: &mut [Each<f32>; 4]) {
+    for lane in lanes_of(lanes) {
+        let color = image.sample(Vec2::new(u[lane], v[lane]), footprint[lane]);
+        for (channel, color) in colors.iter_mut().zip(color.to_array()) {
+            channel[lane] = color;
+        }
+    }
+}
+
+/// The linear red, green and blue of sRGB texels.
+fn linear_from_srgb(texels: &[Each<u32>; 4]) -> [[Each<f32>; 4]; 3] {
+    let table = ColorSpace::linear_from_srgb();
+    let mut linear = [[[0.0; LANES]; 4]; 3];
+    let [red, green, blue] = &mut linear;
+    for (index, texels) in texels.iter().enumerate() {
+        for (lane, texel) in texels.iter().enumerate() {
+            let [r, g, b, _] = texel.to_le_bytes().map(usize::from);
+            (red[index][lane], green[index][lane], blue[index][lane]) = (table[r], table[g], table[b]);
+        }
+    }
+    linear
+}
+
+/// A set of texture coordinates of the vertices of each lane's triangle, corner by corner; zero where the file has none.
+fn gather_coords(frame: &Frame, set: usize, vertices: &Each<[u32; 3]>) -> [EachCoords; 3] {
+    let coords = &frame.mesh.tex_coords[set];
+    let mut corners = [[[0.0; LANES]; 2]; 3];
+    for (lane, vertices) in vertices.iter().enumerate() {
+        for (corner, &vertex) in corners.iter_mut().zip(vertices) {
+            let Vec2 { x, y } = coords.get(vertex as usize).copied().unwrap_or_default();
+            (corner[0][lane], corner[1][lane]) = (x, y);
+        }
+    }
+    corners
+}
+
+/// The tangents of the vertices of each lane's triangle, corner by corner, and the signs of bitangents.
+fn gather_tangents(frame: &Frame, vertices: &Each<[u32; 3]>) -> ([[Each<f32>; 3]; 3], Each<f32>) {
+    let mut corners = [[[0.0; LANES]; 3]; 3];
+    let mut signs = [0.0; LANES];
+    for (lane, vertices) in vertices.iter().enumerate() {
+        for (corner, &vertex) in corners.iter_mut().zip(vertices) {
+            put(lane, frame.tangents[vertex as usize].truncate(), corner);
+        }
+        signs[lane] = frame.tangents[vertices[0] as usize].w;
+    }
+    (corners, signs)
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use glam::Vec4;
+
+    use super::*;
+
+    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
+
+    fn image(size: [u32; 2], space: ColorSpace, filter: Filter, wrap: [Wrap; 2]) -> Texture {
+        let texels = (0..size[0] * size[1]).map(|texel| (texel + 1).wrapping_mul(0x9e37_79b1).to_le_bytes());
+        Texture::new("", size, texels.collect(), space, filter, wrap)
+    }
+
+    fn read(image: &Texture, u: &Each<f32>, v: &Each<f32>, footprint: &Each<f32>, lanes: u16) -> [Each<f32>; 4] {
+        dispatch!(Level::new(), simd => {
+            let coords = load_coords(simd, &[*u, *v]);
+            colors(simd, image, coords, f32x16::from_slice(simd, footprint), lanes)
+        })
+    }
+
+    #[test]
+    fn sixteen_are_read_as_one_is() {
+        let coords: Each<f32> =
+            [0.0, 0.31, 0.5, 0.77, 1.0, -0.2, -1.0, -7.77, 3.4, 1234.5, 0.999_999, -1e-9, 2e5, -9e6, 1e30, 1e-20];
+        let footprints = [0.0, 1.0, 1.3, 2.0, 2.9, 5.0, 17.0, f32::INFINITY, f32::NAN];
+        for (size, space) in [([1, 1], ColorSpace::Srgb), ([7, 3], ColorSpace::Linear), ([33, 64], ColorSpace::Srgb)] {
+            for (wrap_u, wrap_v) in WRAPS.into_iter().flat_map(|u| WRAPS.map(|v| (u, v))) {
+                for filter in [Filter::Nearest, Filter::Linear] {
+                    let image = image(size, space, filter, [wrap_u, wrap_v]);
+                    for turn in 0..LANES {
+                        let mut v = coords;
+                        v.rotate_left(turn);
+                        let footprint = std::array::from_fn(|lane| footprints[(lane + turn) % footprints.len()]);
+                        let colors = read(&image, &coords, &v, &footprint, u16::MAX);
+                        for lane in 0..LANES {
+                            let (u, v, footprint) = (coords[lane], v[lane], footprint[lane]);
+                            let alone = image.sample(Vec2::new(u, v), footprint);
+                            let color = Vec4::from_array(colors.map(|channel| channel[lane]));
+                            let of = format!("{size:?} {wrap_u:?} {wrap_v:?} {filter:?} at {u}, {v} over {footprint}");
+                            assert!(color.abs_diff_eq(alone, 1e-5), "{of}: {color}, alone {alone}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_finite_number_is_some_color_and_spoils_no_other() {
+        let image = image([5, 4], ColorSpace::Srgb, Filter::Linear, [Wrap::Repeat; 2]);
+        let mut u = [0.3; LANES];
+        (u[1], u[2], u[3]) = (f32::NAN, f32::INFINITY, f32::NEG_INFINITY);
+        let colors = read(&image, &u, &[0.6; LANES], &[1.0; LANES], u16::MAX);
+        let alone = image.sample(Vec2::new(0.3, 0.6), 1.0).to_array();
+        for (channel, alone) in colors.iter().zip(alone) {
+            assert!(channel[1..4].iter().all(|color| color.is_nan()));
+            assert!((channel[0] - alone).abs() < 1e-6 && channel[4..].iter().all(|color| *color == channel[0]));
+        }
+    }
+
+    #[test]
+    fn lanes_that_arent_asked_for_read_nothing() {
+        let image = image([5, 4], ColorSpace::Linear, Filter::Nearest, [Wrap::Repeat; 2]);
+        let colors = read(&image, &[0.3; LANES], &[0.6; LANES], &[1.0; LANES], 0b101);
+        for (lane, alpha) in colors[3].iter().enumerate() {
+            assert_eq!(*alpha > 0.0, lane == 0 || lane == 2, "{lane}");
+        }
+    }
+}
