@@ -8,6 +8,7 @@ mod flags;
 mod frame;
 mod gpu;
 mod grids;
+mod lit;
 mod measure;
 mod median;
 mod papers;
@@ -67,6 +68,8 @@ enum Command {
     Effects(effects::EffectsFlags),
     /// A spinning lidar: directions all around from one origin, through scans and through Embree
     Scan(scan::ScanFlags),
+    /// Which faces each of many suns reaches, through scans and through Embree
+    Lit(lit::LitFlags),
     /// What the tone maps show of grey
     ToneMap(tone_map::ToneMapFlags),
     /// Measure some of the papers' experiments and write their tables to docs/papers
@@ -161,6 +164,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Bounce(flags) => bounce::run(&flags),
         Command::Effects(flags) => effects::run(&flags),
         Command::Scan(flags) => scan::run(&flags),
+        Command::Lit(flags) => lit::run(&flags),
         Command::ToneMap(flags) => flags.run(),
         Command::Paper(flags) => flags.run(),
         Command::Papers(flags) => flags.run(),

@@ -65,39 +65,55 @@ impl Face {
     }
 
     fn along(direction: DVec3) -> Self {
-        let [x, y, z] = direction.abs().to_array();
-        let k = if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        };
+        let k = largest_axis(direction);
         let face = Self::new(k, if direction[k] < 0.0 { -1.0 } else { 1.0 });
         let [i, j, _] = face.axes;
         Self { slope: Some([direction[i], direction[j]].map(|value| value / direction[k].abs())), ..face }
     }
 
+    /// A vector's components along i, j and k: one branch that is always the same, where three indices would be looked up.
+    #[inline(always)]
+    fn turned(&self, DVec3 { x, y, z }: DVec3) -> [f64; 3] {
+        match self.axes[2] {
+            0 => [y, z, x],
+            1 => [z, x, y],
+            _ => [x, y, z],
+        }
+    }
+
     /// How far a position in relation to the origin is along the face's axis.
     #[inline(always)]
     pub(super) fn depth(&self, position: DVec3) -> f64 {
-        position[self.axes[2]] * self.sign
+        self.turned(position)[2] * self.sign
     }
 
     /// Where on the face a line is: its slopes, or where a parallel line goes through.
     #[inline(always)]
     pub(super) fn across(&self, line: DVec3) -> [f64; 2] {
-        let [i, j, k] = self.axes;
+        let [i, j, k] = self.turned(line);
         match self.slope {
             None => {
-                let inverse = 1.0 / line[k].abs();
-                [line[i] * inverse, line[j] * inverse]
+                let inverse = 1.0 / k.abs();
+                [i * inverse, j * inverse]
             }
             Some([u, v]) => {
-                let depth = self.depth(line);
-                [line[i] - u * depth, line[j] - v * depth]
+                let depth = k * self.sign;
+                [i - u * depth, j - v * depth]
             }
         }
+    }
+}
+
+/// The axis along which a vector is the longest, the first of equals.
+#[inline(always)]
+pub(super) fn largest_axis(vector: DVec3) -> usize {
+    let [x, y, z] = vector.abs().to_array();
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
     }
 }
 

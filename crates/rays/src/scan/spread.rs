@@ -1,9 +1,9 @@
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
-use super::lines::{Face, Lines};
+use super::lines::{Face, Lines, largest_axis};
 
 /// Lines of a tile on average, where they are spread evenly over what they cover.
 const TILE_LINES: usize = 160;
@@ -20,15 +20,24 @@ const CHUNK: usize = 1 << 12;
 /// Stands for a line that goes nowhere.
 const NOWHERE: u32 = u32::MAX;
 
-/// Lines sorted to tiles: those of a tile are next to each other on the same face. 12 bytes a line.
+/// Lines sorted to tiles: those of a tile are next to each other on the same face. 20 bytes a line.
 #[derive(Debug, Default)]
 pub(super) struct Spread {
+    /// Where lines cross which face; roughly, which is enough to sort them.
+    crossings: Vec<Crossing>,
     keys: Vec<u32>,
     starts: Vec<u32>,
     pub(super) order: Vec<u32>,
     pub(super) tiles: Vec<Tile>,
     /// How many lines go nowhere.
     pub(super) nowhere: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Crossing {
+    at: [f32; 2],
+    /// Or [`NOWHERE`].
+    face: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -67,29 +76,20 @@ impl Raster {
 impl Spread {
     /// Sorts `count` lines to tiles.
     pub(super) fn spread(&mut self, lines: &Lines<'_>, count: usize) {
-        let Self { keys, starts, order, tiles, nowhere } = self;
-        keys.resize(count, 0);
+        let Self { crossings, keys, starts, order, tiles, nowhere } = self;
         let faces = lines.faces();
         let faces = &faces[..];
+        let [low, high] = find_crossings(lines, faces, count, crossings);
         let raster = match faces {
             // Cubes are seen as wide as they are.
             [_, _, ..] => Raster::new([-1.0; 2], [1.0; 2], count / 3),
-            _ => {
-                let [low, high] = bounds(lines, &faces[0], count);
-                Raster::new(low, high, count)
-            }
+            _ => Raster::new(low, high, count),
         };
         let per_face = raster.side * raster.side;
-        keys.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, keys)| {
-            for (index, key) in keys.iter_mut().enumerate() {
-                let line = lines.get(chunk * CHUNK + index);
-                *key = match face_of(faces, line) {
-                    Some(face) => {
-                        let at = faces[face].across(line).map(|value| value as f32);
-                        (face * per_face + raster.tile(at)) as u32
-                    }
-                    None => NOWHERE,
-                };
+        keys.resize(count, 0);
+        keys.par_chunks_mut(CHUNK).zip(crossings.par_chunks(CHUNK)).for_each(|(keys, crossings)| {
+            for (key, Crossing { at, face }) in keys.iter_mut().zip(crossings) {
+                *key = if *face == NOWHERE { NOWHERE } else { face * per_face as u32 + raster.tile(*at) as u32 };
             }
         });
         let keyed = keys.iter().enumerate().filter(|(_, key)| **key != NOWHERE);
@@ -117,7 +117,8 @@ impl Spread {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        (self.keys.capacity() + self.starts.capacity() + self.order.capacity()) * size_of::<u32>()
+        self.crossings.capacity() * size_of::<Crossing>()
+            + (self.keys.capacity() + self.starts.capacity() + self.order.capacity()) * size_of::<u32>()
             + self.tiles.capacity() * size_of::<Tile>()
     }
 }
@@ -149,35 +150,59 @@ fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, 
     split(lines, face, order, middle..range.end, tiles);
 }
 
+/// Finds where lines cross which face; between what all do.
+fn find_crossings(lines: &Lines<'_>, faces: &[Face], count: usize, crossings: &mut Vec<Crossing>) -> [[f32; 2]; 2] {
+    crossings.resize(count, Crossing::default());
+    let bounds = crossings.par_chunks_mut(CHUNK).enumerate().map(|(chunk, crossings)| {
+        let first = chunk * CHUNK;
+        // The kind of lines is asked once for all of them, not for each.
+        match *lines {
+            Lines::Directions { directions, .. } => {
+                cross(faces, directions[first..].iter().map(|direction| direction.as_dvec3()), crossings)
+            }
+            Lines::Points { points, .. } => {
+                let origin = lines.origin();
+                cross(faces, points[first..].iter().map(|of| of.point.position - origin), crossings)
+            }
+        }
+    });
+    let nothing = || [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
+    bounds.reduce(nothing, |[low, high], [other_low, other_high]| {
+        [[0, 1].map(|axis| low[axis].min(other_low[axis])), [0, 1].map(|axis| high[axis].max(other_high[axis]))]
+    })
+}
+
+/// Finds where some lines cross which face; between what those do that do so at numbers.
+#[inline]
+fn cross(faces: &[Face], lines: impl Iterator<Item = DVec3>, crossings: &mut [Crossing]) -> [[f32; 2]; 2] {
+    let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+    for (crossing, line) in crossings.iter_mut().zip(lines) {
+        let Some(face) = face_of(faces, line) else {
+            crossing.face = NOWHERE;
+            continue;
+        };
+        let at = faces[face].across(line).map(|value| value as f32);
+        *crossing = Crossing { at, face: face as u32 };
+        if at[0].is_finite() && at[1].is_finite() {
+            for axis in [0, 1] {
+                (low[axis], high[axis]) = (low[axis].min(at[axis]), high[axis].max(at[axis]));
+            }
+        }
+    }
+    [low, high]
+}
+
 /// Which of the faces a line goes through.
 #[inline]
 fn face_of(faces: &[Face], line: DVec3) -> Option<usize> {
     if !line.is_finite() {
-        None
-    } else if faces.len() == 1 {
-        Some(0)
-    } else {
-        let [x, y, z] = line.abs().to_array();
-        let axis = if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        };
-        (line != DVec3::ZERO).then(|| axis * 2 + usize::from(line[axis] < 0.0))
+        return None;
     }
-}
-
-/// Lowest and highest of where lines are on a face.
-fn bounds(lines: &Lines<'_>, face: &Face, count: usize) -> [[f32; 2]; 2] {
-    let around = (0..count).into_par_iter().with_min_len(CHUNK).map(|index| lines.get(index));
-    let nothing = [Vec3::INFINITY, Vec3::NEG_INFINITY];
-    let [low, high] = around
-        .map(|line| {
-            let [u, v] = face.across(line).map(|value| value as f32);
-            if u.is_finite() && v.is_finite() { [Vec3::new(u, v, 0.0); 2] } else { nothing }
-        })
-        .reduce(|| nothing, |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    [[low.x, low.y], [high.x, high.y]]
+    if faces.len() == 1 {
+        return Some(0);
+    }
+    (line != DVec3::ZERO).then(|| {
+        let axis = largest_axis(line);
+        axis * 2 + usize::from(line[axis] < 0.0)
+    })
 }

@@ -179,3 +179,39 @@ fn scans_do_not_depend_on_threads() {
         assert!(*expected.get_or_insert_with(|| found.clone()) == found, "{threads} threads");
     }
 }
+
+#[test]
+fn a_million_in_a_cell_hit_what_the_oracle_says() {
+    const MANY: usize = 1_000_000;
+    let mut random = Random::new(17);
+    let (mut scanner, mut scanned) = (Scanner::default(), Scanned::default());
+    // As many directions that are one and the same.
+    let ball = TestMesh::ball(2);
+    let directions = vec![Vec3::new(0.3, -0.2, 0.4); MANY];
+    let sweeps = [Sweep { origin: DVec3::ZERO, directions: &directions }];
+    let scan = Scan::new(ball.triangles(), &sweeps);
+    let ray = Ray { origin: DVec3::ZERO, direction: directions[0].as_dvec3(), t_min: 0.0, t_max: f64::INFINITY };
+    let expected = truth(&scan, &ray, 1);
+    scanner.build(ball.triangles());
+    scanner.scan(&scan, 1, &mut scanned);
+    assert!(!expected.is_empty());
+    assert!((0..MANY).all(|direction| scanned.hits(direction).eq(expected.iter().copied())));
+    // As many triangles, all within a ten-thousandth of how far away they are.
+    let mut mesh = TestMesh::default();
+    for id in 0..MANY as u32 {
+        let corner = Vec3::new(0.0, 0.0, 10.0) + random.point() * 1e-3;
+        mesh.positions.extend([corner, corner + random.point() * 1e-4, corner + random.point() * 1e-4]);
+        mesh.indices.push([3 * id, 3 * id + 1, 3 * id + 2]);
+    }
+    let directions: Vec<Vec3> = (0..6).map(|_| Vec3::new(0.0, 0.0, 10.0) + random.point() * 5e-4).collect();
+    let sweeps = [Sweep { origin: DVec3::ZERO, directions: &directions }];
+    let scan = Scan::new(mesh.triangles(), &sweeps);
+    scanner.build(mesh.triangles());
+    scanner.scan(&scan, 3, &mut scanned);
+    for (index, direction) in directions.iter().enumerate() {
+        let ray = Ray { origin: DVec3::ZERO, direction: direction.as_dvec3(), t_min: 0.0, t_max: f64::INFINITY };
+        let expected = truth(&scan, &ray, 3);
+        assert_eq!(expected.len(), 3, "{direction}");
+        assert!(scanned.hits(index).eq(expected), "{direction}");
+    }
+}

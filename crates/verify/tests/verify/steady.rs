@@ -1,6 +1,7 @@
 //! What a frame takes from the heap that is like the last one.
 
-use umbrage::rays::Choice as _;
+use glam::{DVec3, Vec3};
+use umbrage::rays::{Choice as _, LightSource, Lit, LitBits, Receivers, Scan, Scanned, Scanner, Sweep};
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Settings, Structure};
 
@@ -34,4 +35,33 @@ fn steady_frames_take_nothing_from_the_heap() {
             assert_eq!(of_samples[0], of_samples[1], "{name}, {structure_name}");
         }
     }
+}
+
+#[test]
+fn steady_scans_take_nothing_from_the_heap() {
+    let frame = umbrage::open("demo:cloth?triangles=3000").and_then(|scene| scene.at(0.25)).expect("a frame");
+    let triangles = frame.triangles();
+    let directions: Vec<Vec3> =
+        (0..9000).map(|of| Vec3::new((of as f32).sin(), (of as f32 * 0.7).cos(), 0.3)).collect();
+    let sweeps = [Sweep { origin: DVec3::new(0.0, 1.0, 0.0), directions: &directions }];
+    let lamps = [LightSource::Point { position: Vec3::new(0.3, 3.0, 0.1) }];
+    let suns = [-0.3, -0.1, 0.2].map(|x| LightSource::Directional { direction: Vec3::new(x, -1.0, 0.1) });
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    pool.install(|| {
+        let (mut scanner, mut scanned, mut bits) = (Scanner::default(), Scanned::default(), LitBits::default());
+        let (mut hit, mut of_lamps) = (Vec::new(), LitBits::default());
+        let counted = [(); 3].map(|()| {
+            let before = allocations::on_this_thread();
+            scanner.build(triangles);
+            scanner.scan(&Scan::new(triangles, &sweeps), 2, &mut scanned);
+            scanner.hits_any(&Scan::new(triangles, &sweeps), &mut hit);
+            // As many lights as make each thread take its own, and fewer.
+            scanner.lit(&Lit::new(triangles, Receivers::Faces), &suns, &mut bits);
+            scanner.lit(&Lit::new(triangles, Receivers::Samples(2)), &lamps, &mut of_lamps);
+            allocations::on_this_thread() - before
+        });
+        assert!(counted[0] > 0, "the first frame is counted");
+        assert_eq!(counted[2], 0, "{counted:?}");
+        assert!(scanned.triangle.iter().any(|&id| id != Scanned::NONE));
+    });
 }
