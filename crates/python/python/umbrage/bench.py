@@ -1,0 +1,179 @@
+"""Moving meshes, asked again in every frame, beside Embree through ``embreex``.
+
+    python -m umbrage.bench
+    python -m umbrage.bench 'demo:statue?triangles=300000' walk.glb --suns 100 --threads 2
+
+Both get the frame's vertices, build what they need and answer the same rays, in turn. ``embreex`` works on one thread, and so does
+Umbrage unless ``--threads`` says otherwise.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import umbrage
+
+__all__ = ["main"]
+
+SCENES = ["demo:cloth?triangles=82000", "demo:shatter?triangles=82000", "demo:statue?triangles=300000"]
+
+Array = NDArray[Any]
+
+
+class Question(NamedTuple):
+    """What both are asked about a frame."""
+
+    name: str
+    rays: int
+    ours: Callable[[umbrage.RaycastingScene], Array]
+    theirs: Callable[[Any], Array]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a line of the command, and give its exit code: 0, 2 for bad input or where ``embreex`` is missing."""
+    asked = _parser().parse_args(arguments)
+    try:
+        import embreex  # noqa: F401
+    except ImportError:
+        print("error: this compares with embreex, which isn't installed: pip install embreex", file=sys.stderr)
+        return 2
+    try:
+        _measure(asked)
+    except (ValueError, OSError) as wrong:
+        print(f"error: {wrong}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    about = "Times scans, cameras, rays and suns of moving meshes beside Embree, and counts where answers differ"
+    parser = argparse.ArgumentParser(prog="python -m umbrage.bench", description=about)
+    parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE", help=f"what `umbrage` reads [default: {' '.join(SCENES)}]")
+    parser.add_argument("--size", type=_above_zero, default=1024, metavar="N", help="width and height of the camera's image [default: 1024]")
+    parser.add_argument("--suns", type=_above_zero, default=8, metavar="N", help="suns that shine on all faces [default: 8]")
+    parser.add_argument("--rounds", type=_above_zero, default=5, metavar="N", help="frames over the animation; one more doesn't count [default: 5]")
+    parser.add_argument("--threads", type=_above_zero, default=1, metavar="N", help="threads of Umbrage [default: 1, as embreex has]")
+    parser.add_argument("--offset", type=float, default=1e-5, metavar="PART", help="how far Embree's rays to suns begin from their face, in sizes of the scene [default: 1e-5]")
+    return parser
+
+
+def _above_zero(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text} isn't above zero")
+    return number
+
+
+def _measure(asked: argparse.Namespace) -> None:
+    from embreex import rtcore_scene
+    from embreex.mesh_construction import TriangleMesh
+
+    print(f"threads: Umbrage {asked.threads}, embreex 1; medians of {asked.rounds} frames in milliseconds\n")
+    print("| scene | triangles | question | rays | Umbrage: build and ask | embreex: build and ask | ratio | differ |")
+    print("|---|---|---|---|---|---|---|---|")
+    for address in asked.scenes:
+        animation = umbrage.open(address)
+        times: dict[str, tuple[list[float], list[float]]] = {}
+        differ: dict[str, int] = {}
+        rays: dict[str, int] = {}
+        mesh, scene = None, umbrage.RaycastingScene(nthreads=asked.threads)
+        triangles = 0
+        for number in range(asked.rounds + 1):
+            frame = animation.at(animation.duration * number / (asked.rounds + 1))
+            vertices, faces = frame.vertices, frame.triangles
+            triangles = len(faces)
+            if mesh is None:
+                mesh = scene.add_triangles(vertices, faces)
+            for question in _questions(vertices, faces, asked):
+                start = time.perf_counter()
+                scene.update_vertices(mesh, vertices)
+                ours = question.ours(scene)
+                asked_ours = time.perf_counter()
+                embree = rtcore_scene.EmbreeScene()
+                TriangleMesh(embree, vertices, faces.astype(np.int32))
+                theirs = question.theirs(embree)
+                end = time.perf_counter()
+                rays[question.name] = question.rays
+                if number > 0:
+                    both = times.setdefault(question.name, ([], []))
+                    both[0].append(1e3 * (asked_ours - start))
+                    both[1].append(1e3 * (end - asked_ours))
+                    differ[question.name] = differ.get(question.name, 0) + int(np.count_nonzero(ours != theirs))
+        for name, (ours_times, theirs_times) in times.items():
+            ours_median, theirs_median = statistics.median(ours_times), statistics.median(theirs_times)
+            print(
+                f"| `{address}` | {triangles:,} | {name} | {rays[name]:,} | {ours_median:.1f} | {theirs_median:.1f} "
+                f"| {theirs_median / ours_median:.2f} | {differ[name]:,} |",
+                flush=True,
+            )
+    print("\nratio: how many times as long embreex takes. differ: answers of all frames that are others: whether a ray hits anything.")
+    print("Embree's are in float32; its rays to suns begin beside their face, Umbrage's need no offset.")
+
+
+def _questions(vertices: Array, faces: Array, asked: argparse.Namespace) -> Iterator[Question]:
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    middle, size = (low + high) / 2, float((high - low).max())
+
+    def of_rays(origins: Array, directions: Array) -> Callable[[Any], Array]:
+        origins, directions = np.float32(origins), np.float32(directions)
+        return lambda embree: embree.run(origins, directions, query="INTERSECT") >= 0
+
+    camera = umbrage.Camera(position=middle + size * np.float32([0.9, 0.5, 1.1]), target=middle)
+    of_camera = camera.rays(asked.size, asked.size).reshape(-1, 6)
+    yield Question(
+        "camera, `see`",
+        len(of_camera),
+        lambda scene: np.isfinite(scene.see(camera, asked.size, asked.size)["t_hit"]).reshape(-1),
+        of_rays(of_camera[:, :3], of_camera[:, 3:]),
+    )
+    turn, height = np.meshgrid(np.linspace(0, 2 * np.pi, 2048, endpoint=False), np.radians(np.linspace(-22, 22, 128)))
+    sweep = np.stack([np.cos(turn) * np.cos(height), np.sin(height), np.sin(turn) * np.cos(height)], axis=-1)
+    sweep = np.float32(sweep.reshape(-1, 3))
+    yield Question(
+        "lidar, `scan`",
+        len(sweep),
+        lambda scene: np.isfinite(scene.scan(middle, sweep)["t_hit"]),
+        of_rays(np.broadcast_to(middle, sweep.shape), sweep),
+    )
+    random = np.random.default_rng(1)
+    any_rays = np.float32(np.concatenate([random.uniform(low, high, (200_000, 3)), random.normal(size=(200_000, 3))], axis=1))
+    yield Question(
+        "any rays, `cast_rays`",
+        len(any_rays),
+        lambda scene: np.isfinite(scene.cast_rays(any_rays)["t_hit"]),
+        of_rays(any_rays[:, :3], any_rays[:, 3:]),
+    )
+    heights = 1 - (np.arange(asked.suns) + 0.5) / asked.suns
+    turns = np.arange(asked.suns) * 2.399963
+    across = np.sqrt(1 - heights * heights)
+    suns = np.float32(np.stack([-across * np.cos(turns), -heights, -across * np.sin(turns)], axis=-1))
+
+    def occluded(embree: Any) -> Array:
+        corners = vertices[faces]
+        centroids = np.float32(corners.mean(axis=1))
+        lit = np.empty((len(suns), len(faces)), bool)
+        for number, sun in enumerate(suns):
+            directions = np.broadcast_to(-sun, centroids.shape)
+            hit = embree.run(np.float32(centroids - sun * (asked.offset * size)), np.float32(directions), query="OCCLUDED")
+            lit[number] = hit < 0
+        return lit
+
+    lights = umbrage.Light.suns(suns)
+    yield Question(
+        f"{asked.suns} suns on all faces, `lit`",
+        asked.suns * len(faces),
+        lambda scene: scene.lit(lights, faces=True),
+        occluded,
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

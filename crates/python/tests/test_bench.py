@@ -1,0 +1,30 @@
+"""The comparison with embreex: what it says without it, and that it runs with it."""
+
+import sys
+
+import pytest
+
+from umbrage import bench
+
+
+def test_without_embreex_it_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "embreex", None)
+    assert bench.main(["demo:cloth?triangles=300"]) == 2
+    assert "pip install embreex" in capsys.readouterr().err
+
+
+def test_a_scene_that_is_not_there_is_an_error_in_words(monkeypatch, capsys):
+    pytest.importorskip("embreex", reason="embreex isn't installed")
+    assert bench.main(["demo:nowhere"]) == 2
+    assert "nowhere" in capsys.readouterr().err
+
+
+def test_each_question_has_a_row_and_both_agree(capsys):
+    pytest.importorskip("embreex", reason="embreex isn't installed")
+    assert bench.main(["demo:cloth?triangles=300", "--size", "64", "--suns", "2", "--rounds", "2"]) == 0
+    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| `demo:cloth")]
+    assert [row.split("|")[3].strip().split("`")[1] for row in rows] == ["see", "scan", "cast_rays", "lit"]
+    for row in rows:
+        rays, differ = (int(row.split("|")[column].replace(",", "")) for column in (4, 8))
+        # Embree answers in float32.
+        assert rays > 0 and differ <= rays // 100, row
