@@ -1,6 +1,7 @@
 //! `umbrage-bench`: how fast is it?
 #![forbid(unsafe_code)]
 
+mod beside;
 mod bounce;
 mod effects;
 mod experiments;
