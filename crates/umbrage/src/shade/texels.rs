@@ -59,6 +59,11 @@ impl<'a, S: Simd> Texels<'a, S> {
         )
     }
 
+    /// The same; 1 without a texture.
+    pub(super) fn read_any(&self, texture: Option<TextureUse>, lanes: u16) -> [Each<f32>; 4] {
+        texture.map_or([each(1.0); 4], |texture| self.read(texture, lanes))
+    }
+
     /// Where in an image the hits are, and how many of its texels their pixels cover.
     #[inline(always)]
     fn coords_and_footprint(&self, texture: &TextureUse, image: &Texture) -> (Coords<S>, f32x16<S>) {
@@ -83,11 +88,6 @@ impl<'a, S: Simd> Texels<'a, S> {
         let set = usize::from(set.min(1));
         let [a, b, c] = self.corner_coords[set].get_or_init(|| gather_coords(self.frame, set, &self.hits.vertices));
         [load_coords(self.simd, a), load_coords(self.simd, b), load_coords(self.simd, c)]
-    }
-
-    /// The same, and 1 without a texture.
-    pub(super) fn read_any(&self, texture: Option<TextureUse>, lanes: u16) -> [Each<f32>; 4] {
-        texture.map_or([each(1.0); 4], |texture| self.read(texture, lanes))
     }
 
     /// The tangents of the file, or else the directions in which the u of a set of texture coordinates grows; none where
@@ -122,7 +122,7 @@ impl<'a, S: Simd> Texels<'a, S> {
         let ([u_b, v_b], [u_c, v_c]) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
         let area = u_b * v_c - v_b * u_c;
         let [a, b, c] = self.hits.corners;
-        let tangent = (b - a).scaled(v_c) + -(c - a).scaled(v_b);
+        let tangent = (b - a).scaled(v_c) - (c - a).scaled(v_b);
         // v grows downwards in the image and the bitangent points up: an image that isn't mirrored has a negative area.
         let is_mirrored = area.simd_lt(0.0);
         (Vectors::select(is_mirrored, -tangent, tangent), !is_mirrored, !area.simd_eq(0.0))
