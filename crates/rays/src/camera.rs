@@ -45,7 +45,7 @@ impl Camera {
             .filter(|right| right.is_finite())
             .unwrap_or_else(|| forward.any_orthonormal_vector());
         let up = right.cross(forward);
-        let projection = Projection::Perspective { tan_half_height: (0.5 * vertical_fov_radians).tan() };
+        let projection = Projection::Perspective { tan_half_height: libm::tanf(0.5 * vertical_fov_radians) };
         Self { position, right, up, forward, projection }
     }
 
@@ -62,7 +62,7 @@ impl Camera {
     ) -> Self {
         const MARGIN: f32 = 1.06;
         let camera = Self::look_at(Vec3::ZERO, forward, Vec3::Y, vertical_fov_radians);
-        let tan_half_height = (0.5 * vertical_fov_radians).tan() / MARGIN;
+        let tan_half_height = libm::tanf(0.5 * vertical_fov_radians) / MARGIN;
         let tan_half_width = tan_half_height * aspect;
         // A point (x, y, z) in the camera's axes is inside the right edge of a camera at c when
         // x − c.x ≤ tan · (z − c.z), so when x − tan · z ≤ c.x − tan · c.z; the other three edges follow suit.

@@ -1,7 +1,8 @@
 //! Grids made for the rays of one shot, as a structure: one for the camera, and one for each light in turn.
 
 use std::fmt::Debug;
-use std::time::Instant;
+
+use web_time::Instant;
 
 use crate::camera_grid::PerspectiveGrid;
 use crate::light_grid::LightGrid;

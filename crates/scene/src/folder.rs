@@ -1,10 +1,60 @@
 //! The files that a scene's file names: those in its folder and below, unless others are allowed.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use crate::memory::Budget;
+
+/// Where files are.
+#[derive(Clone, Debug, Default)]
+pub(crate) enum Files {
+    #[default]
+    OnDisk,
+    /// In memory, by their paths as [`plain`] writes them.
+    Given(Arc<BTreeMap<PathBuf, Vec<u8>>>),
+}
+
+impl Files {
+    /// Those that somebody has in memory, by their paths.
+    pub(crate) fn given(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
+        Self::Given(Arc::new(files.into_iter().map(|(path, bytes)| (plain(&path), bytes)).collect()))
+    }
+
+    /// Whether there is such a file.
+    pub(crate) fn has(&self, path: &Path) -> bool {
+        match self {
+            Self::OnDisk => path.is_file(),
+            Self::Given(files) => find(files, path).is_some(),
+        }
+    }
+}
+
+/// A path without `.`, and without what `..` takes back.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if plain.file_name().is_some() => _ = plain.pop(),
+            part => plain.push(part),
+        }
+    }
+    plain
+}
+
+/// The file at a path, or else the only one that is called as that is, wherever it is: what is dropped on a page has names,
+/// but no folders.
+fn find<'a>(files: &'a BTreeMap<PathBuf, Vec<u8>>, path: &Path) -> Option<&'a [u8]> {
+    if let Some(bytes) = files.get(&plain(path)) {
+        return Some(bytes);
+    }
+    let mut called_so = files.iter().filter(|(file, _)| file.file_name() == path.file_name());
+    let (_, bytes) = called_so.next()?;
+    called_so.next().is_none().then_some(bytes)
+}
 
 /// Opens a file that has an end: pipes wait for whoever writes to them, and devices may never stop.
 fn open(path: &Path) -> io::Result<File> {
@@ -21,6 +71,14 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
 
 /// As [`read`], at most `limit` bytes, behind those that are there.
 pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> io::Result<()> {
+    if let Files::Given(files) = budget.may_read() {
+        let file = find(files, path).ok_or(io::ErrorKind::NotFound)?;
+        budget.note(path);
+        let length = usize::try_from(limit).unwrap_or(usize::MAX).min(file.len());
+        budget.reserve(bytes, length, format_args!("reading {}", path.display())).map_err(io::Error::other)?;
+        bytes.extend_from_slice(&file[..length]);
+        return Ok(());
+    }
     let file = open(path)?;
     budget.note(path);
     let length = file.metadata()?.len().min(limit);
@@ -83,5 +141,25 @@ mod tests {
         let (_, below) = folder.file("materials/car.mtl").expect("a file below");
         assert_eq!(leads_to(&below, "../textures/b.png"), Some("scenes/car/materials/../textures/b.png".into()));
         assert_eq!(leads_to(&below, "../../b.png"), None);
+    }
+
+    #[test]
+    fn given_files_are_found_by_path_or_by_a_name_that_is_the_only_one() {
+        let files = ["car.obj", "a/b.png", "c/d.png", "e/d.png"].map(|path| (path.into(), path.as_bytes().to_vec()));
+        let Files::Given(files) = Files::given(files) else { panic!("they are given") };
+        let found = |path: &str| find(&files, Path::new(path)).map(|bytes| String::from_utf8(bytes.to_vec()).unwrap());
+        for (path, file) in [
+            ("car.obj", Some("car.obj")),
+            ("./x/../car.obj", Some("car.obj")),
+            ("a/./b.png", Some("a/b.png")),
+            ("textures/b.png", Some("a/b.png")),
+            ("e/d.png", Some("e/d.png")),
+            ("d.png", None),
+            ("f.png", None),
+            ("", None),
+            ("..", None),
+        ] {
+            assert_eq!(found(path).as_deref(), file, "{path}");
+        }
     }
 }

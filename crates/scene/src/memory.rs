@@ -10,6 +10,7 @@ use std::sync::{Arc, LazyLock, Mutex, OnceLock, PoisonError};
 use bytesize::ByteSize;
 use sysinfo::{MemoryRefreshKind, System};
 
+use crate::folder::Files;
 use crate::texture::TilePool;
 
 /// Half of the memory that this process may have: the machine's, or the container's where that is less. 4 GiB where it isn't known.
@@ -32,8 +33,9 @@ pub(crate) struct Budget {
 }
 
 /// What opening a file may take.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Limits {
+    pub(crate) files: Files,
     pub(crate) bytes: u64,
     /// Bytes of textures' texels in memory; `None` for all of them.
     pub(crate) texture_bytes: Option<u64>,
@@ -53,7 +55,7 @@ struct Account {
 /// Without an end.
 impl Default for Budget {
     fn default() -> Self {
-        Self::new(Limits { bytes: u64::MAX, texture_bytes: None })
+        Self::new(Limits { files: Files::OnDisk, bytes: u64::MAX, texture_bytes: None })
     }
 }
 
@@ -67,6 +69,11 @@ impl Budget {
             files: Mutex::default(),
         };
         Self { account: Arc::new(account), passing: None }
+    }
+
+    /// The files there are to read.
+    pub(crate) fn may_read(&self) -> &Files {
+        &self.account.limits.files
     }
 
     /// How many bytes there were at first.
@@ -205,7 +212,7 @@ mod tests {
 
     #[test]
     fn what_is_taken_is_gone() {
-        let budget = Budget::new(Limits { bytes: 1000, texture_bytes: None });
+        let budget = Budget::new(Limits { files: Files::OnDisk, bytes: 1000, texture_bytes: None });
         budget.take(600, "the first").unwrap();
         assert_eq!(budget.refusal(), None);
         let refusal = budget.take(401, "the second").unwrap_err();
@@ -221,7 +228,7 @@ mod tests {
 
     #[test]
     fn lists_and_maps_take_what_they_hold() {
-        let budget = Budget::new(Limits { bytes: 10_000, texture_bytes: None });
+        let budget = Budget::new(Limits { files: Files::OnDisk, bytes: 10_000, texture_bytes: None });
         let (mut list, mut map) = (Vec::new(), HashMap::new());
         for number in 0..1000_u32 {
             budget.reserve(&mut list, 1, "a list").unwrap();

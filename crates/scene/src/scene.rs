@@ -7,6 +7,7 @@ use bytesize::ByteSize;
 use glam::Vec3;
 use umbrage_rays::{Bounds, Camera, LightSource};
 
+use crate::folder::Files;
 use crate::formats::{self, Format};
 use crate::gltf::{GltfScene, variants};
 use crate::ground::Grounded;
@@ -116,8 +117,17 @@ impl OpenOptions {
     /// The fewest bytes of texels that may be in memory: fifteen tiles.
     pub const MIN_TEXTURE_MEMORY: u64 = 64 << 10;
 
-    pub(crate) fn limits(&self) -> Limits {
-        Limits { bytes: self.max_memory, texture_bytes: self.texture_memory }
+    /// # Errors
+    /// Where they can't be had, whatever is opened.
+    fn check(&self, address: &Path) -> Result<(), Error> {
+        let Some(bytes) = self.texture_memory.filter(|&bytes| bytes < Self::MIN_TEXTURE_MEMORY) else { return Ok(()) };
+        let [bytes, least] = [bytes, Self::MIN_TEXTURE_MEMORY].map(ByteSize::b);
+        let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
+        Err(Error::address(address.display().to_string(), cause))
+    }
+
+    pub(crate) fn limits(&self, files: Files) -> Limits {
+        Limits { files, bytes: self.max_memory, texture_bytes: self.texture_memory }
     }
 }
 
@@ -162,23 +172,67 @@ impl Scene {
     /// there is no room for textures on demand.
     pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let address = address.as_ref();
-        if let Some(bytes) = options.texture_memory.filter(|&bytes| bytes < OpenOptions::MIN_TEXTURE_MEMORY) {
-            let [bytes, least] = [bytes, OpenOptions::MIN_TEXTURE_MEMORY].map(ByteSize::b);
-            let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
-            return Err(Error::address(address.display().to_string(), cause));
+        options.check(address)?;
+        match Sequence::find(address, options)? {
+            Some(sequence) => {
+                let files = sequence.files()?;
+                Self::of_source(address, Box::new(sequence), files, options)
+            }
+            None => Self::open_file(address, Files::OnDisk, options),
         }
-        let (source, files): (Box<dyn Animated>, _) = if let Some(sequence) = Sequence::find(address, options)? {
-            let files = sequence.files()?;
-            (Box::new(sequence), files)
-        } else if Format::of(address) == Some(Format::Gltf) {
-            let read = |budget: &Budget| Ok((GltfScene::open(address, options, budget)?, budget.files()));
-            let (scene, files) = within(address, options.limits(), read)?;
-            (Box::new(scene), files)
-        } else {
-            let mut still = read_still(address, &mut SharedMaterials::new(options))?;
-            let files = mem::take(&mut still.files);
-            (Box::new(still), files)
-        };
+    }
+
+    /// Opens a scene whose file is in memory, and needs no other: `name` is what messages call it, and its end says what
+    /// format it has. [`Scene::from_files`] takes several.
+    ///
+    /// ```
+    /// let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    /// let scene = umbrage_scene::Scene::from_bytes("triangle.obj", triangle)?;
+    /// assert_eq!(scene.at(0.0)?.triangles().len(), 1);
+    /// # Ok::<(), umbrage_scene::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scene::open`].
+    pub fn from_bytes(name: impl AsRef<Path>, bytes: impl Into<Vec<u8>>) -> Result<Self, Error> {
+        let name = name.as_ref();
+        Self::from_files(name, [(name, bytes)], &OpenOptions::default())
+    }
+
+    /// Opens the scene `name`, one of `files`, each a path and its content, among which are those that it names: where there
+    /// is none at the path that it has for them, the only one with that file name. No other file is read.
+    ///
+    /// # Errors
+    /// As [`Scene::open_with`].
+    pub fn from_files<P: Into<PathBuf>, B: Into<Vec<u8>>>(
+        name: impl AsRef<Path>,
+        files: impl IntoIterator<Item = (P, B)>,
+        options: &OpenOptions,
+    ) -> Result<Self, Error> {
+        options.check(name.as_ref())?;
+        let files = Files::given(files.into_iter().map(|(path, bytes)| (path.into(), bytes.into())));
+        Self::open_file(name.as_ref(), files, options)
+    }
+
+    /// Opens one file, that isn't one of a sequence.
+    fn open_file(path: &Path, files: Files, options: &OpenOptions) -> Result<Self, Error> {
+        if Format::of(path) == Some(Format::Gltf) {
+            let read = |budget: &Budget| Ok((GltfScene::open(path, options, budget)?, budget.files()));
+            let (scene, files) = within(path, options.limits(files), read)?;
+            return Self::of_source(path, Box::new(scene), files, options);
+        }
+        let mut still = read_still(path, &mut SharedMaterials::new(options, files))?;
+        let files = mem::take(&mut still.files);
+        Self::of_source(path, Box::new(still), files, options)
+    }
+
+    /// What was opened, as `options` want it shown.
+    fn of_source(
+        address: &Path,
+        source: Box<dyn Animated>,
+        files: impl IntoIterator<Item = PathBuf>,
+        options: &OpenOptions,
+    ) -> Result<Self, Error> {
         if let Some(variant) = options.variant.as_deref().filter(|_| source.variants().is_empty()) {
             return Err(variants::unknown(address, variant, &[]));
         }
@@ -353,7 +407,7 @@ fn animation_bounds(source: &dyn Animated) -> Result<Bounds, Error> {
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    let limits = shared.limits;
+    let limits = shared.limits.clone();
     let mut read = |budget: &Budget| match Format::of(path) {
         Some(Format::Obj) => obj::read(path, shared, budget),
         Some(Format::Ply) => ply::read(path, budget),

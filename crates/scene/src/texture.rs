@@ -231,7 +231,7 @@ impl Texture {
     pub fn sample(&self, coords: Vec2, footprint_texels: f32) -> Vec4 {
         let last = (self.levels.len() - 1) as f32;
         // NaN footprints (a texture stretched to nothing) read the full image.
-        let lod = footprint_texels.max(1.0).log2().min(last);
+        let lod = libm::log2f(footprint_texels.max(1.0)).min(last);
         let fine = lod as usize;
         let part = lod - fine as f32;
         match self.filter {
@@ -315,7 +315,7 @@ fn decode(colors: &[f32; 256], texel: [u8; 4]) -> Vec4 {
 
 /// The linear value of an sRGB-encoded one, both 0 … 1 (IEC 61966-2-1).
 pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 impl ColorSpace {
@@ -343,7 +343,7 @@ impl ColorSpace {
         let byte = |encoded: f32| (encoded * 255.0).round() as u8;
         let color = |linear: f32| match self {
             Self::Srgb if linear <= 0.003_130_8 => byte(12.92 * linear),
-            Self::Srgb => byte(1.055 * linear.powf(1.0 / 2.4) - 0.055),
+            Self::Srgb => byte(1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055),
             Self::Linear => byte(linear),
         };
         [color(linear.x), color(linear.y), color(linear.z), byte(linear.w)]

@@ -179,7 +179,7 @@ fn project<S: Simd>(simd: S, background: &Background, rows: u32, sums: &mut [Vec
         let (mut cosines, mut sines) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             let longitude = ((first as usize + lane) as f32 + 0.5) / rows as f32 * PI;
-            (sines[lane], cosines[lane]) = longitude.sin_cos();
+            (sines[lane], cosines[lane]) = libm::sincosf(longitude);
         }
         let (cosines, sines) = (f32x16::from_slice(simd, &cosines), f32x16::from_slice(simd, &sines));
         for row in 0..rows {
@@ -217,8 +217,8 @@ fn harmonics<S: Simd>(simd: S, Vector { x, y, z }: Vectors<S>) -> [f32x16<S>; 9]
 
 /// Where a unit direction is in a latitude–longitude image: (0, 0) at its upper left, (1, 1) at its lower right.
 pub(crate) fn panorama_coords(direction: Vec3) -> Vec2 {
-    let longitude = direction.x.atan2(-direction.z);
-    Vec2::new(0.5 + longitude / (2.0 * PI), direction.y.clamp(-1.0, 1.0).acos() / PI)
+    let longitude = libm::atan2f(direction.x, -direction.z);
+    Vec2::new(0.5 + longitude / (2.0 * PI), libm::acosf(direction.y.clamp(-1.0, 1.0)) / PI)
 }
 
 #[cfg(test)]

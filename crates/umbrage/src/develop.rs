@@ -81,7 +81,7 @@ impl Developer {
     fn new(settings: &Settings, samples: u32) -> Self {
         let Settings { exposure_stops, tone_map, ref background, .. } = *settings;
         let covers = *background == Background::Transparent;
-        Self { weight: 1.0 / samples as f32, exposure: exposure_stops.exp2(), tone_map, covers }
+        Self { weight: 1.0 / samples as f32, exposure: libm::exp2f(exposure_stops), tone_map, covers }
     }
 
     /// What a screen should show of up to sixteen pixels that are covered so far, linear and in [0, 1].

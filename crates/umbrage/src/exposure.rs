@@ -141,7 +141,7 @@ impl Exposure {
         let drawn = triple(self.number, dimension);
         let flat = disk(drawn.truncate());
         let moved = |position: Vec3| {
-            let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * (TAU * drawn.z).cos(), flat.y);
+            let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * libm::cos(TAU * drawn.z), flat.y);
             (position.as_dvec3() + point * f64::from(radius)).as_vec3().clamp(Vec3::MIN, Vec3::MAX)
         };
         match source {
@@ -152,7 +152,7 @@ impl Exposure {
             LightSource::Directional { direction } => {
                 let along = direction.as_dvec3().normalize();
                 let (right, up) = along.any_orthonormal_pair();
-                let off = f64::from(radius).to_radians().tan() * flat;
+                let off = libm::tan(f64::from(radius).to_radians()) * flat;
                 let direction = (along + right * off.x + up * off.y).normalize().as_vec3();
                 LightSource::Directional { direction }
             }

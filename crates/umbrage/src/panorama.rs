@@ -99,7 +99,7 @@ impl Panorama {
     /// Mean radiance around a unit direction, over a patch of about `width` of the sphere's circumference.
     pub(crate) fn radiance(&self, direction: Vec3, width: f32) -> Vec3 {
         let last = self.levels.len() - 1;
-        let lod = (width * self.levels[0].width as f32).max(1.0).log2().min(last as f32);
+        let lod = libm::log2f((width * self.levels[0].width as f32).max(1.0)).min(last as f32);
         let coords = panorama_coords(direction);
         let fine = self.levels[lod as usize].read(coords);
         let coarse = self.levels[(lod as usize + 1).min(last)].read(coords);
@@ -158,7 +158,7 @@ impl Level {
 
 /// The inverse of the sRGB transfer function (IEC 61966-2-1).
 pub(crate) fn linear_from_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::powf((encoded + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
-use std::time::Instant;
-
 use serde::Serialize;
 use umbrage_rays::Omitted;
 use umbrage_scene::TextureTraffic;
+use web_time::Instant;
 
 use crate::engine::{Engine, Staged};
 use crate::{Error, Film};

@@ -24,7 +24,8 @@ pub(crate) mod trace;
 mod validate;
 
 use std::sync::Mutex;
-use std::time::Instant;
+
+use web_time::Instant;
 
 use crate::grids::CameraGrid;
 use crate::patches::Patches;

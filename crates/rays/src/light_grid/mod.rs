@@ -35,10 +35,10 @@ mod validate;
 mod worker;
 
 use std::sync::Mutex;
-use std::time::Instant;
 
 use fearless_simd::dispatch;
 use rayon::prelude::*;
+use web_time::Instant;
 
 use crate::LightSource;
 use crate::grids::LightsGrid;

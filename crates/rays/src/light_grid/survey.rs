@@ -1,9 +1,8 @@
-use std::time::Instant;
-
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x16, u32x16};
 use glam::DVec3;
 use rayon::prelude::*;
+use web_time::Instant;
 
 use crate::shot::{CameraRays, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;

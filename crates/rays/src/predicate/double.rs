@@ -33,8 +33,13 @@ pub(super) trait Number:
 pub(super) fn is_fused<S: Simd>(simd: S) -> bool {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     let is_fused = matches!(simd.level(), Level::Avx2(_) | Level::Avx512(_));
-    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let is_fused = cfg!(target_arch = "aarch64") && !matches!(simd.level(), Level::Fallback(_));
+    #[cfg(target_arch = "aarch64")]
+    let is_fused = !matches!(simd.level(), Level::Fallback(_));
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64")))]
+    let is_fused = {
+        let _: Level = simd.level();
+        false
+    };
     is_fused
 }
 

@@ -26,7 +26,7 @@ impl Cone {
     pub fn of(light: &LightSource) -> Option<Self> {
         let LightSource::Spot { position, direction, outer_radians, .. } = *light else { return None };
         let axis = direction.as_dvec3();
-        let cosine = f64::from(outer_radians).cos().max(0.0);
+        let cosine = libm::cos(f64::from(outer_radians)).max(0.0);
         let squared_cosine = cosine * cosine * axis.length_squared();
         let is_known = position.is_finite() && squared_cosine.is_finite() && axis != DVec3::ZERO;
         is_known.then_some(Self { apex: position.as_dvec3(), axis, squared_cosine })

@@ -111,7 +111,7 @@ fn projection(json: &json::Camera) -> Option<Projection> {
     match json.type_ {
         Checked::Valid(Type::Perspective) => {
             let angle = positive(json.perspective.as_ref()?.yfov).filter(|&angle| angle < PI)?;
-            Some(Projection::Perspective { tan_half_height: positive((0.5 * angle).tan())? })
+            Some(Projection::Perspective { tan_half_height: positive(libm::tanf(0.5 * angle))? })
         }
         Checked::Valid(Type::Orthographic) => {
             Some(Projection::Orthographic { half_height: positive(json.orthographic.as_ref()?.ymag.abs())? })

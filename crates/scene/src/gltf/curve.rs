@@ -101,8 +101,8 @@ fn slerp(from: &[f32], to: &[f32], part: f32, value: &mut [f32]) {
     let mixed = if cosine > ALMOST_PARALLEL {
         from * (1.0 - part) + to * part
     } else {
-        let angle = cosine.acos();
-        (from * ((1.0 - part) * angle).sin() + to * (part * angle).sin()) / angle.sin()
+        let angle = libm::acosf(cosine);
+        (from * libm::sinf((1.0 - part) * angle) + to * libm::sinf(part * angle)) / libm::sinf(angle)
     };
     value.copy_from_slice(&mixed.to_array());
 }

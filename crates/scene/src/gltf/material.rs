@@ -223,9 +223,15 @@ impl Reader<'_> {
     }
 }
 
+/// A turn from x to y.
+pub(super) fn turn(radians: f32) -> Mat2 {
+    let (sine, cosine) = libm::sincosf(radians);
+    Mat2::from_cols(Vec2::new(cosine, sine), Vec2::new(-sine, cosine))
+}
+
 /// Scale, then rotation, then offset. With v downwards, the extension's counter-clockwise turn has a negative angle.
 fn image_from_mesh(json: &TextureTransform) -> Affine2 {
-    let linear = Mat2::from_angle(-json.rotation.0) * Mat2::from_diagonal(Vec2::from_array(json.scale.0));
+    let linear = turn(-json.rotation.0) * Mat2::from_diagonal(Vec2::from_array(json.scale.0));
     Affine2::from_mat2_translation(linear, Vec2::from_array(json.offset.0))
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
+use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec4};
 
 use super::primitive::Primitive;
@@ -104,7 +104,21 @@ impl Corners<'_> {
     }
 }
 
-impl Geometry for Corners<'_> {
+/// The same on every machine.
+struct Portable;
+
+impl Ops for Portable {
+    fn sqrt(x: f32) -> f32 {
+        x.sqrt()
+    }
+
+    /// In f64, as the program that the specification names.
+    fn acos(x: f32) -> f32 {
+        libm::acos(f64::from(x)) as f32
+    }
+}
+
+impl Geometry<Portable> for Corners<'_> {
     fn num_faces(&self) -> usize {
         self.triangles.len()
     }

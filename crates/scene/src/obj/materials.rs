@@ -21,7 +21,7 @@ pub(super) fn load(
     warnings: &mut Vec<String>,
 ) -> Result<Materials, Error> {
     let mut definitions = HashMap::new();
-    for (path, texture_folder) in library_paths(folder, libraries, warnings) {
+    for (path, texture_folder) in library_paths(folder, libraries, budget, warnings) {
         let bytes = folder::read(&path, budget).map_err(|source| Error::read(&path, source))?;
         for definition in library::parse(&path, &bytes)? {
             definitions.insert(definition.name.clone(), (definition, texture_folder.clone()));
@@ -52,15 +52,20 @@ pub(super) fn load(
 }
 
 /// The libraries that are there, with the folders of their textures. A statement names one file, with spaces or without, or several without.
-fn library_paths(folder: &Folder, libraries: &[String], warnings: &mut Vec<String>) -> Vec<(PathBuf, Folder)> {
+fn library_paths(
+    folder: &Folder,
+    libraries: &[String],
+    budget: &Budget,
+    warnings: &mut Vec<String>,
+) -> Vec<(PathBuf, Folder)> {
     let mut paths = Vec::new();
     for library in libraries {
-        if let Some(path) = find(folder, library) {
+        if let Some(path) = find(folder, library, budget) {
             paths.push(path);
             continue;
         }
         for word in library.split_ascii_whitespace() {
-            match find(folder, word) {
+            match find(folder, word, budget) {
                 Some(path) => paths.push(path),
                 None => warnings.push(format!("the material library `{word}` {}", missing(folder, word))),
             }
@@ -70,10 +75,10 @@ fn library_paths(folder: &Folder, libraries: &[String], warnings: &mut Vec<Strin
 }
 
 /// The file that `name` means in `folder`, and its own folder: by its path, whatever system wrote it, else by its last part.
-pub(super) fn find(folder: &Folder, name: &str) -> Option<(PathBuf, Folder)> {
+pub(super) fn find(folder: &Folder, name: &str, budget: &Budget) -> Option<(PathBuf, Folder)> {
     let name = name.replace('\\', "/");
     let last = name.rsplit('/').next().filter(|last| !last.is_empty())?;
-    [folder.file(&name), folder.file(last)].into_iter().flatten().find(|(path, _)| path.is_file())
+    [folder.file(&name), folder.file(last)].into_iter().flatten().find(|(path, _)| budget.may_read().has(path))
 }
 
 /// Why [`find`] found nothing.

@@ -11,7 +11,7 @@ mod textures;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::folder::{self, Folder};
+use crate::folder::{self, Files, Folder};
 use crate::memory::{Budget, Limits};
 use crate::{Error, Materials, OpenOptions, still::Still};
 use geometry::Geometry;
@@ -63,8 +63,8 @@ pub(crate) struct SharedMaterials {
 
 impl SharedMaterials {
     /// None yet, of files that are opened so.
-    pub(crate) fn new(options: &OpenOptions) -> Self {
-        Self { last: None, allow_outside: options.allow_outside, limits: options.limits() }
+    pub(crate) fn new(options: &OpenOptions, files: Files) -> Self {
+        Self { last: None, allow_outside: options.allow_outside, limits: options.limits(files) }
     }
 }
 

@@ -55,7 +55,7 @@ impl TextureLoader {
 
     /// The map and its file, or a warning where that isn't there.
     pub(super) fn find<'a>(&mut self, map: &'a Map) -> Option<(&'a Map, PathBuf)> {
-        let path = find(&self.folder, &map.file);
+        let path = find(&self.folder, &map.file, &self.budget);
         if path.is_none() {
             self.warn(&format!("the texture `{}` {}", map.file, missing(&self.folder, &map.file)));
         }

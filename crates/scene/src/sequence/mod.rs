@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::folder::Files;
 use crate::{Animated, Error, Frame, OpenOptions, obj, scene::read_still, still::Still};
 
 /// Numbered files, one for each frame of an animation; each may have its own topology.
@@ -49,7 +50,7 @@ impl Sequence {
             let cause = format!("{fps} files a second: give a number above 0");
             return Err(Error::address(address.display().to_string(), cause));
         }
-        let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options) };
+        let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options, Files::OnDisk) };
         let mut sequence = Self { paths, fps, warnings, recent: Mutex::new(recent) };
         // What the first file lacks, the others usually lack too.
         let first = sequence.still(0)?;

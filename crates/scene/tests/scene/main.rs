@@ -4,6 +4,7 @@
 mod builder;
 mod files;
 mod files_bad_input;
+mod files_given;
 mod files_materials;
 mod files_obj;
 mod files_ply;

@@ -28,7 +28,7 @@ pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) ->
             let arriving = from_position(simd, position, light.range, emitted, points);
             let cosine = Vectors::splat(simd, -direction).dot(arriving.towards);
             // KHR_lights_punctual: squared linear interpolation between the cosines of the two angles.
-            let (inner, outer) = (inner_radians.cos(), outer_radians.cos());
+            let (inner, outer) = (libm::cosf(inner_radians), libm::cosf(outer_radians));
             let part = ((cosine - outer) / (inner - outer).max(1e-4)).max(0.0).min(1.0);
             Arriving { irradiance: arriving.irradiance.scaled(part * part), ..arriving }
         }

@@ -72,7 +72,7 @@ fn integrated<S: Simd>(simd: S, roughness: f32, n_v: f32) -> Vec2 {
         for lane in 0..LANES {
             let sample = (first + lane) as u32;
             drawn[lane] = (sample as f32 + 0.5) / SAMPLES as f32;
-            (sines[lane], cosines[lane]) = (2.0 * PI * (sample.reverse_bits() as f32 / u32::MAX as f32)).sin_cos();
+            (sines[lane], cosines[lane]) = libm::sincosf(2.0 * PI * (sample.reverse_bits() as f32 / u32::MAX as f32));
         }
         let drawn = f32x16::from_slice(simd, &drawn);
         let cosine = ((1.0 - drawn) / (1.0 + (a2 - 1.0) * drawn)).sqrt();

@@ -1,7 +1,6 @@
-use std::time::Instant;
-
 use fearless_simd::dispatch;
 use rayon::prelude::*;
+use web_time::Instant;
 
 use super::drop::{Drop, Range};
 use super::list::List;

@@ -21,7 +21,7 @@ mod trace;
 mod validate;
 mod worker;
 
-use std::time::Instant;
+use web_time::Instant;
 
 use crate::grids::LightsGrid;
 use crate::light_grid::settle::Settler;

@@ -3,6 +3,7 @@
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use gltf::json;
 
+use super::super::material::turn;
 use super::{Moved, Target};
 use crate::{Alpha, Material, TextureUse};
 
@@ -182,7 +183,7 @@ impl Transform {
     /// down.
     fn changed(self, from: Affine2, value: Vec2) -> Affine2 {
         let (x_axis, y_axis) = (from.matrix2.x_axis, from.matrix2.y_axis);
-        let (mut angle, mut scale) = (x_axis.y.atan2(x_axis.x), Vec2::new(x_axis.length(), y_axis.length()));
+        let (mut angle, mut scale) = (libm::atan2f(x_axis.y, x_axis.x), Vec2::new(x_axis.length(), y_axis.length()));
         // A mirrored image keeps its first axis.
         scale.y = scale.y.copysign(x_axis.perp_dot(y_axis));
         let mut offset = from.translation;
@@ -191,7 +192,7 @@ impl Transform {
             Self::Rotation => angle = -value.x,
             Self::Scale => scale = value,
         }
-        Affine2::from_mat2_translation(Mat2::from_angle(angle) * Mat2::from_diagonal(scale), offset)
+        Affine2::from_mat2_translation(turn(angle) * Mat2::from_diagonal(scale), offset)
     }
 }
 

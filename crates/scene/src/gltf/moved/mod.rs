@@ -134,7 +134,7 @@ impl Moved {
         match (moved, &mut named.camera.projection) {
             (CameraNumber::Angle, Projection::Perspective { tan_half_height }) => {
                 // A flat view, as wide as a view can be, where the file goes beyond.
-                *tan_half_height = (0.5 * value.clamp(1e-3, PI - 1e-3)).tan();
+                *tan_half_height = libm::tanf(0.5 * value.clamp(1e-3, PI - 1e-3));
             }
             (CameraNumber::HalfHeight, Projection::Orthographic { half_height }) => {
                 *half_height = value.abs().max(f32::MIN_POSITIVE);

@@ -1,0 +1,85 @@
+//! What the page asks of the CPU engine, as JavaScript sees it: a [`Page`] opens scenes and renders them into pictures of
+//! RGBA. What goes in and what comes back, but for files and pixels, is JSON: [`Look`] and [`Shown`].
+
+mod look;
+mod proof;
+mod studio;
+
+use js_sys::Uint8Array;
+use wasm_bindgen::prelude::*;
+
+pub use look::{Look, LookAt, Opened, Shown};
+pub use proof::Proof;
+pub use studio::Studio;
+
+/// A scene and what renders it.
+#[wasm_bindgen]
+#[derive(Debug, Default)]
+pub struct Page {
+    studio: Studio,
+}
+
+#[wasm_bindgen]
+impl Page {
+    /// Without a scene.
+    #[wasm_bindgen(constructor)]
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The scenes that need no file, as JSON: a list of `{name, about, triangles}`.
+    #[must_use]
+    pub fn gallery() -> String {
+        studio::gallery()
+    }
+
+    /// Opens a scene of the gallery, `demo:NAME` or `demo:NAME?triangles=N`. JSON of [`Opened`].
+    ///
+    /// # Errors
+    /// Where there is none; the last scene stays.
+    pub fn open_demo(&mut self, address: &str) -> Result<String, JsError> {
+        self.studio.open_demo(address).map(|opened| json(&opened)).map_err(error)
+    }
+
+    /// Opens the scene `name`, one of files whose paths and contents are given. JSON of [`Opened`].
+    ///
+    /// # Errors
+    /// Where the file is broken, or needs something that isn't there; the last scene stays.
+    #[allow(clippy::needless_pass_by_value, reason = "JavaScript gives lists away")]
+    pub fn open_files(&mut self, name: &str, paths: Vec<String>, contents: Vec<Uint8Array>) -> Result<String, JsError> {
+        let files = paths.into_iter().zip(contents.iter().map(Uint8Array::to_vec));
+        self.studio.open_files(name, files).map(|opened| json(&opened)).map_err(error)
+    }
+
+    /// Renders a moment of the scene, as JSON of [`Look`] says. JSON of [`Shown`].
+    ///
+    /// # Errors
+    /// Where there is no scene, or `look` asks for what can't be.
+    pub fn render(&mut self, look: &str) -> Result<String, JsError> {
+        let look: Look = serde_json::from_str(look).map_err(|cause| JsError::new(&format!("the look: {cause}")))?;
+        self.studio.render(&look).map(|shown| json(&shown)).map_err(error)
+    }
+
+    /// The last picture: four bytes a pixel, opaque RGBA, in rows from the upper left corner.
+    #[must_use]
+    pub fn pixels(&self) -> Uint8Array {
+        Uint8Array::from(self.studio.pixels())
+    }
+
+    /// What the last picture is made of, as JSON of [`Proof`]: hashes to compare with other machines'.
+    #[must_use]
+    pub fn proof(&self) -> String {
+        json(&self.studio.proof())
+    }
+}
+
+fn json(value: &impl serde::Serialize) -> String {
+    // No map in them has keys that aren't strings.
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "as `map_err` calls it")]
+fn error(cause: String) -> JsError {
+    JsError::new(&cause)
+}

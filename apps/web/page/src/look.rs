@@ -1,0 +1,80 @@
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use umbrage::spec;
+
+/// How a moment of a scene is seen.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields, default)]
+pub struct Look {
+    /// Width of the picture in pixels.
+    pub width: u32,
+    /// Height of the picture in pixels.
+    pub height: u32,
+    /// The moment.
+    pub seconds: f64,
+    /// Camera rays for each pixel.
+    pub samples: u32,
+    /// How many mirrors, and surfaces of glass, light may come by.
+    pub bounces: u32,
+    /// From where; `None` for the scene's own camera, or one that sees all of it.
+    pub camera: Option<LookAt>,
+    /// Where the first light is moved to, in world space; a spot keeps to what it looks at, a sun to its side of the scene.
+    pub light: Option<[f32; 3]>,
+    /// The name of a [heat map](umbrage::HeatKind), in place of the picture.
+    pub heat: Option<String>,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        let (samples, bounces) = (1, 0);
+        Self { width: 640, height: 360, seconds: 0.0, samples, bounces, camera: None, light: None, heat: None }
+    }
+}
+
+/// A perspective camera, the world's Y axis upwards.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct LookAt {
+    /// Where it is.
+    pub position: [f32; 3],
+    /// The point in the middle of its picture.
+    pub target: [f32; 3],
+    /// Its vertical field of view.
+    pub fov_degrees: f32,
+}
+
+impl From<LookAt> for spec::LookAt {
+    fn from(LookAt { position, target, fov_degrees }: LookAt) -> Self {
+        Self { position: Vec3::from(position), target: Vec3::from(target), fov_degrees }
+    }
+}
+
+/// A scene that was opened.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Opened {
+    /// How long its animation takes before it starts again; zero where nothing moves.
+    pub duration_seconds: f64,
+    /// What was left out or guessed, in words.
+    pub warnings: Vec<String>,
+}
+
+/// What a picture shows.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Shown {
+    /// How long each stage took, in the order in which they ran.
+    pub stages: Vec<umbrage::Stage>,
+    /// Triangles of the scene.
+    pub triangles: usize,
+    /// Lights of the scene.
+    pub lights: usize,
+    /// From where it is seen; the target is what the picture has in its middle, or as far away as the scene.
+    pub camera: LookAt,
+    /// Where the first light is; a sun is put outside of the scene.
+    pub light: Option<[f32; 3]>,
+    /// The box around the scene over its whole animation.
+    pub bounds: [[f32; 3]; 2],
+    /// What a heat map counts, and the count that has its last colour.
+    pub heat: Option<(&'static str, u32)>,
+}

@@ -1,0 +1,237 @@
+use glam::Vec3;
+use umbrage::rays::{Bounds, LightSource, Projection};
+use umbrage::scene::{Frame, OpenOptions};
+use umbrage::{CameraChoice, HeatKind, HeatScale, Renderer, Scene, Settings, Stage, WorkCounts, gallery};
+use web_time::Instant;
+
+use crate::{Look, LookAt, Opened, Proof, Shown};
+
+/// A scene, what renders it, and the last picture.
+#[derive(Debug, Default)]
+pub struct Studio {
+    scene: Option<Scene>,
+    renderer: Renderer,
+    /// The moment whose light was moved.
+    frame: Frame,
+    /// Counts work for heat maps.
+    counter: Renderer,
+    counts: WorkCounts,
+    picture: Vec<[u8; 4]>,
+}
+
+impl Studio {
+    /// Opens a scene of the gallery.
+    ///
+    /// # Errors
+    /// Says in words why there is no such scene; the last one stays.
+    pub fn open_demo(&mut self, address: &str) -> Result<Opened, String> {
+        self.show(gallery::open(address).map_err(|error| error.to_string())?)
+    }
+
+    /// Opens the scene `name`, one of `files`, each a path and its content.
+    ///
+    /// # Errors
+    /// Says in words why it can't be read; the last scene stays.
+    pub fn open_files(
+        &mut self,
+        name: &str,
+        files: impl IntoIterator<Item = (String, Vec<u8>)>,
+    ) -> Result<Opened, String> {
+        self.show(Scene::from_files(name, files, &OpenOptions::default()).map_err(|error| error.to_string())?)
+    }
+
+    fn show(&mut self, scene: Scene) -> Result<Opened, String> {
+        let opened = Opened { duration_seconds: scene.duration_seconds(), warnings: scene.warnings().to_vec() };
+        *self = Self { scene: Some(scene), ..Self::default() };
+        Ok(opened)
+    }
+
+    /// Renders a moment of the scene.
+    ///
+    /// # Errors
+    /// Says in words what can't be rendered.
+    pub fn render(&mut self, look: &Look) -> Result<Shown, String> {
+        let scene = self.scene.as_ref().ok_or("there is no scene yet")?;
+        let heat: Option<HeatKind> =
+            look.heat.as_deref().map(str::parse).transpose().map_err(|error| format!("{error}"))?;
+        let mut settings = Settings {
+            width: look.width,
+            height: look.height,
+            samples: look.samples,
+            bounces: look.bounces,
+            camera: look.camera.map_or(CameraChoice::Default, |camera| {
+                CameraChoice::Own(umbrage::spec::LookAt::from(camera).camera())
+            }),
+            ..Settings::default()
+        };
+        let mut stages = Vec::new();
+        if let Some(position) = look.light {
+            let start = Instant::now();
+            scene.pose(look.seconds, &mut self.frame).map_err(|error| error.to_string())?;
+            stages.push(Stage { name: "animate", milliseconds: start.elapsed().as_secs_f64() * 1e3 });
+            move_first_light(&mut self.frame, Vec3::from(position));
+            self.renderer.render_frame(&self.frame, &settings)
+        } else {
+            self.renderer.render(scene, look.seconds, &settings)
+        }
+        .map_err(|error| error.to_string())?;
+        let (renderer, film) = (&self.renderer, self.renderer.film());
+        stages.extend(renderer.stats().stages.iter().cloned());
+        let start = Instant::now();
+        film.develop_for_screen(&settings, &mut self.picture);
+        stages.push(Stage { name: "develop", milliseconds: start.elapsed().as_secs_f64() * 1e3 });
+
+        let frame = if look.light.is_some() { &self.frame } else { renderer.frame() };
+        let camera = renderer.view().ok_or("nothing was rendered")?.camera;
+        let heat = match heat {
+            Some(kind) => {
+                settings.camera = CameraChoice::Own(camera);
+                let light = (kind == HeatKind::Points && !frame.lights.is_empty()).then_some(0);
+                let counted = self.counter.count_work(frame, &settings, light, &mut self.counts);
+                counted.map_err(|error| error.to_string())?;
+                Some((kind.title(), paint(kind, light.is_some(), &self.counts, look, &mut self.picture)))
+            }
+            None => None,
+        };
+        let bounds = frame.animation_bounds;
+        let middle = film.depth[(look.height / 2 * look.width + look.width / 2) as usize];
+        let away = if middle.is_finite() { middle } else { (bounds.center() - camera.position).dot(camera.forward) };
+        let fov_degrees = match camera.projection {
+            Projection::Perspective { tan_half_height } => (2.0 * tan_half_height.atan()).to_degrees(),
+            Projection::Orthographic { .. } => umbrage::spec::LookAt::DEFAULT_FOV_DEGREES,
+        };
+        let away = if away > 0.0 && away.is_finite() { away } else { 1.0 };
+        let position = camera.position.to_array();
+        Ok(Shown {
+            stages,
+            triangles: frame.triangles().len(),
+            lights: frame.lights.len(),
+            camera: LookAt { position, target: (camera.position + camera.forward * away).to_array(), fov_degrees },
+            light: frame.lights.first().map(|light| light_position(&light.source, bounds).to_array()),
+            bounds: [bounds.min, bounds.max].map(|corner| corner.to_array()),
+            heat,
+        })
+    }
+
+    /// The last picture, four bytes a pixel: opaque RGBA, in rows from the upper left corner.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.picture.as_flattened()
+    }
+
+    /// What the last picture is made of.
+    #[must_use]
+    pub fn proof(&self) -> Proof {
+        Proof::new(self.renderer.film(), self.renderer.light_masks(), self.pixels())
+    }
+}
+
+/// The scenes that need no file, as JSON.
+pub(crate) fn gallery() -> String {
+    let scenes = gallery::DEMOS.iter().map(|demo| {
+        let gallery::DemoScene { name, about, triangles, .. } = demo;
+        serde_json::json!({ "name": name, "about": about, "triangles": triangles })
+    });
+    serde_json::Value::from_iter(scenes).to_string()
+}
+
+/// Colours each pixel by its count, and gives the count that has the last colour.
+fn paint(kind: HeatKind, of_light: bool, counts: &WorkCounts, look: &Look, picture: &mut [[u8; 4]]) -> u32 {
+    let pixels = (0..look.height).flat_map(|y| (0..look.width).map(move |x| (x, y)));
+    let count = |(x, y)| match kind {
+        HeatKind::Points if of_light => counts.cells.points_at(x, y),
+        kind => kind.of(counts.pixels.at(x, y)).unwrap_or_default(),
+    };
+    let counts: Vec<u32> = pixels.map(count).collect();
+    let scale = HeatScale::of(&counts);
+    for (pixel, count) in picture.iter_mut().zip(counts) {
+        let [red, green, blue] = scale.color(count);
+        *pixel = [red, green, blue, u8::MAX];
+    }
+    scale.top()
+}
+
+/// Where a light is; one without a place is as far from the middle of the scene as that is large.
+fn light_position(source: &LightSource, bounds: Bounds) -> Vec3 {
+    match *source {
+        LightSource::Point { position } | LightSource::Spot { position, .. } => position,
+        LightSource::Directional { direction } => bounds.center() - direction * bounds.size().length(),
+    }
+}
+
+/// Moves the first light; one that looks somewhere looks to the middle of the scene then.
+fn move_first_light(frame: &mut Frame, to: Vec3) {
+    let towards = (frame.animation_bounds.center() - to).try_normalize();
+    let Some(light) = frame.lights.first_mut() else { return };
+    match &mut light.source {
+        LightSource::Point { position } => *position = to,
+        LightSource::Spot { position, direction, .. } => {
+            *position = to;
+            *direction = towards.unwrap_or(*direction);
+        }
+        LightSource::Directional { direction } => *direction = towards.unwrap_or(*direction),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look() -> Look {
+        Look { width: 64, height: 48, ..Look::default() }
+    }
+
+    fn with_demo() -> Studio {
+        let mut studio = Studio::default();
+        studio.open_demo("demo:marbles?triangles=2000").unwrap();
+        studio
+    }
+
+    #[test]
+    fn a_look_of_the_camera_that_was_shown_is_the_same_picture() {
+        let mut studio = with_demo();
+        let shown = studio.render(&look()).unwrap();
+        let picture = studio.pixels().to_vec();
+        assert!(picture.len() == 64 * 48 * 4 && picture.chunks_exact(4).any(|pixel| pixel != &picture[..4]));
+        studio.render(&Look { camera: Some(shown.camera), ..look() }).unwrap();
+        let differing = picture.iter().zip(studio.pixels()).filter(|(a, b)| a != b).count();
+        assert!(differing < picture.len() / 100, "{differing} bytes differ");
+    }
+
+    #[test]
+    fn a_light_that_stays_changes_nothing_and_one_that_moves_does() {
+        let mut studio = with_demo();
+        let shown = studio.render(&look()).unwrap();
+        let proof = studio.proof();
+        let [x, y, z] = shown.light.unwrap();
+        studio.render(&Look { light: Some([x, y, z]), ..look() }).unwrap();
+        assert_eq!(studio.proof(), proof);
+        studio.render(&Look { light: Some([-x, y, -z]), ..look() }).unwrap();
+        assert_eq!(studio.proof().triangles, proof.triangles);
+        assert_ne!(studio.proof().masks, proof.masks);
+    }
+
+    #[test]
+    fn every_heat_map_has_colours() {
+        let mut studio = with_demo();
+        for heat in ["tested", "cells", "undecided", "pairs", "points"] {
+            let shown = studio.render(&Look { heat: Some(heat.to_owned()), ..look() }).unwrap();
+            assert!(shown.heat.is_some_and(|(_, top)| top > 0), "{heat}");
+        }
+        let error = studio.render(&Look { heat: Some("warmth".to_owned()), ..look() }).unwrap_err();
+        assert!(error.contains("warmth") && error.contains("tested"), "{error}");
+    }
+
+    #[test]
+    fn what_cannot_be_opened_leaves_the_last_scene() {
+        let mut studio = with_demo();
+        assert!(studio.open_demo("demo:nothing").unwrap_err().contains("marbles"));
+        let broken = [("a.glb".to_owned(), b"glTF but not really".to_vec())];
+        assert!(studio.open_files("a.glb", broken).unwrap_err().starts_with("a.glb: "));
+        studio.render(&look()).unwrap();
+        let triangle = [("a.obj".to_owned(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec())];
+        studio.open_files("a.obj", triangle).unwrap();
+        assert_eq!(studio.render(&look()).unwrap().triangles, 1);
+        assert!(Studio::default().render(&look()).is_err());
+    }
+}

@@ -1,0 +1,48 @@
+// A view as the part of a link behind `#`, and as a line for a terminal.
+
+// Nine digits are enough to say any number of the engine's.
+const number = (value) => Number(value.toPrecision(9));
+const numbers = (values) => values.map(number).join(',');
+
+const cameraText = ({ position, target, fovDegrees }) =>
+  `${numbers(position)}:${numbers(target)}:${number(fovDegrees)}`;
+
+export function toLink({ address, seconds, heat, view }) {
+  const words = new URLSearchParams();
+  words.set('scene', address);
+  if (seconds > 0) words.set('time', Number(seconds.toFixed(3)));
+  if (view.camera) words.set('camera', cameraText(view.camera));
+  if (view.light) words.set('light', numbers(view.light));
+  if (heat) words.set('heat', heat);
+  return `#${words.toString().replaceAll('%3A', ':').replaceAll('%2C', ',').replaceAll('%3F', '?').replaceAll('%3D', '=')}`;
+}
+
+/** What a link says; what it doesn't, or says wrongly, is left out. */
+export function fromLink(hash) {
+  // The scene's own options have `=` in them, which is why only the first of a word counts.
+  const words = new URLSearchParams(hash.replace(/^#/, ''));
+  const vector = (text) => {
+    const values = (text ?? '').split(',').map(Number);
+    return values.length === 3 && values.every(Number.isFinite) ? values : null;
+  };
+  const [position, target, fov] = (words.get('camera') ?? '').split(':');
+  const isCamera = vector(position) && vector(target) && Number(fov) > 0;
+  const seconds = Number(words.get('time'));
+  return {
+    address: words.get('scene'),
+    seconds: Number.isFinite(seconds) ? Math.max(seconds, 0) : 0,
+    heat: words.get('heat') ?? '',
+    camera: isCamera ? { position: vector(position), target: vector(target), fovDegrees: Number(fov) } : null,
+    light: vector(words.get('light')),
+  };
+}
+
+export function toCommand({ address, seconds, heat, view }) {
+  const word = (text) => (/^[\w.:,/=-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
+  const parts = ['umbrage', heat ? 'heatmap' : 'render', word(address)];
+  if (heat) parts.push('--of', heat);
+  if (seconds > 0) parts.push('--time', Number(seconds.toFixed(3)));
+  if (view.camera) parts.push(`--camera=${cameraText(view.camera)}`);
+  // The command's lights take the place of all of a scene's.
+  return parts.join(' ') + (view.light ? '  # with the lights where they were' : '');
+}

@@ -1,0 +1,325 @@
+// The page: what is chosen, one order to the engine at a time, and what comes back.
+
+import { Engine } from './engine.js';
+import { fromLink, toCommand, toLink } from './link.js';
+import { View, control } from './view.js';
+
+/** A picture in motion should take no longer, in milliseconds. */
+const IN_MOTION = 50;
+/** How long nothing must move before a picture gets finer, in milliseconds. */
+const PAUSE = 250;
+/** The gallery's scenes have no more triangles here unless the link asks for them: phones are slow. */
+const TRIANGLES = 100000;
+/** Pictures of what stands still: camera rays for each pixel, and how many mirrors light may come by. */
+const STEPS = [{ samples: 1, bounces: 0 }, { samples: 4, bounces: 2 }, { samples: 16, bounces: 2 }];
+
+const $ = (id) => document.getElementById(id);
+const canvas = $('picture');
+const engine = new Engine();
+const view = new View();
+
+const state = {
+  address: '',
+  /** The files of a scene that came from this machine, which the engine needs again after a restart. */
+  files: null,
+  duration: 0,
+  seconds: 0,
+  heat: '',
+  isPlaying: false,
+  view,
+};
+/** What was asked for last, and how it was answered. */
+const work = {
+  isOpen: false,
+  isRendering: false,
+  isWanted: false,
+  /** Whether the picture is as fine as it gets. */
+  isSettled: false,
+  /** Which of STEPS the picture is; -1 in motion. */
+  step: -1,
+  /** When something moved last. */
+  moved: 0,
+  /** Microseconds a pixel, of each of the steps. */
+  costs: [0.4, 2, 8],
+  /** A finer picture that would take longer, in milliseconds, isn't made: the next gesture would wait for it. */
+  patience: 4000,
+  timer: 0,
+};
+
+// For whoever tests the page.
+window.umbrage = { state, work };
+
+function say(text) {
+  $('status').textContent = text;
+}
+
+function complain(error) {
+  const [text] = $('trouble').children;
+  text.textContent = error.isBroken ? `The engine stopped, maybe for want of memory: ${error.message}` : error.message;
+  $('trouble').hidden = false;
+}
+
+/** Something moved: a coarse picture is due at once, finer ones once nothing moves any more. */
+function changed() {
+  work.step = -1;
+  work.isSettled = false;
+  work.moved = performance.now();
+  work.isWanted = true;
+  render();
+}
+
+/** Size and samples of the picture that is due. */
+function plan() {
+  const whole = Math.min(devicePixelRatio, 2);
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  const sized = (factor) => ({
+    width: Math.max(Math.round(width * factor), 1),
+    height: Math.max(Math.round(height * factor), 1),
+  });
+  if (work.step >= 0) {
+    return { ...sized(whole), ...STEPS[work.step] };
+  }
+  // A picture takes about as long as it has pixels.
+  const affordable = IN_MOTION / (work.costs[0] * 1e-3);
+  return { ...sized(Math.min(Math.sqrt(affordable / (width * height)), whole)), ...STEPS[0] };
+}
+
+async function render() {
+  if (!work.isOpen || work.isRendering || !work.isWanted) return;
+  work.isRendering = true;
+  work.isWanted = false;
+  const { step } = work;
+  const look = { ...plan(), seconds: state.seconds, camera: view.camera, light: view.light, heat: state.heat || null };
+  try {
+    const answer = await engine.ask('render', { look });
+    // Microseconds a pixel, of the picture's kind.
+    const cost = (answer.milliseconds * 1000) / (look.width * look.height);
+    const kind = Math.max(step, 0);
+    work.costs[kind] = step < 0 ? 0.5 * (work.costs[kind] + cost) : cost;
+    draw(look, answer);
+  } catch (error) {
+    complain(error);
+    if (error.isBroken) {
+      work.isOpen = false;
+      engine.restart();
+    }
+  }
+  work.isRendering = false;
+  if (work.isWanted) {
+    render();
+  } else {
+    refineLater();
+  }
+}
+
+function draw(look, { shown, milliseconds, pixels }) {
+  if (canvas.width !== look.width || canvas.height !== look.height) {
+    canvas.width = look.width;
+    canvas.height = look.height;
+  }
+  const bytes = new Uint8ClampedArray(pixels.buffer, pixels.byteOffset, pixels.byteLength);
+  canvas.getContext('2d').putImageData(new ImageData(bytes, look.width, look.height), 0, 0);
+  view.show(shown);
+  const samples = look.samples > 1 ? ` · ${look.samples} samples` : '';
+  say(`${look.width}×${look.height}${samples} · ${milliseconds.toFixed(0)} ms`);
+  tell(shown);
+}
+
+/** Fills the panel. */
+function tell(shown) {
+  if ($('panel').hidden) return;
+  const all = shown.stages.reduce((sum, stage) => sum + stage.milliseconds, 0) || 1;
+  const rows = shown.stages.map(({ name, milliseconds }) => {
+    const row = document.createElement('tr');
+    for (let cell = 0; cell < 3; cell++) row.insertCell();
+    row.cells[0].textContent = name;
+    row.cells[1].append(document.createElement('i'));
+    row.cells[1].firstChild.style.width = `${(100 * milliseconds) / all}%`;
+    row.cells[2].textContent = `${milliseconds.toFixed(1)} ms`;
+    return row;
+  });
+  $('stages').tBodies[0].replaceChildren(...rows);
+  const count = shown.triangles.toLocaleString('en');
+  $('facts').textContent = `${count} triangles · ${shown.lights} ${shown.lights === 1 ? 'light' : 'lights'}`;
+  $('scale').hidden = !shown.heat;
+  if (shown.heat) $('top').textContent = `${shown.heat[1]} ${shown.heat[0]}`;
+  $('command').textContent = toCommand(state);
+}
+
+/** The next finer picture, once nothing has moved for a while. */
+function refineLater() {
+  clearTimeout(work.timer);
+  const next = work.step + 1;
+  if (state.isPlaying || next >= (state.heat ? 1 : STEPS.length)) return settle();
+  const pixels = canvas.clientWidth * canvas.clientHeight * Math.min(devicePixelRatio, 2) ** 2;
+  if (work.costs[next] * pixels * 1e-3 > work.patience) return settle();
+  const wait = Math.max(work.moved + PAUSE - performance.now(), 0);
+  work.timer = setTimeout(() => {
+    if (work.isRendering || work.isWanted) return;
+    work.step = next;
+    work.isWanted = true;
+    render();
+  }, wait);
+}
+
+/** The picture is as fine as it gets: the address says what it shows. */
+function settle() {
+  work.isSettled = true;
+  if (!state.files && !state.isPlaying) history.replaceState(null, '', toLink(state));
+}
+
+/** Opens a scene, then shows it as `from` says. */
+async function open(order, { address, files = null, from = {} }) {
+  work.isOpen = false;
+  state.isPlaying = false;
+  say(`Opening ${address}…`);
+  try {
+    const { opened } = await engine.ask(order.kind, order);
+    Object.assign(state, { address, files, duration: opened.durationSeconds, seconds: from.seconds ?? 0 });
+    view.camera = from.camera ?? null;
+    view.light = from.light ?? null;
+    choose(address);
+    if (opened.warnings.length > 0) complain(new Error(opened.warnings.join('\n')));
+  } catch (error) {
+    complain(error);
+    if (error.isBroken) engine.restart();
+    // The last scene is still there, unless there was none.
+    if (!state.address || error.isBroken) return say('Nothing is open');
+  }
+  work.isOpen = true;
+  showTime();
+  changed();
+}
+
+const openDemo = (address, from) => open({ kind: 'openDemo', address }, { address, from });
+
+/** Opens the model among some files: the first that a reader knows. */
+function openFiles(files) {
+  $('trouble').hidden = true;
+  const path = (file) => file.webkitRelativePath || file.name;
+  const ends = ['.gltf', '.glb', '.obj', '.ply', '.stl'];
+  const model = ends.flatMap((end) => files.filter((file) => path(file).toLowerCase().endsWith(end)))[0] ?? files[0];
+  if (model) open({ kind: 'openFiles', name: path(model), files }, { address: path(model), files });
+}
+
+function choose(address) {
+  const select = $('scene');
+  let option = [...select.options].find((option) => option.value === address);
+  if (!option) {
+    select.querySelector('[data-extra]')?.remove();
+    option = new Option(address.replace(/^demo:/, ''), address);
+    option.dataset.extra = '';
+    select.add(option);
+  }
+  select.value = address;
+  $('about').textContent = option.title;
+}
+
+function showTime() {
+  $('time').max = state.duration || 1;
+  $('time').value = state.seconds;
+  $('time').disabled = $('play').disabled = state.duration === 0;
+  $('play').textContent = state.isPlaying ? '❚❚' : '▶';
+  $('play').setAttribute('aria-label', state.isPlaying ? 'Pause' : 'Play');
+  $('seconds').textContent = state.duration === 0 ? 'stands still' : `${state.seconds.toFixed(2)} s`;
+}
+
+function play(isPlaying) {
+  state.isPlaying = isPlaying && state.duration > 0;
+  // As links say it.
+  if (!state.isPlaying) state.seconds = Number(state.seconds.toFixed(3));
+  showTime();
+  changed();
+  let last = performance.now();
+  const step = (now) => {
+    if (!state.isPlaying) return;
+    // Pictures that take long don't make it slower.
+    if (!work.isRendering) {
+      state.seconds = (state.seconds + (now - last) / 1000) % state.duration;
+      last = now;
+      showTime();
+      changed();
+    }
+    requestAnimationFrame(step);
+  };
+  if (state.isPlaying) requestAnimationFrame(step);
+}
+
+control(canvas, view, () => $('move-light').checked, changed);
+$('play').addEventListener('click', () => play(!state.isPlaying));
+$('time').addEventListener('input', (event) => {
+  state.seconds = Number(Number(event.target.value).toFixed(3));
+  showTime();
+  changed();
+});
+canvas.addEventListener('keydown', (event) => {
+  if (event.code !== 'Space') return;
+  event.preventDefault();
+  play(!state.isPlaying);
+});
+$('scene').addEventListener('change', (event) => {
+  // What came from files is in that list, too, but only its files can open it.
+  if (event.target.value.startsWith('demo:')) openDemo(event.target.value);
+  else if (state.files) openFiles(state.files);
+});
+$('heat').addEventListener('change', (event) => {
+  state.heat = event.target.value;
+  changed();
+});
+$('reset').addEventListener('click', () => {
+  view.camera = view.light = null;
+  changed();
+});
+$('more').addEventListener('click', () => {
+  $('panel').hidden = !$('panel').hidden;
+  $('more').setAttribute('aria-expanded', !$('panel').hidden);
+  changed();
+});
+$('share').addEventListener('click', async () => {
+  if (state.files) return complain(new Error('A link can show scenes of the gallery; your file stays on this machine.'));
+  const link = new URL(toLink(state), location.href).href;
+  history.replaceState(null, '', link);
+  try {
+    await navigator.clipboard.writeText(link);
+    say('The link is copied');
+  } catch {
+    say('The link is in the address bar');
+  }
+});
+$('open').addEventListener('click', () => $('files').click());
+$('files').addEventListener('change', (event) => openFiles([...event.target.files]));
+$('trouble').querySelector('button').addEventListener('click', () => ($('trouble').hidden = true));
+addEventListener('resize', changed);
+addEventListener('dragover', (event) => {
+  event.preventDefault();
+  $('drop').hidden = false;
+});
+addEventListener('dragleave', (event) => ($('drop').hidden = event.relatedTarget === null));
+addEventListener('drop', (event) => {
+  event.preventDefault();
+  $('drop').hidden = true;
+  openFiles([...event.dataTransfer.files]);
+});
+addEventListener('hashchange', () => start(fromLink(location.hash)));
+
+/** Shows what a link says. */
+function start(from) {
+  state.heat = [...$('heat').options].some((option) => option.value === from.heat) ? from.heat : '';
+  $('heat').value = state.heat;
+  const known = from.address?.startsWith('demo:') ? from.address : $('scene').options[1].value;
+  return openDemo(known, from);
+}
+
+try {
+  const { gallery } = await engine.ask('gallery');
+  for (const { name, about, triangles } of gallery) {
+    const address = triangles > TRIANGLES ? `demo:${name}?triangles=${TRIANGLES}` : `demo:${name}`;
+    const option = new Option(name, address);
+    option.title = about;
+    $('scene').add(option);
+  }
+  await start(fromLink(location.hash));
+} catch (error) {
+  say('');
+  complain(new Error(`The engine can't be loaded; it needs WebAssembly with SIMD: ${error.message}`));
+}
