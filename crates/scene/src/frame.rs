@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, Camera, Parts, Triangles};
 
-use crate::{Light, Material, Materials, Texture};
+use crate::{Light, Material, Materials, Objects, Texture};
 
 /// A scene at one moment: triangles in world space, and what lights, colours and sees them.
 ///
@@ -52,6 +52,8 @@ pub struct Mesh {
     pub tex_coords: [Vec<Vec2>; 2],
     /// Linear colour and opacity of each vertex, which multiply the material's. Empty when all are white.
     pub colors: Vec<Vec4>,
+    /// The names of objects, for layers of pictures; empty where all triangles are one without a name.
+    pub objects: Objects,
     /// How many triangles, which are the last ones, are a [`Ground`](crate::Ground) that was put under the scene.
     pub ground_triangles: usize,
 }

@@ -8,7 +8,7 @@ use glam::{Affine3A, Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, choices};
 
 use crate::rig::{Part, Placement, Pose, Rig, Shape};
-use crate::{Frame, Material, Materials, Mesh};
+use crate::{Frame, Material, Materials, Mesh, Objects};
 
 /// A level floor under a scene, so that it has something to stand on and its shadows something to fall on: `shadow` or
 /// `matte`, then, if wanted, `:HEIGHT`.
@@ -181,6 +181,10 @@ fn with_two_triangles(mesh: &Mesh, first_vertex: u32, material: u32) -> Mesh {
     if !mesh.colors.is_empty() {
         mesh.colors.extend([Vec4::ONE; 4]);
     }
+    if mesh.objects.is_empty() {
+        mesh.objects.begin(0, Objects::WHOLE);
+    }
+    mesh.objects.begin(mesh.triangles.len() - 2, "ground");
     mesh.ground_triangles = 2;
     mesh
 }

@@ -8,6 +8,7 @@ use umbrage_scene::{Frame, Light, Scene};
 
 use crate::background::Surroundings;
 use crate::cpu::Cpu;
+use crate::motion::Next;
 use crate::sampling::Samples;
 use crate::{Error, Film, Settings, Stats};
 
@@ -103,6 +104,17 @@ pub(crate) trait Engine: Debug + Send + Sync {
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Error>;
+
+    /// Adds to the layers that are asked for. `next` is where the scene will be, for those samples that motion is taken of.
+    fn layers(
+        &mut self,
+        _staged: &Staged<'_>,
+        _samples: &Samples,
+        _next: Option<&Next<'_>>,
+        _film: &mut Film,
+        _stats: &mut Stats,
+    ) {
+    }
 
     /// Brings a band, summed over all samples, to the output, if it isn't there: the CPU shades into the film itself.
     fn develop(

@@ -81,6 +81,9 @@ pub enum Error {
     /// A frame, which is one moment, was to be seen through an open shutter.
     #[error("a frame of your own is one moment: it takes a shutter of 0 seconds")]
     ShutterOfFrame,
+    /// Motion was asked for of a frame, which is one moment.
+    #[error("a frame of your own is one moment: it has no layer of motion")]
+    MotionOfFrame,
     /// [`Settings::light_radius`] is more than [`Light::MAX_SUN_RADIUS_DEGREES`](umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES),
     /// and there is a sun.
     #[error("a sun's radius is at most {limit} degrees", limit = umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES)]
@@ -115,6 +118,9 @@ pub enum Error {
     /// A GPU was asked for ambient occlusion.
     #[error("ambient occlusion is the CPU's alone: shadows of the sky are a GPU's as well")]
     OcclusionOnGpu,
+    /// A GPU was asked for layers.
+    #[error("layers are the CPU's alone: a GPU takes none")]
+    LayersOnGpu,
     /// A GPU was asked for a structure that is the CPU's alone.
     #[error("a GPU has grids of its own (`listed`, or without a name) and the kd-tree, but not `{0}`")]
     StructureOnGpu(&'static str),
@@ -164,6 +170,8 @@ impl Error {
                 | Self::NoFocus
                 | Self::ParallelLens
                 | Self::ShutterOfFrame
+                | Self::MotionOfFrame
+                | Self::LayersOnGpu
                 | Self::SunRadius
                 | Self::Bounces(_)
                 | Self::UniformOptions(_)

@@ -1,9 +1,16 @@
+mod coverage;
+mod layers;
+
 use std::collections::TryReserveError;
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use umbrage_rays::SeenPixels;
+use umbrage_rays::{SeenPixels, View};
 
+pub use coverage::{Coverage, Covered};
+pub use layers::{FilmLayers, LightLayer};
+
+use crate::engine::Staged;
 use crate::{Error, Settings};
 
 /// What a render gathered for each pixel, in rows from the upper left corner.
@@ -26,6 +33,10 @@ pub struct Film {
     pub normal: Vec<Vec3>,
     /// Id of the triangle at the first sample; [`Film::NO_TRIANGLE`] for a miss.
     pub triangle: Vec<u32>,
+    /// What [`Settings::layers`] asks for beside all that.
+    pub layers: FilmLayers,
+    /// From where it was seen, through the middle of the lens; `None` before anything was.
+    pub view: Option<View>,
 }
 
 /// A picture for a screen: sRGB-encoded rows of RGB, 16 bits a channel, from the upper left corner.
@@ -61,6 +72,16 @@ impl Film {
         refill(&mut self.normal, pixels, Vec3::ZERO);
         refill(&mut self.triangle, pixels, Self::NO_TRIANGLE);
         Ok(())
+    }
+
+    /// Makes room for the layers that are asked for, after [`clear`](Self::clear), and takes over from where the film is seen.
+    ///
+    /// # Errors
+    /// As [`clear`](Self::clear).
+    pub(crate) fn clear_layers(&mut self, staged: &Staged<'_>) -> Result<(), Error> {
+        let size = [self.width, self.height];
+        self.view = Some(staged.view);
+        self.layers.clear(size, staged.settings.layers, staged.lights).map_err(|_| no_memory(size))
     }
 
     /// Makes room for more pixels than there were, and sees that there is as much again for what is made of them: nobody
@@ -100,6 +121,7 @@ impl Film {
         }
         let weight = 1.0 / samples as f32;
         self.color.par_iter_mut().chain(&mut self.flat).for_each(|sum| *sum *= weight);
+        self.layers.average(self.width as usize, samples);
     }
 
     /// Bytes held for the pixels.
@@ -109,6 +131,7 @@ impl Film {
             + size_of_val(self.depth.as_slice())
             + size_of_val(self.normal.as_slice())
             + size_of_val(self.triangle.as_slice())
+            + self.layers.bytes()
     }
 }
 

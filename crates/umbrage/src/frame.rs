@@ -5,9 +5,10 @@ use umbrage_scene::{Frame, Scene, check_lights};
 use crate::background::Surroundings;
 use crate::engine::{Engine, Output};
 use crate::exposure::{Exposure, Spread};
+use crate::motion::Next;
 use crate::noise::NoiseMeter;
 use crate::sampling::Samples;
-use crate::{Error, Renderer, Settings, Stats};
+use crate::{Error, Layer, Renderer, Settings, Stats};
 
 /// What is rendered.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +20,7 @@ pub(crate) enum Subject<'a> {
 }
 
 impl Renderer {
-    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, develop. Where it is seen through a
+    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, layers, develop. Where it is seen through a
     /// wide lens or an open shutter, or lit from more than points, it is the mean of exact frames, each at another point
     /// of these.
     pub(crate) fn render_subject(
@@ -28,7 +29,7 @@ impl Renderer {
         settings: &Settings,
         output: Output,
     ) -> Result<(), Error> {
-        let Self { engine, posed, view, film, stats, progress } = self;
+        let Self { engine, posed, next, view, film, stats, progress } = self;
         let engine = engine.as_mut();
         settings.check()?;
         engine.check(settings, output)?;
@@ -43,6 +44,7 @@ impl Renderer {
         let spread = Spread::new(&staged, || engine.whole_frame(frame))?;
         *view = Some(staged.view);
         film.clear(output.fetched(&staged.view), staged.has_flat())?;
+        film.clear_layers(&staged)?;
         stats.time("build", || engine.build(&staged, output))?;
         let by_four = engine.traces_four(&staged.view) && !spread.is_wide();
         let mut posed_at = 0.0;
@@ -63,6 +65,9 @@ impl Renderer {
                 engine.see(&exposed, &samples, stats)?;
                 engine.shadow(&exposed, &samples, stats)?;
                 engine.shade(&exposed, band, &samples, film, stats)?;
+                // Pixels' first samples say what moves.
+                let next = if number == 0 { Next::of(subject, posed_at, &staged, next)? } else { None };
+                engine.layers(&exposed, &samples, next.as_ref(), film, stats);
                 progress.set(samples.part_up_to(number, band, engine.bands()));
                 let so_far = (number + 1) * samples.as_slice().len() as u32;
                 if noise.is_even(film, so_far, settings) {
@@ -85,11 +90,15 @@ impl Subject<'_> {
         let Self::Frame(frame) = self else { return Ok(()) };
         frame.check_lit_by(settings.lights(frame))?;
         settings.view(frame)?;
-        if settings.shutter_seconds > 0.0 { Err(Error::ShutterOfFrame) } else { Ok(()) }
+        match () {
+            () if settings.shutter_seconds > 0.0 => Err(Error::ShutterOfFrame),
+            () if settings.layers.has(Layer::Motion) => Err(Error::MotionOfFrame),
+            () => Ok(()),
+        }
     }
 
     /// The same so many seconds later, or before, but not beyond the animation's start and end.
-    fn after(self, seconds: f64) -> Self {
+    pub(crate) fn after(self, seconds: f64) -> Self {
         let Self::Moment(scene, moment) = self else { return self };
         let duration = scene.duration_seconds();
         if duration > 0.0 { Self::Moment(scene, (scene.looped(moment) + seconds).clamp(0.0, duration)) } else { self }

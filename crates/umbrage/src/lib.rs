@@ -26,7 +26,9 @@
 //! - [`StructureOption`] lists what can be chosen of a structure by name, within [`OptionValues`], or else
 //!   [`ImpossibleOption`] or [`UnknownStructure`] says why not; [`EngineKind`], [`HeatKind`] and [`spec`] are the other words
 //!   of command lines.
-//! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either.
+//! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either. [`FilmLayers`] are a film's
+//!   further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and the [`Coverage`] of objects, each with what it has
+//!   [`Covered`].
 //! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with a
 //!   [`Blocker`] for each light, is all about one pixel.
 //! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`Work`] what the camera
@@ -54,6 +56,8 @@ mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod heat_scale;
+mod layers;
+mod motion;
 mod noise;
 mod open;
 pub mod output;
@@ -76,9 +80,10 @@ pub use answers::{Seen, WorkCounts};
 pub use background::Background;
 pub use choices::{EngineKind, HeatKind};
 pub use error::Error;
-pub use film::{Film, Image};
+pub use film::{Coverage, Covered, Film, FilmLayers, Image, LightLayer};
 pub use glam;
 pub use heat_scale::HeatScale;
+pub use layers::{Layer, Layers};
 pub use open::{open, open_with};
 pub use panorama::Panorama;
 pub use probe::{Blocker, Probe};

@@ -15,6 +15,8 @@ pub struct Renderer {
     pub(crate) engine: Box<dyn Engine>,
     /// The frame that the last scene was posed as.
     pub(crate) posed: Frame,
+    /// The same scene a moment later, where somebody asks for motion.
+    pub(crate) next: Frame,
     pub(crate) view: Option<View>,
     pub(crate) film: Film,
     pub(crate) stats: Stats,
@@ -87,7 +89,8 @@ impl Renderer {
 
     fn with_engine(engine: impl Engine + 'static) -> Self {
         let (posed, film, stats) = (Frame::default(), Film::default(), Stats::default());
-        Self { engine: Box::new(engine), posed, view: None, film, stats, progress: Progress::default() }
+        let next = Frame::default();
+        Self { engine: Box::new(engine), posed, next, view: None, film, stats, progress: Progress::default() }
     }
 
     /// Renders `scene` at a moment, on the threads of the current rayon pool.

@@ -3,7 +3,8 @@ use umbrage_scene::{Frame, Light, check_camera, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::Staged;
-use crate::{Background, Error, Sides, Structure};
+use crate::film::{Coverage, Covered};
+use crate::{Background, Error, Layer, Layers, Sides, Structure};
 
 /// How a frame is rendered.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +65,11 @@ pub struct Settings {
     pub exposure_stops: f32,
     /// From linear radiance to what a screen can show.
     pub tone_map: ToneMap,
+    /// What the film has beside its picture. On the CPU.
+    pub layers: Layers,
+    /// After how long [motion](Layer::Motion) ends, in seconds from 0: usually the time to the next frame. It doesn't go beyond
+    /// the animation's end; a camera of your own stays where it is. Of scenes alone.
+    pub motion_seconds: f64,
 }
 
 impl Default for Settings {
@@ -89,6 +95,8 @@ impl Default for Settings {
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
+            layers: Layers::NONE,
+            motion_seconds: 1.0 / 24.0,
         }
     }
 }
@@ -116,7 +124,18 @@ impl Settings {
     pub fn picture_bytes(&self) -> u64 {
         // What four samples see that are traced together takes 32 bytes in place of 8.
         let of_four = if self.samples < 4 { 0 } else { 24 };
-        (Self::BYTES_OF_PIXEL as u64 + of_four) * u64::from(self.width) * u64::from(self.height)
+        (Self::BYTES_OF_PIXEL as u64 + of_four + self.layer_bytes()) * u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// What a pixel's layers take, and as much again for writing them. Of the scene's lights it is known later how many they are.
+    fn layer_bytes(&self) -> u64 {
+        let lights = self.lights.as_ref().map_or(1, Vec::len) as u64;
+        let of = |layer: Layer, bytes: u64| if self.layers.has(layer) { 2 * bytes } else { 0 };
+        of(Layer::Shadow, 4 * lights)
+            + of(Layer::Motion, 8)
+            + of(Layer::Barycentric, 8)
+            + of(Layer::Ids, 4)
+            + of(Layer::Cryptomatte, size_of::<[Covered; Coverage::RANKS]>() as u64)
     }
 
     /// What the camera sees of a frame.
@@ -178,6 +197,7 @@ impl Settings {
             ("the shutter's time", self.shutter_seconds),
             ("the lights' radius", f64::from(self.light_radius)),
             ("the reach of ambient occlusion", f64::from(self.ambient_occlusion)),
+            ("the time of motion", self.motion_seconds),
             ("the least contribution", f64::from(self.least_contribution)),
         ] {
             if !(number.is_finite() && number >= 0.0) {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
 
-use umbrage_scene::{Frame, Material, Materials, Mesh};
+use umbrage_scene::{Frame, Material, Materials, Mesh, Objects};
 
 pub(crate) use balls::{ball_triangles, fineness_of_balls};
 pub(crate) use noise::{fractal_noise, noise};
@@ -206,7 +206,9 @@ impl MeshBuilder {
             let parts = [0].into_iter().chain(self.parts.iter().map(|(_, part)| *part));
             parts.zip(ends).for_each(|(part, end)| part_of_triangle.resize(end, part));
         }
+        let objects = objects(&materials.materials, &self.material_of_triangle, &part_of_triangle);
         let mesh = Mesh {
+            objects,
             triangles: self.triangles,
             part_of_triangle,
             material_of_triangle: self.material_of_triangle,
@@ -222,6 +224,23 @@ impl MeshBuilder {
             ..Frame::default()
         }
     }
+}
+
+/// What of each part has one material, by that and by the part's number, is an object.
+fn objects(materials: &[Material], material_of_triangle: &[u32], part_of_triangle: &[u32]) -> Objects {
+    let mut objects = Objects::default();
+    let mut last = None;
+    for (triangle, &material) in material_of_triangle.iter().enumerate() {
+        let part = part_of_triangle.get(triangle).copied().unwrap_or(0);
+        if last.replace((material, part)) != Some((material, part)) {
+            let name = &materials[material as usize].name;
+            match part {
+                0 => objects.begin(triangle, name),
+                part => objects.begin(triangle, &format!("{name} {part}")),
+            }
+        }
+    }
+    objects
 }
 
 /// What turns normals where `world_from_part` moves surfaces; lengths are left to the caller.

@@ -94,6 +94,7 @@ impl GltfScene {
         let without_material = |primitive: &primitive::Primitive| primitive.material.is_none();
         let needs_default = parts.primitives.iter().any(without_material);
         let materials = material::read(&document, needs_default, &mut warnings)?;
+        let objects = parts.objects(&document)?;
         let has_toggles = document.pointers.iter().any(|channel| channel.toggled_node().is_some());
         if has_toggles {
             // A mesh without hidden nodes beside the whole one.
@@ -105,6 +106,7 @@ impl GltfScene {
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32, &rest);
+        let mesh = Mesh { objects, ..mesh };
         if mesh.triangles.is_empty() {
             warnings.push("the file has no triangles in the scene that is shown".to_owned());
         }

@@ -16,8 +16,8 @@ use super::matrices::{Added, Matrices, MatrixSource};
 use super::nodes::Nodes;
 use super::primitive::{Primitive, triangle_count};
 use super::rest::Rest;
-use crate::Error;
 use crate::rig::{Influences, Part, Placement, Rig};
+use crate::{Error, Objects};
 
 /// The most triangles that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
 /// which no primitive keeps any that its triangles don't use.
@@ -192,6 +192,30 @@ impl Parts {
     /// Nodes and how many triangles they have, in the order of the triangles.
     pub(super) fn triangles_of_nodes(&self) -> Vec<(u32, usize)> {
         self.of_nodes.clone()
+    }
+
+    /// The objects that triangles are of: nodes by their names, or else their meshes', or else their numbers.
+    ///
+    /// # Errors
+    /// Where there is no memory for so many names.
+    pub(super) fn objects(&self, document: &Document) -> Result<Objects, Error> {
+        let mut objects = Objects::default();
+        let (mut first, mut last) = (0, None);
+        for &(node, triangles) in &self.of_nodes {
+            if last.replace(node) != Some(node) {
+                // Names themselves are shorter than the JSON.
+                document.take_for::<[u64; 16]>(1, "names of nodes")?;
+                let json = &document.json.nodes[node as usize];
+                let mesh = json.mesh.and_then(|mesh| document.json.meshes.get(mesh.value()));
+                let names = [json.name.as_deref(), mesh.and_then(|mesh| mesh.name.as_deref())];
+                match names.into_iter().flatten().find(|name| !name.is_empty()) {
+                    Some(name) => objects.begin(first, name),
+                    None => objects.begin(first, &format!("node {node}")),
+                }
+            }
+            first += triangles;
+        }
+        Ok(objects)
     }
 
     /// A rig of all parts, and where the matrices of its poses come from.

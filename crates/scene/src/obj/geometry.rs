@@ -9,7 +9,7 @@ use crate::polygon;
 use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
 use crate::texture::linear_from_srgb;
-use crate::{Error, text};
+use crate::{Error, Objects, text};
 
 /// What an OBJ file says about shapes, in the file's own indices.
 #[derive(Debug, Default)]
@@ -37,6 +37,7 @@ pub(super) struct Geometry {
     material: Option<String>,
     /// The index of `material` in `material_names` once a triangle used it.
     material_index: Option<u32>,
+    pub(super) objects: Objects,
     left_out: LeftOut,
     /// Of the face that is read.
     face: Vec<u32>,
@@ -114,8 +115,9 @@ impl Geometry {
                 self.left_out.lines_and_points += 1;
                 Ok(())
             }
-            // Names and hints that don't change what is seen.
-            b"" | b"o" | b"g" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" => Ok(()),
+            b"o" | b"g" => self.object(rest),
+            // Hints that don't change what is seen.
+            b"" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" => Ok(()),
             comment if comment.starts_with(b"#") => Ok(()),
             other => {
                 self.left_out.statements += 1;
@@ -123,6 +125,20 @@ impl Geometry {
                 Ok(())
             }
         }
+    }
+
+    /// The last name counts, an object's or a group's: exporters write either, or groups as parts of objects.
+    fn object(&mut self, name: &[u8]) -> Result<(), String> {
+        let name = String::from_utf8_lossy(name);
+        // Held twice, with what finds it.
+        self.budget.take(2 * name.len() as u64 + 128, "names of objects")?;
+        // The format calls a group without a name so.
+        let name = if name.is_empty() { "default" } else { &name };
+        if self.objects.is_empty() && !self.triangles.is_empty() {
+            self.objects.begin(0, "default");
+        }
+        self.objects.begin(self.triangles.len(), name);
+        Ok(())
     }
 
     /// `x y z`, `x y z w` (a weight that polygons don't have) or `x y z r g b`.

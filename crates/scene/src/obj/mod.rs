@@ -48,7 +48,8 @@ pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -
     if geometry.triangles.is_empty() {
         warnings.push("the file has no faces".to_owned());
     }
-    let frame = vertices.into_frame(geometry.triangles, geometry.material_of_triangle, materials);
+    let mut frame = vertices.into_frame(geometry.triangles, geometry.material_of_triangle, materials);
+    Arc::make_mut(&mut frame.mesh).objects = geometry.objects;
     Ok(Still { frame, warnings, ..Still::default() })
 }
 

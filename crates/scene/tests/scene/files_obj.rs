@@ -116,3 +116,17 @@ fn faults_name_the_file_the_line_and_the_cause() {
     }
     assert!(files::open_path("not/there.obj".as_ref()).unwrap_err().contains("there.obj"));
 }
+
+#[test]
+fn objects_are_what_the_last_object_or_group_says() {
+    let face = "f 1 2 3\n";
+    let names = |text: &str| {
+        let objects = frame("a.obj", text.as_bytes()).mesh.objects.clone();
+        let name = |triangle| objects.of_triangle(triangle).map(|object| objects.names()[object as usize].to_string());
+        (0..3).map(|triangle| name(triangle).unwrap_or_default()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&format!("{TRIANGLE}{face}{face}{face}")), ["", "", ""], "nothing has a name");
+    assert_eq!(names(&format!("{TRIANGLE}{face}o left\n{face}o right one\n{face}")), ["default", "left", "right one"]);
+    assert_eq!(names(&format!("g\n{TRIANGLE}{face}o a\ng b\n{face}g a\n{face}")), ["default", "b", "a"]);
+    assert_eq!(names(&format!("o a\no b\n{TRIANGLE}{face}o a\n{face}o b\n{face}")), ["b", "a", "b"]);
+}

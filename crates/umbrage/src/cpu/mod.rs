@@ -3,6 +3,7 @@
 mod caught;
 mod copies;
 mod kept;
+mod layers;
 mod met;
 mod onward;
 mod samples;
@@ -26,6 +27,7 @@ use samples::OneSample;
 use shadow::Casting;
 
 use crate::engine::{Engine, Output, Staged};
+use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
 use crate::shade::SMOOTHEST;
 use crate::sides::TriangleSides;
@@ -287,6 +289,19 @@ impl Engine for Cpu {
     ) -> Result<(), Error> {
         stats.time("shade", || self.shade_pixels(staged, samples, film));
         Ok(())
+    }
+
+    fn layers(
+        &mut self,
+        staged: &Staged<'_>,
+        samples: &Samples,
+        next: Option<&Next<'_>>,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) {
+        if !staged.settings.layers.is_empty() {
+            stats.time("layers", || self.add_layers(staged, samples, next, film));
+        }
     }
 
     fn cpu(&mut self) -> Option<&mut Cpu> {

@@ -244,6 +244,7 @@ impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
         match settings.structure {
             _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
+            _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
             _ if settings.noise > 0.0 => Err(Error::NoiseOnGpu),
             Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),

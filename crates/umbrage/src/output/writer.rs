@@ -209,7 +209,10 @@ impl Stills {
     fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings, look: Look<'_>) -> Result<(), Error> {
         let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
-            Format::Exr => exr::write(film, &path, self.options.float_depth, look),
+            Format::Exr => {
+                let rate = self.numbered.as_ref().map(|_| self.options.rate);
+                exr::write(film, &path, self.options.float_depth, rate, look)
+            }
             _ => {
                 let Options { bit_depth, compression, .. } = self.options;
                 png::write(&film.develop(settings), &path, bit_depth, compression, look)
@@ -237,6 +240,7 @@ mod tests {
             depth: vec![1.0; 12],
             normal: vec![Vec3::Z; 12],
             triangle: vec![0; 12],
+            ..Film::default()
         }
     }
 

@@ -114,6 +114,13 @@ fn animations_hide_and_show_nodes() {
     {
         assert_eq!(depths(seconds), visible, "at {seconds} s");
     }
+    // What hides and shows keeps its number.
+    let objects = |seconds: f64| {
+        let mesh = scene.at(seconds).unwrap().mesh;
+        assert_eq!(mesh.objects.names().iter().map(|name| &**name).collect::<Vec<_>>(), ["node 0", "node 1", "node 2"]);
+        (0..mesh.triangles.len() as u32).map(|triangle| mesh.objects.of_triangle(triangle).unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!((objects(0.0), objects(0.5)), (vec![2], vec![0, 1, 2]));
     // As long as the same is visible, the mesh is the same, which need not be prepared anew.
     let mesh = |seconds: f64| scene.at(seconds).unwrap().mesh;
     assert!(std::sync::Arc::ptr_eq(&mesh(0.1), &mesh(0.2)) && std::sync::Arc::ptr_eq(&mesh(0.6), &mesh(0.7)));

@@ -1,5 +1,6 @@
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
+use umbrage_scene::Ground;
 
 use crate::builder::{Builder, I8, I16, TRIANGLE, U8, U16, U32};
 
@@ -258,4 +259,35 @@ fn materials_follow_their_triangles() {
     assert_eq!((default.metallic, default.roughness), (1.0, 1.0));
     file.json["meshes"][0]["primitives"][0]["material"] = json!(9);
     assert!(file.error().contains("meshes[0].primitives[0].material: index 9 is out of range"));
+}
+
+#[test]
+fn objects_are_nodes_by_their_names_or_their_meshes() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh }));
+    file.push("nodes", json!({ "mesh": mesh, "name": "wheel" }));
+    file.push("nodes", json!({ "mesh": mesh, "name": "" }));
+    file.push("nodes", json!({ "mesh": mesh, "name": "wheel" }));
+    let names = |file: &Builder| {
+        let mesh = &file.at(0.0).mesh;
+        let of = |triangle| mesh.objects.names()[mesh.objects.of_triangle(triangle).unwrap() as usize].to_string();
+        (0..mesh.triangles.len() as u32).map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&file), ["node 0", "wheel", "node 2", "wheel"]);
+    file.json["meshes"][0]["name"] = json!("disk");
+    assert_eq!(names(&file), ["disk", "wheel", "disk", "wheel"]);
+}
+
+#[test]
+fn a_ground_is_an_object_of_its_own() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh, "name": "wheel" }));
+    let mut scene = file.open().unwrap();
+    scene.set_ground(Some(Ground::default()));
+    let objects = &scene.at(0.0).unwrap().mesh.objects;
+    let of: Vec<_> =
+        (0..3).map(|triangle| &*objects.names()[objects.of_triangle(triangle).unwrap() as usize]).collect();
+    assert_eq!(of, ["wheel", "ground", "ground"]);
 }

@@ -1,14 +1,19 @@
+//! OpenEXR files: a film as numbers, with its layers and the camera.
+
+mod cryptomatte;
+mod header;
+mod layers;
+
 use std::io;
 use std::path::Path;
 
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec,
-    WritableImage, f16,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, SmallVec, WritableImage, f16,
 };
 use glam::{Vec3, Vec4};
 
 use super::partial_file::Look;
-use super::{Error, partial_file};
+use super::{Error, FrameRate, partial_file};
 use crate::Film;
 
 /// How an EXR file holds colours; depths and normals are always 32 bits.
@@ -21,13 +26,20 @@ pub enum FloatDepth {
     Full,
 }
 
-/// Writes a film as one layer: `R`, `G`, `B`, `A` (linear radiance and coverage), `Z` and `depth.Z` (the same depths), `normal.X`, `normal.Y`,
-/// `normal.Z` and `id` (unsigned integers).
-pub(crate) fn write(film: &Film, path: &Path, depth: FloatDepth, look: Look<'_>) -> Result<(), Error> {
+/// Writes a film as one part: `R`, `G`, `B`, `A` (linear radiance and coverage), `Z` and `depth.Z` (the same depths), `normal.X`, `normal.Y`,
+/// `normal.Z` and `id` (unsigned integers), and its layers. `rate` is that of several frames, of which it is one.
+pub(crate) fn write(
+    film: &Film,
+    path: &Path,
+    depth: FloatDepth,
+    rate: Option<FrameRate>,
+    look: Look<'_>,
+) -> Result<(), Error> {
     let size = (film.width as usize, film.height as usize);
     // ZIP over 16 rows: lossless, and every reader knows it.
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
-    let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels(film, depth)));
+    let attributes = header::attributes(film, rate);
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels(film, depth)));
     partial_file::write(path, look, |file| {
         Image::from_layer(layer).write().to_buffered(file).map_err(|error| match error {
             ::exr::error::Error::Io(source) => source,
@@ -56,7 +68,9 @@ fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>
         ("id", FlatSamples::U32(film.triangle.clone())),
     ]
     .into_iter()
-    .map(|(name, samples)| AnyChannel::new(name, samples))
+    .map(|(name, samples)| (name.to_owned(), samples))
+    .chain(layers::channels(film))
+    .map(|(name, samples)| AnyChannel::new(name.as_str(), samples))
     .collect()
 }
 
@@ -81,13 +95,14 @@ mod tests {
             depth: pixels.clone().map(|pixel| 1.0 / f32::from(pixel)).collect(),
             normal: pixels.clone().map(|pixel| Vec3::new(0.1, f32::from(pixel), -0.3)).collect(),
             triangle: pixels.map(|pixel| if pixel == 3 { Film::NO_TRIANGLE } else { 1 << pixel }).collect(),
+            ..Film::default()
         }
     }
 
     fn read(depth: FloatDepth) -> impl Fn(&str) -> FlatSamples {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        write(&film(), &path, depth, &mut |_| Ok(())).unwrap();
+        write(&film(), &path, depth, None, &mut |_| Ok(())).unwrap();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         let image = read_all_flat_layers_from_file(&path).unwrap();
         let layer = image.layer_data.into_iter().next().unwrap();

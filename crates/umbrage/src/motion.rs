@@ -1,0 +1,104 @@
+//! Where what is seen will be a moment later.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use umbrage_rays::{Camera, Hit, Projection, View};
+use umbrage_scene::Frame;
+
+use crate::engine::Staged;
+use crate::frame::Subject;
+use crate::{Error, Layer};
+
+/// A frame, and the same scene and camera a moment later.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Next<'a> {
+    frame: &'a Frame,
+    /// From the middle of the lens, now and then.
+    views: [View; 2],
+    /// Whether the same triangles are there then.
+    is_same_mesh: bool,
+}
+
+impl<'a> Next<'a> {
+    /// What comes after a frame that is posed `posed_at` seconds after its own moment, posed in memory that is used again; `None`
+    /// where nobody asks for motion.
+    ///
+    /// # Errors
+    /// Where the scene can't be posed then, or has no such camera.
+    pub(crate) fn of(
+        subject: Subject<'_>,
+        posed_at: f64,
+        staged: &Staged<'_>,
+        memory: &'a mut Frame,
+    ) -> Result<Option<Self>, Error> {
+        let Staged { settings, view, .. } = *staged;
+        let after = subject.after(posed_at + settings.motion_seconds);
+        let Subject::Moment(scene, moment) = after else { return Ok(None) };
+        if !settings.layers.has(Layer::Motion) {
+            return Ok(None);
+        }
+        scene.pose(moment, memory)?;
+        let [now, then] = [&staged.frame.mesh, &memory.mesh];
+        let is_same_mesh = Arc::ptr_eq(now, then) || now.triangles == then.triangles;
+        let views = [view, settings.view(memory)?];
+        Ok(Some(Self { frame: memory, views, is_same_mesh }))
+    }
+
+    /// By how many pixels, to the right and downwards, what a ray hits in `frame` will have moved; zero where that isn't known.
+    pub(crate) fn motion(&self, frame: &Frame, hit: &Hit) -> Vec2 {
+        let pixel = |frame: &Frame, view: &View| {
+            let [a, b, c] = frame.triangles().corners(hit.triangle).map(Vec3::as_dvec3);
+            let [second, third] = hit.barycentric.map(f64::from);
+            pixel_of(view, a * (1.0 - second - third) + b * second + c * third)
+        };
+        let [now, then] = &self.views;
+        match (pixel(frame, now), self.is_same_mesh.then(|| pixel(self.frame, then)).flatten()) {
+            (Some(from), Some(to)) => {
+                Some((to - from).as_vec2()).filter(|motion| motion.is_finite()).unwrap_or_default()
+            }
+            _ => Vec2::ZERO,
+        }
+    }
+}
+
+/// Where the image shows a point, in pixels from its upper left corner; `None` behind the camera.
+fn pixel_of(view: &View, point: DVec3) -> Option<DVec2> {
+    let Camera { position, right, up, forward, projection } = view.camera;
+    let offset = point - position.as_dvec3();
+    let half_height = match projection {
+        Projection::Perspective { tan_half_height } => {
+            let depth = offset.dot(forward.as_dvec3());
+            if depth <= 0.0 {
+                return None;
+            }
+            depth * f64::from(tan_half_height)
+        }
+        Projection::Orthographic { half_height } => f64::from(half_height),
+    };
+    let [width, height] = [view.width, view.height].map(f64::from);
+    let pixels_per_unit = height / (2.0 * half_height);
+    let across = DVec2::new(offset.dot(right.as_dvec3()), -offset.dot(up.as_dvec3()));
+    Some(0.5 * DVec2::new(width, height) + across * pixels_per_unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_rays_are_where_the_rays_go_through_the_image() {
+        let camera = Camera::look_at(Vec3::new(3.1, -1.7, 2.3), Vec3::ZERO, Vec3::Y, 0.83);
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 1.7 }, ..camera };
+        for camera in [camera, parallel] {
+            let view = View { camera, width: 64, height: 48 };
+            for (x, y) in [(0.0, 0.0), (10.25, 40.5), (64.0, 7.0)] {
+                let ray = view.ray(x, y);
+                let pixel = pixel_of(&view, ray.origin + ray.direction * 3.0).unwrap();
+                assert!(pixel.distance(DVec2::new(x, y)) < 1e-5, "{pixel}");
+            }
+        }
+        let view = View { camera, width: 64, height: 48 };
+        assert!(pixel_of(&view, (camera.position - camera.forward).as_dvec3()).is_none());
+    }
+}
