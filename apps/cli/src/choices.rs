@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use umbrage::rays::{Choice, UnknownChoice};
-use umbrage::{ImpossibleOption, OptionValues, Structure, StructureOption};
+use umbrage::{ImpossibleOption, Layer, Layers, OptionValues, Structure, StructureOption};
 
 use crate::failure::Failure;
 
@@ -40,6 +40,12 @@ where
 /// One of a type's choices, by its name.
 pub(crate) fn choice<T: Choice + Send + Sync>() -> impl TypedValueParser<Value = T> {
     Named { names: T::names(), parse: T::named }
+}
+
+/// Layers by their names, with commas between them, or all of them.
+pub(crate) fn layers() -> impl TypedValueParser<Value = Layers> {
+    let all = (Layers::ALL, "all of these");
+    Named { names: Layer::names().into_iter().chain([all]).collect(), parse: str::parse::<Layers> }
 }
 
 /// Which structures a command knows, by the command: the default first. With a single one there is no `--structure`.

@@ -7,9 +7,9 @@ use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, Ground, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{EngineKind, HeatKind, Settings, Sides, ToneMap};
+use umbrage::{EngineKind, HeatKind, Layers, Settings, Sides, ToneMap};
 
-use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice};
+use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, layers};
 use crate::staging::OrbitingLights;
 use crate::values::{self, FrameRange, Shard, Size};
 
@@ -28,6 +28,8 @@ const RENDER_EXAMPLES: &str = "
       An animation of one second
   umbrage render 'demo:cloth?triangles=20000' --frames 0..3 -o cloth_%04d.exr
       Numbered frames with depth, normals and triangle ids
+  umbrage render demo:marbles --layers shadow,motion,cryptomatte -o marbles.exr
+      Layers for compositing; docs/files.md has their channels
   umbrage render demo:gears --frames 0..48 -o g_%04d.png --shard 2/3 --resume
       The second third of the frames, without those that are there already
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
@@ -254,6 +256,7 @@ impl RenderFlags {
             gloss: _,
             ambient_occlusion: _,
             tone_map: _,
+            layers: _,
             bit_depth: _,
             png_compression: _,
             chroma: _,
@@ -409,6 +412,10 @@ pub(crate) struct RenderFlags {
     /// as they are
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
     pub(crate) tone_map: ToneMap,
+    /// What an EXR file has beside radiance, depth, normals and triangle ids: names with commas between them. Motion is that
+    /// until the next frame, by --fps. On the CPU
+    #[arg(long, value_name = "NAMES", value_parser = layers())]
+    pub(crate) layers: Option<Layers>,
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]
     #[arg(long, value_name = "8|16|32")]
     pub(crate) bit_depth: Option<u8>,

@@ -5,7 +5,7 @@ use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
 use umbrage::spec::{BackgroundSpec, LightSpec};
-use umbrage::{Background, EngineKind, Settings, Structure};
+use umbrage::{Background, EngineKind, Layers, Settings, Structure};
 
 use crate::failure::Failure;
 use crate::flags::{OpeningFlags, RenderFlags};
@@ -75,6 +75,8 @@ impl Job {
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: flags.exposure,
             tone_map: flags.tone_map,
+            layers: layers(&flags, format)?,
+            motion_seconds: flags.fps.seconds(1),
             ..Settings::default()
         };
         check_memory(&settings, &flags.scene.opening)?;
@@ -145,6 +147,9 @@ fn engine(flags: &RenderFlags, structure: Structure, quality: Quality) -> Result
         EngineKind::Gpu if quality.bounces > 0 => {
             let hint = if flags.gloss { "leave out --engine or --gloss" } else { "leave out --engine or --bounces" };
             Err(Failure::input("mirrors and glass are followed on the CPU alone", hint))
+        }
+        EngineKind::Gpu if flags.layers.is_some() => {
+            Err(Failure::input("layers are the CPU's alone", "leave out --engine, or say --engine cpu"))
         }
         EngineKind::Gpu if flags.noise > 0.0 => {
             Err(Failure::input("a GPU's picture is known only once it is done", "leave out --engine or --noise"))
@@ -279,6 +284,17 @@ fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth)
     }
 }
 
+/// What is asked for beside the picture, of a format that holds it.
+fn layers(flags: &RenderFlags, format: Format) -> Result<Layers, Failure> {
+    match flags.layers {
+        Some(layers) if format != Format::Exr => {
+            let message = format!("--layers {layers}: {} files have no layers", format.name());
+            Err(Failure::input(message, "write an .exr file, such as -o picture.exr, or several, -o frame_%04d.exr"))
+        }
+        layers => Ok(layers.unwrap_or_default()),
+    }
+}
+
 fn background(spec: &BackgroundSpec, max_memory: u64) -> Result<Background, Failure> {
     spec.open_within(max_memory).map_err(|error| {
         let hint = "a background is `sky`, `none`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
@@ -390,6 +406,24 @@ mod tests {
         assert!(job(&["--engine", "gpu", "--gloss"]).is_err() && job(&["--gloss", "--bounces", "0"]).is_err());
         assert_eq!(quality(&["--noise", "2"]), [1024, 2]);
         assert!(job(&["--noise", "2", "--samples", "16"]).is_err());
+    }
+
+    #[test]
+    fn layers_belong_to_exr_files() {
+        let layers = |arguments: &[&str]| job(arguments).map(|job| job.settings.layers);
+        assert_eq!(layers(&["-o", "a.exr", "--layers", "all"]).unwrap(), Layers::all());
+        let some = job(&["-o", "a_%d.exr", "--layers", "ids,motion", "--fps", "50"]).unwrap().settings;
+        assert_eq!((some.layers.to_string().as_str(), some.motion_seconds), ("motion,ids", 0.02));
+        assert_eq!(layers(&["-o", "a.exr"]).unwrap(), Layers::NONE);
+        let refused = |arguments: &[&str]| match layers(arguments).unwrap_err() {
+            Failure::Input { message, hint } => format!("{message}: {}", hint.unwrap_or_default()),
+            other => panic!("{other:?}"),
+        };
+        assert!(refused(&["-o", "a.png", "--layers", "ids"]).contains("-o picture.exr"));
+        assert!(refused(&["-o", "a.gif", "--layers", "all"]).contains("gif files have no layers"));
+        assert!(refused(&["-o", "a.exr", "--layers", "ids", "--engine", "gpu"]).contains("--engine cpu"));
+        let unknown = ["umbrage", "render", "--layers", "ids,depth"];
+        assert!(Flags::try_parse_from(unknown).unwrap_err().to_string().contains("`depth`"));
     }
 
     #[test]

@@ -80,7 +80,7 @@ choices! { ToneMap, "tone map":
 
 choices! { Format, "format":
     "png" => Png, "8 or 16 bits a channel; one file for each frame";
-    "exr" => Exr, "linear radiance, depth, normals and triangle ids; one file for each frame";
+    "exr" => Exr, "linear radiance, depth, normals, triangle ids and layers; one file for each frame";
     "gif" => Gif, "an animation of at most 256 colours a frame";
     "apng" => Apng, "an animated PNG";
     "y4m" => Y4m, "uncompressed video that encoders read";

@@ -10,7 +10,7 @@ use crate::repository::{self, Build};
 const FOLDER: &str = "crates/python";
 
 /// What tests and examples import, but for the package itself; as in pyproject.toml's `test`.
-const PACKAGES: &[&str] = &["numpy", "matplotlib", "pytest", "pyyaml", "rtree", "scipy", "trimesh"];
+const PACKAGES: &[&str] = &["OpenEXR", "numpy", "matplotlib", "pytest", "pyyaml", "rtree", "scipy", "trimesh"];
 
 /// What the farm imports, as in pyproject.toml's `farm`. Its tests are skipped, and say so, where these can't be installed.
 const FARM_PACKAGES: &[&str] = &["pyarrow", "ray", "tqdm"];

@@ -53,6 +53,22 @@ fn bit_depths_change_the_file() {
 }
 
 #[test]
+fn layers_are_the_same_bytes_every_time() {
+    let place = Workplace::new();
+    let bytes = |name: &str, more: &[&str]| {
+        place.succeed(&[&["render", "scene.gltf", "--size", "16x12", "-o", name], more].concat());
+        fs::read(place.path(name)).unwrap()
+    };
+    let all = bytes("a.exr", &["--layers", "all"]);
+    for name in ["b.exr", "c.exr"] {
+        assert!(bytes(name, &["--layers", "all", "--threads", "1"]) == all, "{name}");
+    }
+    assert!(bytes("d.exr", &["--layers", "ids"]).len() < all.len());
+    let hint = place.fail(2, &["render", "scene.gltf", "--layers", "ids", "-o", "a.png"]);
+    assert!(hint.contains("--layers ids") && hint.contains(".exr"), "{hint}");
+}
+
+#[test]
 fn frames_are_numbered_and_move() {
     let place = Workplace::new();
     place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "2..5", "--fps", "12"]);

@@ -1,5 +1,8 @@
 //! What a film has beside the looks of its pixels, from what samples see and which lights reach that.
 
+#[cfg(test)]
+mod tests;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::{Hit, LightSource, Ray, SeenPixels, predicate};
