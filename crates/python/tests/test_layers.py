@@ -137,7 +137,7 @@ def test_frames_move_and_know_their_rate(tmp_path, whole):
         tmp_path / "f_%02d.exr", "--layers", "motion,ids", "--frames", "12..13", "--fps", "30000/1001"
     )
     rate = header["framesPerSecond"]
-    assert (rate.n, rate.d) == (30000, 1001)
+    assert (rate.numerator, rate.denominator) == (30000, 1001)
     assert "framesPerSecond" not in whole[0]
     moved = np.hypot(channels["motion.X"], channels["motion.Y"])
     names = np.array([*json.loads(header["umbrage/objects"]), "nothing"])
