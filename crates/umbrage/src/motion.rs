@@ -33,11 +33,11 @@ impl<'a> Next<'a> {
         memory: &'a mut Frame,
     ) -> Result<Option<Self>, Error> {
         let Staged { settings, view, .. } = *staged;
-        let after = subject.after(posed_at + settings.motion_seconds);
-        let Subject::Moment(scene, moment) = after else { return Ok(None) };
         if !settings.layers.has(Layer::Motion) {
             return Ok(None);
         }
+        let after = subject.after(posed_at + settings.motion_seconds);
+        let Subject::Moment(scene, moment) = after else { return Ok(None) };
         scene.pose(moment, memory)?;
         let [now, then] = [&staged.frame.mesh, &memory.mesh];
         let is_same_mesh = Arc::ptr_eq(now, then) || now.triangles == then.triangles;

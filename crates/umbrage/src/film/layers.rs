@@ -35,7 +35,8 @@ pub struct LightLayer {
     /// The light's name; may be empty, or another one's as well.
     pub name: Arc<str>,
     /// The part of each pixel's samples, from 0 to 1, that see a triangle on the side on which the light is, with nothing
-    /// between them that stops light, and inside of a spot's cone. How bright the light is doesn't matter. Misses are 0.
+    /// between them that stops light, and inside of a spot's cone; of lights that cast no shadow, the side alone counts. How bright the
+    /// light is doesn't matter. Misses are 0.
     pub lit: Vec<f32>,
 }
 
