@@ -67,6 +67,9 @@ impl Coverage {
 
     /// Turns counts into parts, of which one sample has `weight`, and sorts them.
     pub(super) fn finish(&mut self, width: usize, weight: f32) {
+        if self.pixels.is_empty() {
+            return;
+        }
         self.rows_mut(width).for_each(|row| {
             let mut all = Vec::new();
             for (x, ranks) in (0..).zip(row.pixels) {
