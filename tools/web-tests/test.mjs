@@ -1,26 +1,37 @@
-// The page in headless Chromium. `UMBRAGE_PAGE` is the address of the page, `UMBRAGE_PROOFS` a file that `web proofs`
-// printed, `CHROMIUM` the browser; screenshots are kept in the folder `UMBRAGE_SHOTS`, where it is given.
+// The page in headless Chromium: `cargo run -p web -- build`, then `npm ci` and `npm test` here. `WEB` is the program that
+// serves it, `PAGE` the folder where it is, `CHROMIUM` the browser; `SHOTS` is a folder that keeps screenshots to look at.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
+import { execFileSync, spawn } from 'node:child_process';
 import { join } from 'node:path';
+import { createInterface } from 'node:readline';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
-const { UMBRAGE_PAGE, UMBRAGE_PROOFS, UMBRAGE_SHOTS, CHROMIUM = '/usr/bin/chromium' } = process.env;
+const { WEB = '../../target/debug/web', PAGE = '../../target/web', SHOTS, CHROMIUM = '/usr/bin/chromium' } = process.env;
 /** Software rendering on a busy machine takes its time. */
 const WAIT = 40_000;
 
 let browser;
+let server;
+let address;
 
 before(async () => {
+  server = spawn(WEB, ['serve', '--built', PAGE, '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  for await (const line of createInterface({ input: server.stdout })) {
+    address = line.match(/http:\S+/)?.[0];
+    break;
+  }
   browser = await chromium.launch({
     executablePath: CHROMIUM,
     args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
       '--disable-component-update', '--disable-sync', '--enable-precise-memory-info'],
   });
 });
-after(() => browser?.close());
+after(async () => {
+  await browser?.close();
+  server?.kill();
+});
 
 /** A page on which everything that goes wrong is kept in `errors`. */
 async function open(hash = '', options = {}) {
@@ -30,7 +41,7 @@ async function open(hash = '', options = {}) {
   const errors = [];
   page.on('pageerror', (error) => errors.push(error.message));
   page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
-  await page.goto(`${UMBRAGE_PAGE}/index.html${hash}`);
+  await page.goto(`${address}/index.html${hash}`);
   await page.waitForFunction(() => window.umbrage);
   // However busy the machine is.
   await page.evaluate(() => (umbrage.work.patience = Infinity));
@@ -42,7 +53,7 @@ const settled = (page) =>
   page.waitForFunction(() => umbrage.work.isOpen && umbrage.work.isSettled && !umbrage.work.isRendering, null, { polling: 50 });
 
 async function shot(page, name) {
-  if (UMBRAGE_SHOTS) await page.screenshot({ path: join(UMBRAGE_SHOTS, `${name}.png`) });
+  if (SHOTS) await page.screenshot({ path: join(SHOTS, `${name}.png`) });
 }
 
 /** How many different colours the canvas shows. */
@@ -54,7 +65,7 @@ const colors = (page) =>
   });
 
 test('pictures are those of this machine, bit for bit', async () => {
-  const cases = JSON.parse(await readFile(UMBRAGE_PROOFS, 'utf8'));
+  const cases = JSON.parse(execFileSync(WEB, ['proofs']));
   assert.ok(cases.length >= 3);
   const { page, context } = await open();
   for (const { address, look, proof } of cases) {
@@ -122,7 +133,7 @@ test('the light moves, heat maps and times are shown', async () => {
   await page.waitForFunction(() => location.href.includes('heat=tested'));
   await page.waitForSelector('#scale:not([hidden])');
   assert.match(await page.textContent('#top'), /triangles tested/);
-  assert.match(await page.textContent('#command'), /^umbrage heatmap 'demo:marbles\?triangles=5000' --of tested/);
+  assert.match(await page.textContent('#command'), /^umbrage heatmap 'demo:marbles\?triangles=5000' --size 800x\d+ --of tested/);
   await shot(page, 'heat');
   assert.deepEqual(errors, []);
   await context.close();
@@ -158,10 +169,12 @@ test('desktops and phones show the page whole', async () => {
     ['phone', { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true }],
   ]) {
     const { page, errors, context } = await open('#scene=demo:cloth?triangles=20000&time=1', options);
-    await page.waitForFunction(() => umbrage.work.isOpen && umbrage.work.step >= 0 && !umbrage.work.isRendering);
+    await settled(page);
     await page.click('#more');
     await page.waitForSelector('#stages tr');
     await shot(page, name);
+    await page.click('#more');
+    await shot(page, `${name}-without-details`);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
     assert.ok(wide <= 0, `${name}: ${wide} pixels too wide`);
     for (const id of ['scene', 'open', 'share', 'more', 'play', 'time']) {

@@ -37,10 +37,12 @@ export function fromLink(hash) {
   };
 }
 
-export function toCommand({ address, seconds, heat, view }) {
+export function toCommand({ address, seconds, heat, view, width, height, samples, bounces }) {
   const word = (text) => (/^[\w.:,/=-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
   const parts = ['umbrage', heat ? 'heatmap' : 'render', word(address)];
+  parts.push('--size', `${width}x${height}`);
   if (heat) parts.push('--of', heat);
+  else parts.push('--samples', samples, '--bounces', bounces);
   if (seconds > 0) parts.push('--time', Number(seconds.toFixed(3)));
   if (view.camera) parts.push(`--camera=${cameraText(view.camera)}`);
   // The command's lights take the place of all of a scene's.

@@ -44,6 +44,8 @@ const work = {
   /** A finer picture that would take longer, in milliseconds, isn't made: the next gesture would wait for it. */
   patience: 4000,
   timer: 0,
+  /** What the last picture told of itself. */
+  shown: null,
 };
 
 // For whoever tests the page.
@@ -68,20 +70,26 @@ function changed() {
   render();
 }
 
+/** The size of a picture with so many pixels for one of the page's, along each side. */
+function size(factor) {
+  const side = (length) => Math.max(Math.round(length * factor), 1);
+  return { width: side(canvas.clientWidth), height: side(canvas.clientHeight) };
+}
+
+/** More than two pixels for one of the page's aren't seen. */
+const whole = () => Math.min(devicePixelRatio, 2);
+
+const finest = () => ({ ...size(whole()), ...STEPS.at(-1) });
+
 /** Size and samples of the picture that is due. */
 function plan() {
-  const whole = Math.min(devicePixelRatio, 2);
-  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  const sized = (factor) => ({
-    width: Math.max(Math.round(width * factor), 1),
-    height: Math.max(Math.round(height * factor), 1),
-  });
   if (work.step >= 0) {
-    return { ...sized(whole), ...STEPS[work.step] };
+    return { ...size(whole()), ...STEPS[work.step] };
   }
   // A picture takes about as long as it has pixels.
   const affordable = IN_MOTION / (work.costs[0] * 1e-3);
-  return { ...sized(Math.min(Math.sqrt(affordable / (width * height)), whole)), ...STEPS[0] };
+  const { width, height } = size(1);
+  return { ...size(Math.min(Math.sqrt(affordable / (width * height)), whole())), ...STEPS[0] };
 }
 
 async function render() {
@@ -120,6 +128,7 @@ function draw(look, { shown, milliseconds, pixels }) {
   const bytes = new Uint8ClampedArray(pixels.buffer, pixels.byteOffset, pixels.byteLength);
   canvas.getContext('2d').putImageData(new ImageData(bytes, look.width, look.height), 0, 0);
   view.show(shown);
+  work.shown = shown;
   const samples = look.samples > 1 ? ` · ${look.samples} samples` : '';
   say(`${look.width}×${look.height}${samples} · ${milliseconds.toFixed(0)} ms`);
   tell(shown);
@@ -143,7 +152,7 @@ function tell(shown) {
   $('facts').textContent = `${count} triangles · ${shown.lights} ${shown.lights === 1 ? 'light' : 'lights'}`;
   $('scale').hidden = !shown.heat;
   if (shown.heat) $('top').textContent = `${shown.heat[1]} ${shown.heat[0]}`;
-  $('command').textContent = toCommand(state);
+  $('command').textContent = toCommand({ ...state, ...finest() });
 }
 
 /** The next finer picture, once nothing has moved for a while. */
@@ -151,8 +160,8 @@ function refineLater() {
   clearTimeout(work.timer);
   const next = work.step + 1;
   if (state.isPlaying || next >= (state.heat ? 1 : STEPS.length)) return settle();
-  const pixels = canvas.clientWidth * canvas.clientHeight * Math.min(devicePixelRatio, 2) ** 2;
-  if (work.costs[next] * pixels * 1e-3 > work.patience) return settle();
+  const { width, height } = size(whole());
+  if (work.costs[next] * width * height * 1e-3 > work.patience) return settle();
   const wait = Math.max(work.moved + PAUSE - performance.now(), 0);
   work.timer = setTimeout(() => {
     if (work.isRendering || work.isWanted) return;
@@ -273,7 +282,7 @@ $('reset').addEventListener('click', () => {
 $('more').addEventListener('click', () => {
   $('panel').hidden = !$('panel').hidden;
   $('more').setAttribute('aria-expanded', !$('panel').hidden);
-  changed();
+  if (work.shown) tell(work.shown);
 });
 $('share').addEventListener('click', async () => {
   if (state.files) return complain(new Error('A link can show scenes of the gallery; your file stays on this machine.'));

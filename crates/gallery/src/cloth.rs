@@ -73,10 +73,11 @@ fn open(triangles: usize) -> Pose {
 fn weave() -> Texture {
     let (teal, gold) = (srgb(0x0f5c63), srgb(0xd9a441));
     color_texture("silk", [1024; 2], move |at| {
-        let edge = at.x.min(at.y).min(1.0 - at.x).min(1.0 - at.y);
-        let band = |from: f32, to: f32| edge > from && edge < to;
-        let cell = (at * 16.0).fract() - 0.5;
-        let figure = edge > 0.1 && cell.x.abs() + cell.y.abs() < 0.11;
+        let to_edge = |at: Vec2| at.x.min(at.y).min(1.0 - at.x).min(1.0 - at.y);
+        let band = |from: f32, to: f32| to_edge(at) > from && to_edge(at) < to;
+        let in_cell = (at * 16.0).fract() - 0.5;
+        // By the middle of its cell, so that none is cut off.
+        let figure = to_edge(at - in_cell / 16.0) > 0.1 && in_cell.x.abs() + in_cell.y.abs() < 0.11;
         let thread = 1.0 + 0.10 * noise((at * 420.0).extend(0.0));
         let color = if band(0.02, 0.035) || band(0.045, 0.075) || figure { gold } else { teal };
         (color * thread).extend(1.0)

@@ -9,8 +9,12 @@ pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";
 /// An X server without a screen.
 pub(crate) const X_SERVER: &str = "xvfb";
 
-/// Debian packages that the checks need, beside what builds Rust programs. The last is loaded by windows for their keys.
-const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0"];
+/// The browser that shows the page, where its package puts it.
+pub(crate) const CHROMIUM: &str = "/usr/bin/chromium";
+
+/// Debian packages that the checks need, beside what builds Rust programs. The last but one is loaded by windows for their
+/// keys.
+const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0", "chromium"];
 
 /// Installs what is missing, where that is possible.
 pub(crate) fn install() -> Outcome {

@@ -1,7 +1,7 @@
 //! Every check of the repository, as one program: `cargo run -p ci`.
 //!
 //! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
-//! `--all` what takes longest runs as well: the window, the release build, and ten million rays and a minute of fuzzing with it.
+//! `--all` what takes longest runs as well: the window, the page in a browser, the release build, and ten million rays and a minute of fuzzing with it.
 #![forbid(unsafe_code)]
 
 mod command;
@@ -15,6 +15,7 @@ mod file_length;
 mod licences;
 mod links;
 mod outcome;
+mod page;
 mod python;
 mod repository;
 mod smoke;
@@ -74,6 +75,7 @@ const LONG_CHECKS: &[Check] = &[
     ("viewer", |root, scope| VIEWER.check(root, scope)),
     ("window", |root, scope| WINDOW.check(root, scope)),
     ("all programs", |root, scope| run(&mut cargo_workspace(root, scope, &["build", "--bins", "--examples"]))),
+    ("page", |root, _| page::check(root)),
     ("release build", |root, _| {
         run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
     }),
