@@ -7,6 +7,7 @@ mod serve;
 
 use std::net::IpAddr;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
@@ -44,8 +45,18 @@ enum Command {
     Proofs,
 }
 
-fn main() -> anyhow::Result<()> {
-    match Flags::parse().command {
+fn main() -> ExitCode {
+    match run(Flags::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Build { folder } => build::build(&folder),
         Command::Serve { port, address, built } => {
             let folder = match built {

@@ -2,11 +2,13 @@ use std::fs::File;
 use std::net::IpAddr;
 use std::path::{Component, Path, PathBuf};
 
-use anyhow::anyhow;
+use anyhow::{anyhow, ensure};
 use tiny_http::{Header, Method, Response, Server};
 
 /// Answers browsers with the files of a folder, until the program is stopped.
 pub(crate) fn serve(folder: &Path, address: IpAddr, port: u16) -> anyhow::Result<()> {
+    let index = folder.join("index.html");
+    ensure!(index.is_file(), "{} isn't there: `web build FOLDER` makes a page", index.display());
     let server = Server::http((address, port))
         .map_err(|why| anyhow!("port {port} of {address}: {why}; choose another with --port"))?;
     println!("the page is at http://{} (Ctrl-C ends it)", server.server_addr());

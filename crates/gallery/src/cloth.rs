@@ -4,7 +4,7 @@ mod drape;
 
 use std::sync::LazyLock;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use self::drape::Drape;

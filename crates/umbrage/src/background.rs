@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn the_middle_of_a_panorama_is_straight_ahead() {
-        assert_eq!(panorama_coords(Vec3::NEG_Z), Vec2::splat(0.5));
+        assert!(panorama_coords(Vec3::NEG_Z).distance(Vec2::splat(0.5)) < 1e-6);
         assert!(panorama_coords(Vec3::X).distance(Vec2::new(0.75, 0.5)) < 1e-6);
         assert!(panorama_coords(Vec3::Y).y.abs() < 1e-3);
     }

@@ -40,7 +40,8 @@ fn no_file_of_the_disk_is_read() {
 #[test]
 fn bytes_are_opened_as_a_file_with_them_is() {
     let mut builder = Builder::new();
-    builder.triangle();
+    let mesh = builder.triangle();
+    builder.push("nodes", serde_json::json!({ "mesh": mesh }));
     let glb = builder.glb();
     let folder = crate::files::folder(&[("a.glb", &glb)]);
     let [given, read] = [Scene::from_bytes("a.glb", glb.clone()), Scene::open(folder.path().join("a.glb"))]
