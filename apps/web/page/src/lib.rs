@@ -5,7 +5,7 @@ mod look;
 mod proof;
 mod studio;
 
-use js_sys::Uint8Array;
+use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use wasm_bindgen::prelude::*;
 
 pub use look::{Look, LookAt, Opened, Shown};
@@ -65,6 +65,18 @@ impl Page {
     #[must_use]
     pub fn pixels(&self) -> Uint8Array {
         Uint8Array::from(self.studio.pixels())
+    }
+
+    /// The triangle at each pixel of the last picture, in rows from the upper left corner; 4294967295 for a miss.
+    #[must_use]
+    pub fn hits(&self) -> Uint32Array {
+        Uint32Array::from(self.studio.hits())
+    }
+
+    /// The triangles of the moment that was rendered last: three corners each, as x, y and z in world space.
+    #[must_use]
+    pub fn triangles(&self) -> Float32Array {
+        Float32Array::from(&self.studio.triangles()[..])
     }
 
     /// What the last picture is made of, as JSON of [`Proof`]: hashes to compare with other machines'.

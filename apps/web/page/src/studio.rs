@@ -119,6 +119,19 @@ impl Studio {
         self.picture.as_flattened()
     }
 
+    /// The triangle at each pixel of the last picture; [`Film::NO_TRIANGLE`](umbrage::Film::NO_TRIANGLE) for a miss.
+    #[must_use]
+    pub fn hits(&self) -> &[u32] {
+        &self.renderer.film().triangle
+    }
+
+    /// The corners of the triangles of the moment that was rendered last, unless its light was moved.
+    #[must_use]
+    pub fn triangles(&self) -> Vec<f32> {
+        let triangles = self.renderer.frame().triangles();
+        (0..triangles.len() as u32).flat_map(|id| triangles.corners(id)).flat_map(|corner| corner.to_array()).collect()
+    }
+
     /// What the last picture is made of.
     #[must_use]
     pub fn proof(&self) -> Proof {
