@@ -151,7 +151,7 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 pub(crate) struct InfoFlags {
-    /// A .gltf, .glb, .obj, .ply or .stl file, a folder or pattern of numbered ones, or demo:NAME
+    /// A .gltf, .glb, .obj, .ply, .stl, .pc2 or .mdd file, a folder or pattern of numbered ones, or demo:NAME
     pub(crate) scene: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
@@ -277,7 +277,7 @@ impl RenderFlags {
 /// The scene that a command is about, and who works on it.
 #[derive(Args, Debug)]
 pub(crate) struct SceneFlags {
-    /// A .gltf, .glb, .obj, .ply or .stl file, a folder or pattern of numbered ones, or demo:NAME
+    /// A .gltf, .glb, .obj, .ply, .stl, .pc2 or .mdd file, a folder or pattern of numbered ones, or demo:NAME
     /// [default: demo:cloth]
     #[arg(value_name = "SCENE")]
     address: Option<PathBuf>,

@@ -12,7 +12,7 @@ use crate::flags::Flags;
 const HAS_WINDOW: bool = cfg!(feature = "view");
 
 /// Endings of files that are scenes.
-const SCENES: [&str; 5] = ["gltf", "glb", "obj", "ply", "stl"];
+const SCENES: [&str; 7] = ["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"];
 
 /// The words of the command line, with what is to be done with a scene where they only name one.
 pub(crate) fn written_out(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {

@@ -18,7 +18,7 @@ impl Dialogs {
         let (sender, receiver) = channel();
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a scene")
-            .add_filter("Scenes", &["gltf", "glb", "obj", "ply", "stl"])
+            .add_filter("Scenes", &["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"])
             .add_filter("All files", &["*"])
             .pick_file();
         std::thread::spawn(move || {

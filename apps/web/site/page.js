@@ -206,7 +206,7 @@ const openDemo = (address, from) => open({ kind: 'openDemo', address }, { addres
 function openFiles(files) {
   $('trouble').hidden = true;
   const path = (file) => file.webkitRelativePath || file.name;
-  const ends = ['.gltf', '.glb', '.obj', '.ply', '.stl'];
+  const ends = ['.gltf', '.glb', '.pc2', '.mdd', '.obj', '.ply', '.stl'];
   const model = ends.flatMap((end) => files.filter((file) => path(file).toLowerCase().endsWith(end)))[0] ?? files[0];
   if (model) open({ kind: 'openFiles', name: path(model), files }, { address: path(model), files });
 }

@@ -12,6 +12,8 @@ pub(crate) enum Format {
     Obj,
     Ply,
     Stl,
+    /// Opened alone, with the OBJ file beside it.
+    PointCache,
 }
 
 impl Format {
@@ -22,6 +24,7 @@ impl Format {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "stl" => Some(Self::Stl),
+            "pc2" | "mdd" => Some(Self::PointCache),
             _ => None,
         }
     }
@@ -49,11 +52,6 @@ const CONVERTED: &[(&[&str], &str, &str)] = &[
          (File > Export > Wavefront, Animation)",
     ),
     (
-        &["pc2", "mdd"],
-        "a point cache",
-        "Blender applies it (modifier Mesh Cache) and exports numbered .obj files (File > Export > Wavefront, Animation)",
-    ),
-    (
         &["dae", "3ds", "x", "x3d", "wrl", "ac", "lwo", "lxo", "ase", "ms3d", "md5mesh", "off"],
         "a format of other programs",
         "assimp makes .glb of it: `assimp export FILE OUT.glb`",
@@ -72,7 +70,7 @@ const CONVERTED: &[(&[&str], &str, &str)] = &[
 
 /// The error that a file's format isn't read.
 pub(crate) fn unread(path: &Path) -> Error {
-    const READ: &str = "use .gltf, .glb, .obj, .ply, .stl or demo:NAME";
+    const READ: &str = "use .gltf, .glb, .obj, .ply, .stl, .pc2, .mdd or demo:NAME";
     let Some(end) = extension(path) else {
         return Error::unsupported(path, "a file without an extension", READ);
     };

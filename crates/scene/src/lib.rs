@@ -22,6 +22,7 @@ mod texture;
 mod gltf;
 mod obj;
 mod ply;
+mod point_cache;
 pub mod rig;
 mod sequence;
 mod stl;

@@ -14,7 +14,7 @@ use crate::ground::Grounded;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Ground, Light};
-use crate::{obj, obj::SharedMaterials, ply, sequence::Sequence, still::Still, stl};
+use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
 /// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
 pub trait Animated: Debug + Send + Sync {
@@ -76,7 +76,7 @@ pub struct OpenOptions {
     pub clip: Clip,
     /// Which of a file's variants has its materials shown, by name; `None` for the file's default ones.
     pub variant: Option<String>,
-    /// How many files of a numbered sequence make a second.
+    /// How many files of a numbered sequence make a second, or how many frames of a PC2 point cache; 24 by default.
     pub sequence_fps: f64,
     /// Whether a file may name others outside of its own folder: for files that you trust.
     pub allow_outside: bool,
@@ -221,7 +221,14 @@ impl Scene {
             let (scene, files) = within(path, options.limits(files), read)?;
             return Self::of_source(path, Box::new(scene), files, options);
         }
-        let mut still = read_still(path, &mut SharedMaterials::new(options, files))?;
+        let mut shared = SharedMaterials::new(options, files);
+        if Format::of(path) == Some(Format::PointCache) {
+            let limits = shared.limits.clone();
+            let mut read = |budget: &Budget| PointCache::read(path, options.sequence_fps, &mut shared, budget);
+            let (cache, files) = within(path, limits, |budget| Ok((read(budget)?, budget.files())))?;
+            return Self::of_source(path, Box::new(cache), files, options);
+        }
+        let mut still = read_still(path, &mut shared)?;
         let files = mem::take(&mut still.files);
         Self::of_source(path, Box::new(still), files, options)
     }
@@ -412,7 +419,7 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
         Some(Format::Obj) => obj::read(path, shared, budget),
         Some(Format::Ply) => ply::read(path, budget),
         Some(Format::Stl) => stl::read(path, budget),
-        Some(Format::Gltf) | None => Err(formats::unread(path)),
+        Some(Format::Gltf | Format::PointCache) | None => Err(formats::unread(path)),
     };
     within(path, limits, |budget| {
         let still = read(budget)?;

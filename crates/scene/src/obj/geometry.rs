@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3, Vec4};
 
+use super::Positions;
 use crate::memory::Budget;
 use crate::polygon;
 use crate::still::Vertices;
@@ -253,6 +254,17 @@ impl Geometry {
         let linear = |encoded: f32| linear_from_srgb(f64::from(encoded)) as f32;
         let colors: Vec<Vec4> = colors.into_iter().map(|color| color.map(linear).extend(1.0)).collect();
         Ok(Vertices { positions, normals, tex_coords, colors })
+    }
+
+    /// Which positions the vertices have.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub(super) fn positions(&self, path: &Path) -> Result<Positions, Error> {
+        let taken = self.budget.take_for::<u32>(self.corners.len(), "positions of vertices");
+        taken.map_err(|cause| Error::malformed(path, "the faces", cause))?;
+        let of_vertex = self.corners.iter().map(|corner| corner.position.get() - 1).collect();
+        Ok(Positions { count: self.positions.len(), of_vertex })
     }
 
     /// The value of each corner, `missing` where it has none; empty when none has one.

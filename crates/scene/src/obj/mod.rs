@@ -8,6 +8,7 @@ mod library;
 mod materials;
 mod textures;
 
+use std::mem;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -29,9 +30,38 @@ use geometry::Geometry;
 /// Where the OBJ file can't be read, or it or a library breaks its format. Libraries and textures that are missing are
 /// warnings.
 pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
+    still(path, &mut parsed(path, budget)?, shared, budget)
+}
+
+/// The positions in an OBJ file, whether or not faces use them.
+#[derive(Debug)]
+pub(crate) struct Positions {
+    pub(crate) count: usize,
+    /// The index of each vertex's position.
+    pub(crate) of_vertex: Vec<u32>,
+}
+
+/// As [`read`], with what says which of the file's positions became which vertices.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_with_positions(
+    path: &Path,
+    shared: &mut SharedMaterials,
+    budget: &Budget,
+) -> Result<(Still, Positions), Error> {
+    let mut geometry = parsed(path, budget)?;
+    let still = still(path, &mut geometry, shared, budget)?;
+    Ok((still, geometry.positions(path)?))
+}
+
+fn parsed(path: &Path, budget: &Budget) -> Result<Geometry, Error> {
     let bytes = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
-    let geometry = Geometry::parse(path, &bytes, budget)?;
-    drop(bytes);
+    Geometry::parse(path, &bytes, budget)
+}
+
+/// What `geometry` looks like, whose triangles are taken away.
+fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
     let folder = Folder::of(path, shared.allow_outside);
     let wanted = Wanted { folder, libraries: geometry.libraries.clone(), names: geometry.material_names.clone() };
     let mut warnings = geometry.warnings();
@@ -48,8 +78,9 @@ pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -
     if geometry.triangles.is_empty() {
         warnings.push("the file has no faces".to_owned());
     }
-    let mut frame = vertices.into_frame(geometry.triangles, geometry.material_of_triangle, materials);
-    Arc::make_mut(&mut frame.mesh).objects = geometry.objects;
+    let triangles = mem::take(&mut geometry.triangles);
+    let mut frame = vertices.into_frame(triangles, mem::take(&mut geometry.material_of_triangle), materials);
+    Arc::make_mut(&mut frame.mesh).objects = mem::take(&mut geometry.objects);
     Ok(Still { frame, warnings, ..Still::default() })
 }
 

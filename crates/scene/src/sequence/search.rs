@@ -52,7 +52,7 @@ fn scene_names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<Strin
         let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|name| wanted(name)) else { continue };
         match Format::of(&path) {
             Some(Format::Gltf) => gltf = Some(path),
-            Some(_) if path.is_file() => names.push(name.to_owned()),
+            Some(Format::Obj | Format::Ply | Format::Stl) if path.is_file() => names.push(name.to_owned()),
             _ => {}
         }
     }

@@ -8,6 +8,7 @@ mod files_given;
 mod files_materials;
 mod files_obj;
 mod files_ply;
+mod files_point_cache;
 mod files_sequence;
 mod files_stl;
 mod gltf_reader;

@@ -50,7 +50,7 @@ const MB: u64 = 1000 * KB;
 #[test]
 fn files_that_are_too_long_are_not_read() {
     let folder = folder(&[]);
-    for name in ["a.glb", "a.gltf", "a.obj", "a.ply", "a.stl"] {
+    for name in ["a.glb", "a.gltf", "a.obj", "a.ply", "a.stl", "a.pc2", "a.mdd"] {
         let path = folder.path().join(name);
         // It takes no room on a disk.
         File::create(&path).unwrap().set_len(1 << 40).unwrap();

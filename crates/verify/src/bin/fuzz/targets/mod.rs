@@ -27,12 +27,14 @@ pub(crate) trait Target {
 /// Readies a target of some name in a worker's folder.
 type Open = fn(&str, &Workplace<'_>) -> Result<Box<dyn Target>>;
 
-const TARGETS: [(&str, Open); 12] = [
+const TARGETS: [(&str, Open); 14] = [
     ("gltf", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
     ("glb", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
     ("obj", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
     ("ply", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
     ("stl", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
+    ("pc2", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
+    ("mdd", |name, place| Ok(Box::new(files::Reader::open(name, place)?))),
     ("sequence", |_, place| Ok(Box::new(files::Sequence::open(place)?))),
     ("images", |_, _| Ok(Box::new(files::Images::open()?))),
     ("pose", |_, _| Ok(Box::new(files::Poses::open()?))),

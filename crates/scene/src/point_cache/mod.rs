@@ -1,0 +1,90 @@
+//! Point caches: where each vertex of a mesh beside them is at some moments.
+
+mod normals;
+mod samples;
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::memory::Budget;
+use crate::obj::{self, SharedMaterials};
+use crate::{Animated, Error, Frame};
+use normals::Normals;
+use samples::Samples;
+
+/// Vertices below which a piece of work is not worth sharing between threads.
+const GRAIN: usize = 4096;
+
+/// An OBJ file whose vertices a cache moves.
+///
+/// Between samples they go straight from one to the next; after the last one they stay.
+#[derive(Debug)]
+pub(crate) struct PointCache {
+    samples: Samples,
+    /// The OBJ file's own shape, of which mesh and materials stay.
+    rest: Frame,
+    /// The point of the cache that each vertex follows.
+    point_of_vertex: Vec<u32>,
+    /// `None` where the OBJ file has no normals, and so is flat.
+    normals: Option<Normals>,
+    warnings: Vec<String>,
+}
+
+impl PointCache {
+    /// Reads a cache, and the OBJ file of the same name beside it.
+    ///
+    /// # Errors
+    /// Where either can't be read or breaks its format, or they differ in their numbers of points.
+    pub(crate) fn read(path: &Path, fps: f64, shared: &mut SharedMaterials, budget: &Budget) -> Result<Self, Error> {
+        let mut warnings = Vec::new();
+        let samples = Samples::read(path, fps, budget, &mut warnings)?;
+        let mesh = mesh_beside(path, budget)?;
+        let (still, positions) = obj::read_with_positions(&mesh, shared, budget)?;
+        if samples.points() != positions.count {
+            let (points, vertices) = (samples.points(), positions.count);
+            let cause = format!("it moves {points} points, but {} has {vertices} vertices (`v`)", mesh.display());
+            return Err(Error::malformed(path, "the number of points", cause));
+        }
+        let normals = Normals::new(&still.frame, budget).map_err(|why| Error::malformed(&mesh, "the normals", why))?;
+        warnings.extend(still.warnings);
+        Ok(Self { samples, rest: still.frame, point_of_vertex: positions.of_vertex, normals, warnings })
+    }
+}
+
+/// The OBJ file that a cache moves.
+fn mesh_beside(path: &Path, budget: &Budget) -> Result<PathBuf, Error> {
+    let candidates = ["obj", "OBJ"].map(|end| path.with_extension(end));
+    let found = candidates.iter().find(|mesh| budget.may_read().has(mesh));
+    found.cloned().ok_or_else(|| {
+        let cause = format!("a point cache moves a mesh: it needs {} beside it", candidates[0].display());
+        Error::address(path.display().to_string(), cause)
+    })
+}
+
+impl Animated for PointCache {
+    fn duration_seconds(&self) -> f64 {
+        self.samples.duration_seconds()
+    }
+
+    /// Positions may be no numbers, as in the cache: such triangles are left out.
+    fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.mesh.clone_from(&self.rest.mesh);
+        frame.materials.clone_from(&self.rest.materials);
+        frame.tangents.clear();
+        frame.positions.resize(self.point_of_vertex.len(), Vec3::ZERO);
+        let moment = self.samples.at(seconds);
+        let vertices = frame.positions.par_iter_mut().zip(&self.point_of_vertex).with_min_len(GRAIN);
+        vertices.for_each(|(position, &point)| *position = moment.position(point as usize));
+        match &self.normals {
+            Some(normals) => normals.follow(&self.rest.mesh.triangles, &frame.positions, &mut frame.normals),
+            None => frame.normals.clear(),
+        }
+        Ok(())
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
