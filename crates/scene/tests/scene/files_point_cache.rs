@@ -88,6 +88,15 @@ fn files_on_disk_are_opened_too() {
 }
 
 #[test]
+fn sequences_are_of_meshes_alone() {
+    let cache = pc2(12.0, &flag_samples());
+    let mesh = FLAG.as_bytes();
+    let folder = folder(&[("a1.obj", mesh), ("a1.pc2", &cache), ("a2.obj", mesh), ("a2.pc2", &cache)]);
+    let scene = Scene::open(folder.path()).unwrap();
+    assert_eq!((scene.duration_seconds(), scene.warnings()), (2.0 / 24.0, &[][..]));
+}
+
+#[test]
 fn frames_of_pc2_last_as_long_as_the_options_say_and_times_of_mdd_as_the_file_says() {
     let cache = pc2(2.0, &flag_samples());
     for (fps, seconds) in [(24.0, 4.0 / 24.0), (1.0, 4.0), (0.5, 8.0)] {
@@ -278,7 +287,14 @@ fn memory_is_taken_before_it_is_allocated() {
 
 #[test]
 fn later_poses_allocate_nothing() {
-    let scene = opened("flag.pc2", &pc2(12.0, &flag_samples()), FLAG);
+    // Enough for many pieces of work.
+    let strip: Sample =
+        (0..20_000_u16).map(|point| Vec3::new(f32::from(point / 2), f32::from(point % 2), 0.0)).collect();
+    let mut obj: String = strip.iter().map(|point| format!("v {} {} 0\n", point.x, point.y)).collect();
+    obj += "vn 0 0 1\n";
+    obj.extend((1..19_999).map(|point| format!("f {point}//1 {}//1 {}//1\n", point + 1, point + 2)));
+    let lifted = strip.iter().map(|point| *point + Vec3::Z).collect();
+    let scene = opened("strip.pc2", &pc2(12.0, &[strip, lifted]), &obj);
     // On one thread, as the queues between several are allocated by the thread pool now and then.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
