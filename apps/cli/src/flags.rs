@@ -178,7 +178,7 @@ pub(crate) struct OpeningFlags {
     /// Which of the file's variants has its materials shown, as `umbrage info` lists them [default: the file's own choice]
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,
-    /// How many files of a numbered sequence make a second
+    /// How many files of a numbered sequence, or frames of a .pc2 file, make a second
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
     pub(crate) sequence_fps: f64,
     /// Let the file name others outside of its own folder; for files that you trust
