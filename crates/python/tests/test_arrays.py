@@ -118,7 +118,10 @@ def test_two_threads_may_ask_the_same_scene(random):
 
 
 LONG = """
+import signal
 import numpy as np, umbrage
+# Shells start programs in the background without it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = umbrage.RaycastingScene(nthreads=1)
 scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), [[0, 1, 2]])
 suns = umbrage.Light.suns(np.random.default_rng(1).normal(size=(20_000, 3)))
