@@ -34,7 +34,7 @@ async function measure([address, width, height]) {
   let refitted;
   for (let frame = 0; frame < FRAMES; frame++) {
     const look = { width, height, seconds: 0.8 + frame / 24 };
-    const shown = JSON.parse(engine.render(JSON.stringify(look)));
+    const shown = JSON.parse(await engine.render(JSON.stringify(look)));
     const stage = (name) => shown.stages.find((stage) => stage.name === name).milliseconds;
     // The first frames group triangles.
     if (frame >= 2) add('Umbrage', stage('build') + stage('see'));

@@ -7,13 +7,14 @@ const numbers = (values) => values.map(number).join(',');
 const cameraText = ({ position, target, fovDegrees }) =>
   `${numbers(position)}:${numbers(target)}:${number(fovDegrees)}`;
 
-export function toLink({ address, seconds, heat, view }) {
+export function toLink({ address, seconds, heat, engine, view }) {
   const words = new URLSearchParams();
   words.set('scene', address);
   if (seconds > 0) words.set('time', Number(seconds.toFixed(3)));
   if (view.camera) words.set('camera', cameraText(view.camera));
   if (view.light) words.set('light', numbers(view.light));
   if (heat) words.set('heat', heat);
+  if (engine !== 'cpu') words.set('engine', engine);
   return `#${words.toString().replaceAll('%3A', ':').replaceAll('%2C', ',').replaceAll('%3F', '?').replaceAll('%3D', '=')}`;
 }
 
@@ -32,17 +33,19 @@ export function fromLink(hash) {
     address: words.get('scene'),
     seconds: Number.isFinite(seconds) ? Math.max(seconds, 0) : 0,
     heat: words.get('heat') ?? '',
+    engine: words.get('engine') === 'gpu' ? 'gpu' : 'cpu',
     camera: isCamera ? { position: vector(position), target: vector(target), fovDegrees: Number(fov) } : null,
     light: vector(words.get('light')),
   };
 }
 
-export function toCommand({ address, seconds, heat, view, width, height, samples, bounces }) {
+export function toCommand({ address, seconds, heat, engine, view, width, height, samples, bounces }) {
   const word = (text) => (/^[\w.:,/=-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
   const parts = ['umbrage', heat ? 'heatmap' : 'render', word(address)];
   parts.push('--size', `${width}x${height}`);
   if (heat) parts.push('--of', heat);
   else parts.push('--samples', samples, '--bounces', bounces);
+  if (engine !== 'cpu' && !heat) parts.push('--engine', engine);
   if (seconds > 0) parts.push('--time', Number(seconds.toFixed(3)));
   if (view.camera) parts.push(`--camera=${cameraText(view.camera)}`);
   // The command's lights take the place of all of a scene's.

@@ -12,6 +12,8 @@ const PAUSE = 250;
 const TRIANGLES = 100000;
 /** Pictures of what stands still: camera rays for each pixel, and how many mirrors light may come by. */
 const STEPS = [{ samples: 1, bounces: 0 }, { samples: 4, bounces: 2 }, { samples: 16, bounces: 2 }];
+/** Microseconds a pixel that these may take, until they were measured. */
+const COSTS = [0.4, 2, 8];
 
 const $ = (id) => document.getElementById(id);
 const canvas = $('picture');
@@ -25,6 +27,8 @@ const state = {
   duration: 0,
   seconds: 0,
   heat: '',
+  /** What traces: `cpu` or `gpu`. */
+  engine: 'cpu',
   isPlaying: false,
   view,
 };
@@ -40,12 +44,18 @@ const work = {
   /** When something moved last. */
   moved: 0,
   /** Microseconds a pixel, of each of the steps. */
-  costs: [0.4, 2, 8],
+  costs: [...COSTS],
   /** A finer picture that would take longer, in milliseconds, isn't made: the next gesture would wait for it. */
   patience: 4000,
   timer: 0,
+  /** Size and time of the last picture, in words. */
+  said: '',
   /** What the last picture told of itself. */
   shown: null,
+  /** Whether a GPU is open. */
+  hasGpu: false,
+  /** In how many pixels of the view the GPU and the processor differ; null where that isn't known. */
+  differing: null,
 };
 
 // For whoever tests the page.
@@ -64,6 +74,7 @@ function complain(error) {
 /** Something moved: a coarse picture is due at once, finer ones once nothing moves any more. */
 function changed() {
   work.step = -1;
+  work.differing = null;
   work.isSettled = false;
   work.moved = performance.now();
   work.isWanted = true;
@@ -79,17 +90,20 @@ function size(factor) {
 /** More than two pixels for one of the page's aren't seen. */
 const whole = () => Math.min(devicePixelRatio, 2);
 
-const finest = () => ({ ...size(whole()), ...STEPS.at(-1) });
+/** Samples and bounces of one of STEPS: a GPU follows no mirrors. */
+const quality = (step) => ({ ...STEPS[step], ...(state.engine === 'gpu' && { bounces: 0 }) });
+
+const finest = () => ({ ...size(whole()), ...quality(STEPS.length - 1) });
 
 /** Size and samples of the picture that is due. */
 function plan() {
   if (work.step >= 0) {
-    return { ...size(whole()), ...STEPS[work.step] };
+    return { ...size(whole()), ...quality(work.step) };
   }
   // A picture takes about as long as it has pixels.
   const affordable = IN_MOTION / (work.costs[0] * 1e-3);
   const { width, height } = size(1);
-  return { ...size(Math.min(Math.sqrt(affordable / (width * height)), whole())), ...STEPS[0] };
+  return { ...size(Math.min(Math.sqrt(affordable / (width * height)), whole())), ...quality(0) };
 }
 
 async function render() {
@@ -97,7 +111,8 @@ async function render() {
   work.isRendering = true;
   work.isWanted = false;
   const { step } = work;
-  const look = { ...plan(), seconds: state.seconds, camera: view.camera, light: view.light, heat: state.heat || null };
+  const { seconds, engine: by } = state;
+  const look = { ...plan(), seconds, camera: view.camera, light: view.light, engine: by, heat: state.heat || null };
   try {
     const answer = await engine.ask('render', { look });
     // Microseconds a pixel, of the picture's kind.
@@ -105,11 +120,16 @@ async function render() {
     const kind = Math.max(step, 0);
     work.costs[kind] = step < 0 ? 0.5 * (work.costs[kind] + cost) : cost;
     draw(look, answer);
+    if (by === 'gpu' && step === 0 && !work.isWanted) await compare(look);
   } catch (error) {
     complain(error);
     if (error.isBroken) {
       work.isOpen = false;
       engine.restart();
+    }
+    if (by === 'gpu') {
+      work.hasGpu = false;
+      useCpu();
     }
   }
   work.isRendering = false;
@@ -130,8 +150,45 @@ function draw(look, { shown, milliseconds, pixels }) {
   view.show(shown);
   work.shown = shown;
   const samples = look.samples > 1 ? ` · ${look.samples} samples` : '';
-  say(`${look.width}×${look.height}${samples} · ${milliseconds.toFixed(0)} ms`);
+  work.said = `${look.width}×${look.height}${samples} · ${milliseconds.toFixed(0)} ms`;
+  sayPicture();
   tell(shown);
+}
+
+function sayPicture() {
+  const { said, differing } = work;
+  say(differing === null ? said : `${said} · ${differing.toLocaleString('en')} pixels differ from the processor's`);
+}
+
+/** Has the processor trace the GPU's picture as well. */
+async function compare(look) {
+  const { differing } = await engine.ask('differing', { look });
+  work.differing = differing;
+  sayPicture();
+}
+
+function useCpu() {
+  state.engine = $('engine').value = 'cpu';
+  work.costs = [...COSTS];
+  changed();
+}
+
+/** Has pictures traced by another engine, where there is one. */
+async function chooseEngine(name) {
+  if (name === 'cpu') return useCpu();
+  try {
+    if (!work.hasGpu) {
+      say('Opening the GPU…');
+      await engine.ask('openGpu');
+      work.hasGpu = true;
+    }
+    state.engine = $('engine').value = 'gpu';
+    work.costs = [...COSTS];
+    changed();
+  } catch (error) {
+    complain(new Error(`${error.message}. The processor goes on.`));
+    useCpu();
+  }
 }
 
 /** Fills the panel. */
@@ -275,6 +332,7 @@ $('heat').addEventListener('change', (event) => {
   state.heat = event.target.value;
   changed();
 });
+$('engine').addEventListener('change', (event) => chooseEngine(event.target.value));
 $('reset').addEventListener('click', () => {
   view.camera = view.light = null;
   changed();
@@ -315,6 +373,7 @@ addEventListener('hashchange', () => start(fromLink(location.hash)));
 function start(from) {
   state.heat = [...$('heat').options].some((option) => option.value === from.heat) ? from.heat : '';
   $('heat').value = state.heat;
+  if (from.engine !== state.engine) chooseEngine(from.engine);
   const known = from.address?.startsWith('demo:') ? from.address : $('scene').options[1].value;
   return openDemo(known, from);
 }

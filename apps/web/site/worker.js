@@ -1,4 +1,5 @@
-// The engine, on a thread of its own: the page never waits for it. Each order is answered by one message with its number.
+// The engines, on a thread of their own: the page never waits for them. Orders are answered one after the other, each by one
+// message with its number.
 
 import init, { Page } from './umbrage.js';
 
@@ -17,13 +18,15 @@ const answers = {
   async render({ look }) {
     const engine = await page;
     const start = performance.now();
-    const shown = JSON.parse(engine.render(JSON.stringify(look)));
+    const shown = JSON.parse(await engine.render(JSON.stringify(look)));
     const milliseconds = performance.now() - start;
     return { shown, milliseconds, pixels: engine.pixels() };
   },
+  openGpu: async () => ({ name: await (await page).open_gpu() }),
+  differing: async ({ look }) => ({ differing: await (await page).differing(JSON.stringify(look)) }),
 };
 
-onmessage = async ({ data: { number, kind, ...order } }) => {
+async function answer({ number, kind, ...order }) {
   try {
     await page;
     const answer = await answers[kind](order);
@@ -33,4 +36,10 @@ onmessage = async ({ data: { number, kind, ...order } }) => {
     const isBroken = error instanceof WebAssembly.RuntimeError || error instanceof WebAssembly.CompileError;
     postMessage({ number, error: String(error.message ?? error), isBroken });
   }
+}
+
+// An engine that waits for a GPU must not be asked anything else.
+let last = Promise.resolve();
+onmessage = ({ data }) => {
+  last = last.then(() => answer(data));
 };

@@ -18,7 +18,8 @@ pub(crate) fn print() -> anyhow::Result<()> {
         let look = json!({ "width": 320, "height": 180, "seconds": 0.7, "samples": samples, "bounces": bounces });
         let mut studio = Studio::default();
         studio.open_demo(address).map_err(|why| anyhow!(why))?;
-        studio.render(&serde_json::from_value::<Look>(look.clone())?).map_err(|why| anyhow!(why))?;
+        let look_at = serde_json::from_value::<Look>(look.clone())?;
+        pollster::block_on(studio.render(&look_at)).map_err(|why| anyhow!(why))?;
         let case = [("address", address.into()), ("look", look), ("proof", serde_json::to_value(studio.proof())?)];
         cases.push(Map::from_iter(case.map(|(name, value)| (name.to_owned(), value))));
     }

@@ -3,7 +3,7 @@ use std::sync::atomic::Ordering;
 use bytemuck::Pod;
 
 use crate::memory::Taken;
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, platform};
 
 /// What a buffer has that nothing was reserved in: none can be empty.
 const EMPTY_BYTES: u64 = 16;
@@ -70,7 +70,7 @@ impl Buffer {
             self.taken = gpu.memory.take(room);
             let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
             self.buffer = create(gpu, self.name, if self.taken.is_some() { room } else { EMPTY_BYTES }, self.usage);
-            let is_refused = pollster::block_on(memory.pop()).is_some();
+            let is_refused = platform::is_refused(memory);
             if is_refused || self.taken.is_none() {
                 // A buffer that the driver has refused says that it has its size.
                 self.buffer = create(gpu, self.name, EMPTY_BYTES, self.usage);
@@ -127,46 +127,19 @@ impl Buffer {
         }
     }
 
-    /// Waits for all that was submitted, then gives the first `len` elements.
+    /// Waits for all that was submitted, then gives the first `len` elements, which are whole words. A frame's are better
+    /// [fetched](crate::Recorder::fetch) with it.
     ///
     /// # Errors
     /// Where the device is lost or has reported an error.
     ///
     /// # Panics
     /// If the buffer is smaller than that.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn read<T: Pod>(&self, gpu: &Gpu, len: usize) -> Result<Vec<T>, GpuError> {
-        let mut contents = vec![T::zeroed(); len];
-        self.read_into(gpu, &mut contents)?;
-        Ok(contents)
-    }
-
-    /// Waits for all that was submitted, then fills `contents` from the buffer's start.
-    ///
-    /// # Errors
-    /// Where the device is lost or has reported an error.
-    ///
-    /// # Panics
-    /// If the buffer is smaller than that.
-    pub fn read_into<T: Pod>(&self, gpu: &Gpu, contents: &mut [T]) -> Result<(), GpuError> {
-        let bytes = size_of_val(contents) as u64;
-        assert!(bytes <= self.bytes(), "{}: {bytes} bytes of {}", self.name, self.bytes());
-        if bytes == 0 {
-            return gpu.wait();
-        }
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = create(gpu, self.name, bytes.next_multiple_of(4), usage);
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(self.name) });
-        encoder.copy_buffer_to_buffer(&self.buffer, 0, &staging, 0, bytes.next_multiple_of(4));
-        gpu.queue.submit([encoder.finish()]);
-        let (tell, told) = std::sync::mpsc::channel();
-        staging.map_async(wgpu::MapMode::Read, .., move |mapped| drop(tell.send(mapped)));
-        gpu.wait()?;
-        // Of a device that others use as well, another thread may be the one that finds it mapped.
-        let lost = |cause: String| GpuError::Lost(cause);
-        told.recv().map_err(|cause| lost(cause.to_string()))?.map_err(|cause| lost(cause.to_string()))?;
-        let mapped = staging.get_mapped_range(..).map_err(|cause| GpuError::Lost(cause.to_string()))?;
-        bytemuck::cast_slice_mut(contents).copy_from_slice(&mapped[..bytes as usize]);
-        Ok(())
+        let mut recorder = crate::Recorder::new(gpu);
+        let fetch = recorder.fetch(self, (len * size_of::<T>() / 4) as u64);
+        recorder.submit_and_wait()?.read(fetch)
     }
 
     /// How many bytes it has room for.

@@ -1,10 +1,18 @@
+#[cfg(target_arch = "wasm32")]
+pub(crate) mod browser;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) mod native;
+
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, OnceLock};
-use std::time::{Duration, Instant};
 
 use crate::GpuError;
 use crate::memory::Memory;
+
+#[cfg(target_arch = "wasm32")]
+pub(crate) use browser as platform;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use native as platform;
 
 /// A GPU that is ready to work. Clones are the same device.
 #[derive(Clone, Debug)]
@@ -20,6 +28,7 @@ pub struct Gpu {
     /// Why the device is lost, if it is: from then on it answers anything with errors of any kind.
     loss: Arc<OnceLock<String>>,
     /// Whether someone else works on the device as well.
+    #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "only whoever waits has to know"))]
     is_shared: bool,
 }
 
@@ -51,23 +60,6 @@ pub enum DeviceLimits {
 }
 
 impl Adapter {
-    /// All adapters of this machine, GPUs before software, in an order of the driver's otherwise.
-    #[must_use]
-    pub fn all() -> Vec<Self> {
-        let mut all: Vec<_> = enumerate().iter().map(Self::of).collect();
-        all.sort_by_key(|adapter| adapter.is_software);
-        all
-    }
-
-    /// The first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software adapter,
-    /// where `name` is empty.
-    ///
-    /// # Errors
-    /// Where there is no such adapter.
-    pub fn find(name: &str) -> Result<Self, GpuError> {
-        choose(name).map(|(info, _)| info)
-    }
-
     /// What wgpu says about an adapter.
     #[must_use]
     pub fn of(adapter: &wgpu::Adapter) -> Self {
@@ -83,21 +75,11 @@ impl Adapter {
 }
 
 impl Gpu {
-    /// For so long a shared device is asked again and again whether it is done: a frame has several small readbacks.
-    const SHORT_WAIT: Duration = Duration::from_micros(300);
-    /// How often it is asked from then on.
-    const STEP_OF_WAITING: Duration = Duration::from_micros(200);
-
-    /// Opens the first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software
-    /// adapter, where `name` is empty.
-    ///
-    /// # Errors
-    /// Where there is no such adapter, or it can't be opened.
-    pub fn open(name: &str, limits: DeviceLimits) -> Result<Self, GpuError> {
-        let (info, adapter) = choose(name)?;
-        let descriptor = Self::descriptor(&adapter, limits)?;
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
+    async fn of_adapter(info: Adapter, adapter: &wgpu::Adapter, limits: DeviceLimits) -> Result<Self, GpuError> {
+        let descriptor = Self::descriptor(adapter, limits)?;
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) =
+            opened.map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
         let memory = match limits {
             DeviceLimits::Memory(bytes) => bytes,
             DeviceLimits::Adapter | DeviceLimits::Portable | DeviceLimits::Buffers(_) => u64::MAX,
@@ -223,64 +205,6 @@ impl Gpu {
             None => trouble.map_or(Ok(()), Err),
         }
     }
-
-    /// Waits until all that was submitted is done.
-    ///
-    /// # Errors
-    /// Where the device is lost.
-    pub fn wait(&self) -> Result<(), GpuError> {
-        if self.is_shared {
-            return self.wait_beside_others();
-        }
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        waited.map_err(|cause| GpuError::Lost(cause.to_string())).and_then(|_| self.check())
-    }
-
-    /// [`Gpu::wait`] without the locks that wgpu holds while it waits: nobody else could present a window meanwhile.
-    fn wait_beside_others(&self) -> Result<(), GpuError> {
-        let lost = |cause: String| GpuError::Lost(cause);
-        let (tell, told) = mpsc::channel();
-        self.queue.on_submitted_work_done(move || {
-            tell.send(()).ok();
-        });
-        let start = Instant::now();
-        loop {
-            // With a time limit of wgpu's own, wgpu 30 panics now and then where others poll as well (gfx-rs/wgpu#9958).
-            self.device.poll(wgpu::PollType::Poll).map_err(|cause| lost(cause.to_string()))?;
-            let is_short = start.elapsed() < Self::SHORT_WAIT;
-            match told.recv_timeout(if is_short { Duration::ZERO } else { Self::STEP_OF_WAITING }) {
-                Ok(()) => return self.check(),
-                Err(RecvTimeoutError::Timeout) if self.loss.get().is_none() => {}
-                Err(cause) => return self.check().and(Err(lost(cause.to_string()))),
-            }
-            if is_short {
-                std::thread::yield_now();
-            }
-        }
-    }
-}
-
-fn enumerate() -> Vec<wgpu::Adapter> {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.flags = Gpu::instance_flags();
-    let instance = wgpu::Instance::new(descriptor);
-    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
-}
-
-/// The first adapter whose name contains `name`, GPUs before software.
-fn choose(name: &str) -> Result<(Adapter, wgpu::Adapter), GpuError> {
-    let wanted = name.to_lowercase();
-    let mut found: Vec<_> = enumerate().into_iter().map(|adapter| (Adapter::of(&adapter), adapter)).collect();
-    found.sort_by_key(|(info, _)| info.is_software);
-    let names = found.iter().map(|(info, _)| info.name.clone()).collect::<Vec<_>>().join(", ");
-    let chosen = found.into_iter().find(|(info, _)| info.name.to_lowercase().contains(&wanted));
-    chosen.ok_or_else(|| {
-        GpuError::NoAdapter(if names.is_empty() {
-            "was found: install a Vulkan driver (on Debian, mesa-vulkan-drivers has one in software)".to_owned()
-        } else {
-            format!("has \"{name}\" in its name; there is {names}")
-        })
-    })
 }
 
 /// Checks that what is needed is there.

@@ -1,3 +1,6 @@
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
 use crate::link::{link, link_text, shared_constants};
 use crate::{Buffer, Gpu};
 
@@ -7,7 +10,19 @@ pub struct Kernel {
     name: &'static str,
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
+    /// Buffers that it ran over, those of the last time at the end: frames bring the same ones again.
+    bound: Mutex<VecDeque<Bound>>,
 }
+
+/// Buffers in the order of a shader's bindings.
+#[derive(Debug)]
+struct Bound {
+    buffers: Vec<wgpu::Buffer>,
+    group: wgpu::BindGroup,
+}
+
+/// For so many lists of buffers a kernel keeps what binds them: a scan runs over that many in a frame.
+const MOST_BOUND: usize = 16;
 
 shared_constants! { "dispatch":
     /// Workgroups of a row.
@@ -78,7 +93,7 @@ impl Kernel {
                 compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 cache: None,
             });
-            Self { name: entry, pipeline, layout: layout.clone() }
+            Self { name: entry, pipeline, layout: layout.clone(), bound: Mutex::default() }
         })
     }
 
@@ -87,21 +102,8 @@ impl Kernel {
     /// # Panics
     /// If the kernel has another number of bindings.
     pub fn dispatch(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, buffers: &[&Buffer], groups: Groups<'_>) {
-        let entries: Vec<_> = buffers
-            .iter()
-            .enumerate()
-            .map(|(index, buffer)| wgpu::BindGroupEntry {
-                binding: index as u32,
-                resource: buffer.raw().as_entire_binding(),
-            })
-            .collect();
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(self.name),
-            layout: &self.layout,
-            entries: &entries,
-        });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
+        pass.set_bind_group(0, &self.bind(gpu, buffers), &[]);
         match groups {
             Groups::Flat(0) => {}
             Groups::Flat(count) => {
@@ -109,6 +111,37 @@ impl Kernel {
             }
             Groups::Indirect(counts, word) => pass.dispatch_workgroups_indirect(counts.raw(), u64::from(word) * 4),
         }
+    }
+}
+
+impl Kernel {
+    /// What binds these buffers.
+    fn bind(&self, gpu: &Gpu, buffers: &[&Buffer]) -> wgpu::BindGroup {
+        // Nobody panics while it is locked.
+        let mut bound = self.bound.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_same = |of: &Bound| of.buffers.iter().eq(buffers.iter().map(|buffer| buffer.raw()));
+        if let Some(index) = bound.iter().position(is_same)
+            && let Some(same) = bound.remove(index)
+        {
+            let group = same.group.clone();
+            bound.push_back(same);
+            return group;
+        }
+        let entries = buffers
+            .iter()
+            .zip(0..)
+            .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.raw().as_entire_binding() });
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.name),
+            layout: &self.layout,
+            entries: &entries.collect::<Vec<_>>(),
+        });
+        if bound.len() == MOST_BOUND {
+            bound.pop_front();
+        }
+        let buffers = buffers.iter().map(|buffer| buffer.raw().clone()).collect();
+        bound.push_back(Bound { buffers, group: group.clone() });
+        group
     }
 }
 

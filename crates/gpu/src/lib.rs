@@ -33,6 +33,7 @@ mod view;
 pub use band::Band;
 pub use buffer::Buffer;
 pub use camera::{CameraGrid, CameraOptions, CameraWork, Sight};
+use device::platform;
 pub use device::{Adapter, DeviceLimits, Gpu};
 pub use error::GpuError;
 pub use fit::Fit;
@@ -41,7 +42,7 @@ pub use kernel::{Groups, Kernel};
 pub use light::{LightGrid, LightOptions, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
-pub use recorder::{Recorder, StageTime};
+pub use recorder::{Done, Fetch, Recorder, StageTime};
 pub use wgpu;
 
 /// What `umbrage-study` and tests need of the crate's inside. Not part of the public API.

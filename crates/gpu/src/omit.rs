@@ -1,6 +1,6 @@
 use umbrage_rays::{Omitted, OmittedKind};
 
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use crate::{Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// The stage `omit`: which triangles no ray can hit, for scenes whose positions only the GPU knows.
 #[derive(Debug)]
@@ -8,6 +8,7 @@ pub struct Omit {
     kernel: Kernel,
     size: Buffer,
     omitted: Buffer,
+    fetch: Fetch,
     triangles: u32,
 }
 
@@ -27,7 +28,7 @@ impl Omit {
         let mut omitted = Buffer::storage(gpu, "omitted triangles");
         omitted.reserve(gpu, (Self::KINDS * Self::WORDS * 4) as u64)?;
         let (kernel, size) = (Kernel::new(gpu, "omit", "omit", &[]), Buffer::uniform(gpu, "omit size"));
-        Ok(Self { kernel, size, omitted, triangles: 0 })
+        Ok(Self { kernel, size, omitted, fetch: Fetch::default(), triangles: 0 })
     }
 
     /// Makes ready for the triangles of `geometry`, until it is called again.
@@ -40,20 +41,24 @@ impl Omit {
     }
 
     /// Counts them.
-    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
+    pub fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
         recorder.clear(&self.omitted);
         recorder.stage("omit", |pass| {
             let buffers = [&self.size, geometry.positions(), geometry.triangles(), &self.omitted];
             self.kernel.dispatch(gpu, pass, &buffers, Groups::Flat(self.triangles.div_ceil(Self::WIDTH)));
         });
+        self.fetch = recorder.fetch(&self.omitted, (Self::KINDS * Self::WORDS) as u64);
     }
 
-    /// Waits for the stage, then gives what it found.
+    /// What the stage found that is done.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub fn omitted(&self, gpu: &Gpu) -> Result<Omitted, GpuError> {
-        let words: Vec<u32> = self.omitted.read(gpu, Self::KINDS * Self::WORDS)?;
+    ///
+    /// # Panics
+    /// If the stage isn't in what is done.
+    pub fn omitted(&self, done: &Done) -> Result<Omitted, GpuError> {
+        let words: Vec<u32> = done.read(self.fetch)?;
         let kind = |index: usize| {
             let words = &words[index * Self::WORDS..][..Self::WORDS];
             let ids = words[1..].iter().take(words[0] as usize);

@@ -1,12 +1,65 @@
-use crate::{Buffer, Gpu, GpuError};
+use bytemuck::Pod;
 
-/// Collects a frame's stages, then submits them at once.
+use crate::{Buffer, Gpu, GpuError, platform};
+
+/// Collects a frame's stages and what is fetched after them, then submits all of it at once.
 #[derive(Debug)]
 pub struct Recorder<'a> {
     gpu: &'a Gpu,
     encoder: wgpu::CommandEncoder,
     queries: Option<wgpu::QuerySet>,
     names: Vec<&'static str>,
+    /// Copies that the CPU can read.
+    fetched: Vec<wgpu::Buffer>,
+}
+
+/// What a [`Recorder`] was told to fetch: the key to it in its [`Done`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Fetch {
+    index: usize,
+    bytes: usize,
+}
+
+/// What was submitted, and is done.
+#[derive(Debug)]
+pub struct Done {
+    /// How long each stage took; of stages of the same name the sum; nothing where the device has no timestamps.
+    pub times: Vec<StageTime>,
+    fetched: Vec<wgpu::Buffer>,
+}
+
+impl Done {
+    /// What was fetched.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    ///
+    /// # Panics
+    /// If the key is of another [`Recorder`], or isn't a whole number of `T`.
+    pub fn read<T: Pod>(&self, fetch: Fetch) -> Result<Vec<T>, GpuError> {
+        assert_eq!(fetch.bytes % size_of::<T>(), 0, "whole elements");
+        let mut contents = vec![T::zeroed(); fetch.bytes / size_of::<T>()];
+        self.read_into(fetch, &mut contents)?;
+        Ok(contents)
+    }
+
+    /// As [`Done::read`], into memory that is there.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    ///
+    /// # Panics
+    /// If the key is of another [`Recorder`], or `contents` are another number of bytes.
+    pub fn read_into<T: Pod>(&self, fetch: Fetch, contents: &mut [T]) -> Result<(), GpuError> {
+        assert_eq!(fetch.bytes, size_of_val(contents), "as many as were fetched");
+        if fetch.bytes == 0 {
+            return Ok(());
+        }
+        let mapped = self.fetched[fetch.index].get_mapped_range(..);
+        let mapped = mapped.map_err(|cause| GpuError::Lost(cause.to_string()))?;
+        bytemuck::cast_slice_mut(contents).copy_from_slice(&mapped[..fetch.bytes]);
+        Ok(())
+    }
 }
 
 /// How long a stage took on the GPU.
@@ -33,7 +86,7 @@ impl<'a> Recorder<'a> {
             })
         });
         let encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        Self { gpu, encoder, queries, names: Vec::new() }
+        Self { gpu, encoder, queries, names: Vec::new(), fetched: Vec::new() }
     }
 
     /// Records one stage: all that `record` dispatches, in order.
@@ -105,28 +158,67 @@ impl<'a> Recorder<'a> {
         );
     }
 
-    /// Submits all stages. The function that it returns waits for them and gives each one's time; of stages of the same
-    /// name the sum; nothing where the device has no timestamps.
-    pub fn submit(mut self) -> impl FnOnce() -> Result<Vec<StageTime>, GpuError> + use<'a> {
-        let count = 2 * (self.names.len() as u32).min(MOST_STAGES);
-        let mut times = Buffer::storage_for_queries(self.gpu);
-        let reserved = times.reserve(self.gpu, u64::from(count) * 8);
-        if let (Some(queries), Ok(())) = (&self.queries, &reserved)
-            && count > 0
-        {
-            self.encoder.resolve_query_set(queries, 0..count, times.raw(), 0);
+    /// Fetches the first `words` words of a buffer, as they are after what is recorded so far.
+    pub fn fetch(&mut self, buffer: &Buffer, words: u64) -> Fetch {
+        self.fetch_from(buffer, 0, words)
+    }
+
+    /// Fetches `words` words of a buffer from its word `first` on.
+    ///
+    /// # Panics
+    /// If the buffer is smaller than that.
+    pub fn fetch_from(&mut self, buffer: &Buffer, first: u64, words: u64) -> Fetch {
+        let (first, bytes) = (4 * first, 4 * words);
+        assert!(first + bytes <= buffer.bytes(), "{} bytes of {}", first + bytes, buffer.bytes());
+        if bytes == 0 {
+            return Fetch::default();
         }
+        let copy = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("fetched"),
+            size: bytes,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.encoder.copy_buffer_to_buffer(buffer.raw(), first, &copy, 0, bytes);
+        self.fetched.push(copy);
+        Fetch { index: self.fetched.len() - 1, bytes: bytes as usize }
+    }
+
+    /// Submits all that was recorded. What it returns waits for that: where it is awaited natively, its thread does; in a
+    /// browser the page goes on meanwhile.
+    pub fn submit(mut self) -> impl Future<Output = Result<Done, GpuError>> + use<'a> {
+        let ticks = self.fetch_ticks();
         self.gpu.queue.submit([self.encoder.finish()]);
-        let (gpu, names, has_times) = (self.gpu, self.names, self.queries.is_some());
-        move || {
-            reserved?;
-            if !has_times {
-                gpu.wait()?;
-                return Ok(Vec::new());
+        let Self { gpu, names, fetched, .. } = self;
+        async move {
+            let ticks = ticks?;
+            platform::map_all(gpu, &fetched).await?;
+            let mut done = Done { times: Vec::new(), fetched };
+            if let Some(ticks) = ticks {
+                let ticks: Vec<u64> = done.read(ticks)?;
+                done.times = sum_by_name(&names, &ticks, f64::from(gpu.queue.get_timestamp_period()));
             }
-            let ticks: Vec<u64> = times.read(gpu, count as usize)?;
-            Ok(sum_by_name(&names, &ticks, f64::from(gpu.queue.get_timestamp_period())))
+            Ok(done)
         }
+    }
+
+    /// Submits all that was recorded, and waits for it.
+    ///
+    /// # Errors
+    /// Where the device is lost or has reported an error.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn submit_and_wait(self) -> Result<Done, GpuError> {
+        pollster::block_on(self.submit())
+    }
+
+    /// Fetches when each stage began and ended, where the device has timestamps.
+    fn fetch_ticks(&mut self) -> Result<Option<Fetch>, GpuError> {
+        let count = 2 * (self.names.len() as u32).min(MOST_STAGES);
+        let Some(queries) = self.queries.as_ref().filter(|_| count > 0) else { return Ok(None) };
+        let mut ticks = Buffer::storage_for_queries(self.gpu);
+        ticks.reserve(self.gpu, u64::from(count) * 8)?;
+        self.encoder.resolve_query_set(queries, 0..count, ticks.raw(), 0);
+        Ok(Some(self.fetch(&ticks, 2 * u64::from(count))))
     }
 }
 

@@ -2,6 +2,9 @@
 //! rounding.
 
 use std::fmt::Debug;
+use std::mem;
+use std::pin::Pin;
+use std::task::{Context, Poll};
 
 use umbrage_rays::{LightMask, SeenPixels, View, Work};
 use umbrage_scene::{Frame, Light, Scene};
@@ -54,6 +57,32 @@ impl Output {
     }
 }
 
+/// How a stage went: known at once on the CPU; of a GPU's there may be something to wait for.
+pub(crate) enum Outcome<'a> {
+    Known(Result<(), Error>),
+    #[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "the CPU's are known"))]
+    Awaited(Pin<Box<dyn Future<Output = Result<(), Error>> + 'a>>),
+}
+
+#[cfg(feature = "gpu")]
+impl<'a> Outcome<'a> {
+    pub(crate) fn of(stage: impl Future<Output = Result<(), Error>> + 'a) -> Self {
+        Self::Awaited(Box::pin(stage))
+    }
+}
+
+impl Future for Outcome<'_> {
+    type Output = Result<(), Error>;
+
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        match self.get_mut() {
+            // Futures aren't polled again once they are ready.
+            Self::Known(known) => Poll::Ready(mem::replace(known, Ok(()))),
+            Self::Awaited(stage) => stage.as_mut().poll(context),
+        }
+    }
+}
+
 /// The stages of a frame, in the order in which they are called, and what is known after them.
 ///
 /// Each stage counts its time in the [`Stats`]. Between stages of a sample a GPU has nothing to say to the CPU: it does
@@ -96,14 +125,14 @@ pub(crate) trait Engine: Debug + Send + Sync {
     }
 
     /// Adds each pixel's radiance at these samples to the film, or to what [develop](Self::develop) brings there.
-    fn shade(
-        &mut self,
-        staged: &Staged<'_>,
+    fn shade<'a>(
+        &'a mut self,
+        staged: &'a Staged<'a>,
         band: usize,
-        samples: &Samples,
-        film: &mut Film,
-        stats: &mut Stats,
-    ) -> Result<(), Error>;
+        samples: &'a Samples,
+        film: &'a mut Film,
+        stats: &'a mut Stats,
+    ) -> Outcome<'a>;
 
     /// Adds to the layers that are asked for. `next` is where the scene will be, for those samples that motion is taken of.
     fn layers(
@@ -117,15 +146,15 @@ pub(crate) trait Engine: Debug + Send + Sync {
     }
 
     /// Brings a band, summed over all samples, to the output, if it isn't there: the CPU shades into the film itself.
-    fn develop(
-        &mut self,
-        _staged: &Staged<'_>,
+    fn develop<'a>(
+        &'a mut self,
+        _staged: &'a Staged<'a>,
         _band: usize,
         _output: Output,
-        _film: &mut Film,
-        _stats: &mut Stats,
-    ) -> Result<(), Error> {
-        Ok(())
+        _film: &'a mut Film,
+        _stats: &'a mut Stats,
+    ) -> Outcome<'a> {
+        Outcome::Known(Ok(()))
     }
 
     /// The texture that the last frame was rendered to.
@@ -161,5 +190,5 @@ pub(crate) trait Engine: Debug + Send + Sync {
     }
 
     /// Adds what the engine alone knows of a frame's cost to what is known of its triangles, film and camera rays.
-    fn count(&self, frame: &Frame, stats: &mut Stats) -> Result<(), Error>;
+    fn count(&self, frame: &Frame, stats: &mut Stats);
 }

@@ -106,9 +106,16 @@ pub enum Error {
     /// Angles were given for a light map that has none.
     #[error("`light-clamp` divides angles, which only a spherical light map has: set `light-map` to spherical as well")]
     LightClampOfFaces,
+    /// The library was compiled without the feature `structures`.
+    #[error("{0} was left out when this was compiled: the feature `structures` has it")]
+    StructureLeftOut(&'static str),
     /// A GPU was asked to follow mirrors.
     #[error("mirrors and glass are followed on the CPU alone: a GPU takes 0 bounces")]
     BouncesOnGpu,
+    /// A GPU in a browser was to be waited for: [`Renderer::render_async`](crate::Renderer::render_async) gives the page its
+    /// turn.
+    #[error("in a browser a GPU can't be waited for: await `render_async`")]
+    WaitsInBrowser,
     /// Somebody doesn't want the frame any more: [`Progress::stop`](crate::Progress::stop).
     #[error("the picture was stopped before it was done")]
     Stopped,
@@ -176,6 +183,7 @@ impl Error {
                 | Self::Bounces(_)
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
+                | Self::StructureLeftOut(_)
                 | Self::BouncesOnGpu
                 | Self::OcclusionOnGpu
                 | Self::NoiseOnGpu

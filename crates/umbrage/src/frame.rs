@@ -23,7 +23,7 @@ impl Renderer {
     /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, layers, develop. Where it is seen through a
     /// wide lens or an open shutter, or lit from more than points, it is the mean of exact frames, each at another point
     /// of these.
-    pub(crate) fn render_subject(
+    pub(crate) async fn render_subject(
         &mut self,
         subject: Subject<'_>,
         settings: &Settings,
@@ -64,7 +64,7 @@ impl Renderer {
                 let (exposed, samples) = exposure.of(&staged, &samples, &spread, &mut lights);
                 engine.see(&exposed, &samples, stats)?;
                 engine.shadow(&exposed, &samples, stats)?;
-                engine.shade(&exposed, band, &samples, film, stats)?;
+                engine.shade(&exposed, band, &samples, film, stats).await?;
                 // Pixels' first samples say what moves.
                 let next = if number == 0 { Next::of(subject, posed_at, &staged, next)? } else { None };
                 engine.layers(&exposed, &samples, next.as_ref(), film, stats);
@@ -75,12 +75,13 @@ impl Renderer {
                     break;
                 }
             }
-            engine.develop(&staged, band, output, film, stats)?;
+            engine.develop(&staged, band, output, film, stats).await?;
         }
         film.average(taken);
         frame.materials.check_textures()?;
 
-        stats.count(&staged, taken, film, engine)
+        stats.count(&staged, taken, film, engine);
+        Ok(())
     }
 }
 

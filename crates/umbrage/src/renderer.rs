@@ -1,5 +1,7 @@
+use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::task::{Context, Poll, Waker};
 
 use umbrage_rays::{LightMask, SeenPixels, SimdLevel, View, Work};
 use umbrage_scene::{Frame, Scene};
@@ -98,7 +100,17 @@ impl Renderer {
     /// # Errors
     /// Where the scene can't be posed, the image is too large, or a setting makes no sense.
     pub fn render(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
-        self.render_subject(Subject::Moment(scene, seconds), settings, Output::Film)?;
+        at_once(self.render_subject(Subject::Moment(scene, seconds), settings, Output::Film))?;
+        Ok(&self.film)
+    }
+
+    /// As [`Renderer::render`], for a browser, where a GPU can't be waited for without giving the page its turn. Elsewhere
+    /// the thread that awaits it waits.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub async fn render_async(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> Result<&Film, Error> {
+        self.render_subject(Subject::Moment(scene, seconds), settings, Output::Film).await?;
         Ok(&self.film)
     }
 
@@ -120,7 +132,7 @@ impl Renderer {
         seconds: f64,
         settings: &Settings,
     ) -> Result<umbrage_gpu::wgpu::Texture, Error> {
-        self.render_subject(Subject::Moment(scene, seconds), settings, Output::Texture)?;
+        at_once(self.render_subject(Subject::Moment(scene, seconds), settings, Output::Texture))?;
         self.engine.texture().ok_or(Error::TextureOnCpu)
     }
 
@@ -166,7 +178,16 @@ impl Renderer {
     /// Where the frame is not what [`Frame::check`] asks for, the image is too large, or a setting makes no sense. A frame
     /// that is refused leaves the last one as it was.
     pub fn render_frame(&mut self, frame: &Frame, settings: &Settings) -> Result<&Film, Error> {
-        self.render_subject(Subject::Frame(frame), settings, Output::Film)?;
+        at_once(self.render_subject(Subject::Frame(frame), settings, Output::Film))?;
+        Ok(&self.film)
+    }
+
+    /// As [`Renderer::render_frame`], for a browser: see [`Renderer::render_async`].
+    ///
+    /// # Errors
+    /// As [`Renderer::render_frame`].
+    pub async fn render_frame_async(&mut self, frame: &Frame, settings: &Settings) -> Result<&Film, Error> {
+        self.render_subject(Subject::Frame(frame), settings, Output::Film).await?;
         Ok(&self.film)
     }
 
@@ -241,5 +262,14 @@ impl Renderer {
     #[must_use]
     pub fn frame(&self) -> &Frame {
         self.engine.whole_frame(&self.posed)
+    }
+}
+
+/// What a frame comes to that nothing has to be awaited for: all but a GPU's in a browser, since elsewhere engines wait
+/// on their threads.
+fn at_once(frame: impl Future<Output = Result<(), Error>>) -> Result<(), Error> {
+    match pin!(frame).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(result) => result,
+        Poll::Pending => Err(Error::WaitsInBrowser),
     }
 }

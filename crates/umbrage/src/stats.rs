@@ -3,8 +3,8 @@ use umbrage_rays::Omitted;
 use umbrage_scene::TextureTraffic;
 use web_time::Instant;
 
+use crate::Film;
 use crate::engine::{Engine, Staged};
-use crate::{Error, Film};
 
 /// What a frame cost.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -102,13 +102,7 @@ impl Stats {
     }
 
     /// Counts a frame that is done.
-    pub(crate) fn count(
-        &mut self,
-        staged: &Staged<'_>,
-        samples: u32,
-        film: &Film,
-        engine: &dyn Engine,
-    ) -> Result<(), Error> {
+    pub(crate) fn count(&mut self, staged: &Staged<'_>, samples: u32, film: &Film, engine: &dyn Engine) {
         let Staged { frame, lights, view, .. } = staged;
         self.samples = samples;
         self.triangles = frame.mesh.triangles.len();
@@ -118,7 +112,7 @@ impl Stats {
         self.frame_bytes = frame.bytes();
         self.textures = frame.materials.texture_traffic();
         self.pixel_bytes = film.bytes();
-        engine.count(frame, self)
+        engine.count(frame, self);
     }
 
     /// Counts what the predicate settled of camera rays and of shadow rays, once it is known how many of these there were.

@@ -45,6 +45,9 @@ impl Structure {
     /// The uniform grid with its default options.
     pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
 
+    /// Whether there is more than the default and the hierarchy: those who count bytes leave the others out.
+    pub(crate) const HAS_ALL: bool = cfg!(feature = "structures");
+
     /// The kd-tree that is built fastest.
     pub const KD_TREE: Self = Self::KdTree(KdTreeOptions::FAST, KdRebuild::Whole);
 
@@ -99,6 +102,8 @@ impl Structure {
     ) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
         Ok(match *self {
             Self::Perspective => Box::new(DirectGrids::with_level(level)),
+            Self::Bvh => Box::new(Bvh::with_level(level)),
+            _ if !Self::HAS_ALL => return Err(Error::StructureLeftOut(self.name())),
             Self::Listed { camera, light } => Box::new(ListedGrids::with_options(level, camera, light)),
             Self::Grid(mut options) => {
                 if sends_rays_onward {
@@ -110,7 +115,6 @@ impl Structure {
                 Box::new(grid)
             }
             Self::KdTree(options, rebuild) => kd_tree::make(level, options, rebuild)?,
-            Self::Bvh => Box::new(Bvh::with_level(level)),
         })
     }
 }

@@ -1,14 +1,15 @@
-//! What the page asks of the CPU engine, as JavaScript sees it: a [`Page`] opens scenes and renders them into pictures of
+//! What the page asks of the engines, as JavaScript sees it: a [`Page`] opens scenes and renders them into pictures of
 //! RGBA. What goes in and what comes back, but for files and pixels, is JSON: [`Look`] and [`Shown`].
 
 mod look;
 mod proof;
 mod studio;
+mod tracers;
 
 use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use wasm_bindgen::prelude::*;
 
-pub use look::{Look, LookAt, Opened, Shown};
+pub use look::{Engine, Look, LookAt, Opened, Shown};
 pub use proof::Proof;
 pub use studio::Studio;
 
@@ -56,9 +57,32 @@ impl Page {
     ///
     /// # Errors
     /// Where there is no scene, or `look` asks for what can't be.
-    pub fn render(&mut self, look: &str) -> Result<String, JsError> {
-        let look: Look = serde_json::from_str(look).map_err(|cause| JsError::new(&format!("the look: {cause}")))?;
-        self.studio.render(&look).map(|shown| json(&shown)).map_err(error)
+    pub async fn render(&mut self, look: String) -> Result<String, JsError> {
+        self.studio.render(&read(&look)?).await.map(|shown| json(&shown)).map_err(error)
+    }
+
+    /// Opens the GPU that the browser prefers, for looks that ask for it. Its name.
+    ///
+    /// # Errors
+    /// Where the browser has no WebGPU, or its device can't do what is needed.
+    #[cfg(target_arch = "wasm32")]
+    pub async fn open_gpu(&mut self) -> Result<String, JsError> {
+        use umbrage::gpu::{DeviceLimits, Gpu};
+        let gpu =
+            Gpu::open_in_browser(DeviceLimits::Adapter).await.map_err(|cause| JsError::new(&cause.to_string()))?;
+        let name = gpu.adapter().name.clone();
+        let renderer = umbrage::Renderer::with_gpu(gpu).map_err(|cause| JsError::new(&cause.to_string()))?;
+        self.studio.use_gpu(renderer);
+        Ok(name)
+    }
+
+    /// In how many pixels of the last picture, which a GPU rendered by `look`, the processor finds another triangle, or
+    /// another light's shadow.
+    ///
+    /// # Errors
+    /// As [`Page::render`].
+    pub async fn differing(&mut self, look: String) -> Result<u32, JsError> {
+        self.studio.differing(&read(&look)?).await.map_err(error)
     }
 
     /// The last picture: four bytes a pixel, opaque RGBA, in rows from the upper left corner.
@@ -84,6 +108,10 @@ impl Page {
     pub fn proof(&self) -> String {
         json(&self.studio.proof())
     }
+}
+
+fn read(look: &str) -> Result<Look, JsError> {
+    serde_json::from_str(look).map_err(|cause| JsError::new(&format!("the look: {cause}")))
 }
 
 fn json(value: &impl serde::Serialize) -> String {

@@ -20,6 +20,8 @@ pub struct Look {
     pub camera: Option<LookAt>,
     /// Where the first light is moved to, in world space; a spot keeps to what it looks at, a sun to its side of the scene.
     pub light: Option<[f32; 3]>,
+    /// What finds and shades it.
+    pub engine: Engine,
     /// The name of a [heat map](umbrage::HeatKind), in place of the picture.
     pub heat: Option<String>,
 }
@@ -27,8 +29,29 @@ pub struct Look {
 impl Default for Look {
     fn default() -> Self {
         let (samples, bounces) = (1, 0);
-        Self { width: 640, height: 360, seconds: 0.0, samples, bounces, camera: None, light: None, heat: None }
+        Self {
+            width: 640,
+            height: 360,
+            seconds: 0.0,
+            samples,
+            bounces,
+            camera: None,
+            light: None,
+            engine: Engine::Cpu,
+            heat: None,
+        }
     }
+}
+
+/// What finds and shades a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    /// The processor, on one thread.
+    #[default]
+    Cpu,
+    /// The GPU that [`Studio::use_gpu`](crate::Studio::use_gpu) was given. It follows no mirrors.
+    Gpu,
 }
 
 /// A perspective camera, the world's Y axis upwards.

@@ -1,18 +1,21 @@
+use std::mem;
+
 use glam::Vec3;
 use umbrage::rays::{Bounds, LightSource, Projection};
-use umbrage::scene::{Frame, OpenOptions};
-use umbrage::{CameraChoice, HeatKind, HeatScale, Renderer, Scene, Settings, Stage, WorkCounts, gallery};
+use umbrage::scene::OpenOptions;
+use umbrage::{CameraChoice, HeatKind, HeatScale, Renderer, Scene, Stage, WorkCounts, gallery};
 use web_time::Instant;
 
+use crate::tracers::{Tracers, settings};
 use crate::{Look, LookAt, Opened, Proof, Shown};
+
+const NO_SCENE: &str = "there is no scene yet";
 
 /// A scene, what renders it, and the last picture.
 #[derive(Debug, Default)]
 pub struct Studio {
     scene: Option<Scene>,
-    renderer: Renderer,
-    /// The moment whose light was moved.
-    frame: Frame,
+    tracers: Tracers,
     /// Counts work for heat maps.
     counter: Renderer,
     counts: WorkCounts,
@@ -42,54 +45,41 @@ impl Studio {
 
     fn show(&mut self, scene: Scene) -> Result<Opened, String> {
         let opened = Opened { duration_seconds: scene.duration_seconds(), warnings: scene.warnings().to_vec() };
-        *self = Self { scene: Some(scene), ..Self::default() };
+        let mut tracers = mem::take(&mut self.tracers);
+        tracers.forget_scene();
+        *self = Self { scene: Some(scene), tracers, ..Self::default() };
         Ok(opened)
+    }
+
+    /// Has a renderer on a GPU for looks that ask for it.
+    pub fn use_gpu(&mut self, renderer: Renderer) {
+        self.tracers.use_gpu(renderer);
     }
 
     /// Renders a moment of the scene.
     ///
     /// # Errors
     /// Says in words what can't be rendered.
-    pub fn render(&mut self, look: &Look) -> Result<Shown, String> {
-        let scene = self.scene.as_ref().ok_or("there is no scene yet")?;
+    pub async fn render(&mut self, look: &Look) -> Result<Shown, String> {
         let heat: Option<HeatKind> =
             look.heat.as_deref().map(str::parse).transpose().map_err(|error| format!("{error}"))?;
-        let mut settings = Settings {
-            width: look.width,
-            height: look.height,
-            samples: look.samples,
-            bounces: look.bounces,
-            camera: look.camera.map_or(CameraChoice::Default, |camera| {
-                CameraChoice::Own(umbrage::spec::LookAt::from(camera).camera())
-            }),
-            ..Settings::default()
-        };
-        let mut stages = Vec::new();
-        if let Some(position) = look.light {
-            let start = Instant::now();
-            scene.pose(look.seconds, &mut self.frame).map_err(|error| error.to_string())?;
-            stages.push(Stage { name: "animate", milliseconds: start.elapsed().as_secs_f64() * 1e3 });
-            move_first_light(&mut self.frame, Vec3::from(position));
-            self.renderer.render_frame(&self.frame, &settings)
-        } else {
-            self.renderer.render(scene, look.seconds, &settings)
-        }
-        .map_err(|error| error.to_string())?;
-        let (renderer, film) = (&self.renderer, self.renderer.film());
-        stages.extend(renderer.stats().stages.iter().cloned());
+        let Self { scene, tracers, counter, counts, picture } = self;
+        let mut stages = tracers.render(scene.as_ref().ok_or(NO_SCENE)?, look).await?;
+        let mut settings = settings(look);
+        let (renderer, film) = (tracers.last(), tracers.last().film());
         let start = Instant::now();
-        film.develop_for_screen(&settings, &mut self.picture);
+        film.develop_for_screen(&settings, picture);
         stages.push(Stage { name: "develop", milliseconds: start.elapsed().as_secs_f64() * 1e3 });
 
-        let frame = if look.light.is_some() { &self.frame } else { renderer.frame() };
+        let frame = tracers.frame();
         let camera = renderer.view().ok_or("nothing was rendered")?.camera;
         let heat = match heat {
             Some(kind) => {
                 settings.camera = CameraChoice::Own(camera);
                 let light = (kind == HeatKind::Points && !frame.lights.is_empty()).then_some(0);
-                let counted = self.counter.count_work(frame, &settings, light, &mut self.counts);
+                let counted = counter.count_work(frame, &settings, light, counts);
                 counted.map_err(|error| error.to_string())?;
-                Some((kind.title(), paint(kind, light.is_some(), &self.counts, look, &mut self.picture)))
+                Some((kind.title(), paint(kind, light.is_some(), counts, look, picture)))
             }
             None => None,
         };
@@ -113,6 +103,15 @@ impl Studio {
         })
     }
 
+    /// In how many pixels the processor finds another triangle or another light's shadow than the GPU, which rendered the
+    /// last picture by the same `look`.
+    ///
+    /// # Errors
+    /// As [`Studio::render`].
+    pub async fn differing(&mut self, look: &Look) -> Result<u32, String> {
+        self.tracers.differing(self.scene.as_ref().ok_or(NO_SCENE)?, look).await
+    }
+
     /// The last picture, four bytes a pixel: opaque RGBA, in rows from the upper left corner.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {
@@ -122,20 +121,21 @@ impl Studio {
     /// The triangle at each pixel of the last picture; [`Film::NO_TRIANGLE`](umbrage::Film::NO_TRIANGLE) for a miss.
     #[must_use]
     pub fn hits(&self) -> &[u32] {
-        &self.renderer.film().triangle
+        &self.tracers.last().film().triangle
     }
 
-    /// The corners of the triangles of the moment that was rendered last, unless its light was moved.
+    /// The corners of the triangles of the moment that was rendered last.
     #[must_use]
     pub fn triangles(&self) -> Vec<f32> {
-        let triangles = self.renderer.frame().triangles();
+        let triangles = self.tracers.frame().triangles();
         (0..triangles.len() as u32).flat_map(|id| triangles.corners(id)).flat_map(|corner| corner.to_array()).collect()
     }
 
     /// What the last picture is made of.
     #[must_use]
     pub fn proof(&self) -> Proof {
-        Proof::new(self.renderer.film(), self.renderer.light_masks(), self.pixels())
+        let renderer = self.tracers.last();
+        Proof::new(renderer.film(), renderer.light_masks(), self.pixels())
     }
 }
 
@@ -172,26 +172,16 @@ fn light_position(source: &LightSource, bounds: Bounds) -> Vec3 {
     }
 }
 
-/// Moves the first light; one that looks somewhere looks to the middle of the scene then.
-fn move_first_light(frame: &mut Frame, to: Vec3) {
-    let towards = (frame.animation_bounds.center() - to).try_normalize();
-    let Some(light) = frame.lights.first_mut() else { return };
-    match &mut light.source {
-        LightSource::Point { position } => *position = to,
-        LightSource::Spot { position, direction, .. } => {
-            *position = to;
-            *direction = towards.unwrap_or(*direction);
-        }
-        LightSource::Directional { direction } => *direction = towards.unwrap_or(*direction),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn look() -> Look {
         Look { width: 64, height: 48, ..Look::default() }
+    }
+
+    fn render(studio: &mut Studio, look: &Look) -> Result<Shown, String> {
+        pollster::block_on(studio.render(look))
     }
 
     fn with_demo() -> Studio {
@@ -203,10 +193,10 @@ mod tests {
     #[test]
     fn a_look_of_the_camera_that_was_shown_is_the_same_picture() {
         let mut studio = with_demo();
-        let shown = studio.render(&look()).unwrap();
+        let shown = render(&mut studio, &look()).unwrap();
         let picture = studio.pixels().to_vec();
         assert!(picture.len() == 64 * 48 * 4 && picture.chunks_exact(4).any(|pixel| pixel != &picture[..4]));
-        studio.render(&Look { camera: Some(shown.camera), ..look() }).unwrap();
+        render(&mut studio, &Look { camera: Some(shown.camera), ..look() }).unwrap();
         let differing = picture.iter().zip(studio.pixels()).filter(|(a, b)| a != b).count();
         assert!(differing < picture.len() / 100, "{differing} bytes differ");
     }
@@ -214,12 +204,12 @@ mod tests {
     #[test]
     fn a_light_that_stays_changes_nothing_and_one_that_moves_does() {
         let mut studio = with_demo();
-        let shown = studio.render(&look()).unwrap();
+        let shown = render(&mut studio, &look()).unwrap();
         let proof = studio.proof();
         let [x, y, z] = shown.light.unwrap();
-        studio.render(&Look { light: Some([x, y, z]), ..look() }).unwrap();
+        render(&mut studio, &Look { light: Some([x, y, z]), ..look() }).unwrap();
         assert_eq!(studio.proof(), proof);
-        studio.render(&Look { light: Some([-x, y, -z]), ..look() }).unwrap();
+        render(&mut studio, &Look { light: Some([-x, y, -z]), ..look() }).unwrap();
         assert_eq!(studio.proof().triangles, proof.triangles);
         assert_ne!(studio.proof().masks, proof.masks);
     }
@@ -228,10 +218,10 @@ mod tests {
     fn every_heat_map_has_colours() {
         let mut studio = with_demo();
         for heat in ["tested", "cells", "undecided", "pairs", "points"] {
-            let shown = studio.render(&Look { heat: Some(heat.to_owned()), ..look() }).unwrap();
+            let shown = render(&mut studio, &Look { heat: Some(heat.to_owned()), ..look() }).unwrap();
             assert!(shown.heat.is_some_and(|(_, top)| top > 0), "{heat}");
         }
-        let error = studio.render(&Look { heat: Some("warmth".to_owned()), ..look() }).unwrap_err();
+        let error = render(&mut studio, &Look { heat: Some("warmth".to_owned()), ..look() }).unwrap_err();
         assert!(error.contains("warmth") && error.contains("tested"), "{error}");
     }
 
@@ -241,10 +231,10 @@ mod tests {
         assert!(studio.open_demo("demo:nothing").unwrap_err().contains("marbles"));
         let broken = [("a.glb".to_owned(), b"glTF but not really".to_vec())];
         assert!(studio.open_files("a.glb", broken).unwrap_err().starts_with("a.glb: "));
-        studio.render(&look()).unwrap();
+        render(&mut studio, &look()).unwrap();
         let triangle = [("a.obj".to_owned(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec())];
         studio.open_files("a.obj", triangle).unwrap();
-        assert_eq!(studio.render(&look()).unwrap().triangles, 1);
-        assert!(Studio::default().render(&look()).is_err());
+        assert_eq!(render(&mut studio, &look()).unwrap().triangles, 1);
+        assert!(render(&mut Studio::default(), &look()).is_err());
     }
 }

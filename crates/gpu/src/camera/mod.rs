@@ -9,7 +9,7 @@ use glam::DVec2;
 use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
 use crate::grid::header::HEADER_WORDS;
 use crate::grid::{List, ListBuffers, Project, Space};
-use crate::{Band, Buffer, Geometry, Gpu, GpuError, Recorder};
+use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Recorder};
 use balance::Balance;
 use settle::Settle;
 use trace::{NODE_WORDS, NODES_ANY, NODES_FIRST, Trace};
@@ -75,6 +75,7 @@ pub struct CameraGrid {
     nodes: Buffer,
     /// What a frame has needed.
     needs: Buffer,
+    fetch: Fetch,
     cell_count: u32,
     slots: u64,
     is_behind: bool,
@@ -103,6 +104,7 @@ impl CameraGrid {
             front: Buffer::storage(gpu, "seen before"),
             nodes: Buffer::storage(gpu, "nodes"),
             needs: Buffer::storage(gpu, "camera needs"),
+            fetch: Fetch::default(),
             cell_count: 0,
             slots: 0,
             is_behind: false,
@@ -158,7 +160,7 @@ impl CameraGrid {
     }
 
     /// Records all stages.
-    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
+    pub fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
         recorder.clear(&self.header);
         recorder.clear_words(&self.cells, u64::from(self.cell_count));
         recorder.clear_words(&self.nodes, NODES_FIRST);
@@ -208,6 +210,7 @@ impl CameraGrid {
         recorder.copy_range((pair_counts, u64::from(word)), (&self.needs, NEEDS_PAIRS), 1);
         recorder.copy_range((&self.nodes, 0), (&self.needs, NEEDS_UNDECIDED), 2);
         recorder.copy_range((&self.nodes, NODES_ANY), (&self.needs, NEEDS_PAIRS + 3), 1);
+        self.fetch = recorder.fetch(&self.needs, NEEDS_WORDS);
     }
 
     /// What a frame has needed, on the GPU.
@@ -247,13 +250,13 @@ impl CameraGrid {
         self.sees_any
     }
 
-    /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
+    /// Looks at what the frame needed that is done. Where that was more than there was room for, makes room and
     /// answers false: then the frame has to be done again.
     ///
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
-    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let needs = Needs::from_words(&self.needs.read::<u32>(gpu, NEEDS_WORDS as usize)?);
+    pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
+        let needs = Needs::from_words(&done.read::<u32>(self.fetch)?);
         let Needs { large, pairs, undecided: undecided_hits, pixels: undecided_pixels, any, .. } = needs;
         self.sees_any = any != 0;
         self.work = CameraWork { pairs, large, undecided_hits, undecided_pixels };

@@ -46,6 +46,8 @@
 //! **Sides and masks.** Rays go through triangles on the side that they don't have: which one it is follows from the signs of
 //! the edge functions where these are certain. Where a triangle isn't there at every point, a hit is never certain.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod read_back;
 mod records;
 mod sight;
 mod tracer;

@@ -15,7 +15,7 @@ pub struct KdRecords {
 impl KdRecords {
     /// Words of the header, as in `records.wgsl`.
     pub const HEADER: u64 = 8;
-    const WORDS: usize = 20;
+    pub(super) const WORDS: usize = 20;
     const LANES: u32 = 64;
     /// The word where workgroups for records are …
     pub const GROUPS: u32 = 1;
@@ -121,55 +121,11 @@ impl KdRecords {
     pub fn buffer(&self) -> &Buffer {
         &self.records
     }
-
-    /// The rays that the buffer holds, with their own triangles: reads them back.
-    ///
-    /// # Errors
-    /// Where the device is lost.
-    pub fn read_rays(&self, gpu: &Gpu) -> Result<Vec<(Ray, Option<u32>)>, GpuError> {
-        let words: Vec<u32> = self.read(gpu)?;
-        let rays = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
-            let number = |index: usize| number(words, 2 * index);
-            let vector = |index: usize| glam::DVec3::new(number(index), number(index + 1), number(index + 2));
-            let ray = Ray { origin: vector(0), direction: vector(3), t_min: number(6), t_max: number(7) };
-            (ray, Some(words[16]).filter(|&own| own != Self::NO_TRIANGLE))
-        });
-        Ok(rays.collect())
-    }
-
-    /// The questions about shadows of a point light that the buffer holds: its position, a point, the point's triangle.
-    ///
-    /// # Errors
-    /// Where the device is lost.
-    pub fn read_shadows(&self, gpu: &Gpu) -> Result<Vec<(LightSource, HitPoint, u32)>, GpuError> {
-        let words: Vec<u32> = self.read(gpu)?;
-        let questions = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
-            let number = |index: usize| number(words, 2 * index);
-            let position = glam::DVec3::new(number(0), number(1), number(2));
-            let vector = glam::Vec3::from_array([8, 9, 10].map(|word| f32::from_bits(words[word])));
-            let light = if words[11] == 0 {
-                LightSource::Point { position: vector }
-            } else {
-                LightSource::Directional { direction: vector }
-            };
-            (light, HitPoint { position, error: number(3) }, words[16])
-        });
-        Ok(questions.collect())
-    }
-
-    fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
-        let count = self.records.read::<u32>(gpu, 1)?[0] as usize;
-        self.records.read(gpu, Self::HEADER as usize + count * Self::WORDS)
-    }
 }
 
 /// Low word, high word.
 fn push(words: &mut Vec<u32>, number: f64) {
     words.extend([number.to_bits() as u32, (number.to_bits() >> 32) as u32]);
-}
-
-pub(super) fn number(words: &[u32], index: usize) -> f64 {
-    f64::from_bits(u64::from(words[index]) | (u64::from(words[index + 1]) << 32))
 }
 
 /// The vector of a light in bits of f32, and whether it is a direction.

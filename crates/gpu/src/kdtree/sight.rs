@@ -7,7 +7,7 @@ use super::tracer::{KdTracer, KdTracerOptions, KdTracerWork};
 use super::tree::KdNodes;
 use crate::grid::words;
 use crate::view::PointView;
-use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder, Sight};
+use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder, Sight};
 
 /// What each pixel of a camera sees, and which lights reach that, found through a kd-tree: what a
 /// [`CameraGrid`](crate::CameraGrid) and a [`LightGrid`](crate::LightGrid) find.
@@ -33,6 +33,7 @@ pub struct KdSight {
     front: Buffer,
     lit: Buffer,
     sees_any: Buffer,
+    fetch: Fetch,
     room: Buffer,
     sizes_if_all_fits: Buffer,
     sizes: Buffer,
@@ -97,6 +98,7 @@ impl KdSight {
             front: Buffer::storage(gpu, "seen before"),
             lit: Buffer::storage(gpu, "lit"),
             sees_any: Buffer::storage(gpu, "whether any is seen"),
+            fetch: Fetch::default(),
             room: Buffer::uniform(gpu, "room"),
             sizes_if_all_fits: Buffer::storage(gpu, "whether all fits"),
             sizes: Buffer::sizes(gpu, "dispatch sizes of what fits"),
@@ -194,6 +196,7 @@ impl KdSight {
         let buffers = [&self.room, tracer.needs(), &self.sizes_if_all_fits];
         recorder.stage("fit", |pass| self.fit.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
         recorder.copy_words(&self.sizes_if_all_fits, &self.sizes, 3);
+        self.fetch = recorder.fetch(&self.sees_any, 1);
     }
 
     /// As many workgroups as were prepared if all fits, else none.
@@ -207,14 +210,14 @@ impl KdSight {
         recorder.copy_words(&self.seen, &self.front, u64::from(self.slots));
     }
 
-    /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and answers
+    /// Looks at what the frame needed that is done. Where that was more than there was room for, makes room and answers
     /// false: then the frame has to be done again.
     ///
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
-    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        self.has_seen_any = self.sees_any.read::<u32>(gpu, 1)?[0] != 0;
-        self.tracer.finish(gpu)
+    pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
+        self.has_seen_any = done.read::<u32>(self.fetch)? != [0];
+        self.tracer.finish(gpu, done)
     }
 
     /// Whether the last finished frame saw anything.

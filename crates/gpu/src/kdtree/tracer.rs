@@ -1,8 +1,8 @@
-use umbrage_rays::{Counts, Hit, KdTraversal};
+use umbrage_rays::{Counts, KdTraversal};
 
-use super::records::{KdRecords, number};
+use super::records::KdRecords;
 use super::tree::KdNodes;
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use crate::{Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// How rays are led through the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +60,8 @@ pub struct KdTracer {
     hits: Buffer,
     /// What each use since [`KdTracer::prepare`] has needed.
     needs: Buffer,
+    /// The same, for the CPU.
+    fetched: Vec<Fetch>,
     asked: Vec<Question>,
     most_uses: u32,
     work: Vec<KdTracerWork>,
@@ -95,7 +97,7 @@ impl KdTracer {
     const UNDECIDED_HEADER: u64 = 16;
     const UNDECIDED_WORDS: u64 = 8;
     const UNDECIDED_GROUPS: u32 = 1;
-    const HIT_WORDS: usize = 8;
+    pub(super) const HIT_WORDS: usize = 8;
 
     /// Ready to answer.
     #[must_use]
@@ -114,6 +116,7 @@ impl KdTracer {
             undecided_sizes: Buffer::sizes(gpu, "kd-tree undecided hits' dispatch sizes"),
             hits: Buffer::storage(gpu, "kd-tree hits"),
             needs: Buffer::storage(gpu, "kd-tree needs"),
+            fetched: Vec::new(),
             asked: Vec::new(),
             most_uses: 0,
             work: Vec::new(),
@@ -141,6 +144,7 @@ impl KdTracer {
     pub fn prepare(&mut self, gpu: &Gpu, rays: u32, uses: u32) -> Result<(), GpuError> {
         let rays = u64::from(rays);
         self.asked.clear();
+        self.fetched.clear();
         self.most_uses = uses;
         self.line_words.reserve(gpu, 16 * (1 + 4 * rays))?;
         self.traced.reserve(gpu, 16 * rays.max(1))?;
@@ -233,18 +237,19 @@ impl KdTracer {
         });
         let slot = Self::UNDECIDED_HEADER * u64::from(use_index);
         recorder.copy_range((&self.undecided, 0), (&self.needs, slot), Self::UNDECIDED_HEADER);
+        self.fetched.push(recorder.fetch(&self.undecided, Self::UNDECIDED_HEADER));
     }
 
-    /// Waits for all uses and looks at what they needed. Where that was more than there was room for, makes room and answers
+    /// Looks at what all uses needed, which are done. Where that was more than there was room for, makes room and answers
     /// false: then all has to be done again.
     ///
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
-    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        let needs: Vec<u32> = self.needs.read(gpu, Self::UNDECIDED_HEADER as usize * self.asked.len())?;
+    pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         self.work.clear();
         let mut most = 0;
-        for (needs, question) in needs.chunks_exact(Self::UNDECIDED_HEADER as usize).zip(&self.asked) {
+        for (fetch, question) in self.fetched.iter().zip(&self.asked) {
+            let needs: Vec<u32> = done.read(*fetch)?;
             most = most.max(needs[0]);
             let long = |word: usize| u64::from(needs[word]) | u64::from(needs[word + 1]) << 32;
             let count = |index: usize| long(8 + 2 * index);
@@ -298,29 +303,6 @@ impl KdTracer {
     pub(super) fn room(&self) -> u32 {
         let hits = (self.undecided.bytes() / 4).saturating_sub(Self::UNDECIDED_HEADER) / Self::UNDECIDED_WORDS;
         hits.min(u64::from(u32::MAX)) as u32
-    }
-
-    /// What each of `count` rays hit first, read back.
-    ///
-    /// # Errors
-    /// Where the device is lost.
-    pub fn read_hits(&self, gpu: &Gpu, count: usize) -> Result<Vec<Option<Hit>>, GpuError> {
-        let words: Vec<u32> = self.hits.read(gpu, Self::HIT_WORDS * count)?;
-        let hits = words.chunks_exact(Self::HIT_WORDS).map(|words| {
-            let barycentric = [words[4], words[5]].map(f32::from_bits);
-            let hit = Hit { t: number(words, 2), triangle: words[0], barycentric };
-            (words[0] != KdRecords::NO_TRIANGLE).then_some(hit)
-        });
-        Ok(hits.collect())
-    }
-
-    /// Whether each of `count` points is shadowed, read back.
-    ///
-    /// # Errors
-    /// Where the device is lost.
-    pub fn read_shadows(&self, gpu: &Gpu, count: usize) -> Result<Vec<bool>, GpuError> {
-        let words: Vec<[u32; 4]> = self.traced.read(gpu, count)?;
-        Ok(words.into_iter().map(|[is_blocked, ..]| is_blocked != 0).collect())
     }
 
     /// Bytes on the GPU for rays under way: 112 a ray, and 32 for each hit that is listed.

@@ -14,7 +14,7 @@ use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
 use crate::grid::header::{HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS, HEADER_WORDS};
 use crate::grid::{List, ListBuffers, Project, Space};
 use crate::view::PointView;
-use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Recorder};
+use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Recorder};
 use parameters::LightParameters;
 use points::Points;
 use shadows::{Shadows, UNDECIDED_FIRST};
@@ -80,6 +80,7 @@ pub struct LightGrid {
     lit: Buffer,
     /// What each light has needed: its header, pairs and undecided ones.
     needs: Buffer,
+    fetch: Fetch,
     tile_count: u32,
     cell_count: u32,
     mask_words: u32,
@@ -113,6 +114,7 @@ impl LightGrid {
             cells: Buffer::storage(gpu, "light cells"),
             lit: Buffer::storage(gpu, "lit"),
             needs: Buffer::storage(gpu, "light needs"),
+            fetch: Fetch::default(),
             tile_count: 0,
             cell_count: 0,
             mask_words: 0,
@@ -184,7 +186,8 @@ impl LightGrid {
     }
 
     /// Records all stages of all lights.
-    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, seen: &Buffer) {
+    pub fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, seen: &Buffer) {
+        self.fetch = Fetch::default();
         if self.parameters.is_empty() {
             return;
         }
@@ -204,6 +207,7 @@ impl LightGrid {
                 recorder.clear_range(&self.needs, number * NEEDS_WORDS, NEEDS_WORDS);
             }
         }
+        self.fetch = recorder.fetch(&self.needs, NEEDS_WORDS * self.parameters.len() as u64);
     }
 
     fn record_light(
@@ -264,16 +268,16 @@ impl LightGrid {
         recorder.copy_range((shadows.undecided(), 0), (needs, first + NEEDS_UNDECIDED), 1);
     }
 
-    /// Waits for the frame and looks at what it needed. Where that was more than there was room for, makes room and
+    /// Looks at what the frame needed that is done. Where that was more than there was room for, makes room and
     /// answers false: then the frame has to be done again.
     ///
     /// # Errors
     /// Where the device is lost, or more is needed than one of its buffers has room for.
-    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+    pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         self.work.clear();
         let mut fits = true;
         let room = self.room();
-        let words = self.needs.read::<u32>(gpu, NEEDS_WORDS as usize * self.parameters.len())?;
+        let words = done.read::<u32>(self.fetch)?;
         for needs in words.chunks_exact(NEEDS_WORDS as usize).map(Needs::from_words) {
             let Needs { large, pairs, blocks, faces, undecided, .. } = needs;
             self.work.push(LightWork { faces, pairs, large, blocks, undecided });

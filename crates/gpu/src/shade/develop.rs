@@ -80,11 +80,12 @@ impl Develop {
         recorder.copy_rows((&self.image, self.row_pixels()), (texture, first), self.size);
     }
 
-    /// Waits, then gives the image: sRGB-encoded RGBA8 with red in the lowest byte and full alpha, in rows from the upper
+    /// Fetches the image: sRGB-encoded RGBA8 with red in the lowest byte and full alpha, in rows from the upper
     /// left corner.
     ///
     /// # Errors
     /// Where the device is lost or has reported an error.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn read_image(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         let [width, height] = self.size.map(|side| side as usize);
         let row = self.row_pixels() as usize;

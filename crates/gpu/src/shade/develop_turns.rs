@@ -1,5 +1,5 @@
 use crate::memory::Taken;
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, platform};
 
 /// Pictures as textures, two in turn: one is shown while the next is made.
 #[derive(Debug, Default)]
@@ -70,9 +70,6 @@ impl Picture {
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        match pollster::block_on(memory.pop()) {
-            Some(_) => Err(refused()),
-            None => Ok(Self { texture, taken }),
-        }
+        if platform::is_refused(memory) { Err(refused()) } else { Ok(Self { texture, taken }) }
     }
 }

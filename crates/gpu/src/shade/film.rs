@@ -1,4 +1,4 @@
-use crate::{Buffer, Gpu, GpuError};
+use crate::{Buffer, Fetch, Gpu, GpuError, Recorder};
 
 /// The film on the GPU: planes of four f32 a pixel, in rows from the upper left corner.
 ///
@@ -97,43 +97,31 @@ impl FilmPlanes {
         &self.triangle
     }
 
-    /// Waits, then gives linear radiance and coverage, summed over the samples.
-    ///
-    /// # Errors
-    /// Where the device is lost or has reported an error.
-    pub fn read_color(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
-        self.planes.read(gpu, self.pixels() as usize)
+    /// Fetches linear radiance and coverage, four f32 a pixel, summed over the samples.
+    pub fn fetch_color(&self, recorder: &mut Recorder<'_>) -> Fetch {
+        self.fetch_plane(recorder, Some(0))
     }
 
-    /// Waits, then gives the normal, which is zero for a miss, and the depth, which is infinite for a miss, of each pixel
-    /// at the first sample; nothing where they aren't kept.
-    ///
-    /// # Errors
-    /// Where the device is lost or has reported an error.
-    pub fn read_first(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
-        self.read_plane(gpu, self.first_plane())
+    /// Fetches the normal, which is zero for a miss, and the depth, which is infinite for a miss, of each pixel at the first
+    /// sample, four f32 a pixel; nothing where they aren't kept.
+    pub fn fetch_first(&self, recorder: &mut Recorder<'_>) -> Fetch {
+        self.fetch_plane(recorder, self.first_plane())
     }
 
-    /// Waits, then gives what of the radiance is shown as it is, and of how much of the pixel, summed over the samples; nothing
-    /// where it isn't kept.
-    ///
-    /// # Errors
-    /// Where the device is lost or has reported an error.
-    pub fn read_flat(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
-        self.read_plane(gpu, self.flat_plane())
+    /// Fetches what of the radiance is shown as it is, and of how much of the pixel, four f32 a pixel, summed over the
+    /// samples; nothing where it isn't kept.
+    pub fn fetch_flat(&self, recorder: &mut Recorder<'_>) -> Fetch {
+        self.fetch_plane(recorder, self.flat_plane())
     }
 
-    fn read_plane(&self, gpu: &Gpu, first: Option<u32>) -> Result<Vec<[f32; 4]>, GpuError> {
-        let Some(first) = first else { return Ok(Vec::new()) };
-        Ok(self.planes.read(gpu, (first + self.pixels()) as usize)?.split_off(first as usize))
+    fn fetch_plane(&self, recorder: &mut Recorder<'_>, first_pixel: Option<u32>) -> Fetch {
+        let words = |pixels: u32| 4 * u64::from(pixels);
+        first_pixel
+            .map_or_else(Fetch::default, |first| recorder.fetch_from(&self.planes, words(first), words(self.pixels())))
     }
 
-    /// Waits, then gives each pixel's triangle at the first sample, `0xffffffff` for a miss; nothing where they aren't
-    /// kept.
-    ///
-    /// # Errors
-    /// Where the device is lost or has reported an error.
-    pub fn read_triangle(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
-        self.triangle.read(gpu, if self.keeps.first { self.pixels() as usize } else { 0 })
+    /// Fetches each pixel's triangle at the first sample, a u32, `0xffffffff` for a miss; nothing where they aren't kept.
+    pub fn fetch_triangle(&self, recorder: &mut Recorder<'_>) -> Fetch {
+        recorder.fetch(&self.triangle, if self.keeps.first { self.pixels().into() } else { 0 })
     }
 }

@@ -1,6 +1,6 @@
 use umbrage_rays::TileOrder;
 
-use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
+use crate::{Buffer, Done, Fetch, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// The stage `shown`: how many pixels show a triangle, for whoever doesn't fetch them.
 #[derive(Debug)]
@@ -8,6 +8,7 @@ pub struct Shown {
     kernel: Kernel,
     size: Buffer,
     count: Buffer,
+    fetch: Fetch,
     slots: u32,
 }
 
@@ -22,6 +23,7 @@ impl Shown {
             kernel: Kernel::new(gpu, "shade::shown", "shown", &[]),
             size: Buffer::uniform(gpu, "size"),
             count: Buffer::storage(gpu, "shown"),
+            fetch: Fetch::default(),
             slots: 0,
         }
     }
@@ -37,19 +39,20 @@ impl Shown {
     }
 
     /// Counts the slots of `seen` that are pixels and hold a triangle.
-    pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, seen: &Buffer) {
+    pub fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, seen: &Buffer) {
         recorder.clear_words(&self.count, 1);
         let groups = Groups::Flat(self.slots / Self::WIDTH);
         recorder.stage("shown", |pass| self.kernel.dispatch(gpu, pass, &[&self.size, seen, &self.count], groups));
+        self.fetch = recorder.fetch(&self.count, 1);
     }
 
-    /// Waits, then gives the count.
+    /// The count that is done.
     ///
     /// # Errors
     /// Where the device is lost or has reported an error.
-    pub fn read(&self, gpu: &Gpu) -> Result<u32, GpuError> {
+    pub fn read(&self, done: &Done) -> Result<u32, GpuError> {
         let mut count = [0];
-        self.count.read_into(gpu, &mut count)?;
+        done.read_into(self.fetch, &mut count)?;
         Ok(count[0])
     }
 }

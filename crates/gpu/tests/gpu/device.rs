@@ -15,7 +15,7 @@ fn sum(gpu: &Gpu) -> Result<u32, GpuError> {
     scan.prepare(gpu, 1000)?;
     let mut recorder = Recorder::new(gpu);
     recorder.stage("scan", |pass| scan.record(gpu, pass, &values));
-    recorder.submit()()?;
+    recorder.submit_and_wait()?;
     let word = scan.total_word() as usize;
     Ok(scan.totals().read::<u32>(gpu, word + 1)?[word])
 }

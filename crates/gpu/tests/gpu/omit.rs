@@ -12,8 +12,7 @@ fn omitted(gpu: &Gpu, omit: &mut Omit, triangles: Triangles<'_>) -> Omitted {
     omit.prepare(gpu, &geometry).expect("room");
     let mut recorder = Recorder::new(gpu);
     omit.record(gpu, &mut recorder, &geometry);
-    recorder.submit()().expect("done");
-    omit.omitted(gpu).expect("read")
+    omit.omitted(&recorder.submit_and_wait().expect("done")).expect("read")
 }
 
 #[test]

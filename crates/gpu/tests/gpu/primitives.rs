@@ -29,7 +29,7 @@ fn prefix_sums_are_those_of_std() {
             scan.prepare(&gpu, count as u32).expect("room");
             let mut recorder = Recorder::new(&gpu);
             recorder.stage("scan", |pass| scan.record(&gpu, pass, &values));
-            recorder.submit()().expect("done");
+            recorder.submit_and_wait().expect("done");
             assert!(values.read::<u32>(&gpu, count).expect("read") == expected, "{count} values, seed {seed}");
             let totals: Vec<u32> = scan.totals().read(&gpu, scan.total_word() as usize + 1).expect("read");
             assert_eq!(totals.last(), Some(&sum));
@@ -52,7 +52,7 @@ fn rows_of_workgroups_take_everything() {
         let taken = buffer(&gpu, &[0, 0]);
         let mut recorder = Recorder::new(&gpu);
         recorder.stage("take", |pass| take.dispatch(&gpu, pass, &[&taken], Groups::Flat(count)));
-        recorder.submit()().expect("done");
+        recorder.submit_and_wait().expect("done");
         let [groups, last] = taken.read::<[u32; 2]>(&gpu, 1).expect("read")[0];
         // The last row may have more than are asked for.
         assert!((count..count.max(1) + 1024).contains(&groups) && last == groups, "{groups} groups for {count}");

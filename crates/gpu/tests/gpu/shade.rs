@@ -47,18 +47,26 @@ fn a_scene_without_triangles_shows_its_surroundings() {
             let mut recorder = Recorder::new(&gpu);
             let start = Instant::now();
             recorder.stage("shade", |pass| shade.record(&gpu, pass, &inputs, &planes, Groups::Flat(shade.groups())));
-            recorder.submit()().expect("done");
+            recorder.submit_and_wait().expect("done");
             println!("{width}x{height} pixels are shaded after {:.3} s", start.elapsed().as_secs_f64());
         }
         develop.prepare(&gpu, &planes, 2, 0.0, ToneMap::Clip).expect("room");
         let mut recorder = Recorder::new(&gpu);
         recorder.stage("develop", |pass| develop.record(&gpu, pass, &planes));
-        recorder.submit()().expect("done");
+        let fetched = [
+            planes.fetch_color(&mut recorder),
+            planes.fetch_first(&mut recorder),
+            planes.fetch_triangle(&mut recorder),
+        ];
+        let done = recorder.submit_and_wait().expect("done");
 
         let pixels = (width * height) as usize;
-        assert_eq!(planes.read_color(&gpu).expect("read"), vec![(2.0 * COLOR).extend(0.0).to_array(); pixels]);
-        assert_eq!(planes.read_first(&gpu).expect("read"), vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels]);
-        assert_eq!(planes.read_triangle(&gpu).expect("read"), vec![SeenPixels::NONE; pixels]);
+        assert_eq!(
+            done.read::<[f32; 4]>(fetched[0]).expect("read"),
+            vec![(2.0 * COLOR).extend(0.0).to_array(); pixels]
+        );
+        assert_eq!(done.read::<[f32; 4]>(fetched[1]).expect("read"), vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels]);
+        assert_eq!(done.read::<u32>(fetched[2]).expect("read"), vec![SeenPixels::NONE; pixels]);
         // 0.25 and 0.5 are 137 and 188 in sRGB.
         let image: Vec<u32> = develop.read_image(&gpu).expect("read");
         assert_eq!(image, vec![u32::from_le_bytes([137, 188, 0, 255]); pixels]);

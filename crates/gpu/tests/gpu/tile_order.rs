@@ -34,7 +34,7 @@ fn slots_and_pixels_are_those_of_tile_order() {
         recorder.stage("find", |pass| {
             kernel.dispatch(&gpu, pass, &[&size, &found], Groups::Flat(slots as u32 / 64));
         });
-        recorder.submit()().expect("done");
+        recorder.submit_and_wait().expect("done");
         let found: Vec<[u32; 4]> = found.read(&gpu, slots).expect("read");
         for (slot, [x, y, again, _]) in found.into_iter().enumerate() {
             assert_eq!((x, y), order.column_and_row(slot), "{width}x{height}");

@@ -5,7 +5,7 @@ use umbrage_rays::{LightSource, View};
 use super::raster::Raster;
 use umbrage_gpu::internals::{ExactView, light_words};
 use umbrage_gpu::kdtree::{KdNodes, KdRecords, KdTracer, KdTracerOptions};
-use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use umbrage_gpu::{Buffer, Done, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// A material: Lambert's, with a mirror over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -242,8 +242,8 @@ impl KdFrame {
     ///
     /// # Errors
     /// As there.
-    pub fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        self.tracer.finish(gpu)
+    pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
+        self.tracer.finish(gpu, done)
     }
 
     /// The image: four f32 for each pixel, row after row; red, green, blue and one. What follows is the stages' own.

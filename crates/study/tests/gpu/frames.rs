@@ -57,8 +57,8 @@ pub(crate) fn render(
         frame.prepare(gpu, &scene.nodes, view, scenery, materials).expect("room");
         let mut recorder = Recorder::new(gpu);
         frame.record(gpu, &mut recorder, &scene.geometry, &scene.nodes);
-        recorder.submit()().expect("done");
-        if frame.finish(gpu).expect("done") {
+        let done = recorder.submit_and_wait().expect("done");
+        if frame.finish(gpu, &done).expect("done") {
             return frame.film().read(gpu, (view.width * view.height) as usize).expect("read");
         }
     }
@@ -108,7 +108,7 @@ fn every_bounce_is_answered_as_by_the_cpu() {
         .expect("room");
     let mut recorder = Recorder::new(gpu);
     frame.record(gpu, &mut recorder, &scene.geometry, &scene.nodes);
-    let times = recorder.submit()().expect("done");
+    let times = recorder.submit_and_wait().expect("done").times;
     let names: Vec<_> = times.iter().map(|stage| stage.name).collect();
     let expected = ["eye", "raster", "surface", "bounce", "line", "blocked", "settle", "lighten"];
     assert!(!gpu.has_timestamps() || names == expected, "{names:?}");

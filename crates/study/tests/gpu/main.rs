@@ -84,8 +84,8 @@ fn nearest(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option
         tracer.prepare(gpu, rays.len() as u32, 1).expect("room");
         let mut recorder = Recorder::new(gpu);
         tracer.record_nearest(gpu, &mut recorder, &scene.geometry, &scene.nodes, &records);
-        recorder.submit()().expect("done");
-        if tracer.finish(gpu).expect("done") {
+        let done = recorder.submit_and_wait().expect("done");
+        if tracer.finish(gpu, &done).expect("done") {
             return tracer.read_hits(gpu, rays.len()).expect("read");
         }
     }
@@ -99,8 +99,8 @@ fn blocked(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, questions: &[(LightS
         tracer.prepare(gpu, questions.len() as u32, 1).expect("room");
         let mut recorder = Recorder::new(gpu);
         tracer.record_blocked(gpu, &mut recorder, &scene.geometry, &scene.nodes, &records);
-        recorder.submit()().expect("done");
-        if tracer.finish(gpu).expect("done") {
+        let done = recorder.submit_and_wait().expect("done");
+        if tracer.finish(gpu, &done).expect("done") {
             return tracer.read_shadows(gpu, questions.len()).expect("read");
         }
     }

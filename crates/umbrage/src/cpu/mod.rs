@@ -26,7 +26,7 @@ use kept::Kept;
 use samples::OneSample;
 use shadow::Casting;
 
-use crate::engine::{Engine, Output, Staged};
+use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
 use crate::shade::SMOOTHEST;
@@ -279,16 +279,16 @@ impl Engine for Cpu {
         Ok(())
     }
 
-    fn shade(
-        &mut self,
-        staged: &Staged<'_>,
+    fn shade<'a>(
+        &'a mut self,
+        staged: &'a Staged<'a>,
         _band: usize,
-        samples: &Samples,
-        film: &mut Film,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
+        samples: &'a Samples,
+        film: &'a mut Film,
+        stats: &'a mut Stats,
+    ) -> Outcome<'a> {
         stats.time("shade", || self.shade_pixels(staged, samples, film));
-        Ok(())
+        Outcome::Known(Ok(()))
     }
 
     fn layers(
@@ -325,7 +325,7 @@ impl Engine for Cpu {
         self.structure.work_of_lights()
     }
 
-    fn count(&self, frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+    fn count(&self, frame: &Frame, stats: &mut Stats) {
         let Bytes { triangles, points } = self.structure.bytes();
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled());
@@ -334,7 +334,6 @@ impl Engine for Cpu {
         stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
         stats.uploaded_bytes = 0;
         self.copies.count_omitted(frame, self.structure.omitted(), stats);
-        Ok(())
     }
 }
 

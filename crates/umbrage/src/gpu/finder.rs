@@ -3,8 +3,8 @@ use std::fmt::Debug;
 use glam::DVec2;
 use umbrage_gpu::kdtree::{KdSight, KdTracerOptions};
 use umbrage_gpu::{
-    Band, Buffer, CameraGrid, CameraOptions, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, LightOptions, Recorder,
-    Sight,
+    Band, Buffer, CameraGrid, CameraOptions, Done, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, LightOptions,
+    Recorder, Sight,
 };
 use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, SimdLevel};
 use umbrage_scene::Frame;
@@ -38,8 +38,8 @@ pub(super) trait Finder: Debug + Send + Sync {
     /// Records that what pixels show is kept, for a next layer behind it.
     fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError>;
 
-    /// Waits for the layer. Where there was too little room, makes more and answers false.
-    fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError>;
+    /// Looks at a layer that is done. Where there was too little room, makes more and answers false.
+    fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError>;
 
     /// Whether any pixel of the last finished layer shows anything.
     fn sees_any(&self) -> bool;
@@ -97,7 +97,9 @@ impl Finders {
         self.grids.camera.set_options(gpu, camera_options(structure));
         self.grids.lights.set_options(gpu, light_options(structure));
         self.takes_tree = matches!(structure, Structure::KdTree(..));
-        if let Structure::KdTree(options, _) = structure {
+        if let Structure::KdTree(options, _) = structure
+            && Structure::HAS_ALL
+        {
             self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
         }
     }
@@ -172,9 +174,9 @@ impl Finder for Grids {
         self.camera.keep(gpu, recorder)
     }
 
-    fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+    fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         // Points of a picture that didn't fit aren't any: what lights needed for them says nothing.
-        Ok(self.camera.finish(gpu)? && self.lights.finish(gpu)?)
+        Ok(self.camera.finish(gpu, done)? && self.lights.finish(gpu, done)?)
     }
 
     fn sees_any(&self) -> bool {
@@ -261,8 +263,8 @@ impl Finder for TreeOfFrame {
         Ok(())
     }
 
-    fn finish(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        self.sight.finish(gpu)
+    fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
+        self.sight.finish(gpu, done)
     }
 
     fn sees_any(&self) -> bool {

@@ -1,5 +1,5 @@
 use rayon::prelude::*;
-use umbrage_gpu::{Band, Buffer, Gpu, GpuError, Recorder};
+use umbrage_gpu::{Band, Buffer, Done, Fetch, Gpu, GpuError, Recorder};
 use umbrage_rays::{LightMask, SeenPixels, TileOrder};
 
 use super::finder::Found;
@@ -34,13 +34,19 @@ impl FirstLayer {
         &self.seen
     }
 
-    /// Fetches it for a band. How many pixels show something.
+    /// Fetches it for a band and so many lights.
+    pub(super) fn fetch(&self, recorder: &mut Recorder<'_>, band: &Band, lights: usize) -> [Fetch; 2] {
+        let slots = band.order().slots() as u64;
+        [recorder.fetch(&self.seen, slots), recorder.fetch(&self.lit, slots / 32 * lights as u64)]
+    }
+
+    /// Takes over what was fetched of a band. How many pixels show something.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(super) fn fetch(
-        &self,
-        gpu: &Gpu,
+    pub(super) fn take(
+        done: &Done,
+        [of_seen, of_lit]: [Fetch; 2],
         band: &Band,
         seen: &mut SeenPixels,
         masks: &mut [LightMask],
@@ -49,7 +55,7 @@ impl FirstLayer {
         // Bands are whole rows of tiles, which follow each other.
         let first = seen.order().index(0, band.rows.start);
         let of_band = &mut seen.triangle[first..first + order.slots()];
-        self.seen.read_into(gpu, of_band)?;
+        done.read_into(of_seen, of_band)?;
         let shown = of_band.par_iter_mut().enumerate().filter_map(|(slot, triangle)| {
             if order.pixel(slot).is_none() {
                 *triangle = SeenPixels::NONE;
@@ -59,7 +65,7 @@ impl FirstLayer {
         let shown = shown.count() as u64;
 
         let words = order.slots() / 32;
-        let bits: Vec<u32> = self.lit.read(gpu, words * masks.len())?;
+        let bits: Vec<u32> = done.read(of_lit)?;
         for (mask, bits) in masks.iter_mut().zip(bits.chunks_exact(words)) {
             set_words(mask, band.rows.start, bits);
         }

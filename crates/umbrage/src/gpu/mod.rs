@@ -30,11 +30,12 @@ pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{Band, Buffer, Groups, Recorder, Sight};
-use umbrage_rays::{LightMask, SeenPixels};
+use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Recorder, Sight};
+use umbrage_rays::{Choice as _, LightMask, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
+use web_time::Instant;
 
-use crate::engine::{Engine, Output, Staged};
+use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::sampling::{Sample, Samples};
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
 use finder::{Finders, Found, Question};
@@ -62,6 +63,7 @@ pub(crate) struct GpuEngine {
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
     is_see_through: bool,
+    output: Output,
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
@@ -74,6 +76,45 @@ pub(crate) struct GpuEngine {
     settled: [Settled; 2],
     /// What the GPU had taken over before the last frame.
     uploaded_before: u64,
+    /// What came with the band's last sample, until it is in the film.
+    fetched: Option<(FilmFetch, Done)>,
+}
+
+/// What is rendered at once.
+struct Turn<'a> {
+    lights: &'a [Light],
+    band: &'a Band,
+    sample: &'a Sample,
+    /// Whether the film is fetched after it.
+    is_last: bool,
+}
+
+/// A band on its way from the GPU.
+#[derive(Clone, Copy, Debug)]
+struct FilmFetch {
+    first: [Fetch; 2],
+    color: Fetch,
+    flat: Fetch,
+    nearest: Fetch,
+    triangle: Fetch,
+}
+
+impl FilmFetch {
+    fn record(
+        recorder: &mut Recorder<'_>,
+        planes: &FilmPlanes,
+        first: &FirstLayer,
+        band: &Band,
+        lights: usize,
+    ) -> Self {
+        Self {
+            first: first.fetch(recorder, band, lights),
+            color: planes.fetch_color(recorder),
+            flat: planes.fetch_flat(recorder),
+            nearest: planes.fetch_first(recorder),
+            triangle: planes.fetch_triangle(recorder),
+        }
+    }
 }
 
 impl GpuEngine {
@@ -99,6 +140,7 @@ impl GpuEngine {
             nothing: Buffer::storage(&gpu, "nothing seen"),
             bands: Vec::new(),
             is_see_through: false,
+            output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
             shadow_rays: 0,
@@ -106,6 +148,7 @@ impl GpuEngine {
             is_finished: false,
             settled: [Settled::default(); 2],
             uploaded_before: 0,
+            fetched: None,
             gpu,
         })
     }
@@ -114,17 +157,11 @@ impl GpuEngine {
     ///
     /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
     /// they need, the layer isn't shaded, and all is done again with more.
-    fn layer(
-        &mut self,
-        frame_lights: &[Light],
-        band: &Band,
-        sample: &Sample,
-        is_first: bool,
-        stats: &mut Stats,
-    ) -> Result<bool, GpuError> {
-        let Self { gpu, rig, geometry, finders, shade, planes, .. } = self;
+    async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
+        let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
-        let sources: Vec<_> = frame_lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
+        let Turn { lights, band, sample, is_last } = *turn;
+        let sources: Vec<_> = lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
         let (sight, offset_pixels) = (Sight { is_behind: !is_first }, sample.offset_pixels);
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
@@ -135,7 +172,7 @@ impl GpuEngine {
             rig.record(gpu, &mut recorder, geometry, shade);
             finder.record(gpu, &mut recorder, geometry);
             if is_first {
-                self.first.record(gpu, &mut recorder, &finder.found())?;
+                first.record(gpu, &mut recorder, &finder.found())?;
             }
             let (positions, triangles) = (geometry.positions(), geometry.triangles());
             let Found { seen, lit, .. } = finder.found();
@@ -144,13 +181,16 @@ impl GpuEngine {
             if self.is_see_through {
                 finder.keep(gpu, &mut recorder)?;
             }
-            let times = recorder.submit()()?;
-            rig.finish();
-            if finder.finish(gpu)? {
-                times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+            let fetch = (is_last && !self.is_see_through)
+                .then(|| FilmFetch::record(&mut recorder, planes, first, band, masks.len()));
+            let done = recorder.submit().await?;
+            rig.finish(&done)?;
+            if finder.finish(gpu, &done)? {
+                done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
                 if is_first {
                     finder.count_settled(&mut self.settled);
                 }
+                self.fetched = fetch.map(|fetch| (fetch, done));
                 return Ok(is_first || finder.sees_any());
             }
         }
@@ -158,7 +198,7 @@ impl GpuEngine {
     }
 
     /// One sample of a band: layer by layer where the scene is seen through.
-    fn shade_sample(
+    async fn shade_sample(
         &mut self,
         staged: &Staged<'_>,
         band: &Band,
@@ -168,16 +208,18 @@ impl GpuEngine {
         if sample.index == 0 {
             self.planes.prepare(&self.gpu, band.size(), self.keeps(staged))?;
         }
-        self.layer(staged.lights, band, sample, true, stats)?;
+        let is_last = self.output == Output::Film && sample.index + 1 == staged.settings.samples;
+        let turn = Turn { lights: staged.lights, band, sample, is_last };
+        self.layer(&turn, true, stats).await?;
         if !self.is_see_through {
             return Ok(());
         }
         for _ in 1..Self::MOST_LAYERS {
-            if !self.layer(staged.lights, band, sample, false, stats)? {
+            if !self.layer(&turn, false, stats).await? {
                 break;
             }
         }
-        self.shade_surroundings(band, sample, stats)
+        self.shade_surroundings(band, sample, stats).await
     }
 
     /// What the film keeps of a frame.
@@ -186,7 +228,7 @@ impl GpuEngine {
     }
 
     /// What is around the scene, seen through all layers.
-    fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
+    async fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, nothing, .. } = self;
         let none = vec![SeenPixels::NONE; band.order().slots()];
         nothing.write(gpu, &none)?;
@@ -197,7 +239,7 @@ impl GpuEngine {
         let inputs = ShadeInputs { seen: nothing, lit: finders.chosen().found().lit, positions, triangles };
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
-        recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+        recorder.submit().await?.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
         Ok(())
     }
 
@@ -205,24 +247,33 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Where the device is lost.
-    fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
-        let shown = self.first.fetch(&self.gpu, band, &mut self.seen, &mut self.lit)?;
+    async fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+        let Self { gpu, planes, first, seen, lit, .. } = self;
+        let (fetch, done) = match self.fetched.take() {
+            Some(fetched) => fetched,
+            None => {
+                let mut recorder = Recorder::new(gpu);
+                let fetch = FilmFetch::record(&mut recorder, planes, first, band, lit.len());
+                (fetch, recorder.submit().await?)
+            }
+        };
+        let FilmFetch { color, flat, nearest, triangle, .. } = fetch;
+        let shown = FirstLayer::take(&done, fetch.first, band, seen, lit)?;
         self.shadow_rays += shown * self.shadowing_lights * u64::from(samples);
-        let Self { gpu, planes, .. } = self;
         let [width, rows] = band.size().map(|side| side as usize);
         let first = band.rows.start as usize * width;
         let pixels = first..first + rows * width;
-        for (color, read) in film.color[pixels.clone()].iter_mut().zip(planes.read_color(gpu)?) {
+        for (color, read) in film.color[pixels.clone()].iter_mut().zip(done.read::<[f32; 4]>(color)?) {
             *color = Film::bounded(read.into());
         }
-        for (flat, read) in film.flat.iter_mut().skip(first).zip(planes.read_flat(gpu)?) {
+        for (flat, read) in film.flat.iter_mut().skip(first).zip(done.read::<[f32; 4]>(flat)?) {
             *flat = Film::bounded(read.into());
         }
-        let nearest = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
-        for ((depth, normal), [x, y, z, w]) in nearest.zip(planes.read_first(gpu)?) {
+        let depths_and_normals = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
+        for ((depth, normal), [x, y, z, w]) in depths_and_normals.zip(done.read::<[f32; 4]>(nearest)?) {
             (*depth, *normal) = (w, [x, y, z].into());
         }
-        film.triangle[pixels].copy_from_slice(&planes.read_triangle(gpu)?);
+        done.read_into(triangle, &mut film.triangle[pixels])?;
         self.is_finished = true;
         Ok(())
     }
@@ -231,9 +282,14 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Where the device has no room for the texture, or is lost.
-    fn develop_to_texture(&mut self, band: &Band, settings: &Settings, stats: &mut Stats) -> Result<(), GpuError> {
+    async fn develop_to_texture(
+        &mut self,
+        band: &Band,
+        settings: &Settings,
+        stats: &mut Stats,
+    ) -> Result<(), GpuError> {
         let Self { gpu, planes, first, picture, .. } = self;
-        let shown = picture.develop(gpu, band, (planes, first.seen()), settings, stats)?;
+        let shown = picture.develop(gpu, band, (planes, first.seen()), settings, stats).await?;
         self.shadow_rays += shown * self.shadowing_lights * u64::from(settings.samples);
         self.is_finished = true;
         Ok(())
@@ -247,6 +303,7 @@ impl Engine for GpuEngine {
             _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
             _ if settings.noise > 0.0 => Err(Error::NoiseOnGpu),
+            Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
             Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),
             _ => Ok(()),
         }
@@ -262,6 +319,7 @@ impl Engine for GpuEngine {
             self.rig.forget();
         }
         self.is_finished = false;
+        self.fetched = None;
         self.shadow_rays = 0;
         self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
     }
@@ -287,6 +345,7 @@ impl Engine for GpuEngine {
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
         self.is_see_through = frame.is_see_through();
+        self.output = output;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
         let rig = self.rig.rig().map(Arc::as_ref);
         self.geometry.upload(&self.gpu, frame, rig, settings.sides)?;
@@ -309,36 +368,44 @@ impl Engine for GpuEngine {
     }
 
     /// Adds samples to the film on the GPU, one after the other: sees, shadows and shades.
-    fn shade(
-        &mut self,
-        staged: &Staged<'_>,
+    fn shade<'a>(
+        &'a mut self,
+        staged: &'a Staged<'a>,
         band: usize,
-        samples: &Samples,
-        _film: &mut Film,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        let band = Band { view: staged.view, ..self.bands[band].clone() };
-        self.tables.upload_lights(&self.gpu, staged, &mut self.shade)?;
-        for sample in samples.as_slice() {
-            self.shade_sample(staged, &band, sample, stats)?;
-        }
-        Ok(())
+        samples: &'a Samples,
+        _film: &'a mut Film,
+        stats: &'a mut Stats,
+    ) -> Outcome<'a> {
+        Outcome::of(async move {
+            let band = Band { view: staged.view, ..self.bands[band].clone() };
+            self.tables.upload_lights(&self.gpu, staged, &mut self.shade)?;
+            for sample in samples.as_slice() {
+                self.shade_sample(staged, &band, sample, stats).await?;
+            }
+            Ok(())
+        })
     }
 
-    fn develop(
-        &mut self,
-        staged: &Staged<'_>,
+    fn develop<'a>(
+        &'a mut self,
+        staged: &'a Staged<'a>,
         band: usize,
         output: Output,
-        film: &mut Film,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        let band = self.bands[band].clone();
-        match output {
-            Output::Film => stats.time("fetch", || self.fetch(&band, film, staged.settings.samples))?,
-            Output::Texture => self.develop_to_texture(&band, staged.settings, stats)?,
-        }
-        Ok(())
+        film: &'a mut Film,
+        stats: &'a mut Stats,
+    ) -> Outcome<'a> {
+        Outcome::of(async move {
+            let band = self.bands[band].clone();
+            match output {
+                Output::Film => {
+                    let start = Instant::now();
+                    self.fetch(&band, film, staged.settings.samples).await?;
+                    stats.add("fetch", start.elapsed().as_secs_f64() * 1e3);
+                }
+                Output::Texture => self.develop_to_texture(&band, staged.settings, stats).await?,
+            }
+            Ok(())
+        })
     }
 
     fn texture(&self) -> Option<wgpu::Texture> {
@@ -359,7 +426,7 @@ impl Engine for GpuEngine {
 
     /// Of the work of several layers, only that of the surfaces seen first is counted; their shadow rays are those of the
     /// last sample, times the number of samples.
-    fn count(&self, frame: &Frame, stats: &mut Stats) -> Result<(), Error> {
+    fn count(&self, frame: &Frame, stats: &mut Stats) {
         stats.vertices = self.geometry.geometry().vertex_count() as usize;
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled.map(Some));
@@ -369,9 +436,8 @@ impl Engine for GpuEngine {
         stats.frame_bytes += self.rig.bytes() as usize;
         let film = self.planes.planes().bytes() + self.planes.triangle().bytes();
         stats.pixel_bytes += (pixels + film + self.picture.bytes()) as usize;
-        stats.count_omitted(&self.rig.omitted(&self.gpu, frame)?);
+        stats.count_omitted(&self.rig.omitted(frame));
         stats.uploaded_bytes = self.gpu.uploaded_bytes() - self.uploaded_before;
-        Ok(())
     }
 }
 

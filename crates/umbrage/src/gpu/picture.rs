@@ -23,7 +23,7 @@ impl Picture {
     ///
     /// # Errors
     /// Where the device has no room for the texture, or is lost.
-    pub(super) fn develop(
+    pub(super) async fn develop(
         &mut self,
         gpu: &Gpu,
         band: &Band,
@@ -43,12 +43,13 @@ impl Picture {
         self.shown.record(gpu, &mut recorder, seen);
         recorder.stage("develop", |pass| self.develop.record(gpu, pass, planes));
         self.develop.copy(&mut recorder, &texture, band.rows.start);
-        recorder.submit()()?.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+        let done = recorder.submit().await?;
+        done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
         if band.rows.end == band.view.height {
             self.turns.turn();
             self.texture = Some(texture);
         }
-        self.shown.read(gpu).map(u64::from)
+        self.shown.read(&done).map(u64::from)
     }
 
     /// The last frame's texture; `None` where it wasn't finished.

@@ -1,10 +1,11 @@
 //! From a scene's rig to vertices that the GPU poses.
 
+use std::mem;
 use std::sync::{Arc, OnceLock};
 
 use umbrage_gpu::pose::{self, Influences, RigPart, RigShape, RigTables, RigTarget};
 use umbrage_gpu::shade::Shade;
-use umbrage_gpu::{Geometry, Gpu, GpuError, Omit, Recorder};
+use umbrage_gpu::{Done, Geometry, Gpu, GpuError, Omit, Recorder};
 use umbrage_rays::Omitted;
 use umbrage_scene::rig::{Deltas, Placement, Pose, Rig, Shape};
 use umbrage_scene::{Frame, Scene};
@@ -14,6 +15,8 @@ use umbrage_scene::{Frame, Scene};
 pub(super) struct FrameRig {
     stage: pose::Pose,
     omit: Omit,
+    /// Which of the posed triangles no ray can hit.
+    omitted: Omitted,
     pose: Pose,
     /// What moves the last frame's vertices.
     rig: Option<Arc<Rig>>,
@@ -30,6 +33,7 @@ impl FrameRig {
         Ok(Self {
             stage: pose::Pose::new(gpu),
             omit: Omit::new(gpu)?,
+            omitted: Omitted::default(),
             pose: Pose::default(),
             rig: None,
             on_gpu: None,
@@ -115,7 +119,7 @@ impl FrameRig {
     }
 
     /// Poses the vertices where that is still to be done, and finds which triangles no ray can hit then.
-    pub(super) fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, shade: &Shade) {
+    pub(super) fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, shade: &Shade) {
         if self.is_due {
             let (attributes, _) = shade.posed_attributes();
             recorder.stage("pose", |pass| self.stage.record(gpu, pass, geometry.positions(), attributes));
@@ -123,19 +127,22 @@ impl FrameRig {
         }
     }
 
-    /// Notes that what was recorded is done.
-    pub(super) fn finish(&mut self) {
-        self.is_due = false;
-        // Held, so that no other rig takes its place in memory.
-        self.on_gpu.clone_from(&self.rig);
-    }
-
-    /// Which of the last frame's triangles no ray can hit.
+    /// Takes over what was recorded and is done.
     ///
     /// # Errors
     /// Where the device is lost.
-    pub(super) fn omitted(&self, gpu: &Gpu, frame: &Frame) -> Result<Omitted, GpuError> {
-        if self.rig.is_some() { self.omit.omitted(gpu) } else { Ok(frame.triangles().omitted()) }
+    pub(super) fn finish(&mut self, done: &Done) -> Result<(), GpuError> {
+        if mem::take(&mut self.is_due) {
+            self.omitted = self.omit.omitted(done)?;
+        }
+        // Held, so that no other rig takes its place in memory.
+        self.on_gpu.clone_from(&self.rig);
+        Ok(())
+    }
+
+    /// Which of the last frame's triangles no ray can hit.
+    pub(super) fn omitted(&self, frame: &Frame) -> Omitted {
+        if self.rig.is_some() { self.omitted.clone() } else { frame.triangles().omitted() }
     }
 
     /// Bytes on the GPU of what vertices are made from.

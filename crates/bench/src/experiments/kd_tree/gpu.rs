@@ -178,10 +178,10 @@ impl Trial {
             let mut recorder = Recorder::new(gpu);
             rendered.record(gpu, &mut recorder, &self.geometry, &self.nodes);
             let mut wall = 0.0;
-            let stages = time(&mut wall, || recorder.submit()())?;
+            let done = time(&mut wall, || recorder.submit_and_wait())?;
             // Else lists were too short, which are longer now.
-            if rendered.finish(gpu)? {
-                times.push(Round { stages, wall });
+            if rendered.finish(gpu, &done)? {
+                times.push(Round { stages: done.times, wall });
             }
         }
         // The first has taken memory.

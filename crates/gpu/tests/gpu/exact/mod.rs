@@ -26,7 +26,7 @@ fn map<T: bytemuck::Pod>(gpu: &Gpu, kernel: &Kernel, inputs: &[T], words: usize)
     let groups = Groups::Flat((inputs.len() as u32).div_ceil(LANES));
     let mut recorder = Recorder::new(gpu);
     recorder.stage("map", |pass| kernel.dispatch(gpu, pass, &[&input, &output], groups));
-    recorder.submit()().expect("done");
+    recorder.submit_and_wait().expect("done");
     output.read(gpu, inputs.len() * words).expect("read")
 }
 

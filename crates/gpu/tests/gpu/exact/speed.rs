@@ -61,7 +61,7 @@ fn rate<T: bytemuck::Pod>(gpu: &Gpu, kernel: &Kernel, cases: &[T]) -> String {
         let groups = Groups::Flat((cases.len() as u32).div_ceil(LANES));
         recorder.stage("predicate", |pass| kernel.dispatch(gpu, pass, &[&input, &output], groups));
         let start = processor_seconds();
-        recorder.submit()().expect("done");
+        recorder.submit_and_wait().expect("done");
         processor_seconds() - start
     });
     let seconds: Vec<_> = seconds.collect();

@@ -106,8 +106,8 @@ impl Grids {
             let mut recorder = Recorder::new(gpu);
             camera.record(gpu, &mut recorder, geometry);
             lights.record(gpu, &mut recorder, geometry, camera.seen());
-            recorder.submit()()?;
-            if camera.finish(gpu)? && lights.finish(gpu)? {
+            let done = recorder.submit_and_wait()?;
+            if camera.finish(gpu, &done)? && lights.finish(gpu, &done)? {
                 return read(gpu, camera, lights, case.view, sources.len());
             }
         }

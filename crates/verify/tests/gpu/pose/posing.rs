@@ -58,7 +58,7 @@ impl Posing {
         stage.prepare(gpu, &pose.matrices, rig.moving_matrices, &pose.weights, places)?;
         let mut recorder = Recorder::new(gpu);
         recorder.stage("pose", |pass| stage.record(gpu, pass, positions, attributes));
-        let times = recorder.submit()()?;
+        let times = recorder.submit_and_wait()?.times;
         let vertices = rig.vertices;
         let words: Vec<f32> = attributes.read(gpu, 7 * vertices)?;
         let (normals, tangents) = words.split_at(3 * vertices);

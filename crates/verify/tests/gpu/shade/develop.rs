@@ -41,7 +41,7 @@ impl Developer {
         stage.prepare(gpu, planes, settings.samples, settings.exposure_stops, tone_map).expect("room");
         let mut recorder = Recorder::new(gpu);
         recorder.stage("develop", |pass| stage.record(gpu, pass, planes));
-        recorder.submit()().expect("done");
+        recorder.submit_and_wait().expect("done");
         let words = stage.read_image(gpu).expect("read");
         words.into_iter().map(u32::to_le_bytes).collect()
     }
