@@ -155,7 +155,7 @@ impl Tracer {
             is_hierarchy_built: self.hierarchy.is_current,
         };
         let mut runs = Runs { starts: &mut self.runs, directions: &mut self.directions };
-        if runs.find(trace, costs.most_runs()) { TracedBy::Scanner } else { TracedBy::Hierarchy }
+        if runs.find(trace, &costs) { TracedBy::Scanner } else { TracedBy::Hierarchy }
     }
 
     fn by_scanner(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {

@@ -73,8 +73,9 @@ fn together(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Ve
         directions.into_iter().map(move |direction| Ray::new(origin, direction.as_dvec3()))
     });
     let mut rays: Vec<Ray> = each.collect();
+    // After another one from the same origin, with which it isn't to be answered.
+    rays.push(Ray { t_max: f64::NAN, ..rays[rays.len() - 1] });
     rays.push(Ray::new(DVec3::NAN, DVec3::X));
-    rays.push(Ray { t_max: f64::NAN, ..rays[0] });
     rays
 }
 
@@ -90,10 +91,16 @@ fn rays_from_few_origins_hit_what_the_oracle_says() {
         let part = Trace { t_min: 0.3, t_max: 1.0, ..base };
         let front = Trace { sides: Sides::Front, ..base };
         let masked = Trace { sides: MIXED_SIDES, opacity: &mask, ..base };
-        for trace in [base, part, front, masked] {
+        for (trace, pool) in [base, part, front, masked].into_iter().zip(pools.chunks(1)) {
             let truth = truth(&trace);
             hits += truth.iter().flatten().count();
-            assert_eq!(check(name, &trace, &truth, &pools), TracedBy::Scanner, "{name}");
+            // Each many times, so that a scanner is worth its while; but for those that are an origin each.
+            let again: Vec<usize> =
+                (0..rays.len() - 2).flat_map(|index| [index; 12]).chain(rays.len() - 2..rays.len()).collect();
+            let many: Vec<Ray> = again.iter().map(|&index| rays[index]).collect();
+            let of_many: Vec<Option<Hit>> = again.iter().map(|&index| truth[index]).collect();
+            let by = check(name, &Trace { rays: Rays::from(&many), ..trace }, &of_many, pool);
+            assert_eq!(by, TracedBy::Scanner, "{name}");
             // In another order, in which hardly two rays from one origin follow each other.
             let order: Vec<usize> = (0..rays.len()).map(|index| index * 997 % rays.len()).collect();
             let mixed: Vec<Ray> = order.iter().map(|&index| rays[index]).collect();
@@ -111,7 +118,7 @@ fn what_a_scanner_does_not_take_hits_what_the_oracle_says() {
     let (pools, mesh) = (pools(), TestMesh::ball(2));
     let turned = |number: u32| (f64::from(number) * 0.1).sin_cos();
     let direction = |number: u32| DVec3::new(turned(number).0, 0.3, turned(number).1);
-    let precise: Vec<Ray> = (0..500).map(|number| Ray::new(DVec3::ZERO, direction(number))).collect();
+    let precise: Vec<Ray> = (0..5000).map(|number| Ray::new(DVec3::ZERO, direction(number))).collect();
     let rounded = precise.iter().map(|ray| Ray { direction: ray.direction.as_vec3().as_dvec3(), ..*ray });
     let behind: Vec<Ray> = rounded.clone().map(|ray| Ray { t_min: -3.0, t_max: -0.01, ..ray }).collect();
     for (name, rays, expected) in [
