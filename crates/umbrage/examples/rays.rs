@@ -12,7 +12,7 @@ fn main() -> Result<(), Error> {
     let bounds = triangles.bounds();
     let [low, high] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];
     let direction = |number: u32| {
-        let (turn, tilt) = (f64::from(number % 360).to_radians(), f64::from(number / 360 - 10) * 0.15);
+        let (turn, tilt) = (f64::from(number % 360).to_radians(), (f64::from(number / 360) - 10.0) * 0.15);
         let direction = DVec3::new(turn.cos() * tilt.cos(), tilt.sin(), turn.sin() * tilt.cos());
         // As single precision has it: then a scanner may answer.
         direction.as_vec3().as_dvec3()
@@ -21,7 +21,7 @@ fn main() -> Result<(), Error> {
     let above = (low + high) / 2.0 + DVec3::Y * (high.y - low.y);
     let from_above: Vec<Ray> = (0..3600).map(|number| Ray::new(above, direction(number))).collect();
     let from_anywhere: Vec<Ray> = (0..3600)
-        .map(|number| Ray::new(low + (high - low) * (direction(number * 7) * 0.5 + 0.5), direction(number)))
+        .map(|number| Ray::new(low + (high - low) * (direction(number * 7 % 3600) * 0.5 + 0.5), direction(number)))
         .collect();
 
     // Kept from frame to frame, so that its memory is used again: `tracer.forget()` when triangles have moved.
