@@ -21,6 +21,7 @@ mod scan;
 mod shot;
 mod table;
 mod tone_map;
+mod trace;
 mod trust;
 #[cfg(feature = "view")]
 mod window;
@@ -71,6 +72,8 @@ enum Command {
     Scan(scan::ScanFlags),
     /// Which faces each of many suns reaches, through scans and through Embree
     Lit(lit::LitFlags),
+    /// Any rays, in runs from the same origin: what a scan and the hierarchy take, and which of them is chosen
+    Trace(trace::TraceFlags),
     /// What the tone maps show of grey
     ToneMap(tone_map::ToneMapFlags),
     /// Measure some of the papers' experiments and write their tables to docs/papers
@@ -166,6 +169,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Effects(flags) => effects::run(&flags),
         Command::Scan(flags) => scan::run(&flags),
         Command::Lit(flags) => lit::run(&flags),
+        Command::Trace(flags) => trace::run(&flags),
         Command::ToneMap(flags) => flags.run(),
         Command::Paper(flags) => flags.run(),
         Command::Papers(flags) => flags.run(),

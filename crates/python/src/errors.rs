@@ -5,6 +5,7 @@ use std::io;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use umbrage::scene::BadInstance;
 
 /// `OSError`, or the kind of it that the system's word is, where a file can't be read; else `ValueError`.
 pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
@@ -22,4 +23,14 @@ pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
 /// An argument that is not what it should be.
 pub(crate) fn expected(name: &str, expected: &str, found: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!("{name}: expected {expected}, found {found}"))
+}
+
+/// What is wrong with a mesh that is added.
+pub(crate) fn bad_instance(bad: BadInstance) -> PyErr {
+    match bad {
+        BadInstance::Index { index, vertices } => {
+            expected("triangle_indices", &format!("indices below {vertices}, the number of vertices"), index)
+        }
+        BadInstance::TooMany => PyValueError::new_err("a scene has at most 4294967295 vertices and triangles"),
+    }
 }

@@ -28,3 +28,16 @@ def test_each_question_has_a_row_and_both_agree(capsys):
         rays, differ = (int(row.split("|")[column].replace(",", "")) for column in (4, 8))
         # Embree answers in float32.
         assert rays > 0 and differ <= rays // 100, row
+
+
+def test_what_python_adds_is_a_row_for_each_question(tmp_path, capsys):
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\nwhile read name; do echo 50; done\n")
+    program.chmod(0o755)
+    line = ["demo:cloth?triangles=300", "--overhead", str(program), "--rays", "100", "--rounds", "1"]
+    assert bench.main(line) == 0
+    rows = [row.split("|") for row in capsys.readouterr().out.splitlines() if row.startswith("| `")]
+    assert [row[2].strip() for row in rows] == ["`scan`", "`cast_rays`", "`lit`"]
+    assert all(row[3].strip() == "50.0" and float(row[4]) < 50 and row[5].strip().startswith("-") for row in rows)
+    assert bench.main(["--overhead", str(tmp_path / "none")]) == 2
+    assert "none" in capsys.readouterr().err

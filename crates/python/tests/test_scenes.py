@@ -85,6 +85,43 @@ def test_transforms_are_of_the_meshs_own_vertices(random):
     same(scene.cast_rays(rays), scene_of(2 * vertices, triangles).cast_rays(rays))
 
 
+def test_points_are_known_in_the_space_of_their_geometry(random):
+    vertices, triangles = soup(random, 200)
+    scene = scene_of(vertices, triangles)
+    scene.add_triangles(vertices, triangles)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.linalg.qr(random.normal(size=(3, 3)))[0] * 3
+    matrix[:3, 3] = [9, 0, 0]
+    scene.set_transform(1, matrix)
+    directions = random.normal(size=(400, 3)) + [2, 0, 0]
+    answer = scene.scan([-3, 0, 0], directions)
+    keys = "geometry_ids", "primitive_ids", "primitive_uvs"
+    found = scene.object_positions(*(answer[key] for key in keys))
+    assert found.shape == (400, 3) and found.dtype == np.float64
+    hit = np.isfinite(answer["t_hit"])
+    assert np.isnan(found[~hit]).all() and set(answer["geometry_ids"][hit]) == {0, 1}
+    world = np.float64([-3, 0, 0]) + np.float32(directions[hit]).astype(np.float64) * answer["t_hit"][hit, None]
+    back = (world - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
+    expected = np.where(answer["geometry_ids"][hit, None] == 1, back, world)
+    np.testing.assert_allclose(found[hit], expected, atol=1e-5)
+    with pytest.raises(ValueError, match="primitive_ids: expected ids below 200"):
+        scene.object_positions([0], [200], [[0, 0]])
+
+
+def test_rays_say_what_answered_them_and_answers_do_not_depend_on_it(random):
+    vertices, triangles = soup(random, 300)
+    directions = random.normal(size=(3000, 3)).astype(np.float32)
+    rays = np.hstack((np.broadcast_to(np.float32([0.1, 0.2, 3]), directions.shape), directions))
+    others = np.hstack((random.uniform(-2, 2, (3000, 3)), directions)).astype(np.float32)
+    both = np.stack((rays, others), axis=1).reshape(-1, 6)
+    scene = scene_of(vertices, triangles)
+    together, apart = scene.cast_rays(rays), scene.cast_rays(both)
+    assert (together["structures"], apart["structures"]) == (["scanner"], ["hierarchy"])
+    assert 100 < np.isfinite(together["t_hit"]).sum() < 2900
+    for key in together.keys() - {"structures"}:
+        np.testing.assert_array_equal(together[key], apart[key][::2])
+
+
 def test_triangles_that_no_ray_can_hit_are_counted():
     vertices = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 0], [0, 0, 0]])
     scene = scene_of(vertices, [[0, 1, 2], [0, 1, 3], [0, 1, 1], [0, 4, 2]])

@@ -39,6 +39,7 @@ mod shot;
 mod simd;
 mod single;
 mod structure;
+mod trace;
 mod triangles;
 mod uniform;
 
@@ -70,6 +71,7 @@ pub use shot::{
 pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};
 pub use structure::{Specialised, Structure};
+pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 

@@ -22,8 +22,12 @@ impl Ray {
 
     /// Whether it can hit anything: it starts somewhere, goes somewhere, and has some t between its ends.
     pub(crate) fn is_sound(&self) -> bool {
-        let goes_somewhere = self.direction.is_finite() && self.direction != DVec3::ZERO;
-        self.origin.is_finite() && goes_somewhere && self.t_min < self.t_max
+        self.origin.is_finite() && self.goes_somewhere() && self.t_min < self.t_max
+    }
+
+    /// Whether its direction is one.
+    pub(crate) fn goes_somewhere(&self) -> bool {
+        self.direction.is_finite() && self.direction != DVec3::ZERO
     }
 }
 

@@ -1,41 +1,40 @@
-//! Rays from anywhere to anywhere: the nearest triangle along each, exactly.
+//! Rays from anywhere to anywhere: the nearest triangle along each, exactly, through whatever takes the least.
 //!
 //! `cargo run --release --example rays`
 
 use umbrage::Error;
 use umbrage::glam::DVec3;
-use umbrage::rays::{Hit, KdTree, Opacity, Ray, SingleRays};
+use umbrage::rays::{Ray, Scanned, Trace, Tracer};
 
 fn main() -> Result<(), Error> {
     let frame = umbrage::open("demo:marbles?triangles=5000")?.at(0.0)?;
     let triangles = frame.triangles();
-    // Triangles that move ask for another build; the tree's memory is used again.
-    let mut tree = KdTree::default();
-    tree.build(triangles);
-
-    // A scanner above the scene that looks all around and down.
     let bounds = triangles.bounds();
     let [low, high] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];
-    let origin = (low + high) / 2.0 + DVec3::Y * (high.y - low.y);
-    let rays = (0..3600).map(|number| {
-        let (turn, tilt) = (f64::from(number % 360).to_radians(), f64::from(number / 360 - 10) * 0.15);
-        Ray::new(origin, DVec3::new(turn.cos() * tilt.cos(), tilt.sin(), turn.sin() * tilt.cos()))
-    });
+    let direction = |number: u32| {
+        let (turn, tilt) = (f64::from(number % 360).to_radians(), (f64::from(number / 360) - 10.0) * 0.15);
+        let direction = DVec3::new(turn.cos() * tilt.cos(), tilt.sin(), turn.sin() * tilt.cos());
+        // As single precision has it: then a scanner may answer.
+        direction.as_vec3().as_dvec3()
+    };
+    // From above, all around and down; and each from somewhere else.
+    let above = (low + high) / 2.0 + DVec3::Y * (high.y - low.y);
+    let from_above: Vec<Ray> = (0..3600).map(|number| Ray::new(above, direction(number))).collect();
+    let from_anywhere: Vec<Ray> = (0..3600)
+        .map(|number| Ray::new(low + (high - low) * (direction(number * 7 % 3600) * 0.5 + 0.5), direction(number)))
+        .collect();
 
-    // Says which hits stop the ray: it goes through holes in leaves here, and could go through back faces.
-    let opacity = frame.camera_opacity();
-    let stops = |hit: &Hit| opacity.stops(hit.triangle, hit.barycentric);
-    let (mut hits, mut nearest) = (0, None);
-    for ray in rays {
-        let Some(hit) = tree.nearest(triangles, &ray, &stops) else { continue };
-        hits += 1;
-        if nearest.is_none_or(|(t, _)| hit.t < t) {
-            nearest = Some((hit.t, hit.triangle));
+    // Kept from frame to frame, so that its memory is used again: `tracer.forget()` when triangles have moved.
+    let (mut tracer, mut traced) = (Tracer::default(), Scanned::default());
+    for (name, rays) in [("above", from_above), ("anywhere", from_anywhere)] {
+        // Says what stops rays: they go through holes in leaves, and could go through back faces.
+        let trace = Trace { opacity: &frame.camera_opacity(), ..Trace::new(triangles, &rays) };
+        let by = tracer.trace(&trace, &mut traced);
+        let hits = traced.t.iter().filter(|t| t.is_finite()).count();
+        println!("{hits} of {} rays from {name} hit something, says the {by}", rays.len());
+        if let Some((index, t)) = traced.t.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            println!("  the nearest is triangle {}, {t:.3} away", traced.triangle[index]);
         }
-    }
-    println!("{hits} of 3600 rays hit something");
-    if let Some((t, triangle)) = nearest {
-        println!("the nearest is triangle {triangle}, {t:.3} away: {:?}", triangles.corners(triangle));
     }
     Ok(())
 }

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! `examples/` shows triangles of one's own that change in each frame (`own_triangles`), which points of a set a light reaches
-//! (`point_visibility`), rays from anywhere (`rays`), a lidar and the sun on faces (`lidar`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
+//! (`point_visibility`), rays from anywhere (`rays`), rigid objects that move (`instances`), a lidar and the sun on faces (`lidar`), what questions take (`timed_questions`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
 //!
 //! All that is public, and what it is for:
 //!
@@ -38,7 +38,8 @@
 //! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
 //!   are made of, and frames of one's own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit;
-//!   [`rays::Scanner`] answers any directions from one origin, and lights on any points.
+//!   [`rays::Scanner`] answers any directions from one origin, and lights on any points; [`rays::Tracer`] any rays, by what takes
+//!   the least; [`scene::Instances`] says which rigid object a hit is of.
 //! - [`gpu`] opens devices, with the feature of that name.
 //! - [`glam`] is the library whose vectors all of these take.
 #![forbid(unsafe_code)]

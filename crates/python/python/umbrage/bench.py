@@ -2,16 +2,20 @@
 
     python -m umbrage.bench
     python -m umbrage.bench 'demo:statue?triangles=300000' walk.glb --suns 100 --threads 2
+    python -m umbrage.bench --overhead target/release/examples/timed_questions
 
 Both get the frame's vertices, build what they need and answer the same rays, in turn. ``embreex`` works on one thread, and so does
-Umbrage unless ``--threads`` says otherwise.
+Umbrage unless ``--threads`` says otherwise. With ``--overhead`` the same questions are asked in Rust and in Python, in turn, of a
+scene that stays as it is; the program is an example of the library (``cargo build --release --example timed_questions``).
 """
 
 from __future__ import annotations
 
 import argparse
 import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -40,6 +44,13 @@ class Question(NamedTuple):
 def main(arguments: list[str] | None = None) -> int:
     """Run a line of the command, and give its exit code: 0, 2 for bad input or where ``embreex`` is missing."""
     asked = _parser().parse_args(arguments)
+    if asked.overhead:
+        try:
+            _overhead(asked)
+        except (ValueError, OSError) as wrong:
+            print(f"error: {wrong}", file=sys.stderr)
+            return 2
+        return 0
     try:
         import embreex  # noqa: F401
     except ImportError:
@@ -62,6 +73,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--rounds", type=_above_zero, default=5, metavar="N", help="frames over the animation; one more doesn't count [default: 5]")
     parser.add_argument("--threads", type=_above_zero, default=1, metavar="N", help="threads of Umbrage [default: 1, as embreex has]")
     parser.add_argument("--offset", type=float, default=1e-5, metavar="PART", help="how far Embree's rays to suns begin from their face, in sizes of the scene [default: 1e-5]")
+    parser.add_argument("--overhead", metavar="PROGRAM", help="ask this program of the library in place of Embree: what Python adds to a million rays")
+    parser.add_argument("--rays", type=_above_zero, default=1_000_000, metavar="N", help="rays of --overhead [default: 1000000]")
     return parser
 
 
@@ -116,6 +129,43 @@ def _measure(asked: argparse.Namespace) -> None:
             )
     print("\nratio: how many times as long embreex takes. differ: answers of all frames that are others: whether a ray hits anything.")
     print("Embree's are in float32; its rays to suns begin beside their face, Umbrage's need no offset.")
+
+
+def _overhead(asked: argparse.Namespace) -> None:
+    """Time questions in Rust and in Python, in turn."""
+    print(f"threads {asked.threads}, {asked.rays:,} rays; medians of {asked.rounds} answers in milliseconds\n")
+    print("| scene | question | Rust | Python | more |\n|---|---|---|---|---|")
+    for address in asked.scenes:
+        frame = umbrage.open(address).at(0.5)
+        random = np.random.default_rng(1)
+        directions = random.normal(size=(asked.rays, 3)).astype(np.float32)
+        origins = random.uniform(frame.vertices.min(axis=0), frame.vertices.max(axis=0), directions.shape)
+        rays = np.concatenate([np.float32(origins), directions], axis=1)
+        scene = umbrage.RaycastingScene(nthreads=asked.threads)
+        scene.add_triangles(frame.vertices, frame.triangles)
+        suns = umbrage.Light.suns([[sun * 0.1 - 0.4, -1.0, 0.2] for sun in range(8)])
+        questions: dict[str, Callable[[], Any]] = {
+            "scan": lambda scene=scene, directions=directions: scene.scan([0, 1, 0], directions),  # type: ignore[misc]
+            "cast_rays": lambda scene=scene, rays=rays: scene.cast_rays(rays),  # type: ignore[misc]
+            "lit": lambda scene=scene, suns=suns: scene.lit(suns, faces=True),  # type: ignore[misc]
+        }
+        with tempfile.NamedTemporaryFile(suffix=".f32") as file:
+            rays.tofile(file.name)
+            command = [asked.overhead, address, file.name, str(asked.threads)]
+            with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as rust:
+                assert rust.stdin is not None and rust.stdout is not None
+                for name, ask in questions.items():
+                    times: list[tuple[float, float]] = []
+                    for _ in range(asked.rounds + 2):
+                        print(name, file=rust.stdin, flush=True)
+                        in_rust = float(rust.stdout.readline())
+                        start = time.perf_counter()
+                        ask()
+                        times.append((in_rust, 1e3 * (time.perf_counter() - start)))
+                    # What is built, and memory that is new, isn't counted.
+                    rust_median, python_median = (statistics.median(side) for side in zip(*times[2:]))
+                    more = 100 * (python_median / rust_median - 1)
+                    print(f"| `{address}` | `{name}` | {rust_median:.1f} | {python_median:.1f} | {more:.1f} % |", flush=True)
 
 
 def _questions(vertices: Array, faces: Array, asked: argparse.Namespace) -> Iterator[Question]:

@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use umbrage::rays::{Hit, Scanned};
+use umbrage::scene::Instances;
 
-use super::meshes::Meshes;
 use crate::arrays::{hand_over, hand_over_rows};
 
 /// Stands for no geometry and no triangle, as in Open3D.
@@ -78,9 +78,9 @@ impl Answers {
     }
 
     /// Finds geometries, and normals where they are asked for, when all hits are there.
-    pub(super) fn complete(&mut self, meshes: &Meshes, with_normals: bool) {
+    pub(super) fn complete(&mut self, instances: &Instances, with_normals: bool) {
         const AT_LEAST: usize = 1 << 12;
-        let triangles = meshes.triangles();
+        let triangles = instances.triangles();
         if with_normals {
             let normals = self.triangle.par_iter().with_min_len(AT_LEAST);
             normals
@@ -89,7 +89,7 @@ impl Answers {
         }
         let ids = self.triangle.par_iter_mut().with_min_len(AT_LEAST);
         ids.map(|id| {
-            let (geometry, number) = if *id == INVALID_ID { (INVALID_ID, *id) } else { meshes.geometry_of(*id) };
+            let [geometry, number] = if *id == INVALID_ID { [INVALID_ID; 2] } else { instances.of_triangle(*id) };
             *id = number;
             geometry
         })

@@ -1,6 +1,6 @@
 //! What several questions take as arguments.
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use umbrage::rays::Sweep;
@@ -87,11 +87,7 @@ impl<'py> Own<'py> {
     ) -> PyResult<Option<Self>> {
         match (shape, geometries, triangles) {
             (_, None, None) => Ok(None),
-            (Some(shape), Some(geometries), Some(triangles)) => {
-                let geometries = Numbers::new("geometry_ids", geometries, shape)?;
-                let triangles = Numbers::new("primitive_ids", triangles, shape)?;
-                Ok(Some(Self([geometries, triangles])))
-            }
+            (Some(shape), Some(geometries), Some(triangles)) => Self::of(shape, geometries, triangles).map(Some),
             (None, ..) => {
                 Err(PyValueError::new_err("geometry_ids, primitive_ids: expected none, as there are no points"))
             }
@@ -99,16 +95,38 @@ impl<'py> Own<'py> {
         }
     }
 
+    /// One for each point of a shape.
+    pub(super) fn of(shape: &[usize], geometries: &Bound<'py, PyAny>, triangles: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let geometries = Numbers::new("geometry_ids", geometries, shape)?;
+        let triangles = Numbers::new("primitive_ids", triangles, shape)?;
+        Ok(Self([geometries, triangles]))
+    }
+
     pub(super) fn slices(&self) -> [&[u32]; 2] {
         [self.0[0].slice(), self.0[1].slice()]
     }
 }
 
+/// How many hits of each direction, of which there is one where that isn't said.
+pub(super) fn hits_of_each(returns: Option<usize>) -> PyResult<usize> {
+    const MOST: usize = 1024;
+    let returns = returns.unwrap_or(1);
+    let error = || expected("returns", &format!("1 to {MOST} hits"), returns);
+    (1..=MOST).contains(&returns).then_some(returns).ok_or_else(error)
+}
+
+/// Checks how many points each triangle has.
+pub(super) fn samples_of_each(samples: u32) -> PyResult<()> {
+    const MOST: u32 = 1 << 16;
+    let error = || expected("samples", &format!("1 to {MOST}"), samples);
+    (1..=MOST).contains(&samples).then_some(()).ok_or_else(error)
+}
+
 /// A transform of column vectors whose last row is 0, 0, 0, 1.
-pub(super) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DMat4> {
+pub(super) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
     let matrix = Numbers::<f64>::new(name, value, &[4, 4])?;
     let matrix = DMat4::from_cols_slice(matrix.slice()).transpose();
     let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
     let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
-    is_affine.then_some(matrix).ok_or_else(error)
+    is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)
 }

@@ -4,9 +4,9 @@ use std::sync::{MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
+use umbrage::scene::Instance;
 
 use super::RaycastingScene;
-use super::meshes::Meshes;
 use super::state::State;
 use crate::threads::{Call, in_pieces};
 
@@ -28,9 +28,10 @@ impl RaycastingScene {
     }
 }
 
-/// Checks that there is such a geometry.
-pub(super) fn check_geometry(meshes: &Meshes, geometry: usize) -> PyResult<()> {
-    let count = meshes.count();
+/// A geometry, where there is such a one.
+pub(super) fn geometry_of(state: &State, geometry: usize) -> PyResult<&Instance> {
+    let all = state.instances.all();
+    let count = all.len();
     let error = || PyIndexError::new_err(format!("geometry_id: expected one of {count} geometries, found {geometry}"));
-    (geometry < count).then_some(()).ok_or_else(error)
+    all.get(geometry).ok_or_else(error)
 }

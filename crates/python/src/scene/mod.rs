@@ -3,7 +3,6 @@
 mod answers;
 mod arguments;
 mod ask;
-mod meshes;
 mod questions;
 mod rays;
 mod state;
@@ -14,25 +13,20 @@ use glam::Vec3;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
-use umbrage::scene::Frame;
+use umbrage::rays::Choice;
+use umbrage::scene::{Frame, Instance};
 
-use crate::arrays::{Rows, hand_over, shown};
+use crate::arrays::{Rows, hand_over, hand_over_rows, shown};
 use crate::camera::Camera;
-use crate::errors::expected;
+use crate::errors::{bad_instance, expected};
 use crate::light;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{Own, Sweeps, affine};
-use ask::check_geometry;
-use rays::Rays;
+use arguments::{Own, Sweeps, affine, hits_of_each, samples_of_each};
+use ask::geometry_of;
+use rays::RayArray;
 use state::State;
-
-/// The most hits of a direction.
-const MOST_RETURNS: usize = 1024;
-
-/// The most samples of a triangle.
-const MOST_SAMPLES: u32 = 1 << 16;
 
 /// Triangle meshes that may move between two questions, and what finds rays' hits among them.
 ///
@@ -108,7 +102,7 @@ impl RaycastingScene {
         py: Python<'_>,
         vertex_positions: &Bound<'_, PyAny>,
         triangle_indices: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<usize> {
+    ) -> PyResult<u32> {
         let (vertices, triangles) = match triangle_indices {
             Some(triangles) => (vertex_positions.clone(), triangles.clone()),
             None if vertex_positions.hasattr("faces")? => {
@@ -119,15 +113,7 @@ impl RaycastingScene {
         let vertices = Rows::<f32, 3>::table("vertex_positions", "N", &vertices)?;
         let triangles = Rows::<u32, 3>::table("triangle_indices", "M", &triangles)?;
         let (vertices, triangles): (&[Vec3], &[[u32; 3]]) = (vertices.of(), triangles.of());
-        py.detach(|| {
-            let most = triangles.as_flattened().iter().max();
-            if let Some(most) = most.filter(|&&most| most as usize >= vertices.len()) {
-                let range = format!("indices below {}, the number of vertices", vertices.len());
-                return Err(expected("triangle_indices", &range, most));
-            }
-            let too_many = || PyValueError::new_err("a scene has at most 4294967295 vertices and triangles");
-            self.lock().change().add(vertices, triangles).ok_or_else(too_many)
-        })
+        py.detach(|| self.lock().change().add("", vertices, triangles)).map_err(bad_instance)
     }
 
     /// Moves the vertices of a geometry, whose triangles stay.
@@ -150,12 +136,11 @@ impl RaycastingScene {
         let vertices: &[Vec3] = vertices.of();
         py.detach(|| {
             let mut state = self.lock();
-            check_geometry(&state.meshes, geometry_id)?;
-            let count = state.meshes.vertices_of(geometry_id);
+            let count = geometry_of(&state, geometry_id)?.vertices();
             if count != vertices.len() {
                 return Err(expected("vertex_positions", &shown(&[count, 3]), shown(&[vertices.len(), 3])));
             }
-            state.change().update(geometry_id, vertices);
+            state.change().update(geometry_id as u32, vertices);
             Ok(())
         })
     }
@@ -180,15 +165,14 @@ impl RaycastingScene {
         let matrix = affine("world_from_object", world_from_object)?;
         py.detach(|| {
             let mut state = self.lock();
-            check_geometry(&state.meshes, geometry_id)?;
-            state.change().set_transform(geometry_id, matrix);
+            geometry_of(&state, geometry_id)?;
+            state.change().set_transform(geometry_id as u32, matrix);
             Ok(())
         })
     }
 
-    /// Finds what each of any rays hits first.
-    ///
-    /// Where many rays have one origin, `scan` and `see` are much faster.
+    /// Finds what each of any rays hits first, through what takes the least for so many rays of as many origins. Answers don't
+    /// depend on that.
     ///
     /// Parameters
     /// ----------
@@ -204,7 +188,7 @@ impl RaycastingScene {
     ///     ``t_hit`` (...) of the rays' type, infinite for a miss; ``geometry_ids`` (...) and ``primitive_ids`` (...) uint32,
     ///     `INVALID_ID` for a miss; ``primitive_uvs`` (..., 2) float32, weights of the second and the third corner, zero for a miss;
     ///     ``primitive_normals`` (..., 3) float32, of unit length, towards where the corners are seen counterclockwise, zero for a
-    ///     miss.
+    ///     miss; and ``structures``, a list of str: what answered each million of rays, ``"scanner"`` or ``"hierarchy"``.
     ///
     /// Examples
     /// --------
@@ -217,22 +201,22 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = Rays::new(rays)?;
-        let (slice, precision) = (rays.slice(), rays.precision());
-        let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, slice))?;
-        answers.into_dict(py, rays.shape(), precision)
+        let rays = RayArray::new(rays)?;
+        let (these, precision) = (rays.rays(), rays.precision());
+        let (answers, by) = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
+        let dict = answers.into_dict(py, rays.shape(), precision)?;
+        dict.set_item("structures", by.into_iter().map(Choice::name).collect::<Vec<_>>())?;
+        Ok(dict)
     }
 
     /// Finds whether each of any rays hits anything in a part of it.
     ///
     /// Parameters
     /// ----------
-    /// rays : array_like (..., 6) float32 or float64
+    /// rays, nthreads
     ///     As of `cast_rays`.
     /// tnear, tfar : float, default 0 and infinity
     ///     Only hits between them count, in lengths of a direction.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
     ///
     /// Returns
     /// -------
@@ -246,9 +230,9 @@ impl RaycastingScene {
         tfar: f64,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rays = Rays::new(rays)?;
-        let slice = rays.slice();
-        let hit = self.ask(py, nthreads, |call, state| questions::any(call, state, slice, [tnear, tfar]))?;
+        let rays = RayArray::new(rays)?;
+        let these = rays.rays();
+        let hit = self.ask(py, nthreads, |call, state| questions::any(call, state, these, [tnear, tfar]))?;
         hand_over(py, hit, rays.shape())
     }
 
@@ -256,10 +240,8 @@ impl RaycastingScene {
     ///
     /// Parameters
     /// ----------
-    /// rays : array_like (..., 6) float32 or float64
+    /// rays, nthreads
     ///     As of `cast_rays`.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
     ///
     /// Returns
     /// -------
@@ -271,9 +253,9 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rays = Rays::new(rays)?;
-        let slice = rays.slice();
-        let counts = self.ask(py, nthreads, |call, state| questions::count(call, state, slice))?;
+        let rays = RayArray::new(rays)?;
+        let these = rays.rays();
+        let counts = self.ask(py, nthreads, |call, state| questions::count(call, state, these))?;
         hand_over(py, counts, rays.shape())
     }
 
@@ -281,10 +263,8 @@ impl RaycastingScene {
     ///
     /// Parameters
     /// ----------
-    /// rays : array_like (..., 6) float32 or float64
+    /// rays, nthreads
     ///     As of `cast_rays`.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
     ///
     /// Returns
     /// -------
@@ -299,12 +279,12 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = Rays::new(rays)?;
-        let (slice, precision) = (rays.slice(), rays.precision());
-        let listed = self.ask(py, nthreads, |call, state| questions::list(call, state, slice))?;
+        let rays = RayArray::new(rays)?;
+        let (these, precision) = (rays.rays(), rays.precision());
+        let listed = self.ask(py, nthreads, |call, state| questions::list(call, state, these))?;
         let hits = listed.rays.len();
         let dict = listed.hits.into_dict(py, &[hits], precision)?;
-        dict.set_item("ray_splits", hand_over(py, listed.splits, &[slice.len() + 1])?)?;
+        dict.set_item("ray_splits", hand_over(py, listed.splits, &[these.len() + 1])?)?;
         dict.set_item("ray_ids", hand_over(py, listed.rays, &[hits])?)?;
         Ok(dict)
     }
@@ -349,10 +329,7 @@ impl RaycastingScene {
         each: bool,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let most = returns.unwrap_or(1);
-        if !(1..=MOST_RETURNS).contains(&most) {
-            return Err(expected("returns", &format!("1 to {MOST_RETURNS} hits"), most));
-        }
+        let most = hits_of_each(returns)?;
         let sweeps = Sweeps::new(origin, directions, each)?;
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| questions::scan(call, state, pieces, [t_min, t_max], most);
@@ -485,12 +462,10 @@ impl RaycastingScene {
     ///
     /// Parameters
     /// ----------
-    /// lights : Light, or a sequence of L of them
-    ///     Suns, points, spots.
+    /// lights, nthreads
+    ///     As of `lit`.
     /// samples : int, default 64
     ///     Points of each triangle, 1 to 65536.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
     ///
     /// Returns
     /// -------
@@ -506,9 +481,7 @@ impl RaycastingScene {
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let lights = light::lights(lights)?;
-        if !(1..=MOST_SAMPLES).contains(&samples) {
-            return Err(expected("samples", &format!("1 to {MOST_SAMPLES}"), samples));
-        }
+        samples_of_each(samples)?;
         let question = |call: &Call, state: &mut State| questions::lit_areas(call, state, &lights, samples);
         let (shares, count) = self.ask(py, nthreads, question)?;
         let (dict, shape) = (PyDict::new(py), [lights.len(), count]);
@@ -549,10 +522,37 @@ impl RaycastingScene {
         let nthreads = if nthreads == 0 { self.nthreads } else { nthreads };
         let frame = py.detach(|| {
             let state = self.lock();
-            let triangles = state.meshes.triangles();
+            let triangles = state.instances.triangles();
             Frame::from_triangles(triangles.positions.to_vec(), triangles.indices.to_vec())
         });
         render(py, nthreads, &Mutex::default(), &look, Subject::Frame(&frame))
+    }
+
+    /// Where points are in the own space of the geometry that they are on, before its transform.
+    ///
+    /// Parameters
+    /// ----------
+    /// geometry_ids, primitive_ids : array_like (...) uint32
+    ///     The triangle that each point is on, as of `cast_rays`, `scan` and `see`.
+    /// primitive_uvs : array_like (..., 2) float32
+    ///     The weights of its second and third corner, which make the point of the geometry's own corners.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray (..., 3) float64
+    ///     NaN where there is no triangle.
+    fn object_positions<'py>(
+        &self,
+        py: Python<'py>,
+        geometry_ids: &Bound<'py, PyAny>,
+        primitive_ids: &Bound<'py, PyAny>,
+        primitive_uvs: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let weights = Rows::<f32, 2>::new("primitive_uvs", primitive_uvs)?;
+        let ids = Own::of(weights.shape(), geometry_ids, primitive_ids)?;
+        let (ids, of) = (ids.slices(), weights.of());
+        let positions = self.ask(py, 0, |call, state| questions::object_positions(call, state, ids, of))?;
+        hand_over_rows(py, positions, weights.shape())
     }
 
     /// Which of all triangles, in the order of `lit`'s faces, are a geometry's.
@@ -566,10 +566,7 @@ impl RaycastingScene {
     /// -------
     /// slice
     fn triangle_slice<'py>(&self, py: Python<'py>, geometry_id: usize) -> PyResult<Bound<'py, PySlice>> {
-        let range = py.detach(|| {
-            let state = self.lock();
-            check_geometry(&state.meshes, geometry_id).map(|()| state.meshes.triangles_of(geometry_id))
-        })?;
+        let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(Instance::triangles))?;
         Ok(PySlice::new(py, range.start as isize, range.end as isize, 1))
     }
 
@@ -590,7 +587,7 @@ impl RaycastingScene {
     fn __repr__(&self, py: Python<'_>) -> String {
         let (geometries, triangles) = py.detach(|| {
             let state = self.lock();
-            (state.meshes.count(), state.meshes.triangles().len())
+            (state.instances.all().len(), state.instances.triangles().len())
         });
         format!("<umbrage.RaycastingScene: {geometries} geometries, {triangles} triangles>")
     }

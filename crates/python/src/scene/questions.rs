@@ -2,11 +2,12 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use umbrage::rays::{Hit, LightSource, LitShare, Receivers, View};
+use rayon::prelude::*;
+use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers, TracedBy, View};
 
-use super::answers::Answers;
+use super::answers::{Answers, INVALID_ID};
 use super::arguments::Pieces;
-use super::rays::{self, Slice};
+use super::rays;
 use super::state::State;
 use crate::errors::exception;
 use crate::threads::Call;
@@ -17,18 +18,19 @@ const RAYS: usize = 1 << 20;
 /// Lights of a piece: enough for each thread to have several.
 const LIGHTS: usize = 64;
 
-/// As `cast_rays`.
-pub(super) fn cast(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<Answers> {
-    let (bvh, triangles) = call.piece(|| state.rays())?;
-    let mut answers = Answers::with_capacity(rays.len());
+/// As `cast_rays`, and what answered each piece.
+pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<(Answers, Vec<TracedBy>)> {
+    let (mut answers, mut answered) = (Answers::default(), Vec::new());
     for chunk in rays.chunks(RAYS) {
-        call.piece(|| answers.find(chunk.len(), |index| rays::nearest(bvh, triangles, &chunk.get(index))))?;
+        let (traced, by) = call.piece(|| state.trace(chunk))?;
+        call.piece(|| answers.append(traced))?;
+        answered.push(by);
     }
-    completed(call, state, answers)
+    completed(call, state, answers).map(|answers| (answers, answered))
 }
 
 /// As `test_occlusions`.
-pub(super) fn any(call: &Call, state: &mut State, rays: Slice<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
+pub(super) fn any(call: &Call, state: &mut State, rays: Rays<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
     let (bvh, triangles) = call.piece(|| state.rays())?;
     let mut hit = Vec::with_capacity(rays.len());
     for chunk in rays.chunks(RAYS) {
@@ -38,7 +40,7 @@ pub(super) fn any(call: &Call, state: &mut State, rays: Slice<'_>, between: [f64
 }
 
 /// As `count_intersections`.
-pub(super) fn count(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<Vec<i32>> {
+pub(super) fn count(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Vec<i32>> {
     let (bvh, triangles) = call.piece(|| state.rays())?;
     let mut counts = Vec::with_capacity(rays.len());
     for chunk in rays.chunks(RAYS) {
@@ -57,7 +59,7 @@ pub(super) struct Listed {
 }
 
 /// As `list_intersections`.
-pub(super) fn list(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<Listed> {
+pub(super) fn list(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Listed> {
     let (bvh, triangles) = call.piece(|| state.rays())?;
     let mut listed = Listed { splits: vec![0], rays: Vec::new(), hits: Answers::default() };
     for chunk in rays.chunks(RAYS) {
@@ -65,7 +67,7 @@ pub(super) fn list(call: &Call, state: &mut State, rays: Slice<'_>) -> PyResult<
             listed.append(&counts, &hits);
         }
     }
-    call.piece(|| listed.hits.complete(&state.meshes, false))?;
+    call.piece(|| listed.hits.complete(&state.instances, false))?;
     Ok(listed)
 }
 
@@ -119,14 +121,14 @@ pub(super) fn lit(
     own: Option<[&[u32]; 2]>,
     lights: &[LightSource],
 ) -> PyResult<(Vec<bool>, usize)> {
-    let own = own.map_or(Ok(Vec::new()), |[geometries, triangles]| state.meshes.ids(geometries, triangles));
+    let own = own.map_or(Ok(Vec::new()), |[geometries, triangles]| state.ids(geometries, triangles));
     let own = own.map_err(PyValueError::new_err)?;
     let receivers = points.map_or(Receivers::Faces, |positions| Receivers::Points { positions, own: &own });
     let mut lit = Vec::new();
     for lights in lights.chunks(LIGHTS) {
         call.piece(|| state.lit(receivers, lights, &mut lit))?;
     }
-    Ok((lit, receivers.count(state.meshes.triangles())))
+    Ok((lit, receivers.count(state.instances.triangles())))
 }
 
 /// As `lit_areas`.
@@ -141,10 +143,25 @@ pub(super) fn lit_areas(
         call.piece(|| state.lit_areas(std::slice::from_ref(light), samples, &mut shares))?;
         all.append(&mut shares);
     }
-    Ok((all, state.meshes.triangles().len()))
+    Ok((all, state.instances.triangles().len()))
+}
+
+/// As `object_positions`.
+pub(super) fn object_positions(
+    call: &Call,
+    state: &State,
+    [geometries, triangles]: [&[u32]; 2],
+    weights: &[[f32; 2]],
+) -> PyResult<Vec<[f64; 3]>> {
+    let ids = state.ids(geometries, triangles).map_err(PyValueError::new_err)?;
+    let position = |(&triangle, &barycentric): (&u32, &[f32; 2])| {
+        let is_some = triangle != INVALID_ID;
+        is_some.then(|| state.instances.hit(&Hit { t: 0.0, triangle, barycentric }).position.to_array())
+    };
+    call.piece(|| ids.par_iter().zip(weights).map(|of| position(of).unwrap_or([f64::NAN; 3])).collect())
 }
 
 fn completed(call: &Call, state: &State, mut answers: Answers) -> PyResult<Answers> {
-    call.piece(|| answers.complete(&state.meshes, true))?;
+    call.piece(|| answers.complete(&state.instances, true))?;
     Ok(answers)
 }

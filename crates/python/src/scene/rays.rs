@@ -1,23 +1,22 @@
-//! Any rays through the hierarchy.
+//! Any rays, and all hits of rays through the hierarchy.
 
 use std::cell::RefCell;
 
-use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, Ray, SingleRays, Triangles};
+use umbrage::rays::{Bvh, Hit, Ray, Rays, SingleRays, Triangles};
 
 use super::answers::Precision;
 use crate::arrays::Rows;
 
 /// An argument of rays: six numbers each, an origin and a direction.
-pub(super) enum Rays<'py> {
+pub(super) enum RayArray<'py> {
     Single(Rows<'py, f32, 6>),
     Double(Rows<'py, f64, 6>),
 }
 
-impl<'py> Rays<'py> {
+impl<'py> RayArray<'py> {
     /// Takes float64 as it is, and all else as float32.
     pub(super) fn new(value: &Bound<'py, PyAny>) -> PyResult<Self> {
         let is_double = value.cast::<PyArrayDyn<f64>>().is_ok();
@@ -31,10 +30,11 @@ impl<'py> Rays<'py> {
         }
     }
 
-    pub(super) fn slice(&self) -> Slice<'_> {
+    /// The rays where numpy has them.
+    pub(super) fn rays(&self) -> Rays<'_> {
         match self {
-            Self::Single(rows) => Slice::Single(rows.of()),
-            Self::Double(rows) => Slice::Double(rows.of()),
+            Self::Single(rows) => Rays::Single(rows.of()),
+            Self::Double(rows) => Rays::Double(rows.of()),
         }
     }
 
@@ -44,45 +44,6 @@ impl<'py> Rays<'py> {
             Self::Double(_) => Precision::Double,
         }
     }
-}
-
-/// Rays where numpy has them.
-#[derive(Clone, Copy)]
-pub(super) enum Slice<'a> {
-    Single(&'a [[f32; 6]]),
-    Double(&'a [[f64; 6]]),
-}
-
-impl<'a> Slice<'a> {
-    /// Pieces, between which a call looks whether it shall end.
-    pub(super) fn chunks(self, rays: usize) -> Vec<Self> {
-        match self {
-            Self::Single(all) => all.chunks(rays).map(Self::Single).collect(),
-            Self::Double(all) => all.chunks(rays).map(Self::Double).collect(),
-        }
-    }
-
-    pub(super) fn len(self) -> usize {
-        match self {
-            Self::Single(all) => all.len(),
-            Self::Double(all) => all.len(),
-        }
-    }
-
-    #[inline]
-    pub(super) fn get(self, index: usize) -> Ray {
-        let [x, y, z, dx, dy, dz] = match self {
-            Self::Single(all) => all[index].map(f64::from),
-            Self::Double(all) => all[index],
-        };
-        Ray::new(DVec3::new(x, y, z), DVec3::new(dx, dy, dz))
-    }
-}
-
-/// The first hit.
-#[inline]
-pub(super) fn nearest(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray) -> Option<Hit> {
-    bvh.nearest(triangles, ray, &|_| true)
 }
 
 /// All hits, nearest first; of those at the same t the lowest id first.
@@ -100,13 +61,14 @@ fn all(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray, hits: &mut Vec<Hit>) {
 }
 
 /// Whether each ray hits anything in an interval.
-pub(super) fn any(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
+pub(super) fn any(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
     let found = (0..rays.len()).into_par_iter().with_min_len(64);
-    hit.par_extend(found.map(|index| nearest(bvh, triangles, &Ray { t_min, t_max, ..rays.get(index) }).is_some()));
+    let is_hit = |ray: &Ray| bvh.nearest(triangles, ray, &|_| true).is_some();
+    hit.par_extend(found.map(|index| is_hit(&Ray { t_min, t_max, ..rays.get(index) })));
 }
 
 /// How many triangles each ray hits.
-pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>, counts: &mut Vec<i32>) {
+pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, counts: &mut Vec<i32>) {
     let found = (0..rays.len()).into_par_iter().with_min_len(64).map_init(Vec::new, |hits, index| {
         all(bvh, triangles, &rays.get(index), hits);
         hits.len() as i32
@@ -115,7 +77,7 @@ pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>, counts
 }
 
 /// All hits of each ray in order, and how many each has.
-pub(super) fn list(bvh: &Bvh, triangles: Triangles<'_>, rays: Slice<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
+pub(super) fn list(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
     const CHUNK: usize = 1 << 10;
     let chunks = (0..rays.len().div_ceil(CHUNK)).into_par_iter();
     chunks

@@ -2,61 +2,79 @@
 
 use umbrage::rays::predicate;
 use umbrage::rays::{
-    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Receivers, Scan, Scanned, Scanner,
-    SeenPixels, Shot, Structure, Sweep, Triangles, View,
+    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
+    Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles, View,
 };
+use umbrage::scene::{Instance, Instances};
 
 use super::answers::Answers;
-use super::meshes::Meshes;
 use crate::camera::middle;
 
 /// All of a scene.
 #[derive(Debug, Default)]
 pub(super) struct State {
-    pub(super) meshes: Meshes,
-    bvh: Built<Bvh>,
-    scanner: Built<Scanner>,
-    grids: Built<DirectGrids>,
-}
-
-/// A structure, and whether it is of the triangles as they are.
-#[derive(Debug, Default)]
-struct Built<S> {
-    structure: S,
-    is_current: bool,
-}
-
-impl<S> Built<S> {
-    fn brought(&mut self, build: impl FnOnce(&mut S)) -> &mut S {
-        if !self.is_current {
-            build(&mut self.structure);
-            self.is_current = true;
-        }
-        &mut self.structure
-    }
+    pub(super) instances: Instances,
+    tracer: Tracer,
+    grids: DirectGrids,
+    /// Whether the grids are of the triangles as they are.
+    are_grids_current: bool,
 }
 
 impl State {
     /// The meshes, to change them.
-    pub(super) fn change(&mut self) -> &mut Meshes {
-        (self.bvh.is_current, self.scanner.is_current, self.grids.is_current) = (false, false, false);
-        &mut self.meshes
+    pub(super) fn change(&mut self) -> &mut Instances {
+        self.tracer.forget();
+        self.are_grids_current = false;
+        &mut self.instances
     }
 
     /// The hierarchy and its triangles.
     pub(super) fn rays(&mut self) -> (&Bvh, Triangles<'_>) {
-        let triangles = self.meshes.triangles();
-        (self.bvh.brought(|bvh| bvh.build(triangles)), triangles)
+        let triangles = self.instances.triangles();
+        (self.tracer.hierarchy(triangles), triangles)
     }
 
     fn scanner(&mut self) -> (&mut Scanner, Triangles<'_>) {
-        let triangles = self.meshes.triangles();
-        (self.scanner.brought(|scanner| scanner.build(triangles)), triangles)
+        let triangles = self.instances.triangles();
+        (self.tracer.scanner(triangles), triangles)
+    }
+
+    /// What any rays hit, and what answered.
+    pub(super) fn trace(&mut self, rays: Rays<'_>) -> (Scanned, TracedBy) {
+        let mut traced = Scanned::default();
+        let by = self.tracer.trace(&Trace::new(self.instances.triangles(), rays), &mut traced);
+        (traced, by)
+    }
+
+    /// The ids among all triangles of triangles of geometries.
+    ///
+    /// # Errors
+    /// Which isn't there.
+    pub(super) fn ids(&self, geometries: &[u32], triangles: &[u32]) -> Result<Vec<u32>, String> {
+        let all = self.instances.all();
+        let id = |(&geometry, &triangle): (&u32, &u32)| {
+            if geometry == Scanned::NONE || triangle == Scanned::NONE {
+                return Ok(Scanned::NONE);
+            }
+            let range = all.get(geometry as usize).map(Instance::triangles);
+            let range = range.ok_or_else(|| {
+                let count = all.len();
+                format!("geometry_ids: expected ids below {count}, the number of geometries, found {geometry}")
+            })?;
+            if triangle as usize >= range.len() {
+                let count = range.len();
+                return Err(format!(
+                    "primitive_ids: expected ids below {count}, the number of triangles of geometry {geometry}, found {triangle}"
+                ));
+            }
+            Ok((range.start + triangle as usize) as u32)
+        };
+        geometries.iter().zip(triangles).map(id).collect()
     }
 
     /// The triangles that no ray can hit.
     pub(super) fn omitted(&self) -> Omitted {
-        self.meshes.triangles().omitted()
+        self.instances.triangles().omitted()
     }
 
     /// What directions hit.
@@ -77,9 +95,11 @@ impl State {
 
     /// What the pixels of a view show.
     pub(super) fn see(&mut self, view: View) -> Result<Answers, ImageTooLarge> {
-        let Self { meshes, grids, .. } = self;
-        let triangles = meshes.triangles();
-        let grids = grids.brought(|grids| grids.build(triangles));
+        let Self { instances, grids, are_grids_current, .. } = self;
+        let triangles = instances.triangles();
+        if !std::mem::replace(are_grids_current, true) {
+            grids.build(triangles);
+        }
         let mut seen = SeenPixels::default();
         grids.see(&Shot::new(triangles, view), &mut seen)?;
         let (width, count) = (view.width as usize, view.width as usize * view.height as usize);

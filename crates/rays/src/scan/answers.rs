@@ -2,7 +2,7 @@ use glam::{DVec3, Vec3};
 
 use crate::{Hit, Triangles};
 
-/// What directions hit: for each as many hits as were asked for, nearest first, in the directions' order.
+/// What directions or [rays](crate::Trace) hit: for each as many hits as were asked for, nearest first, in their order.
 ///
 /// Hit k of direction i is at index i × [`returns`](Self::returns) + k of each list. Where there are fewer hits the triangle
 /// is [`Scanned::NONE`], t is infinite, and barycentric coordinates are NaN.
@@ -24,7 +24,7 @@ impl Scanned {
     /// Stands for no triangle.
     pub const NONE: u32 = u32::MAX;
 
-    pub(super) fn clear(&mut self, directions: usize, returns: usize) {
+    pub(crate) fn clear(&mut self, directions: usize, returns: usize) {
         let Self { t, triangle, barycentric, .. } = self;
         let slots = directions * returns;
         t.clear();

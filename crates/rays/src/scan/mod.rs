@@ -144,13 +144,21 @@ impl Scanner {
         let asked = if returns == 1 { Asked::Nearest } else { Asked::All };
         let mut first = 0;
         for sweep in scan.sweeps {
-            let nowhere = self.sweep(scan, sweep, asked);
-            scanned.without_direction += nowhere;
-            for worker in &mut self.workers {
-                scanned.note(first, &worker.hits);
-                worker.hits.clear();
-            }
+            self.note_sweep(scan, sweep, asked, first, scanned);
             first += sweep.directions.len();
+        }
+    }
+
+    /// Finds what the directions of a sweep hit first, and notes it from the answer number `first` on.
+    pub(crate) fn scan_sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, first: usize, scanned: &mut Scanned) {
+        self.note_sweep(scan, sweep, Asked::Nearest, first, scanned);
+    }
+
+    fn note_sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, asked: Asked, first: usize, scanned: &mut Scanned) {
+        scanned.without_direction += self.sweep(scan, sweep, asked);
+        for worker in &mut self.workers {
+            scanned.note(first, &worker.hits);
+            worker.hits.clear();
         }
     }
 

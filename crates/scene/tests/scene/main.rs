@@ -12,6 +12,7 @@ mod files_point_cache;
 mod files_sequence;
 mod files_stl;
 mod gltf_reader;
+mod instances;
 mod memory;
 mod opacity;
 mod pose_allocations;

@@ -1,7 +1,9 @@
 //! What a frame takes from the heap that is like the last one.
 
 use glam::{DVec3, Vec3};
-use umbrage::rays::{Choice as _, LightSource, Lit, LitBits, Receivers, Scan, Scanned, Scanner, Sweep};
+use umbrage::rays::{
+    Choice as _, LightSource, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner, Sweep, Trace, TracedBy, Tracer,
+};
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Settings, Structure};
 
@@ -64,4 +66,29 @@ fn steady_scans_take_nothing_from_the_heap() {
         assert_eq!(counted[2], 0, "{counted:?}");
         assert!(scanned.triangle.iter().any(|&id| id != Scanned::NONE));
     });
+}
+
+#[test]
+fn steady_rays_take_nothing_from_the_heap() {
+    let frame = umbrage::open("demo:cloth?triangles=3000").and_then(|scene| scene.at(0.25)).expect("a frame");
+    let triangles = frame.triangles();
+    let direction = |of: u16| Vec3::new(f32::from(of).sin(), (f32::from(of) * 0.7).cos(), 0.3).as_dvec3();
+    let together: Vec<Ray> = (0..9000).map(|of| Ray::new(DVec3::Y, direction(of))).collect();
+    let apart: Vec<Ray> = (0..9000).map(|of| Ray::new(direction(of), direction(of + 1))).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    for (rays, by) in [(together, TracedBy::Scanner), (apart, TracedBy::Hierarchy)] {
+        let counted = pool.install(|| {
+            let (mut tracer, mut traced) = (Tracer::default(), Scanned::default());
+            [(); 4].map(|()| {
+                // A hierarchy is built in memory of its own.
+                if by == TracedBy::Scanner {
+                    tracer.forget();
+                }
+                let before = allocations::on_this_thread();
+                assert_eq!(tracer.trace(&Trace::new(triangles, &rays), &mut traced), by);
+                allocations::on_this_thread() - before
+            })
+        });
+        assert!(counted[0] > 0 && counted[3] == 0, "{by}: {counted:?}");
+    }
 }

@@ -3,11 +3,11 @@
 use std::f32::consts::FRAC_PI_4;
 
 use glam::{DVec3, Vec3};
-use rayon::ThreadPoolBuilder;
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Cone, LightSource, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel, Triangles};
 use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
 
+use crate::frames::on_threads;
 use crate::scan::meshes;
 
 /// Points of light in points, on faces, inside, outside and far away; suns along axes and anywhere; a spot; and what is no light.
@@ -27,8 +27,10 @@ fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<
         inner_radians: 0.1,
         outer_radians: FRAC_PI_4,
     };
-    lights.extend([spot, LightSource::Point { position: Vec3::NAN }]);
-    lights.push(LightSource::Directional { direction: Vec3::ZERO });
+    lights.push(spot);
+    let nowhere = [Vec3::NAN, Vec3::new(1.0, f32::INFINITY, 0.0)];
+    lights.extend(nowhere.map(|position| LightSource::Point { position }));
+    lights.extend([Vec3::ZERO, Vec3::NAN].map(|direction| LightSource::Directional { direction }));
     lights
 }
 
@@ -90,8 +92,13 @@ fn lights_reach_what_the_oracle_says() {
         let mut add = |[dark, lit]: [usize; 2]| found = [found[0] + dark, found[1] + lit];
         for level in SimdLevel::available() {
             let mut scanner = Scanner::with_level(level);
-            scanner.build(triangles);
-            add(check(name, &mut scanner, &Lit::new(triangles, receivers), &lights));
+            for threads in [1, 2, 3, 7] {
+                // In the second frame patches are others.
+                add(on_threads(threads, || {
+                    scanner.build(triangles);
+                    check(name, &mut scanner, &Lit::new(triangles, receivers), &lights)
+                }));
+            }
         }
         let mut scanner = Scanner::default();
         (0..2).for_each(|_| scanner.build(triangles));
@@ -114,8 +121,7 @@ fn lit_bits_do_not_depend_on_threads() {
     let lights = lights(&mesh, 1.0, Vec3::ZERO, &mut random);
     let mut expected: Option<LitBits> = None;
     for threads in [1, 2, 3, 7] {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let found = pool.install(|| {
+        let found = on_threads(threads, || {
             let (mut scanner, mut bits) = (Scanner::default(), LitBits::default());
             scanner.build(mesh.triangles());
             scanner.lit(&Lit::new(mesh.triangles(), Receivers::Samples(20)), &lights, &mut bits);

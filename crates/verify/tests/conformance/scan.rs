@@ -1,10 +1,11 @@
 //! Directions from one origin hit what the oracle says: all around, through seams, from anywhere.
 
 use glam::{DVec3, Vec3};
-use rayon::ThreadPoolBuilder;
 use umbrage_rays::predicate::hit;
 use umbrage_rays::{Hit, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep};
 use umbrage_verify::{MIXED_SIDES, Random, TestMesh};
+
+use crate::frames::on_threads;
 
 const FAR: Vec3 = Vec3::new(148_376.0, 1_234.0, -223_423.0);
 
@@ -34,7 +35,7 @@ pub(crate) fn meshes() -> Vec<(&'static str, TestMesh, f32, Vec3)> {
 }
 
 /// Inside, on a corner, on an edge, in a plane, outside, and a million sizes away.
-fn origins(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<DVec3> {
+pub(crate) fn origins(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<DVec3> {
     let size = f64::from(size);
     let mut origins = vec![middle.as_dvec3(), middle.as_dvec3() + random.point().as_dvec3() * (0.4 * size)];
     if !mesh.positions.is_empty() {
@@ -47,7 +48,7 @@ fn origins(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec
 }
 
 /// At corners and edges, anywhere, along axes, at the seams of faces, and nowhere; of all lengths.
-fn directions(mesh: &TestMesh, origin: DVec3, size: f32, random: &mut Random, count: usize) -> Vec<Vec3> {
+pub(crate) fn directions(mesh: &TestMesh, origin: DVec3, size: f32, random: &mut Random, count: usize) -> Vec<Vec3> {
     const SIGNS: [f32; 3] = [-1.0, 0.0, 1.0];
     let mut directions = Vec::new();
     for x in SIGNS {
@@ -62,9 +63,11 @@ fn directions(mesh: &TestMesh, origin: DVec3, size: f32, random: &mut Random, co
         } else {
             let corners = mesh.triangles().usable_corners(random.below(mesh.indices.len()) as u32);
             let [a, b, c] = corners.unwrap_or([Vec3::X; 3]).map(Vec3::as_dvec3);
-            match random.below(3) {
+            match random.below(4) {
                 0 => a,
-                1 => b.lerp(c, f64::from(random.unit())),
+                // Exactly on the edge, for origins that are near.
+                1 => b.midpoint(c),
+                2 => b.lerp(c, f64::from(random.unit())),
                 _ => a.lerp(b, f64::from(random.unit())).lerp(c, f64::from(random.unit())),
             }
         };
@@ -136,8 +139,13 @@ fn directions_hit_what_the_oracle_says() {
             origins.iter().zip(&sets).map(|(&origin, directions)| Sweep { origin, directions }).collect();
         for level in SimdLevel::available() {
             let mut scanner = Scanner::with_level(level);
-            scanner.build(triangles);
-            hits += check(name, &mut scanner, &Scan::new(triangles, &sweeps));
+            for threads in [1, 2, 3, 7] {
+                // In the second frame patches are others.
+                hits += on_threads(threads, || {
+                    scanner.build(triangles);
+                    check(name, &mut scanner, &Scan::new(triangles, &sweeps))
+                });
+            }
         }
         let mut scanner = Scanner::default();
         // Patches that were grown, too.
@@ -166,8 +174,7 @@ fn scans_do_not_depend_on_threads() {
     let scan = Scan::new(mesh.triangles(), &sweeps);
     let mut expected: Option<(Scanned, Vec<u64>)> = None;
     for threads in [1, 2, 3, 7] {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let found = pool.install(|| {
+        let found = on_threads(threads, || {
             let (mut scanner, mut scanned, mut any) = (Scanner::default(), Scanned::default(), Vec::new());
             scanner.build(scan.triangles);
             scanner.scan(&scan, 2, &mut scanned);

@@ -1,0 +1,118 @@
+use glam::{DVec3, Vec3};
+
+use super::Trace;
+use crate::Ray;
+
+/// What answered rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TracedBy {
+    /// [`Scanner`](crate::Scanner).
+    Scanner,
+    /// [`Bvh`](crate::Bvh).
+    Hierarchy,
+}
+
+crate::choices! { TracedBy, "structure for any rays":
+    "scanner" => Scanner, "is built in no time, and answers rays from one origin together";
+    "hierarchy" => Hierarchy, "takes a while to build, and answers every ray alone";
+}
+
+/// What is known of a question before its rays are looked at.
+pub(super) struct Costs {
+    pub(super) triangles: usize,
+    pub(super) rays: usize,
+    pub(super) is_scanner_built: bool,
+    pub(super) is_hierarchy_built: bool,
+}
+
+/// Nanoseconds on two threads of a server's AMD EPYC with AVX-512, in `demo:cloth` of 9,971 and 1,000,308 triangles
+/// (`umbrage-bench trace`). What they come to there, build and ask in milliseconds, scanner and hierarchy:
+///
+/// | triangles | rays | of each origin | scanner | hierarchy |
+/// |---|---|---|---|---|
+/// | 9,971 | 100 | 1 | 0.07 + 1.9 | 0.26 + 0.03 |
+/// | 9,971 | 1,000 | 1,000 | 0.05 + 0.40 | 0.20 + 0.22 |
+/// | 9,971 | 30,000 | 30,000 | 0.05 + 1.8 | 0.20 + 2.6 |
+/// | 9,971 | 1,000,000 | 1,000,000 | 0.16 + 74 | 0.32 + 87 |
+/// | 9,971 | 1,000,000 | 4,096 | 0.12 + 180 | 0.22 + 165 |
+/// | 1,000,308 | 300 | 1 | 3.2 + 7.5 | 18.2 + 0.1 |
+/// | 1,000,308 | 1,000 | 1 | 2.7 + 23.4 | 12.1 + 0.1 |
+/// | 1,000,308 | 1,000 | 16 | 5.0 + 342 | 20.9 + 0.3 |
+/// | 1,000,308 | 100,000 | 100,000 | 2.6 + 18.9 | 11.8 + 10.7 |
+/// | 1,000,308 | 1,000,000 | 1,000,000 | 2.7 + 84 | 12.0 + 105 |
+impl Costs {
+    /// Of a triangle.
+    const BUILD_HIERARCHY: f64 = 12.0;
+    const BUILD_SCANNER: f64 = 2.7;
+    /// Of a ray.
+    const ASK_HIERARCHY: f64 = 90.0;
+    const ASK_SCANNER: f64 = 72.0;
+    /// Of the scanner for an origin.
+    const ORIGIN: f64 = 23_000.0;
+    /// Of the scanner for a triangle and each of an origin's first rays, which have nearly all triangles between them when there
+    /// are so many. A single one has hardly any.
+    const SPREAD: f64 = 12.0 / Self::SPREAD_RAYS as f64;
+    const SPREAD_RAYS: usize = 64;
+
+    /// By how much the hierarchy takes longer than the scanner would for the rays of no origin.
+    fn ahead(&self) -> f64 {
+        let build = |is_built: bool, each: f64| if is_built { 0.0 } else { self.triangles as f64 * each };
+        let hierarchy = build(self.is_hierarchy_built, Self::BUILD_HIERARCHY);
+        let scanner = build(self.is_scanner_built, Self::BUILD_SCANNER);
+        hierarchy - scanner + self.rays as f64 * (Self::ASK_HIERARCHY - Self::ASK_SCANNER)
+    }
+
+    /// What the scanner takes for an origin's ray of this number, from 0, beyond what it takes for each.
+    fn of_ray(&self, number: usize) -> f64 {
+        match number {
+            0 => Self::ORIGIN,
+            1 => 2.0 * Self::SPREAD * self.triangles as f64,
+            2..Self::SPREAD_RAYS => Self::SPREAD * self.triangles as f64,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Rays as a scanner takes them.
+pub(super) struct Runs<'a> {
+    /// Where rays from another origin begin, and that origin.
+    pub(super) starts: &'a mut Vec<(usize, DVec3)>,
+    pub(super) directions: &'a mut Vec<Vec3>,
+}
+
+impl Runs<'_> {
+    /// Sorts rays to runs that have an origin and an interval in common; whether a scanner takes them all, and takes less time than
+    /// the hierarchy. Looks no further than where that is known.
+    pub(super) fn find(&mut self, trace: &Trace<'_>, costs: &Costs) -> bool {
+        self.starts.clear();
+        self.directions.clear();
+        let mut ahead = costs.ahead();
+        let mut last: Option<Ray> = None;
+        let mut first = 0;
+        for index in 0..trace.rays.len() {
+            let ray = trace.ray(index);
+            if last.is_none_or(|last| !is_of_one_scan(&last, &ray)) {
+                first = index;
+                self.starts.push((index, ray.origin));
+            }
+            ahead -= costs.of_ray(index - first);
+            // What is behind an origin, or within NaN, is nothing for a scan.
+            let is_ahead = ray.t_min >= 0.0;
+            let Some(direction) = single(ray.direction).filter(|_| is_ahead && ahead > 0.0) else { return false };
+            self.directions.push(direction);
+            last = Some(ray);
+        }
+        ahead > 0.0
+    }
+}
+
+fn is_of_one_scan(a: &Ray, b: &Ray) -> bool {
+    (a.origin, a.t_min, a.t_max) == (b.origin, b.t_min, b.t_max)
+}
+
+/// A direction in f32, where that is the same one, or goes nowhere as it does.
+fn single(direction: DVec3) -> Option<Vec3> {
+    let single = direction.as_vec3();
+    let is_same = single.as_dvec3() == direction || !direction.is_finite();
+    is_same.then_some(single)
+}

@@ -1,0 +1,109 @@
+//! Rigid objects with ids and transforms, and what a hit says of them.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use serde_json::json;
+use umbrage_rays::predicate::hit;
+use umbrage_rays::{Ray, Triangles};
+use umbrage_scene::{BadInstance, Ground, Instances, Scene};
+
+use crate::builder::{Builder, TRIANGLE};
+
+/// What the ray hits of a few triangles.
+fn nearest(triangles: Triangles<'_>, ray: &Ray) -> Option<umbrage_rays::Hit> {
+    let hits = (0..triangles.len() as u32).filter_map(|id| hit(ray, triangles, id));
+    hits.min_by(|a, b| a.t.total_cmp(&b.t))
+}
+
+/// Asks about a ray down the z axis.
+fn above(instances: &Instances, x: f64, y: f64) -> Option<(String, u32, DVec3)> {
+    let ray = Ray::new(DVec3::new(x, y, 50.0), DVec3::NEG_Z);
+    let there = instances.hit(&nearest(instances.triangles(), &ray)?);
+    Some((instances.all()[there.instance as usize].name().to_owned(), there.triangle, there.position))
+}
+
+#[test]
+fn nodes_are_instances_at_every_moment() {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.push("nodes", json!({ "mesh": mesh, "name": "wheel", "translation": [10, 0, 0] }));
+    file.push("nodes", json!({ "mesh": mesh, "name": "wheel", "scale": [2, 2, 2] }));
+    file.push("nodes", json!({ "mesh": mesh, "name": "door" }));
+    file.animate(2, "translation", "LINEAR", &[0.0, 1.0], &[[0.0, 20.0, 0.0], [0.0, 40.0, 0.0]]);
+    let mut scene = file.open().unwrap();
+    for seconds in [0.0, 0.5, 1.0] {
+        let instances = Instances::of_scene(&scene, seconds).unwrap();
+        let frame = scene.at(seconds).unwrap();
+        assert_eq!(instances.triangles().positions, frame.positions);
+        assert_eq!(instances.triangles().indices, frame.mesh.triangles);
+        let at = |x: f32, y: f32| DVec3::new(f64::from(x), f64::from(y), 0.0);
+        assert_eq!(above(&instances, 10.25, 0.5), Some(("wheel".into(), 0, at(0.25, 0.5))));
+        assert_eq!(above(&instances, 0.25, 0.5), Some(("wheel".into(), 0, at(0.125, 0.25))));
+        let door = 20.0 + 20.0 * seconds;
+        assert_eq!(above(&instances, 0.25, door + 0.5), Some(("door".into(), 0, at(0.25, 0.5))));
+        assert_eq!(instances.all()[2].world_from_object(), DAffine3::from_translation(DVec3::Y * door));
+        assert_eq!(above(&instances, 5.0, 5.0), None);
+    }
+    // Two triangles more, which are an instance too.
+    scene.set_ground(Some(Ground::default()));
+    let instances = Instances::of_scene(&scene, 0.0).unwrap();
+    let names: Vec<_> = instances.all().iter().map(|instance| (instance.name(), instance.triangles())).collect();
+    assert_eq!(names, [("wheel", 0..1), ("wheel", 1..2), ("door", 2..3), ("ground", 3..5)]);
+}
+
+#[test]
+fn what_deforms_and_what_shares_vertices_is_in_the_world() {
+    // A node that morphs, before one that doesn't.
+    let mut file = Builder::new();
+    let (positions, deltas) = (file.floats(&TRIANGLE), file.floats(&[[0.0, 0.0, 1.0]; 3]));
+    let more = json!({ "targets": [{ "POSITION": deltas }] });
+    let morphing = file.mesh(json!({ "POSITION": positions }), more);
+    let rigid = file.triangle();
+    file.push("nodes", json!({ "mesh": morphing, "name": "face", "translation": [10, 0, 0], "weights": [1] }));
+    file.push("nodes", json!({ "mesh": rigid, "name": "hat", "translation": [0, 10, 0] }));
+    let instances = Instances::of_scene(&file.open().unwrap(), 0.0).unwrap();
+    assert_eq!(above(&instances, 10.25, 0.5), Some(("face".into(), 0, DVec3::new(10.25, 0.5, 1.0))));
+    assert_eq!(above(&instances, 0.25, 10.5), Some(("hat".into(), 0, DVec3::new(0.25, 0.5, 0.0))));
+    assert_eq!(instances.all()[0].world_from_object(), DAffine3::IDENTITY);
+
+    // Two objects of an OBJ file with an edge in common, of which one is moved away.
+    let text = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\no right\nf 1 2 3\no left\nf 1 3 4\n";
+    let scene = Scene::from_bytes("two.obj", text).unwrap();
+    let mut instances = Instances::of_scene(&scene, 0.0).unwrap();
+    assert_eq!(above(&instances, 1.0, 3.0), Some(("left".into(), 0, DVec3::new(1.0, 3.0, 0.0))));
+    instances.set_transform(1, DAffine3::from_translation(DVec3::X * 100.0));
+    assert_eq!(above(&instances, 3.0, 1.0), Some(("right".into(), 0, DVec3::new(3.0, 1.0, 0.0))));
+    assert_eq!(above(&instances, 1.0, 3.0), None);
+    assert_eq!(above(&instances, 101.0, 3.0), Some(("left".into(), 0, DVec3::new(1.0, 3.0, 0.0))));
+
+    // And a mesh that names none.
+    let scene = Scene::from_bytes("one.obj", "v 0 0 0\nv 4 0 0\nv 4 4 0\nf 1 2 3\n").unwrap();
+    let instances = Instances::of_scene(&scene, 0.0).unwrap();
+    assert_eq!(above(&instances, 3.0, 1.0), Some(("scene".into(), 0, DVec3::new(3.0, 1.0, 0.0))));
+}
+
+#[test]
+fn added_meshes_move_as_they_are_told() {
+    let corners = TRIANGLE.map(Vec3::from);
+    let mut instances = Instances::default();
+    let ids = ["a", "empty", "b"].map(|name| {
+        let triangles: &[[u32; 3]] = if name == "empty" { &[] } else { &[[0, 1, 2], [2, 1, 0]] };
+        instances.add(name, &corners, triangles).unwrap()
+    });
+    assert_eq!(ids, [0, 1, 2]);
+    assert_eq!([0, 1, 2, 3].map(|id| instances.of_triangle(id)), [[0, 0], [0, 1], [2, 0], [2, 1]]);
+    // Turned, so that x goes along y, then moved; and its vertices after that.
+    let turned = DMat3::from_rotation_z(FRAC_PI_2);
+    instances.set_transform(2, DAffine3 { matrix3: turned, translation: DVec3::new(0.0, 10.0, 0.0) });
+    instances.update(2, &corners.map(|corner| corner * 2.0));
+    let (name, triangle, position) = above(&instances, -0.5, 10.25).unwrap();
+    assert_eq!((name.as_str(), triangle), ("b", 0));
+    assert!(position.distance(DVec3::new(0.25, 0.5, 0.0)) < 1e-6, "{position}");
+    // In place of the last transform, not after it.
+    instances.set_transform(2, DAffine3::from_translation(DVec3::X * 5.0));
+    assert_eq!(above(&instances, 5.25, 0.5), Some(("b".into(), 0, DVec3::new(0.25, 0.5, 0.0))));
+    assert_eq!(instances.all()[2].vertices(), 3);
+    assert_eq!(instances.add("c", &corners, &[[0, 1, 3]]), Err(BadInstance::Index { index: 3, vertices: 3 }));
+    assert_eq!(instances.all().len(), 3);
+}
