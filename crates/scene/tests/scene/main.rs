@@ -15,4 +15,5 @@ mod gltf_reader;
 mod memory;
 mod opacity;
 mod pose_allocations;
+mod textures_avif;
 mod textures_on_demand;
