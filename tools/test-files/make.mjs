@@ -54,9 +54,11 @@ for (const level of ["medium", "high"]) {
 await save("meshopt-modes", everyMode("EXT_meshopt_compression"));
 await save("meshopt-modes-khr", everyMode("KHR_meshopt_compression"));
 
-const webp = scene();
-await webp.transform(textureCompress({ encoder: sharp, targetFormat: "webp", lossless: true }), dedup());
-await write("webp", webp);
+for (const targetFormat of ["webp", "avif"]) {
+  const document = scene();
+  await document.transform(textureCompress({ encoder: sharp, targetFormat, lossless: true }), dedup());
+  await write(targetFormat, document);
+}
 
 const { width, height, bytes } = texels();
 const imageDecoder = async () => ({ data: bytes, width, height });

@@ -11,8 +11,6 @@ import { chromium } from 'playwright-core';
 const { WEB = '../../target/debug/web', PAGE = '../../target/web', SHOTS, CHROMIUM = '/usr/bin/chromium' } = process.env;
 /** Software rendering on a busy machine takes its time. */
 const WAIT = 40_000;
-/** A GPU that is a program takes more of it, most of all for its shaders. */
-const WAIT_FOR_GPU = 300_000;
 
 let browser;
 let server;
@@ -24,22 +22,20 @@ before(async () => {
     address = line.match(/http:\S+/)?.[0];
     break;
   }
-  browser = await launch('--disable-gpu');
+  browser = await chromium.launch({
+    executablePath: CHROMIUM,
+    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+      '--disable-component-update', '--disable-sync', '--enable-precise-memory-info'],
+  });
 });
 after(async () => {
   await browser?.close();
   server?.kill();
 });
 
-function launch(...flags) {
-  const args = ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync', '--enable-precise-memory-info', ...flags];
-  return chromium.launch({ executablePath: CHROMIUM, args });
-}
-
 /** A page on which everything that goes wrong is kept in `errors`. */
-async function open(hash = '', options = {}, of = browser) {
-  const context = await of.newContext({ viewport: { width: 800, height: 500 }, ...options });
+async function open(hash = '', options = {}) {
+  const context = await browser.newContext({ viewport: { width: 800, height: 500 }, ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(WAIT);
   const errors = [];
@@ -87,49 +83,6 @@ test('pictures are those of this machine, bit for bit', async () => {
     assert.deepEqual(found, proof, address);
   }
   await context.close();
-});
-
-test('a GPU finds the triangles and shadows of this machine\'s processor', { timeout: 2 * WAIT_FOR_GPU }, async () => {
-  const cases = JSON.parse(execFileSync(WEB, ['proofs'])).filter(({ look }) => look.bounces === 0);
-  assert.ok(cases.length >= 3);
-  // SwiftShader: a GPU in software.
-  const withGpu = await launch('--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader');
-  const { page, errors, context } = await open('', {}, withGpu);
-  page.setDefaultTimeout(WAIT_FOR_GPU);
-  await settled(page);
-  for (const { address, look, proof } of cases) {
-    const found = await page.evaluate(
-      async ([address, look]) => {
-        if (!window.engineOfTest) {
-          const { default: init, Page } = await import('./umbrage.js');
-          await init();
-          window.engineOfTest = new Page();
-          await window.engineOfTest.open_gpu();
-        }
-        const engine = window.engineOfTest;
-        engine.open_demo(address);
-        const onGpu = JSON.stringify({ ...look, engine: 'gpu' });
-        await engine.render(onGpu);
-        return { ...JSON.parse(engine.proof()), differing: await engine.differing(onGpu) };
-      },
-      [address, look],
-    );
-    const { triangles, masks } = proof;
-    assert.deepEqual({ triangles: found.triangles, masks: found.masks, differing: found.differing }, { triangles, masks, differing: 0 }, address);
-  }
-
-  // The page says so, too.
-  await page.click('#more');
-  await page.selectOption('#engine', 'gpu');
-  await page.waitForFunction(() => umbrage.state.engine === 'gpu' && umbrage.work.differing !== null);
-  assert.match(await page.textContent('#status'), / 0 pixels differ from the processor's/);
-  assert.ok((await colors(page)) > 100);
-  await settled(page);
-  assert.match(page.url(), /engine=gpu/);
-  assert.match(await page.textContent('#command'), / --bounces 0 .*--engine gpu/);
-  await shot(page, 'gpu');
-  assert.deepEqual(errors, []);
-  await withGpu.close();
 });
 
 test('without a GPU the page says so and the processor goes on', async () => {

@@ -280,6 +280,7 @@ fn kind(address: &Path) -> String {
     let extension = address.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     match extension.as_str() {
         "gltf" | "glb" => "glTF scene".to_owned(),
+        "pc2" | "mdd" => format!("{} point cache over an OBJ file", extension.to_uppercase()),
         other => format!("{} model", other.to_uppercase()),
     }
 }

@@ -216,17 +216,18 @@ impl Scene {
 
     /// Opens one file, that isn't one of a sequence.
     fn open_file(path: &Path, files: Files, options: &OpenOptions) -> Result<Self, Error> {
-        if Format::of(path) == Some(Format::Gltf) {
-            let read = |budget: &Budget| Ok((GltfScene::open(path, options, budget)?, budget.files()));
-            let (scene, files) = within(path, options.limits(files), read)?;
-            return Self::of_source(path, Box::new(scene), files, options);
-        }
+        let format = Format::of(path);
         let mut shared = SharedMaterials::new(options, files);
-        if Format::of(path) == Some(Format::PointCache) {
+        if let Some(Format::Gltf | Format::PointCache) = format {
             let limits = shared.limits.clone();
-            let mut read = |budget: &Budget| PointCache::read(path, options.sequence_fps, &mut shared, budget);
-            let (cache, files) = within(path, limits, |budget| Ok((read(budget)?, budget.files())))?;
-            return Self::of_source(path, Box::new(cache), files, options);
+            let mut read = |budget: &Budget| -> Result<Box<dyn Animated>, Error> {
+                Ok(match format {
+                    Some(Format::Gltf) => Box::new(GltfScene::open(path, options, budget)?),
+                    _ => Box::new(PointCache::read(path, options.sequence_fps, &mut shared, budget)?),
+                })
+            };
+            let (scene, files) = within(path, limits, |budget| Ok((read(budget)?, budget.files())))?;
+            return Self::of_source(path, scene, files, options);
         }
         let mut still = read_still(path, &mut shared)?;
         let files = mem::take(&mut still.files);

@@ -8,6 +8,8 @@ use image::ImageDecoder;
 use crate::memory::Budget;
 use level::Level;
 
+#[cfg(not(target_family = "wasm"))]
+mod avif;
 mod ktx2;
 mod level;
 mod opacity;
@@ -88,7 +90,7 @@ impl Texture {
         Self { name: name.into(), space, filter, wrap, levels, opacities: Arc::default() }
     }
 
-    /// A texture from the bytes of an image file (PNG, JPEG, WebP, BMP, TGA or KTX2).
+    /// A texture from the bytes of an image file (PNG, JPEG, WebP, AVIF, BMP, TGA or KTX2).
     ///
     /// # Errors
     /// Says in words why the bytes are no such image, or that it is larger than [`Texture::MAX_SIDE`].
@@ -149,7 +151,12 @@ impl Texture {
             return ktx2::decode(bytes, budget);
         }
         if is_avif(bytes) {
-            return Err("AVIF images are not read; convert it to PNG, as with ImageMagick or GIMP".to_owned());
+            #[cfg(not(target_family = "wasm"))]
+            return avif::decode(bytes, budget);
+            #[cfg(target_family = "wasm")]
+            return Err(
+                "AVIF images are not read in browsers; convert it to PNG, as with ImageMagick or GIMP".to_owned()
+            );
         }
         let mut reader = image::ImageReader::new(Cursor::new(bytes))
             .with_guessed_format()
@@ -286,9 +293,15 @@ impl Texture {
     }
 }
 
-/// Whether bytes are an AVIF file's: its first box, behind four bytes that say how long that is, says so.
+/// Whether there is a decoder for AVIF.
+pub(crate) const READS_AVIF: bool = cfg!(not(target_family = "wasm"));
+
+/// Whether bytes are an AVIF file's: its first box names kinds of files, and that is one of them.
 fn is_avif(bytes: &[u8]) -> bool {
-    bytes.get(4..12).is_some_and(|name| name == b"ftypavif" || name == b"ftypavis")
+    let Some((length, rest)) = bytes.split_first_chunk() else { return false };
+    let length = (u32::from_be_bytes(*length) as usize).clamp(4, bytes.len()) - 4;
+    let (names, _) = rest[..length].as_chunks();
+    names.first() == Some(b"ftyp") && names.iter().any(|name| name == b"avif" || name == b"avis")
 }
 
 /// The linear value of each sRGB byte.

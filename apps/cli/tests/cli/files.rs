@@ -45,6 +45,18 @@ fn what_is_not_drawn_is_said_once() {
     assert_eq!(warnings("broken.obj", broken, &["--frames", "0..3", "-o", "%d.png"]), left_out);
 }
 
+#[test]
+fn point_caches_are_called_what_they_are() {
+    let place = Workplace::new();
+    fs::write(place.path("flag.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let head = [1_i32.to_be_bytes(), 3_i32.to_be_bytes(), 0_f32.to_be_bytes()].concat();
+    fs::write(place.path("flag.mdd"), [head, vec![0; 36]].concat()).unwrap();
+    let (text, _) = place.succeed(&["info", "flag.mdd"]);
+    assert!(text.starts_with("flag.mdd: MDD point cache over an OBJ file\n"), "{text}");
+    let (text, _) = place.succeed(&["info", "flag.obj"]);
+    assert!(text.starts_with("flag.obj: OBJ model\n"), "{text}");
+}
+
 /// A scene with a triangle that has two variants, and more animations than fit in a line.
 fn many() -> String {
     let animation = |number: usize| {

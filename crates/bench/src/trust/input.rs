@@ -112,7 +112,7 @@ pub(super) fn identical(effort: &Effort) -> Result<Finding> {
 }
 
 pub(super) fn files(effort: &Effort) -> Result<Finding> {
-    let targets = ["gltf", "glb", "obj", "ply", "stl", "sequence", "images", "pose"];
+    let targets = ["gltf", "glb", "obj", "ply", "stl", "sequence", "pc2", "mdd", "images", "pose"];
     fuzzed("damaged files, and moments to pose them at", &targets, effort.of(20_000), effort)
 }
 

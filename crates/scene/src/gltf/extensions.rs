@@ -5,6 +5,7 @@ use std::path::Path;
 use gltf::json::Root;
 
 use crate::Error;
+use crate::texture::READS_AVIF;
 
 /// Those that this reader understands, at least approximately.
 const SUPPORTED: &[&str] = &[
@@ -69,9 +70,12 @@ const UNSEEN: &[&str] = &[
     "VRMC_vrm",
 ];
 
-/// Of extensions that are refused for good: what their owner can do.
+/// Read where there is a decoder.
+pub(super) const AVIF: &str = "EXT_texture_avif";
+
+/// Of extensions that may be refused: what their owner can do.
 const ADVICE: &[(&str, &str)] =
-    &[("EXT_texture_avif", "convert its textures to PNG: `npx @gltf-transform/cli png --formats avif FILE OUT.glb`")];
+    &[(AVIF, "convert its textures to PNG: `npx @gltf-transform/cli png --formats avif FILE OUT.glb`")];
 
 /// Compares the extensions that a file uses and requires with those that are read.
 ///
@@ -79,10 +83,11 @@ const ADVICE: &[(&str, &str)] =
 /// Where it requires one that isn't, and that changes what one sees.
 pub(super) fn check(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Result<(), Error> {
     let is_in = |list: &[&str], name: &String| list.contains(&name.as_str());
+    let is_read = |name: &String| is_in(SUPPORTED, name) || (READS_AVIF && name == AVIF);
     for name in &json.extensions_required {
         if is_in(UNSEEN, name) {
             warnings.push(format!("the file requires the glTF extension `{name}`, which changes nothing in a picture"));
-        } else if !is_in(SUPPORTED, name) {
+        } else if !is_read(name) {
             let what = format!("the glTF extension `{name}`, which the file requires,");
             let advice = ADVICE.iter().find(|(known, _)| known == name);
             return Err(Error::unsupported(
@@ -92,7 +97,7 @@ pub(super) fn check(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Res
             ));
         }
     }
-    for name in json.extensions_used.iter().filter(|name| !is_in(SUPPORTED, name) && !is_in(UNSEEN, name)) {
+    for name in json.extensions_used.iter().filter(|name| !is_read(name) && !is_in(UNSEEN, name)) {
         warnings.push(format!("the glTF extension `{name}` is not supported and was left out"));
     }
     Ok(())

@@ -8,6 +8,8 @@ use gltf::json::validation::Checked;
 use rayon::prelude::*;
 
 use super::document::Document;
+use super::extensions::AVIF;
+use crate::texture::READS_AVIF;
 use crate::{ColorSpace, Error, Filter, Texture, Wrap};
 
 /// An image, and how it is read.
@@ -86,8 +88,10 @@ fn image(document: &Document, json: &json::Texture, index: usize) -> Result<Opti
     };
     let plain =
         || (json.source.value() != NO_SOURCE).then(|| (json.source.value(), format!("textures[{index}].source")));
+    let in_avif = || in_extension(AVIF);
     let read = ["KHR_texture_basisu", "EXT_texture_webp"].into_iter().find_map(in_extension);
-    let Some((image, location)) = read.or_else(plain).or_else(|| in_extension("EXT_texture_avif")) else {
+    let read = read.or_else(|| in_avif().filter(|_| READS_AVIF));
+    let Some((image, location)) = read.or_else(plain).or_else(in_avif) else {
         return Ok(None);
     };
     document.element(&document.json.images, "images", image, location)?;

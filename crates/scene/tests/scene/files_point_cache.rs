@@ -1,9 +1,10 @@
 //! Point caches: an OBJ file whose vertices move.
 
 use glam::{Mat3, Vec3};
-use umbrage_scene::{Frame, OpenOptions, Scene};
+use umbrage_scene::{OpenOptions, Scene};
 
 use crate::files::{self, CUBE_POSITIONS, cube_obj, floats, folder};
+use crate::pose_allocations::assert_later_poses_allocate_nothing;
 
 /// Two triangles that share an edge, with texture coordinates that differ along it and one normal: 6 vertices of 4 positions.
 const FLAG: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nvt 0 0\nvt 1 1\nvn 0 0 1\no cloth\n\
@@ -295,15 +296,5 @@ fn later_poses_allocate_nothing() {
     obj.extend((1..19_999).map(|point| format!("f {point}//1 {}//1 {}//1\n", point + 1, point + 2)));
     let lifted = strip.iter().map(|point| *point + Vec3::Z).collect();
     let scene = opened("strip.pc2", &pc2(12.0, &[strip, lifted]), &obj);
-    // On one thread, as the queues between several are allocated by the thread pool now and then.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    pool.install(|| {
-        let mut frame = Frame::default();
-        let none = allocations::on_this_thread();
-        scene.pose(0.0, &mut frame).unwrap();
-        let before = allocations::on_this_thread();
-        assert!(before > none, "the first pose is counted");
-        (1..20).for_each(|step| scene.pose(f64::from(step) / 10.0, &mut frame).unwrap());
-        assert_eq!(allocations::on_this_thread() - before, 0, "allocations in 19 poses");
-    });
+    assert_later_poses_allocate_nothing(&scene);
 }

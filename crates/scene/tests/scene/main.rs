@@ -16,4 +16,5 @@ mod instances;
 mod memory;
 mod opacity;
 mod pose_allocations;
+mod textures_avif;
 mod textures_on_demand;

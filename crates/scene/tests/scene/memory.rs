@@ -9,6 +9,7 @@ use umbrage_scene::{Error, OpenOptions, Scene};
 
 use crate::builder::Builder;
 use crate::files::folder;
+use crate::textures_avif::of_width;
 
 fn open_within(path: &Path, max_memory: u64) -> Result<Scene, Error> {
     Scene::open_with(path, &OpenOptions { max_memory, ..OpenOptions::default() })
@@ -58,21 +59,34 @@ fn files_that_are_too_long_are_not_read() {
     }
 }
 
+/// A triangle with an image.
+fn textured(image: &[u8]) -> Builder {
+    let mut file = Builder::new();
+    let mesh = file.triangle();
+    file.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
+    file.push("nodes", json!({ "mesh": mesh }));
+    let view = file.view(image);
+    file.push("images", json!({ "bufferView": view }));
+    file.push("textures", json!({ "source": 0 }));
+    file.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
+    file
+}
+
+#[test]
+fn images_that_are_decoded_elsewhere_take_what_that_takes() {
+    let folder = folder(&[("a.gltf", &textured(&of_width(16_000)).gltf())]);
+    let path = folder.path().join("a.gltf");
+    assert_refused(&path, MB, "an image of 16000x13 texels would take 1.6 MiB");
+    assert_refused(&path, 3 * MB, "decoding an AVIF image of 16000x13 texels would take 2.4 MiB");
+}
+
 #[test]
 fn images_take_their_texels() {
     let mut png = std::io::Cursor::new(Vec::new());
     GrayImage::new(2048, 2048).write_to(&mut png, ImageFormat::Png).unwrap();
     let png = png.into_inner();
     assert!(png.len() < 100_000);
-    let mut file = Builder::new();
-    let mesh = file.triangle();
-    file.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
-    file.push("nodes", json!({ "mesh": mesh }));
-    let view = file.view(&png);
-    file.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
-    file.push("textures", json!({ "source": 0 }));
-    file.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
-    assert_gltf_bounded(file, 36 * MB, 33 * MB, "an image of 2048x2048 texels would take 32.0 MiB");
+    assert_gltf_bounded(textured(&png), 36 * MB, 33 * MB, "an image of 2048x2048 texels would take 32.0 MiB");
     // Each of two long images is small, but not what is made of both.
     let image = |width, height| {
         let mut png = std::io::Cursor::new(Vec::new());

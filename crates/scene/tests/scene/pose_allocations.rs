@@ -1,7 +1,7 @@
 //! Posing into a frame that has been posed before takes nothing from the heap.
 
 use serde_json::json;
-use umbrage_scene::Frame;
+use umbrage_scene::{Frame, Scene};
 
 use crate::builder::{Builder, U8};
 
@@ -35,9 +35,10 @@ fn moving_scene() -> Builder {
     file
 }
 
-#[test]
-fn later_poses_allocate_nothing() {
-    let scene = moving_scene().open().unwrap();
+/// Poses a scene at twenty moments into one frame, and asserts that all but the first take nothing from the heap. The last
+/// frame.
+#[track_caller]
+pub(crate) fn assert_later_poses_allocate_nothing(scene: &Scene) -> Frame {
     // On one thread, as the queues between several are allocated by the thread pool now and then.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
@@ -46,11 +47,14 @@ fn later_poses_allocate_nothing() {
         scene.pose(0.0, &mut frame).unwrap();
         let before = allocations::on_this_thread();
         assert!(before > none, "the first pose is counted");
-        for step in 1..20 {
-            scene.pose(f64::from(step) / 10.0, &mut frame).unwrap();
-        }
-        let after = allocations::on_this_thread();
-        assert_eq!(after - before, 0, "allocations in 19 poses");
-        assert_eq!((frame.cameras.len(), frame.lights.len()), (1, 1));
-    });
+        (1..20).for_each(|step| scene.pose(f64::from(step) / 10.0, &mut frame).unwrap());
+        assert_eq!(allocations::on_this_thread() - before, 0, "allocations in 19 poses");
+        frame
+    })
+}
+
+#[test]
+fn later_poses_allocate_nothing() {
+    let frame = assert_later_poses_allocate_nothing(&moving_scene().open().unwrap());
+    assert_eq!((frame.cameras.len(), frame.lights.len()), (1, 1));
 }

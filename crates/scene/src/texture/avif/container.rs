@@ -1,0 +1,247 @@
+//! Where a file's picture is, and what is said of it (HEIF, ISO/IEC 23008-12, and the AV1 Image File Format).
+
+use std::borrow::Cow;
+use std::ops::ControlFlow;
+
+use super::boxes::Bytes;
+use super::color::Coding;
+
+/// The picture that a file is for.
+#[derive(Debug)]
+pub(super) struct Picture<'a> {
+    pub(super) color: Item<'a>,
+    pub(super) alpha: Option<Item<'a>>,
+    /// Whether colours were multiplied by alpha.
+    pub(super) is_premultiplied: bool,
+}
+
+/// A frame of AV1.
+#[derive(Debug)]
+pub(super) struct Item<'a> {
+    pub(super) data: Cow<'a, [u8]>,
+    /// Width and height, at least 1.
+    pub(super) size: [u32; 2],
+    /// How its planes stand for colours, where the container says so.
+    pub(super) coding: Option<Coding>,
+}
+
+/// The boxes of a file that say where things are.
+struct Container<'a> {
+    file: &'a [u8],
+    /// What is in the box `meta`.
+    meta: Bytes<'a>,
+    /// The properties that items may have.
+    properties: Vec<([u8; 4], Bytes<'a>)>,
+}
+
+const ALPHA: [&[u8]; 2] = [b"urn:mpeg:mpegB:cicp:systems:auxiliary:alpha\0", b"urn:mpeg:hevc:2015:auxid:1\0"];
+
+impl<'a> Picture<'a> {
+    /// # Errors
+    /// Says in words what is wrong with the file, or isn't read.
+    pub(super) fn read(file: &'a [u8]) -> Result<Self, String> {
+        let mut meta = Bytes(file).find(b"meta")?;
+        meta.version()?;
+        let mut boxes = meta.find(b"iprp")?.find(b"ipco")?;
+        let mut properties = Vec::new();
+        while let Some(property) = boxes.next_box()? {
+            properties.push(property);
+        }
+        let container = Container { file, meta, properties };
+        let mut primary = meta.find(b"pitm")?;
+        let id = match primary.version()?.0 {
+            0 => u32::from(primary.u16()?),
+            _ => primary.u32()?,
+        };
+        let color = container.item(id)?;
+        let mut alpha = None;
+        let auxiliary = container.references(b"auxl")?.into_iter().filter(|[_, to]| *to == id).map(|[from, _]| from);
+        // A depth map may be among them, but not hundreds.
+        for auxiliary in auxiliary.take(16) {
+            if container.is_alpha(auxiliary)? {
+                alpha = Some((auxiliary, container.item(auxiliary).map_err(|cause| format!("its alpha: {cause}"))?));
+                break;
+            }
+        }
+        let multiplied = container.references(b"prem")?;
+        let is_premultiplied = alpha.as_ref().is_some_and(|(alpha, _)| multiplied.contains(&[id, *alpha]));
+        Ok(Self { color, alpha: alpha.map(|(_, item)| item), is_premultiplied })
+    }
+}
+
+impl<'a> Container<'a> {
+    /// # Errors
+    /// Where it isn't there, or isn't a frame of AV1 to be shown as it is.
+    fn item(&self, id: u32) -> Result<Item<'a>, String> {
+        match &self.kind(id)? {
+            b"av01" => {}
+            b"grid" => return Err("it is a grid of pictures, which is not read".to_owned()),
+            other => return Err(format!("it is of the kind `{}`, which is not read", other.escape_ascii())),
+        }
+        let (mut size, mut coding) = (None, None);
+        for (name, mut content, is_essential) in self.properties_of(id)? {
+            match &name {
+                b"ispe" => {
+                    content.version()?;
+                    size = Some([content.u32()?, content.u32()?]);
+                }
+                b"colr" if content.name()? == *b"nclx" => {
+                    let [_, _, matrix] = [content.u16()?, content.u16()?, content.u16()?];
+                    coding = Some(Coding { matrix, is_full_range: content.u8()? & 0x80 != 0 });
+                }
+                b"irot" if content.u8()? & 3 != 0 => return Err("it is to be rotated, which is not read".to_owned()),
+                b"imir" => return Err("it is to be mirrored, which is not read".to_owned()),
+                b"clap" => return Err("it is to be cut out of a larger one, which is not read".to_owned()),
+                b"av1C" | b"auxC" | b"pixi" | b"pasp" | b"irot" | b"colr" => {}
+                _ if is_essential => {
+                    return Err(format!("it has the property `{}`, which is not read", name.escape_ascii()));
+                }
+                _ => {}
+            }
+        }
+        let size = size.filter(|size| !size.contains(&0)).ok_or("it doesn't say its size")?;
+        Ok(Item { data: self.data(id)?, size, coding })
+    }
+
+    fn is_alpha(&self, id: u32) -> Result<bool, String> {
+        for (name, mut content, _) in self.properties_of(id)? {
+            if name == *b"auxC" {
+                content.version()?;
+                return Ok(ALPHA.iter().any(|urn| content.0.starts_with(urn)));
+            }
+        }
+        Ok(false)
+    }
+
+    /// What an item is.
+    fn kind(&self, id: u32) -> Result<[u8; 4], String> {
+        let mut items = self.meta.find(b"iinf")?;
+        let wide = items.version()?.0 > 0;
+        items.number(if wide { 4 } else { 2 })?;
+        while let Some((name, mut item)) = items.next_box()? {
+            let version = item.version()?.0;
+            // Earlier versions are of other files.
+            if name != *b"infe" || version < 2 {
+                continue;
+            }
+            let found = item.number(if version == 2 { 2 } else { 4 })?;
+            item.u16()?;
+            if found == u64::from(id) {
+                return item.name();
+            }
+        }
+        Err(format!("it says nothing of item {id}"))
+    }
+
+    /// Names and contents of an item's properties, and whether one mustn't show it without understanding them.
+    fn properties_of(&self, id: u32) -> Result<Vec<([u8; 4], Bytes<'a>, bool)>, String> {
+        let mut boxes = self.meta.find(b"iprp")?;
+        let mut found = Vec::new();
+        while let Some((name, mut content)) = boxes.next_box()? {
+            if name != *b"ipma" {
+                continue;
+            }
+            let (version, flags) = content.version()?;
+            for _ in 0..content.u32()? {
+                let item = content.number(if version == 0 { 2 } else { 4 })?;
+                for _ in 0..content.u8()? {
+                    let bytes = if flags & 1 == 0 { 1 } else { 2 };
+                    let link = content.number(bytes)?;
+                    let essential = 0x80 << (8 * (bytes - 1));
+                    let Some(number) = (link & (essential - 1)).checked_sub(1) else { continue };
+                    if item != u64::from(id) {
+                        continue;
+                    }
+                    let property = self.properties.get(number as usize);
+                    let &(name, content) = property.ok_or_else(|| format!("it has no property {}", number + 1))?;
+                    found.push((name, content, link & essential != 0));
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// From which item to which there is a reference of a kind.
+    fn references(&self, kind: &[u8; 4]) -> Result<Vec<[u32; 2]>, String> {
+        let mut found = Vec::new();
+        // There needn't be any.
+        let Ok(mut boxes) = self.meta.find(b"iref") else { return Ok(found) };
+        let bytes = if boxes.version()?.0 == 0 { 2 } else { 4 };
+        while let Some((name, mut content)) = boxes.next_box()? {
+            let from = content.number(bytes)? as u32;
+            for _ in 0..content.u16()? {
+                let to = content.number(bytes)? as u32;
+                if name == *kind {
+                    found.push([from, to]);
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// An item's bytes, in one piece.
+    fn data(&self, id: u32) -> Result<Cow<'a, [u8]>, String> {
+        let mut table = self.meta.find(b"iloc")?;
+        let (version, _) = table.version()?;
+        let sizes = table.u16()?;
+        let [offset_bytes, length_bytes, base_bytes, index_bytes] =
+            [sizes >> 12, sizes >> 8 & 15, sizes >> 4 & 15, if version == 0 { 0 } else { sizes & 15 }].map(usize::from);
+        if [offset_bytes, length_bytes, base_bytes, index_bytes].iter().any(|&bytes| bytes > 8) {
+            return Err("offsets are of more than eight bytes".to_owned());
+        }
+        let id_bytes = if version < 2 { 2 } else { 4 };
+        for _ in 0..table.number(id_bytes)? {
+            let item = table.number(id_bytes)?;
+            let method = if version == 0 { 0 } else { table.u16()? & 15 };
+            let other_file = table.u16()?;
+            let base = table.number(base_bytes)?;
+            let count = usize::from(table.u16()?);
+            if item != u64::from(id) {
+                // At once, as pieces may take no bytes.
+                table.take(count * (index_bytes + offset_bytes + length_bytes))?;
+                continue;
+            }
+            let whole = match (method, other_file) {
+                (0, 0) => self.file,
+                (1, _) => self.meta.find(b"idat")?.0,
+                (0, _) => return Err("it is in another file, which is not read".to_owned()),
+                _ => return Err("it is made of other items, which is not read".to_owned()),
+            };
+            let mut pieces = Vec::new();
+            for _ in 0..count {
+                table.number(index_bytes)?;
+                let (offset, length) = (table.number(offset_bytes)?, table.number(length_bytes)?);
+                pieces.push(piece(whole, base.checked_add(offset), length)?);
+            }
+            return match pieces[..] {
+                [] => Err("its compressed texels are not there".to_owned()),
+                [one] => Ok(Cow::Borrowed(one)),
+                _ => joined(&pieces, self.file.len()).map(Cow::Owned),
+            };
+        }
+        Err(format!("it doesn't say where item {id} is"))
+    }
+}
+
+/// A piece of bytes, all of them from an offset on where it has no length. It isn't empty: the decoder ends the program
+/// where it is given nothing, if it was compiled with debug assertions.
+fn piece(whole: &[u8], offset: Option<u64>, length: u64) -> Result<&[u8], String> {
+    let from = offset.and_then(|offset| whole.get(usize::try_from(offset).ok()?..));
+    let piece = from.and_then(|from| match usize::try_from(length).ok()? {
+        0 => Some(from),
+        length => from.get(..length),
+    });
+    piece.filter(|piece| !piece.is_empty()).ok_or_else(|| "its compressed texels are not all there".to_owned())
+}
+
+/// Pieces one after the other: together no longer than the file, so that a few bytes can't ask for many.
+fn joined(pieces: &[&[u8]], most: usize) -> Result<Vec<u8>, String> {
+    let length = pieces.iter().try_fold(0_usize, |sum, piece| match sum.checked_add(piece.len()) {
+        Some(sum) if sum <= most => ControlFlow::Continue(sum),
+        _ => ControlFlow::Break(()),
+    });
+    match length {
+        ControlFlow::Continue(_) => Ok(pieces.concat()),
+        ControlFlow::Break(()) => Err("pieces of its texels are the same".to_owned()),
+    }
+}
