@@ -267,7 +267,7 @@ impl Renderer {
 
 /// What a frame comes to that nothing has to be awaited for: all but a GPU's in a browser, since elsewhere engines wait
 /// on their threads.
-fn at_once(frame: impl Future<Output = Result<(), Error>>) -> Result<(), Error> {
+pub(crate) fn at_once(frame: impl Future<Output = Result<(), Error>>) -> Result<(), Error> {
     match pin!(frame).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,
         Poll::Pending => Err(Error::WaitsInBrowser),

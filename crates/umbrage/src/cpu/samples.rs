@@ -97,6 +97,7 @@ mod tests {
     use crate::background::Surroundings;
     use crate::cpu::Cpu;
     use crate::engine::{Engine as _, Output};
+    use crate::renderer::at_once;
     use crate::{Film, Settings, Stats, Structure};
 
     /// What the samples of a frame show and have lit, by their numbers.
@@ -115,7 +116,7 @@ mod tests {
         for samples in Samples::all(settings.samples, by_four) {
             engine.see(&staged, &samples, &mut stats).expect("a small image");
             engine.shadow(&staged, &samples, &mut stats).expect("lights");
-            engine.shade(&staged, 0, &samples, &mut film, &mut stats).expect("a film");
+            at_once(engine.shade(&staged, 0, &samples, &mut film, &mut stats)).expect("a film");
             let pixels = TileOrder::new(settings.width, settings.height);
             for (which, sample) in samples.as_slice().iter().enumerate() {
                 let one = OneSample::new(engine.seen.order(), &samples, which);
