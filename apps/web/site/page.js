@@ -163,6 +163,8 @@ function sayPicture() {
 /** Has the processor trace the GPU's picture as well. */
 async function compare(look) {
   const { differing } = await engine.ask('differing', { look });
+  // Another view is due meanwhile, or the processor's picture.
+  if (work.isWanted) return;
   work.differing = differing;
   sayPicture();
 }
@@ -175,6 +177,7 @@ function useCpu() {
 
 /** Has pictures traced by another engine, where there is one. */
 async function chooseEngine(name) {
+  $('engine').value = name;
   if (name === 'cpu') return useCpu();
   try {
     if (!work.hasGpu) {
@@ -182,7 +185,9 @@ async function chooseEngine(name) {
       await engine.ask('openGpu');
       work.hasGpu = true;
     }
-    state.engine = $('engine').value = 'gpu';
+    // Somebody may have chosen again.
+    if ($('engine').value !== name) return;
+    state.engine = name;
     work.costs = [...COSTS];
     changed();
   } catch (error) {

@@ -21,7 +21,7 @@ struct Bound {
     group: wgpu::BindGroup,
 }
 
-/// For so many lists of buffers a kernel keeps what binds them: a scan runs over that many in a frame.
+/// For so many lists of buffers a kernel keeps what binds them: those that run for each light have a list for each.
 const MOST_BOUND: usize = 16;
 
 shared_constants! { "dispatch":
@@ -112,9 +112,7 @@ impl Kernel {
             Groups::Indirect(counts, word) => pass.dispatch_workgroups_indirect(counts.raw(), u64::from(word) * 4),
         }
     }
-}
 
-impl Kernel {
     /// What binds these buffers.
     fn bind(&self, gpu: &Gpu, buffers: &[&Buffer]) -> wgpu::BindGroup {
         // Nobody panics while it is locked.

@@ -26,7 +26,7 @@ impl Adapter {
 }
 
 impl Gpu {
-    /// For so long a shared device is asked again and again whether it is done: a frame has several small readbacks.
+    /// For so long a shared device is asked again and again whether it is done, without sleep in between.
     const SHORT_WAIT: Duration = Duration::from_micros(300);
     /// How often it is asked from then on.
     const STEP_OF_WAITING: Duration = Duration::from_micros(200);
