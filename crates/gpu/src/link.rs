@@ -6,6 +6,8 @@
 //!
 //! Debug builds check that every module imports what it uses, and nothing else.
 
+#[cfg(test)]
+mod budgets;
 mod imports;
 
 /// Constants that a module has by the same names, and a test that they have the same values there.

@@ -42,31 +42,34 @@ fn seen_at(base: u32) -> F64 {
     var terms: ExpansionTerms;
 
     // What was seen already is the first node, and what is seen for certain the first of those to decide about.
-    var farther_than = F64_ZERO;
-    var first = NODES_FIRST + seen[slot] * NODE_WORDS;
-    if (nodes[first] & NODE_FRONT) != 0u {
-        let front = nodes[first] & NODE_TRIANGLE;
-        farther_than = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(front)));
-        first = NODES_FIRST + nodes[first + NODE_NEXT] * NODE_WORDS;
-    }
+    let seen_node = NODES_FIRST + seen[slot] * NODE_WORDS;
+    let has_front = (nodes[seen_node] & NODE_FRONT) != 0u;
+    let next = NODES_FIRST + nodes[seen_node + NODE_NEXT] * NODE_WORDS;
+    let first = select(seen_node, next, has_front);
     let is_certain = (nodes[base] & NODE_CERTAIN) != 0u;
     if !is_certain && (nodes[first] & NODE_CERTAIN) != 0u
         && bitcast<f32>(nodes[base + NODE_KEY]) < bitcast<f32>(nodes[first + NODE_KEY]) {
         return F64_INFINITE;
     }
-    let id = nodes[base] & NODE_TRIANGLE;
-    let edges = exact_edges(&terms, ray, corner_bits(id));
-    if edges.side == 0 || ((triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && !exact_is_front(edges)) {
-        return F64_INFINITE;
+    // What was seen already, if anything was, then this node's own: in one loop, since the predicate compiles slowly.
+    var farther_than = F64_ZERO;
+    var t = F64_ZERO;
+    for (var turn = select(1u, 0u, has_front); turn < 2u; turn++) {
+        let id = nodes[select(seen_node, base, turn == 1u)] & NODE_TRIANGLE;
+        let edges = exact_edges(&terms, ray, corner_bits(id));
+        if turn == 1u {
+            if edges.side == 0 || ((triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && !exact_is_front(edges)) {
+                return F64_INFINITE;
+            }
+            if (triangles[id].w & TRIANGLE_MASKED) != 0u
+                && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {
+                return F64_INFINITE;
+            }
+        }
+        farther_than = t;
+        t = exact_t(&terms, ray, edges);
     }
-    if (triangles[id].w & TRIANGLE_MASKED) != 0u && !is_there_exactly(triangles[id], exact_barycentric(edges), false) {
-        return F64_INFINITE;
-    }
-    let t = exact_t(&terms, ray, edges);
-    if !f64_less(farther_than, t) {
-        return F64_INFINITE;
-    }
-    return t;
+    return select(F64_INFINITE, t, f64_less(farther_than, t));
 }
 
 // What a pixel sees: the nearest of its nodes.

@@ -5,7 +5,7 @@ import package::exact::double::{
     F64, F64Terms, F64_ZERO, f64_abs, f64_add, f64_divide, f64_is_below_zero, f64_is_zero, f64_multiply, f64_negate,
     f64_subtract, two_product, two_sum,
 };
-import package::exact::vector::{F64Vector};
+import package::exact::vector::{F64Vector, f64_vector_turned};
 
 // high + low, and the sum of the magnitudes of everything that was added up to it.
 struct DoubleDouble {
@@ -61,9 +61,15 @@ fn terms_from_vector(a: F64Vector) -> TermsVector {
 
 // a − b on each axis, exactly.
 fn terms_difference(a: F64Vector, b: F64Vector) -> TermsVector {
-    return TermsVector(
-        two_sum(a.x, f64_negate(b.x)), two_sum(a.y, f64_negate(b.y)), two_sum(a.z, f64_negate(b.z)),
-    );
+    var left = a;
+    var right = b;
+    var difference: TermsVector;
+    for (var axis = 0u; axis < 3u; axis++) {
+        difference = TermsVector(difference.y, difference.z, two_sum(left.x, f64_negate(right.x)));
+        left = f64_vector_turned(left);
+        right = f64_vector_turned(right);
+    }
+    return difference;
 }
 
 // The next axis first.
@@ -85,11 +91,35 @@ fn double_triples(a: TermsVector, b: TermsVector, c: TermsVector, d: TermsVector
     // A sum that starts from zero has the bits of one that starts with its first term.
     var sums = DoubleTriples(DOUBLE_ZERO, DOUBLE_ZERO);
     for (var axis = 0u; axis < 3u; axis++) {
-        let forward = double_times(double_from_terms(left.y), double_from_terms(right.z));
-        let backward = double_times(double_from_terms(left.z), double_from_terms(right.y));
-        let component = double_plus(forward, double_negated(backward));
-        sums.with_c = double_plus(sums.with_c, double_times(component, double_from_terms(first.x)));
-        sums.with_d = double_plus(sums.with_d, double_times(component, double_from_terms(second.x)));
+        // left.y · right.z − left.z · right.y, then its products with c and d. One loop for all four, since what it calls
+        // compiles slowly.
+        var component = DOUBLE_ZERO;
+        for (var step = 0u; step < 4u; step++) {
+            var factor = double_from_terms(left.y);
+            var other = right.z;
+            var sum = DOUBLE_ZERO;
+            if step == 1u {
+                factor = double_negated(double_from_terms(left.z));
+                other = right.y;
+                sum = component;
+            } else if step == 2u {
+                factor = component;
+                other = first.x;
+                sum = sums.with_c;
+            } else if step == 3u {
+                factor = component;
+                other = second.x;
+                sum = sums.with_d;
+            }
+            sum = double_plus(sum, double_times(factor, double_from_terms(other)));
+            if step < 2u {
+                component = sum;
+            } else if step == 2u {
+                sums.with_c = sum;
+            } else {
+                sums.with_d = sum;
+            }
+        }
         left = terms_turned(left);
         right = terms_turned(right);
         first = terms_turned(first);

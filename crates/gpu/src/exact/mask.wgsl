@@ -36,22 +36,33 @@ struct MaskTexels {
 // A vertex attribute's value at the weights of the second and third vertex.
 fn mask_interpolated(of_vertices: vec3<u32>, barycentric: vec2<u32>) -> u32 {
     let first = f32_subtract(f32_subtract(F32_ONE, barycentric.x), barycentric.y);
-    return f32_add(
-        f32_add(f32_multiply(of_vertices.x, first), f32_multiply(of_vertices.y, barycentric.x)),
-        f32_multiply(of_vertices.z, barycentric.y),
-    );
+    var weights = vec3(first, barycentric);
+    var values = of_vertices;
+    var sum: u32;
+    for (var vertex = 0u; vertex < 3u; vertex++) {
+        let product = f32_multiply(values.x, weights.x);
+        sum = select(f32_add(sum, product), product, vertex == 0u);
+        weights = weights.yzx;
+        values = values.yzx;
+    }
+    return sum;
 }
 
 // The texels to read for the mesh's texture coordinates.
 fn mask_texels(texture: MaskTexture, coords: vec2<u32>) -> MaskTexels {
-    let x = mask_texels_along(
-        vec3(texture.x_axis.x, texture.y_axis.x, texture.translation.x),
-        coords, texture.size.x, texture.wrap.x, texture.is_linear != 0u,
-    );
-    let y = mask_texels_along(
-        vec3(texture.x_axis.y, texture.y_axis.y, texture.translation.y),
-        coords, texture.size.y, texture.wrap.y, texture.is_linear != 0u,
-    );
+    var x: MaskSpan;
+    var y: MaskSpan;
+    for (var axis = 0u; axis < 2u; axis++) {
+        let image_from_mesh = select(
+            vec3(texture.x_axis.x, texture.y_axis.x, texture.translation.x),
+            vec3(texture.x_axis.y, texture.y_axis.y, texture.translation.y),
+            axis == 1u,
+        );
+        let side = select(texture.size.x, texture.size.y, axis == 1u);
+        let wrap = select(texture.wrap.x, texture.wrap.y, axis == 1u);
+        x = y;
+        y = mask_texels_along(image_from_mesh, coords, side, wrap, texture.is_linear != 0u);
+    }
     let upper = texture.first_texel + y.first * texture.size.x;
     let lower = texture.first_texel + y.second * texture.size.x;
     let indices = vec4(upper + x.first, upper + x.second, lower + x.first, lower + x.second);
@@ -106,9 +117,18 @@ fn mask_wrapped(at: u32, side: u32, wrap: u32) -> u32 {
 
 // The opacity of a texture from the alpha bytes of its four texels.
 fn mask_texture_opacity(bytes: vec4<u32>, part: vec2<u32>) -> u32 {
-    let upper = mask_mix(f32_from_byte(bytes.x), f32_from_byte(bytes.y), part.x);
-    let lower = mask_mix(f32_from_byte(bytes.z), f32_from_byte(bytes.w), part.x);
-    return mask_mix(upper, lower, part.y);
+    var start = f32_from_byte(bytes.x);
+    var end = f32_from_byte(bytes.y);
+    var upper: u32;
+    var mixed: u32;
+    // The upper two, the lower two, and what they give.
+    for (var step = 0u; step < 3u; step++) {
+        upper = mixed;
+        mixed = mask_mix(start, end, select(part.x, part.y, step == 2u));
+        start = select(upper, f32_from_byte(bytes.z), step == 0u);
+        end = select(mixed, f32_from_byte(bytes.w), step == 0u);
+    }
+    return mixed;
 }
 
 fn mask_mix(start: u32, end: u32, part: u32) -> u32 {

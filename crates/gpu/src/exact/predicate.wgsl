@@ -4,7 +4,7 @@
 // Corners come as the bits of their f32 coordinates: what holds an f32 may lose subnormal numbers.
 
 import package::exact::double::{
-    F64, F64Terms, f64_abs, f64_add, f64_divide, f64_equal, f64_exponent_field, f64_is_above_zero, f64_is_below_zero, f64_is_finite,
+    F64, f64_abs, f64_add, f64_divide, f64_equal, f64_exponent_field, f64_is_above_zero, f64_is_below_zero, f64_is_finite,
     f64_larger_magnitude, f64_magnitude_less, f64_multiply, f64_to_f32_bits,
 };
 import package::exact::expansion::{
@@ -202,23 +202,32 @@ fn exact_t(terms: ptr<function, ExpansionTerms>, ray: ExactRay, edges: ExactEdge
     let ac = terms_difference(edges.corners.c, a);
     var towards = terms_difference(a, ray.origin);
     let triples = double_triples(ab, ac, towards, terms_from_vector(ray.direction));
-    let height = triples.with_c;
-    let slope = triples.with_d;
-    let quotient = double_quotient(height, slope, EXACT_PRECISION);
-    if exact_is_precise(slope) && exact_is_precise(height) && f64_equal(quotient.low, quotient.high) {
-        return quotient.low;
-    }
+    var height = triples.with_c;
+    var slope = triples.with_d;
+    let is_precise = exact_is_precise(slope) && exact_is_precise(height);
     let scale = exact_scale_to_one(ray.direction);
-    var exact_height: F64Terms;
-    var exact_slope: F64Terms;
-    for (var vector = 0u; vector < 2u; vector++) {
-        exact_height = exact_slope;
-        exact_slope = expansion_triple(terms, ab, ac, towards, towards);
-        towards = terms_from_vector(f64_vector_scale(ray.direction, scale));
+    var error = EXACT_PRECISION;
+    var t: F64;
+    // At most a second turn, with the exact height and slope.
+    for (var turn = 0u; turn < 2u; turn++) {
+        let quotient = double_quotient(height, slope, error);
+        if turn == 1u {
+            let is_even = (quotient.low.x & 1u) == 0u;
+            t = f64_multiply(select(quotient.high, quotient.low, is_even), scale);
+            break;
+        }
+        if is_precise && f64_equal(quotient.low, quotient.high) {
+            t = quotient.low;
+            break;
+        }
+        for (var vector = 0u; vector < 2u; vector++) {
+            height = slope;
+            slope = double_from_terms(expansion_triple(terms, ab, ac, towards, towards));
+            towards = terms_from_vector(f64_vector_scale(ray.direction, scale));
+        }
+        error = EXACT_ROUNDED;
     }
-    let exact = double_quotient(double_from_terms(exact_height), double_from_terms(exact_slope), EXACT_ROUNDED);
-    let is_even = (exact.low.x & 1u) == 0u;
-    return f64_multiply(select(exact.high, exact.low, is_even), scale);
+    return t;
 }
 
 fn exact_is_precise(a: DoubleDouble) -> bool {

@@ -24,11 +24,19 @@ fn f64_vector_turned(a: F64Vector) -> F64Vector {
 }
 
 fn f64_vector_add(a: F64Vector, b: F64Vector) -> F64Vector {
-    return F64Vector(f64_add(a.x, b.x), f64_add(a.y, b.y), f64_add(a.z, b.z));
+    var left = a;
+    var right = b;
+    var sum: F64Vector;
+    for (var axis = 0u; axis < 3u; axis++) {
+        sum = F64Vector(sum.y, sum.z, f64_add(left.x, right.x));
+        left = f64_vector_turned(left);
+        right = f64_vector_turned(right);
+    }
+    return sum;
 }
 
 fn f64_vector_subtract(a: F64Vector, b: F64Vector) -> F64Vector {
-    return F64Vector(f64_subtract(a.x, b.x), f64_subtract(a.y, b.y), f64_subtract(a.z, b.z));
+    return f64_vector_add(a, f64_vector_negate(b));
 }
 
 fn f64_vector_negate(a: F64Vector) -> F64Vector {
@@ -36,19 +44,37 @@ fn f64_vector_negate(a: F64Vector) -> F64Vector {
 }
 
 fn f64_vector_scale(a: F64Vector, factor: F64) -> F64Vector {
-    return F64Vector(f64_multiply(a.x, factor), f64_multiply(a.y, factor), f64_multiply(a.z, factor));
+    var scaled = a;
+    for (var axis = 0u; axis < 3u; axis++) {
+        scaled = F64Vector(scaled.y, scaled.z, f64_multiply(scaled.x, factor));
+    }
+    return scaled;
 }
 
 fn f64_dot(a: F64Vector, b: F64Vector) -> F64 {
-    return f64_add(f64_add(f64_multiply(a.x, b.x), f64_multiply(a.y, b.y)), f64_multiply(a.z, b.z));
+    var left = a;
+    var right = b;
+    var sum: F64;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let product = f64_multiply(left.x, right.x);
+        sum = select(f64_add(sum, product), product, axis == 0u);
+        left = f64_vector_turned(left);
+        right = f64_vector_turned(right);
+    }
+    return sum;
 }
 
 fn f64_cross(a: F64Vector, b: F64Vector) -> F64Vector {
-    return F64Vector(
-        f64_subtract(f64_multiply(a.y, b.z), f64_multiply(b.y, a.z)),
-        f64_subtract(f64_multiply(a.z, b.x), f64_multiply(b.z, a.x)),
-        f64_subtract(f64_multiply(a.x, b.y), f64_multiply(b.x, a.y)),
-    );
+    var left = a;
+    var right = b;
+    var cross: F64Vector;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let component = f64_subtract(f64_multiply(left.y, right.z), f64_multiply(right.y, left.z));
+        cross = F64Vector(cross.y, cross.z, component);
+        left = f64_vector_turned(left);
+        right = f64_vector_turned(right);
+    }
+    return cross;
 }
 
 // The magnitude of the component that is the furthest from zero.

@@ -4,7 +4,7 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
-import package::exact::double::{F64, f64_add, f64_divide, f64_multiply, f64_to_f32_bits};
+import package::exact::double::{F64, F64_ZERO, f64_add, f64_divide, f64_multiply, f64_to_f32_bits};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_edges, exact_from_corners, exact_t};
 import package::exact::vector::{
@@ -76,10 +76,13 @@ fn point_on(id: u32, slot: u32) -> F64Vector {
     // A slope above 2⁻¹² of that is wrong by 2⁻³⁸ of itself at most, and so is t. A second step from there has that
     // error of the rest, which leaves some 2⁻⁵⁰ of t where corners aren't farther than it.
     if (slope.y & 0x7fffffffu) + 0x00c00000u > magnitude.y {
-        let t = f64_divide(f64_dot(normal, f64_vector_subtract(exact.a, ray.origin)), slope);
-        let point = f64_vector_add(ray.origin, f64_vector_scale(ray.direction, t));
-        let rest = f64_divide(f64_dot(normal, f64_vector_subtract(exact.a, point)), slope);
-        return f64_vector_add(ray.origin, f64_vector_scale(ray.direction, f64_add(t, rest)));
+        var t = F64_ZERO;
+        var point = ray.origin;
+        for (var step = 0u; step < 2u; step++) {
+            t = f64_add(t, f64_divide(f64_dot(normal, f64_vector_subtract(exact.a, point)), slope));
+            point = f64_vector_add(ray.origin, f64_vector_scale(ray.direction, t));
+        }
+        return point;
     }
     var terms: ExpansionTerms;
     let edges = exact_edges(&terms, ray, bits);
