@@ -7,7 +7,7 @@ use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, Ground, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{EngineKind, HeatKind, Layers, Settings, Sides, ToneMap};
+use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, layers};
 use crate::staging::OrbitingLights;
@@ -230,6 +230,7 @@ impl RenderFlags {
             lights,
             orbit_light,
             background,
+            show,
             engine,
             device,
             scene,
@@ -268,7 +269,7 @@ impl RenderFlags {
         let SceneFlags { opening, address: _, threads: _ } = scene;
         let OpeningFlags { animation, variant, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
         format!(
-            "{camera:?} {lights:?} {orbit_light:?} {background:?} {engine:?} {device:?} {animation:?} {variant:?} \
+            "{camera:?} {lights:?} {orbit_light:?} {background:?} {show:?} {engine:?} {device:?} {animation:?} {variant:?} \
              {sequence_fps:?} {allow_outside:?} {ground:?}"
         )
     }
@@ -412,6 +413,9 @@ pub(crate) struct RenderFlags {
     /// as they are
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
     pub(crate) tone_map: ToneMap,
+    /// What pictures show in place of light, of each pixel's first sample. Exposure and tone map leave it as it is
+    #[arg(long, value_name = "VIEW", value_parser = choice::<PixelView>())]
+    pub(crate) show: Option<PixelView>,
     /// What an EXR file has beside radiance, depth, normals and triangle ids: names with commas between them. Motion is that
     /// until the next frame, by --fps. On the CPU
     #[arg(long, value_name = "NAMES", value_parser = layers())]

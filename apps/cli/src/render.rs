@@ -67,6 +67,9 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
         renderer.render(scene, seconds, &settings)?;
         let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
         renderer.swap_film(&mut film);
+        if let Some(view) = job.flags.show {
+            view.paint(&mut film, renderer.frame());
+        }
         let stats = renderer.stats().clone();
         if !job.flags.quiet {
             warn_of_omitted(frame, &stats.omitted, &mut told);

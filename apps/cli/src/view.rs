@@ -85,7 +85,7 @@ mod tests {
     /// Asserts that the line of `settings` renders them, on an engine.
     fn assert_copied(settings: &Settings, engine: &EngineChoice) {
         let (scene, options) = (Path::new("demo:cloth?triangles=9"), &OpenOptions::default());
-        let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, engine });
+        let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, show: None, engine });
         assert_eq!(job.settings, *settings);
         let expected = match engine {
             EngineChoice::Cpu => (EngineKind::Cpu, None),
@@ -145,6 +145,16 @@ mod tests {
     }
 
     #[test]
+    fn views_of_pixels_are_copied() {
+        let (scene, options) = (Path::new("demo:cloth"), &OpenOptions::default());
+        let (settings, engine) = (&Settings::default(), &EngineChoice::Cpu);
+        for show in std::iter::once(None).chain(umbrage::PixelView::all().map(Some)) {
+            let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, show, engine });
+            assert_eq!(job.flags.show, show);
+        }
+    }
+
+    #[test]
     fn scenes_cameras_and_lights_are_copied_as_they_are_shown() {
         let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
         let lights = vec![
@@ -167,7 +177,8 @@ mod tests {
                 };
                 let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);
                 let (settings, engine) = (&settings, &EngineChoice::Cpu);
-                let job = job(&CommandLine { scene, options, seconds, camera: camera.clone(), settings, engine });
+                let job =
+                    job(&CommandLine { scene, options, seconds, camera: camera.clone(), settings, show: None, engine });
                 assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(seconds)));
                 assert_eq!(format!("{:?}", job.flags.scene.opening.options()), format!("{options:?}"));
                 assert_eq!(job.flags.camera, camera);

@@ -8,7 +8,7 @@ use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 use umbrage::spec::LookAt;
-use umbrage::{HeatKind, Scene};
+use umbrage::{HeatKind, PixelView, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
@@ -37,6 +37,8 @@ pub struct App {
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
     pub(crate) heat: Option<HeatKind>,
+    /// What is shown in place of light.
+    pub(crate) pixel_view: Option<PixelView>,
     pub(crate) shows_light_grid: bool,
     canvas: Canvas,
     surface: Surface,
@@ -165,6 +167,7 @@ impl App {
             camera: CameraChoice::Default,
             lights: start.lights.map_or_else(LightList::default, LightList::of),
             heat: None,
+            pixel_view: None,
             shows_light_grid: false,
             surface: graphics.as_ref().map(|graphics| graphics.surface.clone()).unwrap_or_default(),
             canvas: Canvas::new(graphics.map(|graphics| graphics.state)),
@@ -353,6 +356,7 @@ impl App {
             settings,
             engine: choices.engine.clone(),
             heat: self.heat,
+            pixel_view: self.pixel_view,
             shows_light_grid: self.shows_light_grid,
             light: needs_light.then(|| self.lights.selected.unwrap_or(0)),
         };

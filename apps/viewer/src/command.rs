@@ -6,7 +6,7 @@ use std::path::Path;
 use umbrage::rays::Choice;
 use umbrage::scene::{Clip, Light, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{Background, EngineKind, OptionValues, Settings, Structure};
+use umbrage::{Background, EngineKind, OptionValues, PixelView, Settings, Structure};
 
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
@@ -24,6 +24,8 @@ pub struct CommandLine<'a> {
     pub camera: Option<CameraSpec>,
     /// The rest; its camera is passed over.
     pub settings: &'a Settings,
+    /// What is shown in place of light.
+    pub show: Option<PixelView>,
     /// What renders.
     pub engine: &'a EngineChoice,
 }
@@ -49,6 +51,7 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
             CameraChoice::Free(free) => Some(CameraSpec::LookAt(*free)),
         },
         settings: &Settings { width, height, lights, ..choices.settings([width, height]) },
+        show: app.pixel_view,
         engine: &choices.engine,
     };
     command.text()
@@ -118,6 +121,9 @@ impl CommandLine<'_> {
         }
         if settings.tone_map != default.tone_map {
             flag(&mut line, "tone-map", settings.tone_map.name());
+        }
+        if let Some(show) = self.show {
+            flag(&mut line, "show", show.name());
         }
         match &settings.background {
             Background::Sky => {}

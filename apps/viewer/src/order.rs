@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
-use umbrage::{HeatKind, Scene, Settings, Stats};
+use umbrage::{HeatKind, PixelView, Scene, Settings, Stats};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -32,6 +32,8 @@ pub(crate) struct Look {
     pub(crate) seconds: f64,
     pub(crate) settings: Settings,
     pub(crate) engine: EngineChoice,
+    /// What is shown in place of light.
+    pub(crate) pixel_view: Option<PixelView>,
     /// What is shown of the work, over the picture.
     pub(crate) heat: Option<HeatKind>,
     /// Whether the light's grid is shown.

@@ -8,7 +8,7 @@ use eframe::egui::Color32;
 use umbrage::gpu::{DeviceLimits, Gpu, GpuError};
 use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
 use umbrage::rays::View;
-use umbrage::{Error, Progress, Renderer, Settings};
+use umbrage::{Error, Film, Progress, Renderer, Settings};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -82,7 +82,7 @@ impl Studio {
         let mut settings = look.settings.clone();
         let (scene, seconds) = (&order.scene, look.seconds);
         // These are made from the film.
-        let needs_film = order.file.is_some() || look.heat.is_some() || order.needs_focus;
+        let needs_film = order.file.is_some() || look.heat.is_some() || look.pixel_view.is_some() || order.needs_focus;
         let rendered = if engine.is_windows && !needs_film {
             engine.renderer.render_to_texture(scene, seconds, &settings).map(Some)
         } else {
@@ -99,6 +99,12 @@ impl Studio {
                 return Err(error.to_string());
             }
         };
+        if let Some(pixel_view) = look.pixel_view {
+            let mut film = Film::default();
+            engine.renderer.swap_film(&mut film);
+            pixel_view.paint(&mut film, engine.renderer.frame());
+            engine.renderer.swap_film(&mut film);
+        }
         let renderer = &engine.renderer;
         let view = renderer.view().ok_or("nothing was rendered")?;
         settings.camera = view.camera.into();

@@ -2,8 +2,8 @@
 
 use umbrage_rays::{PixelCounts, choices};
 
-use crate::ToneMap;
 use crate::output::{Chroma, Compression, Format};
+use crate::{PixelView, ToneMap};
 
 /// What renders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,6 +73,13 @@ choices! { HeatKind, "heat map":
     "points" => Points, "points in the same cell of a light's grid as the one that it shows";
 }
 
+choices! { PixelView, "view of pixels":
+    "normals" => Normals, "shading normals: red is x, green is y, blue is z";
+    "uv" => Uv, "texture coordinates: red is u, green is v; black without any";
+    "depth" => Depth, "depth: white at the nearest, darker farther away";
+    "wireframe" => Wireframe, "the edges of triangles, over grey";
+}
+
 choices! { ToneMap, "tone map":
     "neutral" => PbrNeutral, "Khronos PBR Neutral: colours stay, highlights are compressed";
     "clip" => Clip, "what is too bright is cut off";
@@ -112,6 +119,7 @@ mod tests {
     fn names_stay() {
         assert_eq!(names::<EngineKind>(), ["auto", "cpu", "gpu"]);
         assert_eq!(names::<HeatKind>(), ["tested", "cells", "undecided", "pairs", "points"]);
+        assert_eq!(names::<PixelView>(), ["normals", "uv", "depth", "wireframe"]);
         assert_eq!(names::<ToneMap>(), ["neutral", "clip"]);
         assert_eq!(names::<Sides>(), ["file", "both", "front"]);
         assert_eq!(names::<Format>(), ["png", "exr", "gif", "apng", "y4m"]);

@@ -33,6 +33,7 @@
 //!   [`Blocker`] for each light, is all about one pixel.
 //! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`Work`] what the camera
 //!   or a light was to do, and [`WorkCounts`] what each pixel was, which [`HeatScale`] colours.
+//! - [`PixelView`] paints what pixels saw in place of light.
 //! - [`Sample`] is which ray of a pixel is traced, and [`Samples`] which of them together, for those who trace the same
 //!   ones themselves.
 //! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
@@ -63,6 +64,7 @@ mod noise;
 mod open;
 pub mod output;
 mod panorama;
+mod pixel_view;
 mod points;
 mod probe;
 mod renderer;
@@ -87,6 +89,7 @@ pub use heat_scale::HeatScale;
 pub use layers::{Layer, Layers};
 pub use open::{open, open_with};
 pub use panorama::Panorama;
+pub use pixel_view::PixelView;
 pub use probe::{Blocker, Probe};
 pub use renderer::{Progress, Renderer};
 pub use sampling::{Sample, Samples};

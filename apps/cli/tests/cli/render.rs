@@ -53,6 +53,24 @@ fn bit_depths_change_the_file() {
 }
 
 #[test]
+fn pixels_show_what_they_saw() {
+    let place = Workplace::new();
+    let shown = |more: &[&str]| {
+        place.succeed(&[&["render", "demo:cloth?triangles=200", "--size", "32x24", "-o", "a.png"], more].concat());
+        decode_png(&place.path("a.png"))
+    };
+    let mut pictures = vec![shown(&[])];
+    for view in ["normals", "uv", "depth", "wireframe"] {
+        let picture = shown(&["--show", view]);
+        assert!(!pictures.contains(&picture), "{view}");
+        assert!(shown(&["--show", view, "--exposure", "-3"]) == picture, "{view}");
+        pictures.push(picture);
+    }
+    let hint = place.fail(2, &["render", "scene.gltf", "--show", "smell"]);
+    assert!(hint.contains("smell") && hint.contains("wireframe"), "{hint}");
+}
+
+#[test]
 fn layers_are_the_same_bytes_every_time() {
     let place = Workplace::new();
     let bytes = |name: &str, more: &[&str]| {

@@ -2,9 +2,9 @@
 
 use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
-use umbrage::HeatKind;
 use umbrage::rays::{Choice, LightSource};
 use umbrage::spec::LookAt;
+use umbrage::{HeatKind, PixelView};
 
 use super::menu;
 use crate::app::{App, CameraChoice};
@@ -31,6 +31,7 @@ pub(super) enum Key {
     LookFromLight,
     Engine,
     Heat,
+    PixelView,
     Work,
     LightGrid,
     Controls,
@@ -56,6 +57,7 @@ impl Key {
         (Self::LookFromLight, &[(NONE, Code::L)], "L", "Look from the selected light"),
         (Self::Engine, &[(NONE, Code::X)], "X", "Switch between CPU and GPU"),
         (Self::Heat, &[(NONE, Code::M)], "M", "Next heat map"),
+        (Self::PixelView, &[(NONE, Code::N)], "N", "Next of normals, UV, depth and wireframe"),
         (Self::Work, &[(NONE, Code::T)], "T", "Show where the time goes"),
         (Self::LightGrid, &[(NONE, Code::G)], "G", "Show the selected light's grid"),
         (Self::Controls, &[(NONE, Code::V)], "V", "Show the controls"),
@@ -111,6 +113,13 @@ impl Key {
                 app.heat = match app.heat {
                     None => HeatKind::all().next(),
                     Some(heat) => HeatKind::all().skip_while(|other| *other != heat).nth(1),
+                };
+            }
+            Self::PixelView => {
+                app.heat = None;
+                app.pixel_view = match app.pixel_view {
+                    None => PixelView::all().next(),
+                    Some(view) => PixelView::all().skip_while(|other| *other != view).nth(1),
                 };
             }
             Self::Work => app.kept.shows_work ^= true,

@@ -2,8 +2,8 @@
 
 use eframe::egui;
 use indicatif::HumanCount;
-use umbrage::HeatKind;
 use umbrage::rays::Choice;
+use umbrage::{HeatKind, PixelView};
 
 use super::chart;
 use crate::app::{App, Shown};
@@ -66,6 +66,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         }
     });
     ui.separator();
+    ui.horizontal_wrapped(|ui| pixel_views(&mut app.pixel_view, &mut app.heat, ui));
+    ui.separator();
     ui.strong("Heat map");
     ui.radio_value(&mut app.heat, None, "None");
     for &(_, heat, about) in HeatKind::CHOICES {
@@ -79,5 +81,20 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.checkbox(&mut app.shows_light_grid, "Light grid");
     if let Some(grid) = &picture.light_grid {
         ui.weak(grid.title());
+    }
+}
+
+fn pixel_views(chosen: &mut Option<PixelView>, heat: &mut Option<HeatKind>, ui: &mut egui::Ui) {
+    ui.strong("Show");
+    ui.selectable_value(chosen, None, "Light");
+    for &(name, view, about) in PixelView::CHOICES {
+        let title = match view {
+            PixelView::Uv => name.to_uppercase(),
+            _ => name[..1].to_uppercase() + &name[1..],
+        };
+        if ui.selectable_value(chosen, Some(view), title).on_hover_text(about).clicked() {
+            // It would cover what was asked for.
+            *heat = None;
+        }
     }
 }

@@ -197,12 +197,29 @@ fn the_work_is_shown() {
         assert!(window.shows(text), "{text}");
     }
     let plain = window.pixels();
-    window.click("Triangles tested");
+    window.click_in_panel("Triangles tested");
     window.keep("heat");
     assert!(plain != window.pixels());
-    window.click("Undecided tests");
-    window.click("None");
+    window.click_in_panel("Undecided tests");
+    window.click_in_panel("None");
     assert!(plain == window.pixels(), "the picture is back");
+}
+
+#[test]
+fn what_pixels_saw_is_shown() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    window.press(Key::T);
+    let mut pictures = vec![window.pixels()];
+    for view in ["Normals", "UV", "Depth", "Wireframe"] {
+        window.click_in_panel(view);
+        window.keep(view);
+        let picture = window.pixels();
+        assert!(!pictures.contains(&picture), "{view}");
+        pictures.push(picture);
+    }
+    window.press(Key::N);
+    assert!(window.pixels() == pictures[0], "the light is back after the last of them");
 }
 
 #[test]
