@@ -16,7 +16,8 @@ pub enum PixelView {
     Normals,
     /// The first texture coordinates: red is u, green is v, both without their whole part. Black where a mesh has none.
     Uv,
-    /// Depth along the camera's axis: white at what is nearest, darker towards what is farthest.
+    /// Depth along the camera's axis: white at what is nearest, darker farther away. The farthest hundredth of the pixels is as
+    /// dark as what is just before it.
     Depth,
     /// Edges of triangles, a pixel wide to each side, over grey that is darker where a surface is seen at an angle.
     Wireframe,
