@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use glam::DMat4;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use umbrage::Renderer;
-use umbrage::scene::{Clip, Ground, Mesh, OpenOptions};
+use umbrage::scene::{Clip, Ground, Instances, Mesh, OpenOptions};
 
 use crate::arrays::hand_over_rows;
 use crate::camera::Camera;
@@ -149,6 +150,38 @@ impl Scene {
         Ok(Frame { vertices, triangles, cameras, lights, seconds })
     }
 
+    /// The scene's objects at a moment, as meshes with a transform each.
+    ///
+    /// A node of a glTF file that has a mesh is one, or each copy that it shows of one. Meshes that follow a skin or morph have no
+    /// rigid place: their own space is the world's, as it is for the objects of other files. Each moment has the same objects, so
+    /// what `RaycastingScene.add_triangles` was given once moves by `set_transform`, and what deforms by `update_vertices`.
+    ///
+    /// Parameters
+    /// ----------
+    /// seconds, nthreads
+    ///     As of `at`.
+    ///
+    /// Returns
+    /// -------
+    /// list of Instance
+    ///     Their triangles, one instance after the other, are those of `Frame.triangles`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, OSError
+    ///     Where the moment can't be had.
+    ///
+    /// Examples
+    /// --------
+    /// >>> [part.name for part in umbrage.open("demo:cloth?triangles=2000").instances(0.5)]
+    /// ['silk', 'ball', 'floor']
+    #[pyo3(signature = (seconds, nthreads=0))]
+    fn instances(&self, py: Python<'_>, seconds: f64, nthreads: usize) -> PyResult<Vec<Instance>> {
+        let of_scene = || Instances::of_scene(&self.scene, seconds);
+        let instances = compute(py, &*pool(nthreads)?, of_scene).map_err(exception)?;
+        (0..instances.all().len() as u32).map(|id| Instance::new(py, &instances, id)).collect()
+    }
+
     /// Renders a picture of a moment.
     ///
     /// Parameters
@@ -242,4 +275,44 @@ pub(crate) struct Frame {
     /// The moment that was asked for.
     #[pyo3(get)]
     seconds: f64,
+}
+
+/// A rigid object of a scene at a moment; made by `Scene.instances`.
+#[pyclass(frozen, module = "umbrage")]
+#[derive(Debug)]
+pub(crate) struct Instance {
+    /// The file's name for it; those of several may be the same.
+    #[pyo3(get)]
+    name: String,
+    /// In its own space: (N, 3) float32.
+    #[pyo3(get)]
+    vertices: Py<PyAny>,
+    /// Three of these vertices each: (M, 3) uint32.
+    #[pyo3(get)]
+    triangles: Py<PyAny>,
+    /// Where it is: (4, 4) float64, for column vectors, as `RaycastingScene.set_transform` takes it.
+    #[pyo3(get)]
+    world_from_object: Py<PyAny>,
+}
+
+impl Instance {
+    fn new(py: Python<'_>, instances: &Instances, id: u32) -> PyResult<Self> {
+        let of = &instances.all()[id as usize];
+        let (vertices, triangles) = instances.mesh(id);
+        let matrix = DMat4::from(of.world_from_object()).transpose().to_cols_array_2d();
+        Ok(Self {
+            name: of.name().to_owned(),
+            vertices: hand_over_rows(py, bytemuck::cast_slice::<_, [f32; 3]>(vertices).to_vec(), &[vertices.len()])?
+                .unbind(),
+            triangles: hand_over_rows(py, triangles.collect(), &[of.triangles().len()])?.unbind(),
+            world_from_object: hand_over_rows(py, matrix.to_vec(), &[4])?.unbind(),
+        })
+    }
+}
+
+#[pymethods]
+impl Instance {
+    fn __repr__(&self) -> String {
+        format!("<umbrage.Instance {:?}>", self.name)
+    }
 }

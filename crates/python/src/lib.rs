@@ -25,7 +25,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _umbrage {
     #[pymodule_export]
-    use crate::animated::{Frame, Scene, open};
+    use crate::animated::{Frame, Instance, Scene, open};
     #[pymodule_export]
     use crate::camera::Camera;
     #[pymodule_export]

@@ -1,5 +1,7 @@
 """Scenes of files, and pictures."""
 
+import base64
+import json
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +37,72 @@ def test_a_file_is_read(tmp_path):
     with pytest.raises(ValueError, match="broken.obj"):
         (tmp_path / "broken.obj").write_text("f 1 2 3\n")
         umbrage.open(tmp_path / "broken.obj")
+
+
+def gltf_of_two_balls():
+    """Two nodes with one mesh, of which the second rises by a unit a second."""
+    vertices, triangles = sphere()
+    parts = [vertices, triangles, np.float32([0, 1]), np.float32([[5, 0, 0], [5, 1, 0]])]
+    starts = np.cumsum([0] + [part.nbytes for part in parts]).tolist()
+    encoded = base64.b64encode(b"".join(part.tobytes() for part in parts)).decode()
+
+    def accessor(view, component, kind, count, **more):
+        return {"bufferView": view, "componentType": component, "type": kind, "count": count, **more}
+
+    extent = {"min": vertices.min(0).tolist(), "max": vertices.max(0).tolist()}
+    return json.dumps(
+        {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0, 1]}],
+            "nodes": [{"name": "stays", "mesh": 0, "scale": [2, 1, 1]}, {"name": "rises", "mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "animations": [
+                {
+                    "samplers": [{"input": 2, "output": 3}],
+                    "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}],
+                }
+            ],
+            "accessors": [
+                accessor(0, 5126, "VEC3", len(vertices), **extent),
+                accessor(1, 5125, "SCALAR", triangles.size),
+                accessor(2, 5126, "SCALAR", 2, min=[0], max=[1]),
+                accessor(3, 5126, "VEC3", 2),
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteOffset": start, "byteLength": part.nbytes} for start, part in zip(starts, parts)
+            ],
+            "buffers": [{"byteLength": starts[-1], "uri": f"data:application/octet-stream;base64,{encoded}"}],
+        }
+    )
+
+
+def test_instances_move_by_their_transforms(tmp_path):
+    path = tmp_path / "balls.gltf"
+    path.write_text(gltf_of_two_balls())
+    file = umbrage.open(path)
+    scene = umbrage.RaycastingScene()
+    first = file.instances(0)
+    assert [part.name for part in first] == ["stays", "rises"]
+    for part in first:
+        assert part.vertices.dtype == np.float32 and part.triangles.dtype == np.uint32
+        scene.add_triangles(part.vertices, part.triangles)
+    for seconds in (0, 0.25, 1):
+        parts = file.instances(seconds)
+        np.testing.assert_array_equal(parts[1].world_from_object[:3, 3], [5, seconds, 0])
+        np.testing.assert_array_equal(parts[0].world_from_object, np.diag([2, 1, 1, 1]))
+        for id, part in enumerate(parts):
+            np.testing.assert_array_equal(part.vertices, first[id].vertices)
+            scene.set_transform(id, part.world_from_object)
+        whole = file.at(seconds)
+        corners = np.concatenate([(part.vertices @ part.world_from_object[:3, :3].T + part.world_from_object[:3, 3])[part.triangles] for part in parts])
+        np.testing.assert_allclose(whole.vertices[whole.triangles], corners, rtol=0, atol=1e-6)
+        rays = np.float32([[0.1, 9, 0.2, 0, -1, 0], [5.1, 9, 0.2, 0, -1, 0]])
+        hits = scene.cast_rays(rays)
+        np.testing.assert_array_equal(hits["geometry_ids"], [0, 1])
+        places = scene.object_positions(hits["geometry_ids"], hits["primitive_ids"], hits["primitive_uvs"])
+        np.testing.assert_allclose(places[:, [0, 2]], [[0.05, 0.2], [0.1, 0.2]], atol=1e-6)
+        np.testing.assert_allclose(9 - hits["t_hit"] - places[:, 1], [0, seconds], atol=1e-6)
 
 
 VASE = Path(__file__).parents[2] / "verify" / "corpus" / "glb" / "variants.glb"

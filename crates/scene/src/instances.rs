@@ -244,6 +244,17 @@ impl Instances {
         &self.all
     }
 
+    /// The vertices of an instance in its own space, and its triangles, whose corners are numbers among these.
+    ///
+    /// # Panics
+    /// If there is no such instance.
+    pub fn mesh(&self, instance: u32) -> (&[Vec3], impl ExactSizeIterator<Item = [u32; 3]>) {
+        let Instance { vertices, triangles, placed, .. } = &self.all[instance as usize];
+        let own = placed.as_ref().map_or(&self.positions[vertices.clone()], |placed| &placed.vertices);
+        let first = vertices.start as u32;
+        (own, self.indices[triangles.clone()].iter().map(move |corners| corners.map(|corner| corner - first)))
+    }
+
     /// The triangles of all instances in world space, those of the first one first.
     #[must_use]
     pub fn triangles(&self) -> Triangles<'_> {

@@ -7,6 +7,7 @@ and lights (``lit``) find among them. ``open`` reads scenes of files. ``umbrage.
 from ._umbrage import (
     Camera,
     Frame,
+    Instance,
     Light,
     RaycastingScene,
     Scene,
@@ -19,6 +20,7 @@ from ._umbrage import (
 __all__ = [
     "Camera",
     "Frame",
+    "Instance",
     "Light",
     "RaycastingScene",
     "Scene",

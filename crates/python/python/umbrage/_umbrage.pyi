@@ -11,6 +11,7 @@ import numpy as np
 __all__ = [
     "Camera",
     "Frame",
+    "Instance",
     "Light",
     "RaycastingScene",
     "Scene",
@@ -64,6 +65,17 @@ class Frame:
     def seconds(self) -> float: ...
 
 @final
+class Instance:
+    @property
+    def name(self) -> str: ...
+    @property
+    def vertices(self) -> NDArray[np.float32]: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    @property
+    def world_from_object(self) -> NDArray[np.float64]: ...
+
+@final
 class Scene:
     @property
     def duration(self) -> float: ...
@@ -74,6 +86,7 @@ class Scene:
     @property
     def warnings(self) -> list[str]: ...
     def at(self, seconds: float, nthreads: int = 0) -> Frame: ...
+    def instances(self, seconds: float, nthreads: int = 0) -> list[Instance]: ...
     def render(
         self,
         seconds: float = 0.0,

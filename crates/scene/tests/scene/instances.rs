@@ -43,6 +43,8 @@ fn nodes_are_instances_at_every_moment() {
         let door = 20.0 + 20.0 * seconds;
         assert_eq!(above(&instances, 0.25, door + 0.5), Some(("door".into(), 0, at(0.25, 0.5))));
         assert_eq!(instances.all()[2].world_from_object(), DAffine3::from_translation(DVec3::Y * door));
+        let (vertices, triangles) = instances.mesh(2);
+        assert_eq!((vertices, triangles.collect::<Vec<_>>()), (&TRIANGLE.map(Vec3::from)[..], vec![[0, 1, 2]]));
         assert_eq!(above(&instances, 5.0, 5.0), None);
     }
     // Two triangles more, which are an instance too.
