@@ -1,7 +1,8 @@
 //! Every check of the repository, as one program: `cargo run -p ci`.
 //!
 //! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
-//! `--all` what takes longest runs as well: the window, the page in a browser, the release build, and ten million rays and a minute of fuzzing with it.
+//! `--all` what takes longest runs as well: the window, the page in a browser, the release build, and ten million rays and a
+//! minute of fuzzing with it. Names of checks have only these run: `cargo run -p ci -- clippy "GPU tests"`.
 #![forbid(unsafe_code)]
 
 mod command;
@@ -86,11 +87,10 @@ const LONG_CHECKS: &[Check] = &[
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
-    let is_all = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => false,
-        ["--all"] => true,
-        _ => {
-            eprintln!("usage: cargo run -p ci [-- --all]");
+    let (is_all, checks) = match chosen(&arguments) {
+        Ok(chosen) => chosen,
+        Err(usage) => {
+            eprintln!("{usage}");
             return ExitCode::FAILURE;
         }
     };
@@ -103,7 +103,7 @@ fn main() -> ExitCode {
     };
     let scope = if is_all { Scope::Whole } else { Scope::WithoutWindow };
     let mut results = Vec::new();
-    for (name, check) in CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)) {
+    for (name, check) in checks {
         println!("\n=== {name}");
         let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
         let outcome = check(&root, scope);
@@ -114,6 +114,23 @@ fn main() -> ExitCode {
     if results.iter().any(Ran::has_failed) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
+/// Whether `--all` is among the arguments, and the checks that they ask for: those that are named, or else all.
+fn chosen(arguments: &[String]) -> Result<(bool, Vec<&'static Check>), String> {
+    let is_all = arguments.iter().any(|argument| argument == "--all");
+    let names: Vec<_> = arguments.iter().filter(|argument| *argument != "--all").collect();
+    if names.is_empty() {
+        return Ok((is_all, CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)).collect()));
+    }
+    let all = || CHECKS.iter().chain(LONG_CHECKS);
+    match names.iter().find(|name| all().all(|(of, _)| of != **name)) {
+        None => Ok((is_all, all().filter(|(of, _)| names.iter().any(|name| of == *name)).collect())),
+        Some(unknown) => {
+            let known = all().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+            Err(format!("usage: cargo run -p ci [-- [--all] [NAME ...]]\nThere is no check \"{unknown}\", but {known}"))
+        }
+    }
+}
+
 /// So many rays at shared edges and corners: none slips through.
 fn watertight(root: &Path, build: Build, rays: &str) -> Outcome {
     run(Command::new(build.program(root, "watertight")).args(["--rays", rays]))
@@ -122,4 +139,24 @@ fn watertight(root: &Path, build: Build, rays: &str) -> Outcome {
 /// So many mutants of all input, or for so long: none is a finding.
 fn fuzz(root: &Path, build: Build, how_long: [&str; 2]) -> Outcome {
     run(Command::new(build.program(root, "fuzz")).args(how_long))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checks_are_all_or_those_that_are_named() {
+        let names = |arguments: &[&str]| {
+            let arguments: Vec<_> = arguments.iter().map(ToString::to_string).collect();
+            chosen(&arguments)
+                .map(|(is_all, checks)| (is_all, checks.iter().map(|(name, _)| *name).collect::<Vec<_>>()))
+        };
+        assert_eq!(names(&["page", "format"]), Ok((false, vec!["format", "page"])));
+        assert_eq!(names(&["--all", "tests"]), Ok((true, vec!["tests"])));
+        let count = |arguments| names(arguments).map(|(_, names)| names.len());
+        assert_eq!(count(&[]), Ok(CHECKS.len()));
+        assert_eq!(count(&["--all"]), Ok(CHECKS.len() + LONG_CHECKS.len()));
+        assert!(names(&["format", "--every"]).unwrap_err().contains("no check \"--every\", but \"packages\""));
+    }
 }
