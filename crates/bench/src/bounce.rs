@@ -235,12 +235,7 @@ impl Tracer {
     fn trace(&self, frame: &Frame, posed: &Posed, rays: &[Ray], hits: &mut Hits) {
         let triangles = frame.triangles();
         match self {
-            Self::Embree(scene) => one_by_one(rays, hits, |ray| {
-                let [origin, direction] = [ray.origin, ray.direction].map(|vector| vector.as_vec3().to_array());
-                let mut ray = SingleRay::new(origin, direction);
-                scene.nearest_of_one(&mut ray);
-                ray.name().map_or(u32::MAX, |name| posed.triangle(name))
-            }),
+            Self::Embree(scene) => trace_by_embree(scene, posed, rays, hits),
             Self::Single(structure) => {
                 let structure = structure.single_rays().expect("a structure for any rays");
                 one_by_one(rays, hits, |ray| id(structure.nearest(triangles, ray, &|_| true)));
@@ -253,6 +248,16 @@ impl Tracer {
             }),
         }
     }
+}
+
+/// Finds the triangles that rays hit, `u32::MAX` for none.
+pub(crate) fn trace_by_embree(scene: &umbrage_peers::Scene, posed: &Posed, rays: &[Ray], hits: &mut Vec<u32>) {
+    one_by_one(rays, hits, |ray| {
+        let [origin, direction] = [ray.origin, ray.direction].map(|vector| vector.as_vec3().to_array());
+        let mut ray = SingleRay::new(origin, direction);
+        scene.nearest_of_one(&mut ray);
+        ray.name().map_or(u32::MAX, |name| posed.triangle(name))
+    });
 }
 
 fn id(hit: Option<Hit>) -> u32 {

@@ -1,11 +1,12 @@
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
+use umbrage::gpu::Adapter;
 use umbrage::rays::Choice as _;
 use umbrage::rays::SimdLevel;
 use umbrage::{Renderer, Settings, Structure};
 
 use crate::flags::{size, use_threads};
-use crate::gpu;
+use crate::gpu::{Course, NOTE};
 use crate::median::median;
 use crate::shot::moments;
 use crate::table::{Cell, Form, Row, Table, row};
@@ -17,13 +18,13 @@ pub(crate) struct FrameFlags {
     scenes: Vec<String>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = size)]
-    pub(crate) size: [u32; 2],
+    size: [u32; 2],
     /// Camera rays for each pixel
     #[arg(long, value_name = "N", default_value = "1")]
-    pub(crate) samples: u32,
+    samples: u32,
     /// Frames over each scene's animation; each is rendered once through each structure, in turn
     #[arg(long, value_name = "N", default_value = "9")]
-    pub(crate) frames: u32,
+    frames: u32,
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -32,7 +33,7 @@ pub(crate) struct FrameFlags {
     engine: EngineFlag,
     /// The GPU, by a part of its name [default: the first]
     #[arg(long, value_name = "NAME")]
-    pub(crate) device: Option<String>,
+    device: Option<String>,
     /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     simd: Option<SimdLevel>,
@@ -41,7 +42,7 @@ pub(crate) struct FrameFlags {
     work: bool,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
-    pub(crate) form: Form,
+    form: Form,
 }
 
 /// What renders.
@@ -68,7 +69,7 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     let gallery: Vec<String> = umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
     let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };
     if matches!(flags.engine, EngineFlag::Gpu) {
-        return gpu::run(flags, scenes);
+        return run_on_gpu(flags, scenes);
     }
     let FrameFlags { size: [width, height], samples, frames, .. } = flags;
     let threads = rayon::current_num_threads();
@@ -91,6 +92,28 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
         }
     }
     Ok(table.finish(&["traced: build + see + shadow; ratio: the slowest structure's by this one's; bytes for each triangle and pixel."])?)
+}
+
+fn run_on_gpu(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
+    let FrameFlags { size, samples, frames, .. } = *flags;
+    let device = flags.device.as_deref().unwrap_or_default();
+    let course = Course { device, size, samples, frames, has_one_light: false };
+    let gpu = course.open()?;
+    let Adapter { name, driver, backend, .. } = gpu.adapter();
+    if !gpu.has_timestamps() {
+        bail!("{name} has no timestamps, so its stages can't be timed");
+    }
+    let [width, height] = size;
+    let conditions = format!(
+        "{name}, {backend}, {driver}\n{width}x{height}, samples {samples}, medians of {frames} frames in milliseconds"
+    );
+    let mut table = Table::start(flags.form, &conditions)?;
+    for address in scenes {
+        let measured = course.measure(address).with_context(|| format!("scene {address}"))?;
+        let rows = if flags.form == Form::Table { vec![measured.grouped()] } else { measured.each_stage() };
+        rows.into_iter().try_for_each(|row| table.push(row))?;
+    }
+    Ok(table.finish(&[NOTE])?)
 }
 
 /// A scene's frames through each structure: medians in milliseconds, and what the grids had to do in the last frame's last

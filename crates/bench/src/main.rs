@@ -45,6 +45,8 @@ const EXAMPLES: &str = "Examples:
       Every stage of a frame, for the whole gallery, through the grids and through the hierarchy
   umbrage-bench frame demo:cloth model.glb --size 2048x2048 --form csv
       Some scenes only, larger, for a spreadsheet
+  umbrage-bench gpu --json gpu.json
+      All about this machine's GPU, within nine minutes
   umbrage-bench peers --files scenes
       The gallery and the real scenes of a folder, side by side with Embree
   umbrage-bench peers demo:cloth --lights 1,2,4,8 --tinybvh libumbrage_tinybvh.so
@@ -60,6 +62,8 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Time every stage of a frame, for each scene and structure
     Frame(frame::FrameFlags),
+    /// What a GPU is, whether its answers are the CPU's, what a launch takes, and every stage of frames
+    Gpu(gpu::GpuFlags),
     /// Time whole pictures, from the scene to the file, by the command; of two builds of it in turn
     Picture(picture::PictureFlags),
     /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev), and of tinybvh
@@ -161,6 +165,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Trust(flags) => return trust::run(&flags),
         Command::Frame(flags) => frame::run(&flags),
+        Command::Gpu(flags) => gpu::run(&flags),
         #[cfg(feature = "view")]
         Command::Window(flags) => window::run(&flags),
         Command::Picture(flags) => flags.run(),

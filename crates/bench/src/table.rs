@@ -108,12 +108,11 @@ impl Table {
         if is_first {
             self.widths = row.iter().enumerate().map(|(column, (title, cell))| width(column, title, cell)).collect();
         }
-        let (titles, cells): (Vec<String>, Vec<Cell>) = row.into_iter().unzip();
         if self.form == Form::Json {
-            let pairs = titles.into_iter().zip(cells.iter().map(Cell::json));
-            self.rows.push(Value::Object(pairs.collect::<Map<_, _>>()));
+            self.rows.push(json_of(row));
             return Ok(());
         }
+        let (titles, cells): (Vec<String>, Vec<Cell>) = row.into_iter().unzip();
         if is_first {
             let worded = |title: String| if self.form == Form::Markdown { title.replace('_', " ") } else { title };
             let titles: Vec<Cell> = titles.into_iter().map(|title| Cell::Text(worded(title))).collect();
@@ -165,6 +164,11 @@ impl Table {
         });
         cells.collect::<String>().trim_end().to_owned()
     }
+}
+
+/// A row's values by their titles.
+pub(crate) fn json_of(row: Row) -> Value {
+    Value::Object(row.into_iter().map(|(title, cell)| (title, cell.json())).collect::<Map<_, _>>())
 }
 
 /// Room for a title and for values such as that of the first row.

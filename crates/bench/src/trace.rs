@@ -1,13 +1,18 @@
-//! Any rays, in runs from the same origin: what a scanner and the hierarchy take for them, and which of them a tracer chooses.
+//! Any rays, in runs from the same origin: what a scanner and the hierarchy take for them, which of them a tracer chooses, and
+//! what Embree takes.
 
 use std::f64::consts::PI;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use clap::Args;
 use glam::Vec3;
-use umbrage::rays::{Ray, Scan, Scanned, Scanner, Sweep, Trace, Tracer, Triangles};
+use umbrage::rays::{Ray, Scan, Scanned, Scanner, Sweep, Trace, Tracer};
 use umbrage::scene::Frame;
+use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
+use crate::bounce::trace_by_embree;
 use crate::grids::time;
 use crate::median::median;
 use crate::rays::on_sphere;
@@ -28,28 +33,37 @@ pub(crate) struct TraceFlags {
     /// Frames of each scene's animation in which everyone builds and traces, in turn; one more comes first and doesn't count
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
+    /// Embree's library [default: the system's]
+    #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
+    embree: Option<PathBuf>,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
     form: Form,
 }
 
-/// A scan of so many origins takes too long to be worth a wait.
-const MOST_RUNS: usize = 20_000;
+/// Whether a scan isn't worth its wait: each of many origins has a look at nearly all triangles, unless there are few rays.
+fn takes_too_long(origins: usize, rays: usize, triangles: usize) -> bool {
+    origins * triangles > 100_000_000 && rays > 1000
+}
 
-/// What everyone takes, in milliseconds: the scanner and the hierarchy to build and to ask, and the tracer for all of it.
+/// What everyone takes, in milliseconds: to build and to ask, and the tracer for all of it.
 #[derive(Clone, Copy, Default)]
 struct Taken {
     scanner: [f64; 2],
     hierarchy: [f64; 2],
     tracer: f64,
+    /// With a build of low and of medium quality.
+    embree: [[f64; 2]; 2],
+    /// How many rays hit something else in either.
+    differ: usize,
 }
 
 /// Who takes part, from frame to frame.
-#[derive(Default)]
 struct Race {
     scanner: Scanner,
     alone: Tracer,
     tracer: Tracer,
+    embree: [umbrage_peers::Scene; 2],
     scanned: Scanned,
     traced: Scanned,
 }
@@ -57,11 +71,12 @@ struct Race {
 pub(crate) fn run(flags: &TraceFlags) -> Result<()> {
     let threads = rayon::current_num_threads();
     let conditions = format!("any rays, threads {threads}, medians of {} frames in milliseconds", flags.rounds);
+    let embree = Embree::load(flags.embree.as_deref(), threads)?;
     let mut table = Table::start(flags.form, &conditions)?;
     for address in &flags.scenes {
         let scene = umbrage::open(address).with_context(|| format!("scene {address}"))?;
         let mut frame = Frame::default();
-        let mut race = Race::default();
+        let mut race = Race::new(&embree);
         for &count in &flags.rays {
             let runs = flags.runs.iter().filter(|&&run| run < count);
             for run in runs.map(|&run| if run == 0 { count } else { run }) {
@@ -69,37 +84,58 @@ pub(crate) fn run(flags: &TraceFlags) -> Result<()> {
                 let mut chosen = String::new();
                 for (seconds, is_counted) in moments(&scene, flags.rounds) {
                     scene.pose(seconds, &mut frame)?;
-                    let (taken, by) = race.measure(frame.triangles(), count, run);
+                    let (taken, by) = race.measure(&frame, count, run)?;
                     if is_counted {
                         all.push(taken);
                         chosen = by;
                     }
                 }
-                let of = |part: fn(&Taken) -> f64| median(all.iter().map(part));
-                let is_asked = count.div_ceil(run) <= MOST_RUNS;
+                let of = |part: &dyn Fn(&Taken) -> f64| median(all.iter().map(part));
+                let embree = [0, 1].map(|side| of(&|taken| taken.embree[side].iter().sum()));
+                let best = usize::from(embree[1] < embree[0]);
+                let tracer = of(&|taken| taken.tracer);
+                let is_asked = !takes_too_long(count.div_ceil(run), count, frame.triangles().len());
                 table.push(row![
                     ("scene", name(address)),
                     ("triangles", frame.triangles().len()),
                     ("rays", count),
                     ("of_each_origin", run),
-                    ("scan_build", of(|taken| taken.scanner[0])),
-                    ("scan_ask", is_asked.then(|| of(|taken| taken.scanner[1]))),
-                    ("hierarchy_build", of(|taken| taken.hierarchy[0])),
-                    ("hierarchy_ask", of(|taken| taken.hierarchy[1])),
-                    ("tracer", of(|taken| taken.tracer)),
+                    ("scan_build", of(&|taken| taken.scanner[0])),
+                    ("scan_ask", is_asked.then(|| of(&|taken| taken.scanner[1]))),
+                    ("hierarchy_build", of(&|taken| taken.hierarchy[0])),
+                    ("hierarchy_ask", of(&|taken| taken.hierarchy[1])),
+                    ("tracer", tracer),
                     ("chosen", chosen),
+                    ("embree_build", of(&|taken| taken.embree[best][0])),
+                    ("embree_ask", of(&|taken| taken.embree[best][1])),
+                    ("ratio", embree[best] / tracer),
+                    ("differ", all.iter().map(|taken| taken.differ).sum::<usize>()),
                 ])?;
             }
         }
     }
     Ok(table.finish(&[
         "build: for each frame anew; of_each_origin: rays that follow each other from one origin; tracer: what it takes to choose,",
-        "build and ask. Hits of all three are compared.",
+        "build and ask. Hits of all three are compared. embree: one ray at a time, by the faster of a low and a medium build;",
+        "ratio: how many times as long as the tracer it takes in all; differ: hits of all frames in which either build's are others.",
     ])?)
 }
 
 impl Race {
-    fn measure(&mut self, triangles: Triangles<'_>, count: usize, run: usize) -> (Taken, String) {
+    fn new(embree: &Arc<Embree>) -> Self {
+        let scene = |quality| umbrage_peers::Scene::new(embree, BuildMethod { quality, kept: true });
+        Self {
+            scanner: Scanner::default(),
+            alone: Tracer::default(),
+            tracer: Tracer::default(),
+            embree: [Quality::Low, Quality::Medium].map(scene),
+            scanned: Scanned::default(),
+            traced: Scanned::default(),
+        }
+    }
+
+    fn measure(&mut self, frame: &Frame, count: usize, run: usize) -> Result<(Taken, String)> {
+        let triangles = frame.triangles();
         let bounds = triangles.bounds();
         let mut taken = Taken::default();
         let direction = |number: usize| on_sphere(number as u64).as_vec3();
@@ -119,9 +155,10 @@ impl Race {
             .enumerate()
             .map(|(number, directions)| Sweep { origin: origin(number), directions })
             .collect();
-        let Self { scanner, alone, tracer, scanned, traced } = self;
+        let is_asked = !takes_too_long(sweeps.len(), count, triangles.len());
+        let Self { scanner, alone, tracer, embree, scanned, traced } = self;
         time(&mut taken.scanner[0], || scanner.build(triangles));
-        if sweeps.len() <= MOST_RUNS {
+        if is_asked {
             time(&mut taken.scanner[1], || scanner.scan(&Scan::new(triangles, &sweeps), 1, scanned));
         }
         alone.forget();
@@ -131,10 +168,17 @@ impl Race {
         let chosen = time(&mut taken.tracer, || tracer.trace(&Trace::new(triangles, &rays), traced));
         for (number, hit) in hits.iter().enumerate() {
             assert_eq!(traced.hits(number).next(), *hit, "ray {number} through the {chosen}");
-            if sweeps.len() <= MOST_RUNS {
+            if is_asked {
                 assert_eq!(scanned.hits(number).next(), *hit, "ray {number} through the scan");
             }
         }
-        (taken, chosen.to_string())
+        let posed = Arc::new(Posed::new(frame, false)?);
+        let (mut theirs, ours) = (Vec::new(), &traced.triangle);
+        for (scene, [build, ask]) in embree.iter_mut().zip(&mut taken.embree) {
+            time(build, || scene.build(&posed))?;
+            time(ask, || trace_by_embree(scene, &posed, &rays, &mut theirs));
+            taken.differ += theirs.iter().zip(ours).filter(|(theirs, ours)| theirs != ours).count();
+        }
+        Ok((taken, chosen.to_string()))
     }
 }

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod case;
+mod differences;
 pub mod lights;
 mod meshes;
 mod oracle;
@@ -15,6 +16,7 @@ pub mod structures;
 pub mod views;
 
 pub use case::{Case, MIXED_SIDES, Truth, stops_light};
+pub use differences::Differences;
 pub use meshes::TestMesh;
 pub use oracle::Oracle;
 pub use plates::Plates;

@@ -156,7 +156,9 @@ impl Asked {
         if !of_lights.is_empty() {
             ensure(of_lights.len() == case.lights.len(), || format!("the work of {} lights", of_lights.len()))?;
             let outliers: Vec<u64> = of_lights.iter().map(|work| work.counts.outliers).collect();
-            ensure(all.counts.outliers == outliers.iter().sum(), || format!("{} outliers", all.counts.outliers))?;
+            ensure(all.counts.outliers == outliers.iter().sum::<u64>(), || {
+                format!("{} outliers", all.counts.outliers)
+            })?;
             let enough = outliers.iter().zip(least_outliers).all(|(found, least)| found >= least);
             ensure(enough, || format!("{outliers:?} outliers"))?;
         }

@@ -7,50 +7,9 @@ use umbrage::gallery::DEMOS;
 use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Ground, GroundSurface, Light, Scene};
 use umbrage::{Background, Film, Renderer, Settings, Structure};
-use umbrage_verify::real_scene;
+use umbrage_verify::{Differences, real_scene};
 
 use crate::common::{renderer, small_renderer};
-
-/// How two engines' pictures differ.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Differences {
-    pixels: usize,
-    /// Pixels with another triangle.
-    triangles: usize,
-    /// Pixels and lights with another answer to whether the light reaches the pixel.
-    shadows: usize,
-    /// Pixels that differ by more than one level of 255 in some channel.
-    colors: usize,
-}
-
-impl Differences {
-    pub(crate) fn between(cpu: &Renderer, gpu: &Renderer, settings: &Settings) -> Self {
-        let Settings { width, height, .. } = *settings;
-        let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let is_other = |&(x, y): &(u32, u32)| cpu.seen().triangle_at(x, y) != gpu.seen().triangle_at(x, y);
-        assert_eq!(cpu.light_masks().len(), gpu.light_masks().len());
-        let masks = cpu.light_masks().iter().zip(gpu.light_masks());
-        let shadows =
-            masks.map(|(one, other)| pixels().filter(|&(x, y)| one.is_lit(x, y) != other.is_lit(x, y)).count());
-        let [one, other] = [cpu, gpu].map(|renderer| renderer.film().develop(settings).pixels);
-        let levels = |(one, other): &(&[u16; 3], &[u16; 3])| {
-            one.iter().zip(*other).any(|(one, other)| one.abs_diff(*other) > u16::MAX / 255)
-        };
-        Self {
-            pixels: one.len(),
-            triangles: pixels().filter(is_other).count(),
-            shadows: shadows.sum(),
-            colors: one.iter().zip(&other).filter(levels).count(),
-        }
-    }
-
-    /// Triangles and shadows are the same; colours are as far as f32 carries, see `gpu_shade`.
-    pub(crate) fn expect_none(&self, name: &str) {
-        println!("{name}: {self:?}");
-        assert_eq!((self.triangles, self.shadows), (0, 0), "{name}: {self:?}");
-        assert!(self.colors <= self.pixels / 10_000, "{name}: {self:?}");
-    }
-}
 
 pub(crate) fn compare(name: &str, gpu: &mut Renderer, scene: &Scene, moment: f64, settings: &Settings) -> Differences {
     let seconds = moment * scene.duration_seconds();

@@ -9,10 +9,10 @@ use umbrage::rays::{
 };
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Texture, TextureUse, Wrap};
 use umbrage::{Renderer, Settings, Sides, Structure};
-use umbrage_verify::{Random, real_scene};
+use umbrage_verify::{Differences, Random, real_scene};
 
 use crate::common::{renderer, small_renderer};
-use crate::frames::{Differences, compare, sized};
+use crate::frames::{compare, sized};
 
 /// A way through the tree for each number.
 fn kd_tree(number: usize) -> Structure {

@@ -1,0 +1,171 @@
+//! All that one wants to know of a GPU, by one command.
+
+mod frames;
+mod launches;
+
+use std::fmt::Display;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use serde_json::{Map, Value};
+use umbrage::gpu::{Adapter, Gpu};
+use umbrage::{Renderer, Settings};
+use umbrage_verify::Differences;
+
+pub(crate) use frames::{Course, NOTE};
+
+use crate::table::{Form, Row, Table, json_of, row};
+
+#[derive(Debug, Args)]
+pub(crate) struct GpuFlags {
+    /// Files, sequences or demo:NAME [default: the gallery]
+    scenes: Vec<String>,
+    /// The GPU, by a part of its name [default: the first]
+    #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
+    device: String,
+    /// No scene is begun that wouldn't be done after so long
+    #[arg(long, value_name = "N", default_value = "9")]
+    minutes: f64,
+    /// Write all of it to a file as well, with each stage of a frame by itself
+    #[arg(long, value_name = "FILE.json")]
+    json: Option<PathBuf>,
+}
+
+/// What pixels of both engines are compared in.
+const COMPARED: [u32; 2] = [640, 360];
+
+pub(crate) fn run(flags: &GpuFlags) -> Result<()> {
+    let course =
+        |size, samples, frames, has_one_light| Course { device: &flags.device, size, samples, frames, has_one_light };
+    let still = course([1024, 1024], 1, 5, true);
+    let smooth = course([1920, 1080], 32, 2, false);
+    let gallery = || umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
+    let scenes: Vec<String> = if flags.scenes.is_empty() { gallery() } else { flags.scenes.clone() };
+    let mut report = Report::new(Duration::from_secs_f64(60.0 * flags.minutes));
+
+    let gpu = still.open()?;
+    report.section("adapters", "GPUs, and programs that stand in for one", adapters(gpu.adapter()))?;
+    report.section("limits", &format!("What {} has", gpu.adapter().name), limits(&gpu))?;
+    report.section("launches", "Work that is nothing, medians", launches::measure(&gpu)?)?;
+    drop(gpu);
+
+    let [width, height] = COMPARED;
+    let title = format!("Pixels that differ from the CPU engine's, {width}x{height}");
+    let mut differing = 0;
+    report.scenes("agreement", &title, &[], &scenes, |address| {
+        let differences = differences(&still, address)?;
+        differing += differences.triangles + differences.shadows;
+        let Differences { triangles, shadows, colors, .. } = differences;
+        let row = row![("scene", address), ("triangles", triangles), ("shadows", shadows), ("colors", colors)];
+        Ok((row.clone(), vec![row]))
+    })?;
+    for (key, course, lights) in [("frames", still, "the first light"), ("samples", smooth, "all lights")] {
+        let Course { size: [width, height], samples, frames, .. } = course;
+        let title =
+            format!("{width}x{height}, samples {samples}, {lights}, medians of {frames} frames in milliseconds");
+        report.scenes(key, &title, &[NOTE], &scenes, |address| {
+            let measured = course.measure(address)?;
+            Ok((measured.grouped(), measured.each_stage()))
+        })?;
+    }
+    if let Some(path) = &flags.json {
+        std::fs::write(path, format!("{:#}\n", Value::Object(report.json)))
+            .with_context(|| format!("could not write {}", path.display()))?;
+    }
+    ensure!(differing == 0, "{differing} answers differ from the CPU engine's");
+    Ok(())
+}
+
+/// Tables as they come, and all of them as JSON at the end.
+struct Report {
+    started: Instant,
+    most: Duration,
+    json: Map<String, Value>,
+}
+
+impl Report {
+    fn new(most: Duration) -> Self {
+        Self { started: Instant::now(), most, json: Map::new() }
+    }
+
+    /// A table whose rows are there.
+    fn section(&mut self, key: &str, title: &str, rows: Vec<Row>) -> Result<()> {
+        let mut table = Table::start(Form::Table, title)?;
+        rows.iter().try_for_each(|row| table.push(row.clone()))?;
+        self.json.insert(key.to_owned(), rows.into_iter().map(json_of).collect());
+        Ok(table.finish(&[""])?)
+    }
+
+    /// A table with a row for each scene, as long as there is time: that for people, and those for programs.
+    fn scenes(
+        &mut self,
+        key: &str,
+        title: &str,
+        notes: &[&str],
+        scenes: &[String],
+        mut measure: impl FnMut(&str) -> Result<(Row, Vec<Row>)>,
+    ) -> Result<()> {
+        let mut table = Table::start(Form::Table, title)?;
+        let mut all = Vec::new();
+        let mut longest = Duration::ZERO;
+        let mut left_out = Vec::new();
+        for address in scenes {
+            if self.started.elapsed() + longest > self.most {
+                left_out.push(address.as_str());
+                continue;
+            }
+            let start = Instant::now();
+            let (row, rows) = measure(address).with_context(|| format!("scene {address}"))?;
+            longest = longest.max(start.elapsed());
+            table.push(row)?;
+            all.extend(rows.into_iter().map(json_of));
+        }
+        if !left_out.is_empty() {
+            table.note(&format!("Left out, since --minutes are over: {}", left_out.join(", ")))?;
+        }
+        self.json.insert(key.to_owned(), Value::Array(all));
+        Ok(table.finish(&[notes, &[""]].concat())?)
+    }
+}
+
+/// All adapters, the chosen one marked.
+fn adapters(chosen: &Adapter) -> Vec<Row> {
+    let row = |adapter: Adapter| {
+        row![
+            ("adapter", adapter.name.as_str()),
+            ("backend", adapter.backend.as_str()),
+            ("kind", if adapter.is_software { "software" } else { "GPU" }),
+            ("measured", if adapter == *chosen { "yes" } else { "" }),
+            ("driver", adapter.driver.as_str()),
+        ]
+    };
+    Adapter::all().into_iter().map(row).collect()
+}
+
+/// What the device allows that frames depend on.
+fn limits(gpu: &Gpu) -> Vec<Row> {
+    let limits = gpu.device.limits();
+    let of = |name: &str, value: &dyn Display| row![("limit", name), ("value", value.to_string())];
+    vec![
+        of("timestamps", &if gpu.has_timestamps() { "yes" } else { "no: stages can't be timed" }),
+        of("bytes of a buffer", &limits.max_buffer_size),
+        of("bytes of a binding", &limits.max_storage_buffer_binding_size),
+        of("bytes of workgroup memory", &limits.max_compute_workgroup_storage_size),
+        of("invocations of a workgroup", &limits.max_compute_invocations_per_workgroup),
+        of("storage buffers of a stage", &limits.max_storage_buffers_per_shader_stage),
+    ]
+}
+
+/// How a frame in the middle of a scene's animation differs from the CPU engine's.
+fn differences(course: &Course<'_>, address: &str) -> Result<Differences> {
+    let scene = umbrage::open(address)?;
+    let seconds = 0.4 * scene.duration_seconds();
+    let [width, height] = COMPARED;
+    let settings = Settings { width, height, ..Settings::default() };
+    let (mut cpu, mut gpu) = (Renderer::default(), Renderer::with_gpu(course.open()?)?);
+    cpu.render(&scene, seconds, &settings)?;
+    gpu.render(&scene, seconds, &settings)?;
+    Ok(Differences::between(&cpu, &gpu, &settings))
+}
