@@ -61,6 +61,8 @@ pub struct App {
     in_flight: Option<u64>,
     /// Whether that one is what is on the screen, with more samples.
     is_refining: bool,
+    /// Whether the worker is to find what the camera is to see.
+    pub(crate) is_framing: bool,
     orders: u64,
     pictures: u64,
     screenshot: Option<PathBuf>,
@@ -184,6 +186,7 @@ impl App {
             ordered: None,
             in_flight: None,
             is_refining: false,
+            is_framing: false,
             orders: 0,
             pictures: 0,
             screenshot: None,
@@ -197,6 +200,7 @@ impl App {
     /// Opens a scene in place of the one that is open, once it is read.
     pub(crate) fn open(&mut self, address: PathBuf, options: OpenOptions) {
         self.opening = Some(address.clone());
+        self.is_framing = false;
         self.worker.open(address, options);
     }
 
@@ -246,6 +250,7 @@ impl App {
             // What was asked for meanwhile is ordered from its first picture on.
             Done::Stopped => (self.in_flight, self.ordered) = (None, None),
             Done::Probed(probe) => self.probe = Some(*probe),
+            Done::Subject(subject) => self.frame_found(subject),
             Done::Recorded { frame } => {
                 if let Some(recording) = &mut self.recording {
                     recording.frame = frame + 1;
@@ -258,6 +263,7 @@ impl App {
             Done::Failed(why) => {
                 self.in_flight = None;
                 self.recording = None;
+                self.is_framing = false;
                 // The next moment would most likely fail as well.
                 self.timeline.is_playing = false;
                 self.notices.error(why);
@@ -365,8 +371,8 @@ impl App {
             self.ordered.as_ref().filter(|(scene, ordered)| *scene == open.number && ordered.differs_in_samples(&look));
         let samples = shown.map(|(_, ordered)| ordered.settings.samples);
         if self.in_flight.is_some() {
-            if self.is_refining && (is_file || samples.is_none()) {
-                self.worker.stop();
+            if is_file || samples.is_none() {
+                self.stop_refining();
             }
             return;
         }
@@ -388,6 +394,13 @@ impl App {
         self.worker.render(Order { number, scene, look, needs_focus: self.focus.is_none(), file });
     }
 
+    /// Gives up a picture that is only to become sharper.
+    pub(crate) fn stop_refining(&self) {
+        if self.is_refining && self.in_flight.is_some() {
+            self.worker.stop();
+        }
+    }
+
     /// Writes the next picture to a file.
     pub(crate) fn take_screenshot(&mut self, path: PathBuf) {
         self.screenshot = Some(path);
@@ -407,17 +420,6 @@ impl App {
             CameraChoice::Free(free) => Some(free),
             CameraChoice::Default | CameraChoice::OfScene(_) => None,
         }
-    }
-
-    /// Sees the whole scene.
-    pub(crate) fn frame_all(&mut self) {
-        let Some(Shown { picture, .. }) = &self.shown else { return };
-        let (forward, aspect) = (picture.view.camera.forward, picture.view.width as f32 / picture.view.height as f32);
-        let bounds = picture.bounds;
-        let framed = umbrage::rays::Camera::framing(bounds.corners(), forward, aspect, 0.7);
-        let depth = (bounds.center() - framed.position).dot(framed.forward);
-        let depth = if depth > 0.0 { depth } else { 1.0 };
-        self.camera = CameraChoice::Free(free_camera::of(&framed, depth));
     }
 
     /// What the scene is about.
@@ -457,6 +459,6 @@ impl App {
     pub fn is_idle(&self) -> bool {
         let is_shown =
             if self.timeline.is_playing { self.shown.is_some() } else { self.in_flight.is_none() || self.is_refining };
-        is_shown && self.opening.is_none() && self.recording.is_none() && self.screenshot.is_none()
+        is_shown && self.opening.is_none() && !self.is_framing && self.recording.is_none() && self.screenshot.is_none()
     }
 }

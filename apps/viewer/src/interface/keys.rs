@@ -28,6 +28,7 @@ pub(super) enum Key {
     StepOn,
     Start,
     FrameAll,
+    FrameSubject,
     LookFromLight,
     Engine,
     Heat,
@@ -53,7 +54,9 @@ impl Key {
         (Self::StepBack, &[(NONE, Code::ArrowLeft)], "Left", "One frame back"),
         (Self::StepOn, &[(NONE, Code::ArrowRight)], "Right", "One frame on"),
         (Self::Start, &[(NONE, Code::Home)], "Home", "Back to the start"),
-        (Self::FrameAll, &[(NONE, Code::F)], "F", "See the whole scene"),
+        // Before the key without Shift, which would be pressed as well.
+        (Self::FrameAll, &[(Modifiers::SHIFT, Code::F)], "Shift+F", "See the whole scene"),
+        (Self::FrameSubject, &[(NONE, Code::F)], "F", "See what moves, or what the scene is about"),
         (Self::LookFromLight, &[(NONE, Code::L)], "L", "Look from the selected light"),
         (Self::Engine, &[(NONE, Code::X)], "X", "Switch between CPU and GPU"),
         (Self::Heat, &[(NONE, Code::M)], "M", "Next heat map"),
@@ -101,6 +104,7 @@ impl Key {
             Self::StepOn => app.timeline.step(1),
             Self::Start => app.timeline.seconds = 0.0,
             Self::FrameAll => app.frame_all(),
+            Self::FrameSubject => app.frame_subject(),
             Self::LookFromLight => look_from_light(app),
             Self::Engine => {
                 app.history.clear();

@@ -77,6 +77,7 @@ fn gallery(app: &mut App, ui: &mut egui::Ui) {
 }
 
 fn view(app: &mut App, ui: &mut egui::Ui) {
+    Key::FrameSubject.button(app, ui);
     Key::FrameAll.button(app, ui);
     Key::LookFromLight.button(app, ui);
     if ui.button("Back to the scene's camera").clicked() {

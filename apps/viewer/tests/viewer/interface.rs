@@ -339,6 +339,26 @@ fn the_camera_follows_mouse_and_keys() {
 }
 
 #[test]
+fn the_subject_of_a_vast_scene_is_framed() {
+    // A cup, which turns, in the middle of a stadium.
+    let Some(mut window) = Window::open("demo:stadium?triangles=5000") else { return };
+    window.press(Key::Space);
+    window.press(Key::Home);
+    window.press(Key::F);
+    let cup = window.pixels();
+    window.keep("subject");
+    window.harness.key_press_modifiers(Modifiers::SHIFT, Key::F);
+    window.settle();
+    window.keep("whole");
+    let stadium = window.pixels();
+    assert!(cup != stadium);
+    window.click_in_panel("See subject");
+    assert!(cup == window.pixels());
+    window.click_in_panel("See all");
+    assert!(stadium == window.pixels());
+}
+
+#[test]
 fn lights_are_added_dragged_and_removed() {
     let Some(mut window) = Window::open("demo:glass?triangles=2000") else { return };
     window.press(Key::Space);
