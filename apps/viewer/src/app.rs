@@ -18,6 +18,7 @@ use crate::history::History;
 use crate::light_list::LightList;
 use crate::notices::Notices;
 use crate::order::{FileOrder, Look, Order, Picture};
+use crate::pace::Pace;
 use crate::probe::Probe;
 use crate::recording::Recording;
 use crate::surface::Surface;
@@ -47,6 +48,7 @@ pub struct App {
     pub(crate) focus: Option<Focus>,
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
+    pub(crate) pace: Pace,
     pub(crate) notices: Notices,
     pub(crate) recording: Option<Recording>,
     pub(crate) watch: Option<Watch>,
@@ -177,6 +179,7 @@ impl App {
             focus: None,
             probe: None,
             history: History::default(),
+            pace: Pace::default(),
             notices: Notices::default(),
             recording: None,
             watch: start.watches.then(Watch::default),
@@ -320,8 +323,11 @@ impl App {
         self.lights.follow(&picture.lights);
         self.entitle(context, &picture.device);
         // The chart is of pictures with the same number of samples.
-        if !self.is_refining {
+        if self.is_refining {
+            self.pace.clear();
+        } else {
             self.history.add(&picture);
+            self.pace.add(Instant::now());
         }
         self.pictures += 1;
         self.focus = self.focus.or(picture.focus);

@@ -18,6 +18,7 @@ mod light_grid;
 mod light_list;
 mod notices;
 mod order;
+mod pace;
 mod probe;
 mod projection;
 mod recording;

@@ -159,6 +159,8 @@ fn pictures_that_stay_become_sharper() {
         }
     };
     wait_for(&mut window, 40);
+    window.harness.run_steps(2);
+    assert!(window.shows("Samples a pixel: 40") && !window.shows("pictures a second"));
     let sharp = window.harness.state().as_ref().map_or(0, App::pictures);
     window.harness.run_steps(8);
     assert_eq!(window.harness.state().as_ref().map_or(0, App::pictures), sharp, "it has all of its samples");
@@ -174,6 +176,13 @@ fn pictures_that_stay_become_sharper() {
 fn a_scene_is_opened_played_and_paused() {
     let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
     assert!(window.shows("Pause"), "an animation plays at once");
+    let start = Instant::now();
+    while !window.shows("pictures a second") {
+        assert!(start.elapsed() < Duration::from_secs(60), "no pace in time");
+        window.harness.run_steps(2);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    window.keep("playing");
     let playing = window.pixels();
     window.press(Key::Space);
     assert!(window.shows("Play"));
