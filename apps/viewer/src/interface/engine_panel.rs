@@ -215,6 +215,7 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
     });
     surroundings(&mut choices.surroundings, ui);
     ground(app, ui);
+    variant(app, ui);
 }
 
 /// What is around the scene.
@@ -253,6 +254,27 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
     if surface != before.map(|ground| ground.surface) {
         let ground = surface.map(|surface| Ground { surface, ..before.unwrap_or_default() });
         app.reopen(Some(OpenOptions { ground, ..open.options.clone() }));
+    }
+}
+
+/// Which materials the scene has, where its file has several variants; it is opened again with others.
+fn variant(app: &mut App, ui: &mut egui::Ui) {
+    let Some(open) = &app.open else { return };
+    let variants = open.scene.variants();
+    if variants.is_empty() {
+        return;
+    }
+    let before = &open.options.variant;
+    let mut chosen = before.clone();
+    let name = before.clone().unwrap_or_else(|| "Default".to_owned());
+    ComboBox::from_label("Variant").selected_text(name).width(150.0).truncate().show_ui(ui, |ui| {
+        ui.selectable_value(&mut chosen, None, "Default");
+        for name in variants {
+            ui.selectable_value(&mut chosen, Some(name.clone()), name);
+        }
+    });
+    if chosen != *before {
+        app.reopen(Some(OpenOptions { variant: chosen, ..open.options.clone() }));
     }
 }
 
