@@ -8,7 +8,7 @@ use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
 use umbrage::spec::LookAt;
-use umbrage::{HeatKind, PixelView, Scene};
+use umbrage::{HeatKind, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
@@ -21,6 +21,7 @@ use crate::order::{FileOrder, Look, Order, Picture};
 use crate::pace::Pace;
 use crate::probe::Probe;
 use crate::recording::Recording;
+use crate::show::Show;
 use crate::surface::Surface;
 use crate::timeline::Timeline;
 use crate::watch::Watch;
@@ -37,9 +38,7 @@ pub struct App {
     pub(crate) timeline: Timeline,
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
-    pub(crate) heat: Option<HeatKind>,
-    /// What is shown in place of light.
-    pub(crate) pixel_view: Option<PixelView>,
+    pub(crate) show: Show,
     pub(crate) shows_light_grid: bool,
     canvas: Canvas,
     surface: Surface,
@@ -170,8 +169,7 @@ impl App {
             timeline: Timeline::default(),
             camera: CameraChoice::Default,
             lights: start.lights.map_or_else(LightList::default, LightList::of),
-            heat: None,
-            pixel_view: None,
+            show: Show::Light,
             shows_light_grid: false,
             surface: graphics.as_ref().map(|graphics| graphics.surface.clone()).unwrap_or_default(),
             canvas: Canvas::new(graphics.map(|graphics| graphics.state)),
@@ -362,13 +360,12 @@ impl App {
             CameraChoice::OfScene(camera) => umbrage::CameraChoice::Scene(*camera),
             CameraChoice::Free(free) => free.camera().into(),
         };
-        let needs_light = self.heat == Some(HeatKind::Points) || self.shows_light_grid;
+        let needs_light = self.show == Show::Heat(HeatKind::Points) || self.shows_light_grid;
         let mut look = Look {
             seconds: self.timeline.seconds,
             settings,
             engine: choices.engine.clone(),
-            heat: self.heat,
-            pixel_view: self.pixel_view,
+            show: self.show,
             shows_light_grid: self.shows_light_grid,
             light: needs_light.then(|| self.lights.selected.unwrap_or(0)),
         };

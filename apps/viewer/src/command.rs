@@ -51,7 +51,7 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
             CameraChoice::Free(free) => Some(CameraSpec::LookAt(*free)),
         },
         settings: &Settings { width, height, lights, ..choices.settings([width, height]) },
-        show: app.pixel_view,
+        show: app.show.view(),
         engine: &choices.engine,
     };
     command.text()

@@ -22,6 +22,7 @@ mod pace;
 mod probe;
 mod projection;
 mod recording;
+mod show;
 mod studio;
 mod subject;
 mod surface;

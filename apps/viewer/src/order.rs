@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
-use umbrage::{HeatKind, PixelView, Scene, Settings, Stats};
+use umbrage::{Scene, Settings, Stats};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -13,6 +13,7 @@ use crate::focus::Focus;
 use crate::heat::HeatMap;
 use crate::light_grid::LightGridPicture;
 use crate::recording::Recording;
+use crate::show::Show;
 
 /// A picture to render.
 pub(crate) struct Order {
@@ -32,10 +33,7 @@ pub(crate) struct Look {
     pub(crate) seconds: f64,
     pub(crate) settings: Settings,
     pub(crate) engine: EngineChoice,
-    /// What is shown in place of light.
-    pub(crate) pixel_view: Option<PixelView>,
-    /// What is shown of the work, over the picture.
-    pub(crate) heat: Option<HeatKind>,
+    pub(crate) show: Show,
     /// Whether the light's grid is shown.
     pub(crate) shows_light_grid: bool,
     /// The light that these are about, by its index in the list, where any is.

@@ -17,6 +17,7 @@ use crate::heat::HeatMaker;
 use crate::order::{FileOrder, Order, Picture};
 use crate::probe::Probe;
 use crate::recording;
+use crate::show::Show;
 use crate::timeline::Timeline;
 use crate::window_device::WindowDevice;
 use crate::worker::Done;
@@ -82,7 +83,7 @@ impl Studio {
         let mut settings = look.settings.clone();
         let (scene, seconds) = (&order.scene, look.seconds);
         // These are made from the film.
-        let needs_film = order.file.is_some() || look.heat.is_some() || look.pixel_view.is_some() || order.needs_focus;
+        let needs_film = order.file.is_some() || look.show != Show::Light || order.needs_focus;
         let rendered = if engine.is_windows && !needs_film {
             engine.renderer.render_to_texture(scene, seconds, &settings).map(Some)
         } else {
@@ -99,7 +100,7 @@ impl Studio {
                 return Err(error.to_string());
             }
         };
-        if let Some(pixel_view) = look.pixel_view {
+        if let Some(pixel_view) = look.show.view() {
             let mut film = Film::default();
             engine.renderer.swap_film(&mut film);
             pixel_view.paint(&mut film, engine.renderer.frame());
@@ -119,7 +120,7 @@ impl Studio {
             let pixels = self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue));
             Pixels::Copied(pixels.collect())
         };
-        let heat = look.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
+        let heat = look.show.heat().map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
         let light_grid =
             look.shows_light_grid.then(|| self.heat.light_grid(order, renderer, &settings)).transpose()?.flatten();
         let picture = Picture {

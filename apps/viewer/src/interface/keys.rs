@@ -2,9 +2,8 @@
 
 use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
-use umbrage::rays::{Choice, LightSource};
+use umbrage::rays::LightSource;
 use umbrage::spec::LookAt;
-use umbrage::{HeatKind, PixelView};
 
 use super::menu;
 use crate::app::{App, CameraChoice};
@@ -113,19 +112,8 @@ impl Key {
                     EngineChoice::Gpu(_) => EngineChoice::Cpu,
                 };
             }
-            Self::Heat => {
-                app.heat = match app.heat {
-                    None => HeatKind::all().next(),
-                    Some(heat) => HeatKind::all().skip_while(|other| *other != heat).nth(1),
-                };
-            }
-            Self::PixelView => {
-                app.heat = None;
-                app.pixel_view = match app.pixel_view {
-                    None => PixelView::all().next(),
-                    Some(view) => PixelView::all().skip_while(|other| *other != view).nth(1),
-                };
-            }
+            Self::Heat => app.show = app.show.next_heat(),
+            Self::PixelView => app.show = app.show.next_view(),
             Self::Work => app.kept.shows_work ^= true,
             Self::LightGrid => app.shows_light_grid ^= true,
             Self::Controls => app.kept.hides_controls ^= true,

@@ -76,11 +76,11 @@ fn the_work_is_shown() {
         assert!(window.shows(text), "{text}");
     }
     let plain = window.pixels();
-    window.click_in_panel("Triangles tested");
+    window.choose("Show", "Triangles tested");
     window.keep("heat");
     assert!(plain != window.pixels());
-    window.click_in_panel("Undecided tests");
-    window.click_in_panel("None");
+    window.choose("Show", "Undecided tests");
+    window.choose("Show", "Light");
     assert!(plain == window.pixels(), "the picture is back");
 }
 
@@ -91,7 +91,7 @@ fn what_pixels_saw_is_shown() {
     window.press(Key::T);
     let mut pictures = vec![window.pixels()];
     for view in ["Normals", "UV", "Depth", "Wireframe"] {
-        window.click_in_panel(view);
+        window.choose("Show", view);
         window.keep(view);
         let picture = window.pixels();
         assert!(!pictures.contains(&picture), "{view}");
@@ -113,7 +113,7 @@ fn pairs_are_shown_by_tile_and_points_by_cell() {
     let tile = (middle - corner) / 64.0;
     let tile = window.tile(tile.x as u32, tile.y as u32);
 
-    window.click_in_panel("Pairs per tile");
+    window.choose("Show", "Pairs per tile");
     assert!(window.shows("Pairs per tile, at most "));
     let pairs = window.count_at("Pairs per tile", tile.center());
     assert!(pairs > 0);
@@ -124,7 +124,7 @@ fn pairs_are_shown_by_tile_and_points_by_cell() {
     let colors = window.pixels_in(tile);
     assert!(colors.iter().all(|color| *color == colors[0] && *color != [0, 0, 0, 255]), "{:?}", colors[0]);
 
-    window.click_in_panel("Points per light cell");
+    window.choose("Show", "Points per light cell");
     assert!(window.shows("Points per light cell of light 1, at most "));
     assert!(!window.shows("Pairs per tile, at most "));
     assert!(window.count_at("Points per light cell", middle) > 1);
@@ -134,7 +134,7 @@ fn pairs_are_shown_by_tile_and_points_by_cell() {
     let colors = window.pixels_in(tile);
     assert!(colors.iter().any(|color| *color != colors[0]), "cells are smaller than tiles");
 
-    window.click_in_panel("None");
+    window.choose("Show", "Light");
     assert!(plain == window.pixels(), "the picture is back");
 }
 
@@ -143,7 +143,7 @@ fn the_chosen_lights_cells_are_shown() {
     let Some(mut window) = Window::open("demo:glass?triangles=2000") else { return };
     window.press(Key::Space);
     window.press(Key::T);
-    window.click_in_panel("Points per light cell");
+    window.choose("Show", "Points per light cell");
     let first = window.pixels();
     assert!(window.shows("Points per light cell of light 1"));
     window.click("Add point");
