@@ -9,6 +9,7 @@ mod keys;
 mod light_panel;
 mod menu;
 mod overlay;
+mod panels;
 mod probe_panel;
 mod stage;
 mod time_bar;
@@ -16,6 +17,7 @@ mod work_panel;
 
 use eframe::egui;
 
+use self::panels::Panels;
 use crate::app::App;
 
 impl eframe::App for App {
@@ -40,12 +42,13 @@ impl App {
         drop_files(self, ui);
         egui::Panel::top("menu").show(ui, |ui| menu::show(self, ui));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::show(self, ui));
-        if self.kept.shows_work {
-            let panel = egui::Panel::left("work").default_size(300.0).min_size(220.0);
+        let panels = Panels::fit(&self.kept, ui.available_width());
+        if panels.has_work {
+            let panel = egui::Panel::left("work").default_size(300.0).size_range(panels.widths);
             panel.show(ui, |ui| scrolled(ui, |ui| work_panel::show(self, ui)));
         }
-        if !self.kept.hides_controls {
-            let panel = egui::Panel::right("controls").default_size(310.0).min_size(220.0);
+        if panels.has_controls {
+            let panel = egui::Panel::right("controls").default_size(310.0).size_range(panels.widths);
             panel.show(ui, |ui| {
                 scrolled(ui, |ui| {
                     section(ui, "Camera", |ui| camera_panel::show(self, ui));

@@ -342,6 +342,24 @@ fn a_window_without_size_waits_for_one() {
 }
 
 #[test]
+fn a_narrow_window_has_half_of_its_width_for_the_picture() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    for size in [vec2(640.0, 480.0), vec2(480.0, 320.0)] {
+        window.harness.set_size(size);
+        for panel in ["Seen from", "camera rays"] {
+            window.settle();
+            let picture = window.harness.get_by_label("Rendered scene").rect();
+            assert!(picture.width() >= 0.5 * size.x - 1.0 && picture.height() >= 0.5 * size.y, "{picture} of {size}");
+            assert!(window.shows(panel), "{panel}");
+            window.keep(&format!("narrow_{}_{}", size.x, panel.replace(' ', "_")));
+            window.press(Key::T);
+        }
+        assert!(window.shows("Seen from"), "the controls are back");
+    }
+}
+
+#[test]
 fn an_engine_that_is_not_there_is_a_message() {
     let engine = Some(EngineChoice::Gpu("no such adapter".to_owned()));
     let scene = Some("demo:cloth?triangles=500".into());
