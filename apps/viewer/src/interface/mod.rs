@@ -1,5 +1,6 @@
 //! Where everything is in the window.
 
+mod arrows;
 mod camera_panel;
 mod chart;
 mod engine_panel;

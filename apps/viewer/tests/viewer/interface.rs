@@ -261,6 +261,24 @@ fn lights_are_added_dragged_and_removed() {
 }
 
 #[test]
+fn arrows_lead_to_lights_out_of_view() {
+    let above = |height: f32| Light { source: LightSource::Point { position: Vec3::Y * height }, ..lamp(0.0) };
+    let (scene, lights) = (Some("demo:cloth?triangles=2000".into()), Some(vec![above(1000.0), above(1.0)]));
+    let Some(mut window) = Window::start(Start { scene, lights, ..Start::default() }) else { return };
+    window.press(Key::Space);
+    window.keep("arrows");
+    let picture = window.harness.get_by_label("Rendered scene").rect();
+    let arrow = window.harness.get_by_label("Arrow to Light 1").rect().center();
+    assert!((picture.top()..picture.top() + 40.0).contains(&arrow.y), "{arrow} in {picture}");
+    assert!(window.harness.query_by_label("Arrow to Light 2").is_none(), "it is in view");
+    assert!(!window.shows("Intensity"));
+    window.click("Arrow to Light 1");
+    assert!(window.shows("Intensity"), "the light is selected");
+    window.press(Key::L);
+    assert!(window.harness.query_by_label("Arrow to Light 2").is_none(), "it is below the selected light");
+}
+
+#[test]
 fn a_pixel_says_what_it_shows() {
     let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
     window.press(Key::Space);
