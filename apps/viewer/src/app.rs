@@ -7,11 +7,12 @@ use std::time::Instant;
 use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
-use umbrage::spec::LookAt;
+use umbrage::spec::{BackgroundSpec, LookAt};
 use umbrage::{HeatKind, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
+use crate::dialogs::{Dialogs, Wanted};
 use crate::focus::Focus;
 use crate::free_camera;
 use crate::history::History;
@@ -55,7 +56,7 @@ pub struct App {
     /// How many pixels the screen has for the picture.
     pub(crate) screen: [u32; 2],
     /// Chosen in a dialogue that is still open elsewhere.
-    pub(crate) dialogs: crate::dialogs::Dialogs,
+    pub(crate) dialogs: Dialogs,
     /// The scene of the last order, and what it asked for.
     ordered: Option<(u64, Look)>,
     /// The number of the order that is being rendered.
@@ -183,7 +184,7 @@ impl App {
             watch: start.watches.then(Watch::default),
             is_help_open: false,
             screen: [0, 0],
-            dialogs: crate::dialogs::Dialogs::default(),
+            dialogs: Dialogs::default(),
             ordered: None,
             in_flight: None,
             is_refining: false,
@@ -205,6 +206,14 @@ impl App {
         self.worker.open(address, options);
     }
 
+    /// Opens a file for what it is wanted.
+    pub(crate) fn open_as(&mut self, wanted: Wanted, path: PathBuf) {
+        match wanted {
+            Wanted::Scene => self.open(path, OpenOptions::default()),
+            Wanted::Background => self.kept.choices.surroundings = BackgroundSpec::File(path),
+        }
+    }
+
     /// Opens the same scene with another of its animations, or because its file has changed.
     pub(crate) fn reopen(&mut self, options: Option<OpenOptions>) {
         if let Some(open) = &self.open {
@@ -223,8 +232,8 @@ impl App {
         }
         let now = Instant::now();
         let passed = now.duration_since(std::mem::replace(&mut self.clock, now)).as_secs_f64();
-        if let Some(chosen) = self.dialogs.chosen() {
-            self.open(chosen, OpenOptions::default());
+        if let Some((wanted, path)) = self.dialogs.chosen() {
+            self.open_as(wanted, path);
         }
         if let (Some(watch), Some(open)) = (&mut self.watch, &self.open) {
             context.request_repaint_after(Watch::INTERVAL);
@@ -250,6 +259,11 @@ impl App {
             Done::Picture(picture) => self.replace_picture(context, *picture),
             // What was asked for meanwhile is ordered from its first picture on.
             Done::Stopped => (self.in_flight, self.ordered) = (None, None),
+            Done::NoBackground(why) => {
+                (self.in_flight, self.ordered) = (None, None);
+                self.kept.choices.surroundings = BackgroundSpec::default();
+                self.notices.error(why);
+            }
             Done::Probed(probe) => self.probe = Some(*probe),
             Done::Subject(subject) => self.frame_found(subject),
             Done::Recorded { frame } => {
@@ -364,6 +378,7 @@ impl App {
         let mut look = Look {
             seconds: self.timeline.seconds,
             settings,
+            background: choices.surroundings.clone(),
             engine: choices.engine.clone(),
             show: self.show,
             shows_light_grid: self.shows_light_grid,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
+use umbrage::spec::BackgroundSpec;
 use umbrage::{Scene, Settings, Stats};
 
 use crate::canvas::Pixels;
@@ -31,7 +32,9 @@ pub(crate) struct Order {
 #[derive(Clone, PartialEq)]
 pub(crate) struct Look {
     pub(crate) seconds: f64,
+    /// But for the background, which may have to be read.
     pub(crate) settings: Settings,
+    pub(crate) background: BackgroundSpec,
     pub(crate) engine: EngineChoice,
     pub(crate) show: Show,
     /// Whether the light's grid is shown.

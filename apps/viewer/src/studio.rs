@@ -8,7 +8,8 @@ use eframe::egui::Color32;
 use umbrage::gpu::{DeviceLimits, Gpu, GpuError};
 use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
 use umbrage::rays::View;
-use umbrage::{Error, Film, Progress, Renderer, Settings};
+use umbrage::spec::BackgroundSpec;
+use umbrage::{Background, Error, Film, Progress, Renderer, Settings};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -31,6 +32,8 @@ pub(crate) struct Studio {
     progress: Progress,
     engine: Option<Engine>,
     heat: HeatMaker,
+    /// The last picture's.
+    background: Option<(BackgroundSpec, Background)>,
     /// The last picture's, for whoever asks about its pixels.
     last: Option<(View, umbrage::Sides)>,
     recording: Option<Recording>,
@@ -80,7 +83,11 @@ impl Studio {
         let look = &order.look;
         let engine = Self::engine(&mut self.engine, &look.engine, self.window.as_ref())?;
         engine.renderer.report_to(self.progress.clone());
-        let mut settings = look.settings.clone();
+        let background = match background(&mut self.background, &look.background) {
+            Ok(background) => background,
+            Err(why) => return Ok(vec![Done::NoBackground(why)]),
+        };
+        let mut settings = Settings { background, ..look.settings.clone() };
         let (scene, seconds) = (&order.scene, look.seconds);
         // These are made from the film.
         let needs_film = order.file.is_some() || look.show != Show::Light || order.needs_focus;
@@ -171,6 +178,18 @@ impl Studio {
             return Ok(open.insert(engine));
         }
         open.as_mut().ok_or_else(|| "no engine is open".to_owned())
+    }
+}
+
+/// What is around the scene, which stays until another is wanted.
+fn background(open: &mut Option<(BackgroundSpec, Background)>, wanted: &BackgroundSpec) -> Result<Background, String> {
+    match open {
+        Some((spec, background)) if spec == wanted => Ok(background.clone()),
+        _ => {
+            let background = wanted.open().map_err(|error| error.to_string())?;
+            *open = Some((wanted.clone(), background.clone()));
+            Ok(background)
+        }
     }
 }
 

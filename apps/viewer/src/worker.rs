@@ -35,6 +35,8 @@ pub(crate) enum Done {
         why: String,
     },
     Picture(Box<Picture>),
+    /// A picture's background couldn't be read.
+    NoBackground(String),
     /// A picture was given up, as it was asked to be.
     Stopped,
     /// What a pixel of the last picture shows.

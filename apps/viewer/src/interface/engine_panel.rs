@@ -12,6 +12,7 @@ use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap
 
 use crate::app::App;
 use crate::choices::{Choices, EngineChoice, Resolution};
+use crate::dialogs::{Dialogs, Wanted};
 use crate::notices::Notices;
 
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
@@ -213,13 +214,13 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
             ui.selectable_value(&mut choices.tone_map, tone_map, name).on_hover_text(about);
         }
     });
-    surroundings(&mut choices.surroundings, ui);
+    surroundings(&mut choices.surroundings, &mut app.dialogs, ui);
     ground(app, ui);
     variant(app, ui);
 }
 
 /// What is around the scene.
-fn surroundings(chosen: &mut BackgroundSpec, ui: &mut egui::Ui) {
+fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egui::Ui) {
     let name = match chosen {
         BackgroundSpec::Sky => "Sky",
         BackgroundSpec::Transparent => "None",
@@ -233,9 +234,21 @@ fn surroundings(chosen: &mut BackgroundSpec, ui: &mut egui::Ui) {
             if ui.selectable_label(name == "Colour", "Colour").clicked() && name != "Colour" {
                 *chosen = BackgroundSpec::Color(Vec3::splat(0.2));
             }
+            let image = ui.selectable_label(name == "Image", "Image …");
+            if image.on_hover_text("Light from all around: a latitude-longitude image, such as an .hdr").clicked() {
+                let context = ui.ctx().clone();
+                dialogs.ask_for(Wanted::Background, move || context.request_repaint());
+            }
         });
-        if let BackgroundSpec::Color(color) = chosen {
-            ui.color_edit_button_rgb(color.as_mut());
+        match chosen {
+            BackgroundSpec::Color(color) => {
+                ui.color_edit_button_rgb(color.as_mut());
+            }
+            BackgroundSpec::File(path) => {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                ui.add(egui::Label::new(name).truncate()).on_hover_text(path.display().to_string());
+            }
+            BackgroundSpec::Sky | BackgroundSpec::Transparent => {}
         }
     });
 }

@@ -8,6 +8,7 @@ use umbrage::spec::LookAt;
 use super::menu;
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
+use crate::dialogs::Wanted;
 use crate::focus::Focus;
 use crate::free_camera;
 
@@ -88,7 +89,7 @@ impl Key {
         match self {
             Self::Open => {
                 let context = ui.ctx().clone();
-                app.dialogs.ask_for_scene(move || context.request_repaint());
+                app.dialogs.ask_for(Wanted::Scene, move || context.request_repaint());
             }
             Self::Reload => app.reopen(None),
             Self::Screenshot => {

@@ -20,6 +20,7 @@ use eframe::egui;
 
 use self::panels::Panels;
 use crate::app::App;
+use crate::dialogs::Wanted;
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
@@ -75,10 +76,10 @@ fn section(ui: &mut egui::Ui, title: &str, contents: impl FnOnce(&mut egui::Ui))
     egui::CollapsingHeader::new(egui::RichText::new(title).strong()).default_open(true).show(ui, contents);
 }
 
-/// Opens a file that is dropped on the window.
+/// Opens a file that is dropped on the window: a scene or, where it is an image, a background.
 fn drop_files(app: &mut App, ui: &egui::Ui) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
     if let Some(path) = dropped {
-        app.open(path, umbrage::scene::OpenOptions::default());
+        app.open_as(Wanted::of(&path), path);
     }
 }

@@ -1,8 +1,9 @@
-//! What a file lets one choose: animations and variants of materials.
+//! What files let one choose: animations, variants of materials, backgrounds.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use eframe::egui::Key;
+use eframe::egui::{DroppedFile, Key};
 
 use crate::window::Window;
 
@@ -72,4 +73,42 @@ fn animations_and_variants_are_chosen_by_name() {
     window.keep("variant");
     assert!(window.shows("Field of view"), "the camera stays");
     assert_eq!(reds_and_greens(&window.pixels()), (0, reds), "the triangle is where it was");
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn an_image_that_is_dropped_is_around_the_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = folder.path().join("meadow.png");
+    let mut encoder = png::Encoder::new(std::fs::File::create(&image).expect("a file"), 4, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&[10, 200, 30].repeat(8)));
+    written.expect("an image");
+    let Some(mut window) = Window::open("demo:gears?triangles=2000") else { return };
+    window.press(Key::Space);
+    let with_sky = window.pixels();
+    let mut drop = |window: &mut Window, path: &Path| {
+        window.harness.input_mut().dropped_files.push(Arc::new(Dropped(path.to_owned())));
+        window.settle();
+    };
+    drop(&mut window, &image);
+    window.keep("background");
+    assert!(with_sky != window.pixels() && window.shows("meadow.png"));
+    window.press(Key::C);
+    assert!(window.shows("--background") && window.shows("meadow.png"));
+    drop(&mut window, &folder.path().join("gone.hdr"));
+    assert!(window.shows("gone.hdr"), "a message");
+    assert!(with_sky == window.pixels(), "the sky is back");
 }
