@@ -50,8 +50,8 @@ mod tests {
     use glam::Vec3;
     use umbrage::rays::{Choice, LightSource};
     use umbrage::scene::{Clip, Ground, OpenOptions};
-    use umbrage::spec::{CameraSpec, LightSpec, LookAt};
-    use umbrage::{Background, EngineKind, OptionValues, Settings, Structure, ToneMap};
+    use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec, LookAt};
+    use umbrage::{EngineKind, OptionValues, Settings, Structure, ToneMap};
     use umbrage_viewer::{CommandLine, EngineChoice};
 
     use crate::flags::{Command, Flags};
@@ -85,7 +85,9 @@ mod tests {
     /// Asserts that the line of `settings` renders them, on an engine.
     fn assert_copied(settings: &Settings, engine: &EngineChoice) {
         let (scene, options) = (Path::new("demo:cloth?triangles=9"), &OpenOptions::default());
-        let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, show: None, engine });
+        let background = &BackgroundSpec::Sky;
+        let job =
+            job(&CommandLine { scene, options, seconds: 0.0, camera: None, background, settings, show: None, engine });
         assert_eq!(job.settings, *settings);
         let expected = match engine {
             EngineChoice::Cpu => (EngineKind::Cpu, None),
@@ -122,9 +124,6 @@ mod tests {
         for tone_map in ToneMap::all() {
             on_cpu(Settings { tone_map, ..Settings::default() });
         }
-        for background in [Background::Sky, Background::Transparent, Background::Color(Vec3::new(0.1, 0.25, 3.0))] {
-            on_cpu(Settings { background, ..Settings::default() });
-        }
         on_cpu(Settings { width: 7, height: 5, samples: 9, exposure_stops: -0.3, ..Settings::default() });
         let spread =
             Settings { samples: 2, aperture: 0.1, shutter_seconds: 0.3, sky_shadows: true, ..Settings::default() };
@@ -147,10 +146,28 @@ mod tests {
     #[test]
     fn views_of_pixels_are_copied() {
         let (scene, options) = (Path::new("demo:cloth"), &OpenOptions::default());
-        let (settings, engine) = (&Settings::default(), &EngineChoice::Cpu);
+        let (background, settings, engine) = (&BackgroundSpec::Sky, &Settings::default(), &EngineChoice::Cpu);
         for show in std::iter::once(None).chain(umbrage::PixelView::all().map(Some)) {
-            let job = job(&CommandLine { scene, options, seconds: 0.0, camera: None, settings, show, engine });
-            assert_eq!(job.flags.show, show);
+            let command =
+                CommandLine { scene, options, seconds: 0.0, camera: None, background, settings, show, engine };
+            assert_eq!(job(&command).flags.show, show);
+        }
+    }
+
+    #[test]
+    fn backgrounds_are_copied() {
+        let folder = tempfile::tempdir().unwrap();
+        let image = folder.path().join("it's a sky.png");
+        let mut encoder = png::Encoder::new(std::fs::File::create(&image).unwrap(), 4, 2);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header().unwrap().write_image_data(&[10, 200, 30].repeat(8)).unwrap();
+        let (scene, options) = (Path::new("demo:cloth"), &OpenOptions::default());
+        let (settings, engine) = (&Settings::default(), &EngineChoice::Cpu);
+        let color = BackgroundSpec::Color(Vec3::new(0.1, 0.25, 3.0));
+        for background in [&BackgroundSpec::Sky, &BackgroundSpec::Transparent, &color, &BackgroundSpec::File(image)] {
+            let (seconds, camera, show) = (0.0, None, None);
+            let job = job(&CommandLine { scene, options, seconds, camera, background, settings, show, engine });
+            assert_eq!(job.settings.background, background.open().unwrap());
         }
     }
 
@@ -176,9 +193,18 @@ mod tests {
                     ..OpenOptions::default()
                 };
                 let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);
-                let (settings, engine) = (&settings, &EngineChoice::Cpu);
-                let job =
-                    job(&CommandLine { scene, options, seconds, camera: camera.clone(), settings, show: None, engine });
+                let (background, settings, engine) = (&BackgroundSpec::Sky, &settings, &EngineChoice::Cpu);
+                let (camera_spec, show) = (camera.clone(), None);
+                let job = job(&CommandLine {
+                    scene,
+                    options,
+                    seconds,
+                    camera: camera_spec,
+                    background,
+                    settings,
+                    show,
+                    engine,
+                });
                 assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(seconds)));
                 assert_eq!(format!("{:?}", job.flags.scene.opening.options()), format!("{options:?}"));
                 assert_eq!(job.flags.camera, camera);

@@ -7,19 +7,22 @@ use std::time::Instant;
 use eframe::egui::{self, TextureHandle, TextureId};
 use serde::{Deserialize, Serialize};
 use umbrage::scene::{Clip, Light, NamedCamera, OpenOptions};
-use umbrage::spec::LookAt;
-use umbrage::{HeatKind, PixelView, Scene};
+use umbrage::spec::{BackgroundSpec, LookAt};
+use umbrage::{HeatKind, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
+use crate::dialogs::{Dialogs, Wanted};
 use crate::focus::Focus;
 use crate::free_camera;
 use crate::history::History;
 use crate::light_list::LightList;
 use crate::notices::Notices;
 use crate::order::{FileOrder, Look, Order, Picture};
+use crate::pace::Pace;
 use crate::probe::Probe;
 use crate::recording::Recording;
+use crate::show::Show;
 use crate::surface::Surface;
 use crate::timeline::Timeline;
 use crate::watch::Watch;
@@ -36,9 +39,7 @@ pub struct App {
     pub(crate) timeline: Timeline,
     pub(crate) camera: CameraChoice,
     pub(crate) lights: LightList,
-    pub(crate) heat: Option<HeatKind>,
-    /// What is shown in place of light.
-    pub(crate) pixel_view: Option<PixelView>,
+    pub(crate) show: Show,
     pub(crate) shows_light_grid: bool,
     canvas: Canvas,
     surface: Surface,
@@ -47,6 +48,7 @@ pub struct App {
     pub(crate) focus: Option<Focus>,
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
+    pub(crate) pace: Pace,
     pub(crate) notices: Notices,
     pub(crate) recording: Option<Recording>,
     pub(crate) watch: Option<Watch>,
@@ -54,13 +56,15 @@ pub struct App {
     /// How many pixels the screen has for the picture.
     pub(crate) screen: [u32; 2],
     /// Chosen in a dialogue that is still open elsewhere.
-    pub(crate) dialogs: crate::dialogs::Dialogs,
+    pub(crate) dialogs: Dialogs,
     /// The scene of the last order, and what it asked for.
     ordered: Option<(u64, Look)>,
     /// The number of the order that is being rendered.
     in_flight: Option<u64>,
     /// Whether that one is what is on the screen, with more samples.
     is_refining: bool,
+    /// Whether the worker is to find what the camera is to see.
+    pub(crate) is_framing: bool,
     orders: u64,
     pictures: u64,
     screenshot: Option<PathBuf>,
@@ -166,8 +170,7 @@ impl App {
             timeline: Timeline::default(),
             camera: CameraChoice::Default,
             lights: start.lights.map_or_else(LightList::default, LightList::of),
-            heat: None,
-            pixel_view: None,
+            show: Show::Light,
             shows_light_grid: false,
             surface: graphics.as_ref().map(|graphics| graphics.surface.clone()).unwrap_or_default(),
             canvas: Canvas::new(graphics.map(|graphics| graphics.state)),
@@ -175,15 +178,17 @@ impl App {
             focus: None,
             probe: None,
             history: History::default(),
+            pace: Pace::default(),
             notices: Notices::default(),
             recording: None,
             watch: start.watches.then(Watch::default),
             is_help_open: false,
             screen: [0, 0],
-            dialogs: crate::dialogs::Dialogs::default(),
+            dialogs: Dialogs::default(),
             ordered: None,
             in_flight: None,
             is_refining: false,
+            is_framing: false,
             orders: 0,
             pictures: 0,
             screenshot: None,
@@ -197,7 +202,16 @@ impl App {
     /// Opens a scene in place of the one that is open, once it is read.
     pub(crate) fn open(&mut self, address: PathBuf, options: OpenOptions) {
         self.opening = Some(address.clone());
+        self.is_framing = false;
         self.worker.open(address, options);
+    }
+
+    /// Opens a file for what it is wanted.
+    pub(crate) fn open_as(&mut self, wanted: Wanted, path: PathBuf) {
+        match wanted {
+            Wanted::Scene => self.open(path, OpenOptions::default()),
+            Wanted::Background => self.kept.choices.surroundings = BackgroundSpec::File(path),
+        }
     }
 
     /// Opens the same scene with another of its animations, or because its file has changed.
@@ -218,8 +232,8 @@ impl App {
         }
         let now = Instant::now();
         let passed = now.duration_since(std::mem::replace(&mut self.clock, now)).as_secs_f64();
-        if let Some(chosen) = self.dialogs.chosen() {
-            self.open(chosen, OpenOptions::default());
+        if let Some((wanted, path)) = self.dialogs.chosen() {
+            self.open_as(wanted, path);
         }
         if let (Some(watch), Some(open)) = (&mut self.watch, &self.open) {
             context.request_repaint_after(Watch::INTERVAL);
@@ -245,7 +259,13 @@ impl App {
             Done::Picture(picture) => self.replace_picture(context, *picture),
             // What was asked for meanwhile is ordered from its first picture on.
             Done::Stopped => (self.in_flight, self.ordered) = (None, None),
+            Done::NoBackground(why) => {
+                (self.in_flight, self.ordered) = (None, None);
+                self.kept.choices.surroundings = BackgroundSpec::default();
+                self.notices.error(why);
+            }
             Done::Probed(probe) => self.probe = Some(*probe),
+            Done::Subject(subject) => self.frame_found(subject),
             Done::Recorded { frame } => {
                 if let Some(recording) = &mut self.recording {
                     recording.frame = frame + 1;
@@ -258,6 +278,7 @@ impl App {
             Done::Failed(why) => {
                 self.in_flight = None;
                 self.recording = None;
+                self.is_framing = false;
                 // The next moment would most likely fail as well.
                 self.timeline.is_playing = false;
                 self.notices.error(why);
@@ -314,8 +335,11 @@ impl App {
         self.lights.follow(&picture.lights);
         self.entitle(context, &picture.device);
         // The chart is of pictures with the same number of samples.
-        if !self.is_refining {
+        if self.is_refining {
+            self.pace.clear();
+        } else {
             self.history.add(&picture);
+            self.pace.add(Instant::now());
         }
         self.pictures += 1;
         self.focus = self.focus.or(picture.focus);
@@ -350,13 +374,13 @@ impl App {
             CameraChoice::OfScene(camera) => umbrage::CameraChoice::Scene(*camera),
             CameraChoice::Free(free) => free.camera().into(),
         };
-        let needs_light = self.heat == Some(HeatKind::Points) || self.shows_light_grid;
+        let needs_light = self.show == Show::Heat(HeatKind::Points) || self.shows_light_grid;
         let mut look = Look {
             seconds: self.timeline.seconds,
             settings,
+            background: choices.surroundings.clone(),
             engine: choices.engine.clone(),
-            heat: self.heat,
-            pixel_view: self.pixel_view,
+            show: self.show,
             shows_light_grid: self.shows_light_grid,
             light: needs_light.then(|| self.lights.selected.unwrap_or(0)),
         };
@@ -365,8 +389,8 @@ impl App {
             self.ordered.as_ref().filter(|(scene, ordered)| *scene == open.number && ordered.differs_in_samples(&look));
         let samples = shown.map(|(_, ordered)| ordered.settings.samples);
         if self.in_flight.is_some() {
-            if self.is_refining && (is_file || samples.is_none()) {
-                self.worker.stop();
+            if is_file || samples.is_none() {
+                self.stop_refining();
             }
             return;
         }
@@ -388,6 +412,13 @@ impl App {
         self.worker.render(Order { number, scene, look, needs_focus: self.focus.is_none(), file });
     }
 
+    /// Gives up a picture that is only to become sharper.
+    pub(crate) fn stop_refining(&self) {
+        if self.is_refining && self.in_flight.is_some() {
+            self.worker.stop();
+        }
+    }
+
     /// Writes the next picture to a file.
     pub(crate) fn take_screenshot(&mut self, path: PathBuf) {
         self.screenshot = Some(path);
@@ -407,17 +438,6 @@ impl App {
             CameraChoice::Free(free) => Some(free),
             CameraChoice::Default | CameraChoice::OfScene(_) => None,
         }
-    }
-
-    /// Sees the whole scene.
-    pub(crate) fn frame_all(&mut self) {
-        let Some(Shown { picture, .. }) = &self.shown else { return };
-        let (forward, aspect) = (picture.view.camera.forward, picture.view.width as f32 / picture.view.height as f32);
-        let bounds = picture.bounds;
-        let framed = umbrage::rays::Camera::framing(bounds.corners(), forward, aspect, 0.7);
-        let depth = (bounds.center() - framed.position).dot(framed.forward);
-        let depth = if depth > 0.0 { depth } else { 1.0 };
-        self.camera = CameraChoice::Free(free_camera::of(&framed, depth));
     }
 
     /// What the scene is about.
@@ -457,6 +477,6 @@ impl App {
     pub fn is_idle(&self) -> bool {
         let is_shown =
             if self.timeline.is_playing { self.shown.is_some() } else { self.in_flight.is_none() || self.is_refining };
-        is_shown && self.opening.is_none() && self.recording.is_none() && self.screenshot.is_none()
+        is_shown && self.opening.is_none() && !self.is_framing && self.recording.is_none() && self.screenshot.is_none()
     }
 }

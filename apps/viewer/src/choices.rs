@@ -156,7 +156,7 @@ impl FromStr for Structures {
 }
 
 impl Choices {
-    /// The settings of a picture for a screen of so many pixels, but for its camera and lights.
+    /// The settings of a picture for a screen of so many pixels, but for its camera, lights and background.
     pub(crate) fn settings(&self, screen: [u32; 2]) -> Settings {
         let [width, height] = self.resolution.size(screen);
         // A GPU has one structure, follows no mirrors, and looks for nothing near.
@@ -180,7 +180,6 @@ impl Choices {
             structure,
             sides: self.sides,
             bounces,
-            background: self.surroundings.open().unwrap_or_default(),
             exposure_stops: self.exposure_stops,
             tone_map: self.tone_map,
             ..Settings::default()

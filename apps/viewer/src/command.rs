@@ -6,7 +6,7 @@ use std::path::Path;
 use umbrage::rays::Choice;
 use umbrage::scene::{Clip, Light, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{Background, EngineKind, OptionValues, PixelView, Settings, Structure};
+use umbrage::{EngineKind, OptionValues, PixelView, Settings, Structure};
 
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
@@ -22,7 +22,9 @@ pub struct CommandLine<'a> {
     pub seconds: f64,
     /// The camera; `None` for the scene's first.
     pub camera: Option<CameraSpec>,
-    /// The rest; its camera is passed over.
+    /// What is around the scene.
+    pub background: &'a BackgroundSpec,
+    /// The rest; its camera and background are passed over.
     pub settings: &'a Settings,
     /// What is shown in place of light.
     pub show: Option<PixelView>,
@@ -50,8 +52,9 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
             CameraChoice::OfScene(number) => Some(CameraSpec::Listed(number.to_string())),
             CameraChoice::Free(free) => Some(CameraSpec::LookAt(*free)),
         },
+        background: &choices.surroundings,
         settings: &Settings { width, height, lights, ..choices.settings([width, height]) },
-        show: app.pixel_view,
+        show: app.show.view(),
         engine: &choices.engine,
     };
     command.text()
@@ -125,11 +128,8 @@ impl CommandLine<'_> {
         if let Some(show) = self.show {
             flag(&mut line, "show", show.name());
         }
-        match &settings.background {
-            Background::Sky => {}
-            Background::Transparent => flag(&mut line, "background", &BackgroundSpec::Transparent.to_string()),
-            Background::Color(color) => flag(&mut line, "background", &BackgroundSpec::Color(*color).to_string()),
-            Background::Image(_) => return Err("The command can't say which image is around the scene.".to_owned()),
+        if *self.background != BackgroundSpec::default() {
+            flag(&mut line, "background", &self.background.to_string());
         }
         Ok(line)
     }

@@ -1,24 +1,52 @@
 //! The system's own dialogues, which wait on threads of theirs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
 /// A dialogue that may be open.
 #[derive(Default)]
 pub(crate) struct Dialogs {
-    open: Option<Receiver<Option<PathBuf>>>,
+    open: Option<(Wanted, Receiver<Option<PathBuf>>)>,
+}
+
+/// What a file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    Scene,
+    /// An image of what is all around the scene.
+    Background,
+}
+
+impl Wanted {
+    /// What is asked, what such files are, and how their names end.
+    fn words(self) -> (&'static str, &'static str, &'static [&'static str]) {
+        match self {
+            Self::Scene => ("Open a scene", "Scenes", &["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"]),
+            Self::Background => {
+                ("Open a background", "Images of all directions", &["hdr", "exr", "png", "jpg", "jpeg"])
+            }
+        }
+    }
+
+    /// What a file is for that is dropped on the window.
+    pub(crate) fn of(path: &Path) -> Self {
+        let (_, _, of_images) = Self::Background.words();
+        let end = path.extension().map(|end| end.to_string_lossy().to_lowercase());
+        if end.is_some_and(|end| of_images.contains(&&*end)) { Self::Background } else { Self::Scene }
+    }
 }
 
 impl Dialogs {
-    /// Asks for a scene's file, unless that is being done already.
-    pub(crate) fn ask_for_scene(&mut self, wake: impl Fn() + Send + 'static) {
+    /// Asks for a file, unless that is being done already.
+    pub(crate) fn ask_for(&mut self, wanted: Wanted, wake: impl Fn() + Send + 'static) {
         if self.open.is_some() {
             return;
         }
         let (sender, receiver) = channel();
+        let (title, files, ends) = wanted.words();
         let dialog = rfd::AsyncFileDialog::new()
-            .set_title("Open a scene")
-            .add_filter("Scenes", &["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"])
+            .set_title(title)
+            .add_filter(files, ends)
             .add_filter("All files", &["*"])
             .pick_file();
         std::thread::spawn(move || {
@@ -27,17 +55,18 @@ impl Dialogs {
             sender.send(chosen).ok();
             wake();
         });
-        self.open = Some(receiver);
+        self.open = Some((wanted, receiver));
     }
 
-    /// The file that was chosen, once.
-    pub(crate) fn chosen(&mut self) -> Option<PathBuf> {
-        let answer = self.open.as_ref()?.try_recv();
+    /// The file that was chosen, once, and what for.
+    pub(crate) fn chosen(&mut self) -> Option<(Wanted, PathBuf)> {
+        let (wanted, receiver) = self.open.as_ref()?;
+        let (wanted, answer) = (*wanted, receiver.try_recv());
         match answer {
             Err(std::sync::mpsc::TryRecvError::Empty) => None,
             answer => {
                 self.open = None;
-                answer.ok().flatten()
+                answer.ok().flatten().map(|path| (wanted, path))
             }
         }
     }

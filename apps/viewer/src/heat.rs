@@ -35,8 +35,12 @@ impl HeatMap {
 
 /// What is counted, as a title.
 pub(crate) fn title(heat: HeatKind) -> String {
-    let title = heat.title();
-    title[..1].to_uppercase() + &title[1..]
+    capitalised(heat.title())
+}
+
+/// Words that begin with a small letter of ASCII, as a title.
+pub(crate) fn capitalised(words: &str) -> String {
+    words[..1].to_uppercase() + &words[1..]
 }
 
 /// Counts, in memory that is used again.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use umbrage::rays::{Bounds, View};
 use umbrage::scene::{Light, NamedCamera};
-use umbrage::{HeatKind, PixelView, Scene, Settings, Stats};
+use umbrage::spec::BackgroundSpec;
+use umbrage::{Scene, Settings, Stats};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -13,6 +14,7 @@ use crate::focus::Focus;
 use crate::heat::HeatMap;
 use crate::light_grid::LightGridPicture;
 use crate::recording::Recording;
+use crate::show::Show;
 
 /// A picture to render.
 pub(crate) struct Order {
@@ -30,12 +32,11 @@ pub(crate) struct Order {
 #[derive(Clone, PartialEq)]
 pub(crate) struct Look {
     pub(crate) seconds: f64,
+    /// But for the background, which may have to be read.
     pub(crate) settings: Settings,
+    pub(crate) background: BackgroundSpec,
     pub(crate) engine: EngineChoice,
-    /// What is shown in place of light.
-    pub(crate) pixel_view: Option<PixelView>,
-    /// What is shown of the work, over the picture.
-    pub(crate) heat: Option<HeatKind>,
+    pub(crate) show: Show,
     /// Whether the light's grid is shown.
     pub(crate) shows_light_grid: bool,
     /// The light that these are about, by its index in the list, where any is.

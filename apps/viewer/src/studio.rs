@@ -8,7 +8,8 @@ use eframe::egui::Color32;
 use umbrage::gpu::{DeviceLimits, Gpu, GpuError};
 use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
 use umbrage::rays::View;
-use umbrage::{Error, Film, Progress, Renderer, Settings};
+use umbrage::spec::BackgroundSpec;
+use umbrage::{Background, Error, Film, Progress, Renderer, Settings};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -17,6 +18,7 @@ use crate::heat::HeatMaker;
 use crate::order::{FileOrder, Order, Picture};
 use crate::probe::Probe;
 use crate::recording;
+use crate::show::Show;
 use crate::timeline::Timeline;
 use crate::window_device::WindowDevice;
 use crate::worker::Done;
@@ -30,6 +32,8 @@ pub(crate) struct Studio {
     progress: Progress,
     engine: Option<Engine>,
     heat: HeatMaker,
+    /// The last picture's.
+    background: Option<(BackgroundSpec, Background)>,
     /// The last picture's, for whoever asks about its pixels.
     last: Option<(View, umbrage::Sides)>,
     recording: Option<Recording>,
@@ -79,10 +83,14 @@ impl Studio {
         let look = &order.look;
         let engine = Self::engine(&mut self.engine, &look.engine, self.window.as_ref())?;
         engine.renderer.report_to(self.progress.clone());
-        let mut settings = look.settings.clone();
+        let background = match background(&mut self.background, &look.background) {
+            Ok(background) => background,
+            Err(why) => return Ok(vec![Done::NoBackground(why)]),
+        };
+        let mut settings = Settings { background, ..look.settings.clone() };
         let (scene, seconds) = (&order.scene, look.seconds);
         // These are made from the film.
-        let needs_film = order.file.is_some() || look.heat.is_some() || look.pixel_view.is_some() || order.needs_focus;
+        let needs_film = order.file.is_some() || look.show != Show::Light || order.needs_focus;
         let rendered = if engine.is_windows && !needs_film {
             engine.renderer.render_to_texture(scene, seconds, &settings).map(Some)
         } else {
@@ -99,7 +107,7 @@ impl Studio {
                 return Err(error.to_string());
             }
         };
-        if let Some(pixel_view) = look.pixel_view {
+        if let Some(pixel_view) = look.show.view() {
             let mut film = Film::default();
             engine.renderer.swap_film(&mut film);
             pixel_view.paint(&mut film, engine.renderer.frame());
@@ -119,7 +127,7 @@ impl Studio {
             let pixels = self.pixels.iter().map(|&[red, green, blue, _]| Color32::from_rgb(red, green, blue));
             Pixels::Copied(pixels.collect())
         };
-        let heat = look.heat.map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
+        let heat = look.show.heat().map(|heat| self.heat.make(heat, order, renderer, &settings)).transpose()?;
         let light_grid =
             look.shows_light_grid.then(|| self.heat.light_grid(order, renderer, &settings)).transpose()?.flatten();
         let picture = Picture {
@@ -170,6 +178,18 @@ impl Studio {
             return Ok(open.insert(engine));
         }
         open.as_mut().ok_or_else(|| "no engine is open".to_owned())
+    }
+}
+
+/// What is around the scene, which stays until another is wanted.
+fn background(open: &mut Option<(BackgroundSpec, Background)>, wanted: &BackgroundSpec) -> Result<Background, String> {
+    match open {
+        Some((spec, background)) if spec == wanted => Ok(background.clone()),
+        _ => {
+            let background = wanted.open().map_err(|error| error.to_string())?;
+            *open = Some((wanted.clone(), background.clone()));
+            Ok(background)
+        }
     }
 }
 

@@ -6,12 +6,14 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
+use umbrage::rays::Bounds;
 use umbrage::scene::OpenOptions;
 use umbrage::{Progress, Scene};
 
 use crate::order::{Order, Picture};
 use crate::probe::Probe;
 use crate::studio::Studio;
+use crate::subject;
 use crate::window_device::WindowDevice;
 
 /// Takes orders; of those that wait, only the newest counts.
@@ -33,10 +35,14 @@ pub(crate) enum Done {
         why: String,
     },
     Picture(Box<Picture>),
+    /// A picture's background couldn't be read.
+    NoBackground(String),
     /// A picture was given up, as it was asked to be.
     Stopped,
     /// What a pixel of the last picture shows.
     Probed(Box<Probe>),
+    /// A box around the scene's subject, where it has one.
+    Subject(Option<Bounds>),
     /// A frame of a recording is written, and there are more to come.
     Recorded {
         frame: u32,
@@ -65,7 +71,16 @@ struct Jobs {
     open: Option<(PathBuf, OpenOptions)>,
     order: Option<Box<Order>>,
     probe: Option<[u32; 2]>,
+    /// A scene whose subject is sought, and the moment.
+    subject: Option<(Arc<Scene>, f64)>,
     closes: bool,
+}
+
+impl Jobs {
+    fn are_none(&self) -> bool {
+        let Self { open, order, probe, subject, closes } = self;
+        !closes && open.is_none() && order.is_none() && probe.is_none() && subject.is_none()
+    }
 }
 
 impl Worker {
@@ -83,7 +98,7 @@ impl Worker {
     pub(crate) fn open(&self, address: PathBuf, options: OpenOptions) {
         self.progress.stop();
         let mut jobs = self.jobs();
-        (jobs.open, jobs.order, jobs.probe) = (Some((address, options)), None, None);
+        *jobs = Jobs { open: Some((address, options)), closes: jobs.closes, ..Jobs::default() };
         self.waiting.news.notify_one();
     }
 
@@ -102,6 +117,12 @@ impl Worker {
     /// Finds out what a pixel of the last picture shows.
     pub(crate) fn probe(&self, pixel: [u32; 2]) {
         self.jobs().probe = Some(pixel);
+        self.waiting.news.notify_one();
+    }
+
+    /// Finds what a scene is about at a moment.
+    pub(crate) fn find_subject(&self, scene: Arc<Scene>, seconds: f64) {
+        self.jobs().subject = Some((scene, seconds));
         self.waiting.news.notify_one();
     }
 
@@ -135,22 +156,23 @@ fn work(waiting: &Waiting, window: Option<&WindowDevice>, progress: &Progress, d
     let mut studio = Studio::new(window.cloned(), progress.clone());
     loop {
         let mut jobs = lock(&waiting.jobs);
-        while !jobs.closes && jobs.open.is_none() && jobs.order.is_none() && jobs.probe.is_none() {
+        while jobs.are_none() {
             jobs = waiting.news.wait(jobs).unwrap_or_else(PoisonError::into_inner);
         }
         if jobs.closes {
             return;
         }
-        let (open, order, probe) = (jobs.open.take(), jobs.order.take(), jobs.probe.take());
+        let Jobs { open, order, probe, subject, .. } = std::mem::take(&mut *jobs);
         drop(jobs);
         // A mistake of ours ends this picture rather than the window.
-        let outcome = catch_unwind(AssertUnwindSafe(|| match (open, order, probe) {
-            (Some((address, options)), ..) => vec![opened(address, options)],
-            (None, order, probe) => {
+        let outcome = catch_unwind(AssertUnwindSafe(|| match open {
+            Some((address, options)) => vec![opened(address, options)],
+            None => {
                 // The pixel belongs to the picture that the user sees, which is older than what is ordered.
                 let probed = probe.and_then(|pixel| studio.probe(pixel)).map(|probe| Done::Probed(Box::new(probe)));
+                let found = subject.map(|(scene, seconds)| Done::Subject(subject::bounds(&scene, seconds)));
                 let rendered = order.into_iter().flat_map(|order| studio.render(&order));
-                probed.into_iter().chain(rendered).collect()
+                probed.into_iter().chain(found).chain(rendered).collect()
             }
         }));
         let outcome = outcome.unwrap_or_else(|_| {

@@ -35,7 +35,9 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         ui.add(egui::Slider::new(&mut camera.fov_degrees, 1.0..=170.0).suffix("°").text("Field of view"));
     }
     ui.horizontal_wrapped(|ui| {
-        for (text, key) in [("See all", Key::FrameAll), ("From light", Key::LookFromLight)] {
+        for (text, key) in
+            [("See subject", Key::FrameSubject), ("See all", Key::FrameAll), ("From light", Key::LookFromLight)]
+        {
             if ui.button(text).on_hover_text(key.label()).clicked() {
                 key.press(app, ui);
             }

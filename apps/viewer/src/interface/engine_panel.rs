@@ -12,6 +12,7 @@ use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap
 
 use crate::app::App;
 use crate::choices::{Choices, EngineChoice, Resolution};
+use crate::dialogs::{Dialogs, Wanted};
 use crate::notices::Notices;
 
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
@@ -213,12 +214,13 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
             ui.selectable_value(&mut choices.tone_map, tone_map, name).on_hover_text(about);
         }
     });
-    surroundings(&mut choices.surroundings, ui);
+    surroundings(&mut choices.surroundings, &mut app.dialogs, ui);
     ground(app, ui);
+    variant(app, ui);
 }
 
 /// What is around the scene.
-fn surroundings(chosen: &mut BackgroundSpec, ui: &mut egui::Ui) {
+fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egui::Ui) {
     let name = match chosen {
         BackgroundSpec::Sky => "Sky",
         BackgroundSpec::Transparent => "None",
@@ -232,9 +234,21 @@ fn surroundings(chosen: &mut BackgroundSpec, ui: &mut egui::Ui) {
             if ui.selectable_label(name == "Colour", "Colour").clicked() && name != "Colour" {
                 *chosen = BackgroundSpec::Color(Vec3::splat(0.2));
             }
+            let image = ui.selectable_label(name == "Image", "Image …");
+            if image.on_hover_text("Light from all around: a latitude-longitude image, such as an .hdr").clicked() {
+                let context = ui.ctx().clone();
+                dialogs.ask_for(Wanted::Background, move || context.request_repaint());
+            }
         });
-        if let BackgroundSpec::Color(color) = chosen {
-            ui.color_edit_button_rgb(color.as_mut());
+        match chosen {
+            BackgroundSpec::Color(color) => {
+                ui.color_edit_button_rgb(color.as_mut());
+            }
+            BackgroundSpec::File(path) => {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                ui.add(egui::Label::new(name).truncate()).on_hover_text(path.display().to_string());
+            }
+            BackgroundSpec::Sky | BackgroundSpec::Transparent => {}
         }
     });
 }
@@ -253,6 +267,27 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
     if surface != before.map(|ground| ground.surface) {
         let ground = surface.map(|surface| Ground { surface, ..before.unwrap_or_default() });
         app.reopen(Some(OpenOptions { ground, ..open.options.clone() }));
+    }
+}
+
+/// Which materials the scene has, where its file has several variants; it is opened again with others.
+fn variant(app: &mut App, ui: &mut egui::Ui) {
+    let Some(open) = &app.open else { return };
+    let variants = open.scene.variants();
+    if variants.is_empty() {
+        return;
+    }
+    let before = &open.options.variant;
+    let mut chosen = before.clone();
+    let name = before.clone().unwrap_or_else(|| "Default".to_owned());
+    ComboBox::from_label("Variant").selected_text(name).width(150.0).truncate().show_ui(ui, |ui| {
+        ui.selectable_value(&mut chosen, None, "Default");
+        for name in variants {
+            ui.selectable_value(&mut chosen, Some(name.clone()), name);
+        }
+    });
+    if chosen != *before {
+        app.reopen(Some(OpenOptions { variant: chosen, ..open.options.clone() }));
     }
 }
 

@@ -143,14 +143,15 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
 }
 
 /// Where a light's handle is: a sun's is beside the scene.
-fn position(source: &LightSource, Focus { center, size }: Focus) -> Vec3 {
+pub(super) fn position(source: &LightSource, Focus { center, size }: Focus) -> Vec3 {
     match *source {
         LightSource::Point { position } | LightSource::Spot { position, .. } => position,
         LightSource::Directional { direction } => center - direction * (0.5 * size),
     }
 }
 
-fn tint(color: Vec3) -> Color32 {
+/// A light's colour, bright enough to be seen.
+pub(super) fn tint(color: Vec3) -> Color32 {
     let brightest = color.max_element().max(1e-6);
     let [red, green, blue] =
         (color / brightest).to_array().map(|level| (255.0 * (0.35 + 0.65 * level.clamp(0.0, 1.0))) as u8);

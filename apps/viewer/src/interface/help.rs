@@ -5,7 +5,7 @@ use eframe::egui;
 use super::keys::Key;
 use crate::app::App;
 
-const MOUSE: [(&str, &str); 7] = [
+const MOUSE: [(&str, &str); 8] = [
     ("Drag", "Go round the scene"),
     ("Drag with Shift, or another button", "Move sideways"),
     ("Drag with Ctrl", "Look around"),
@@ -13,6 +13,7 @@ const MOUSE: [(&str, &str); 7] = [
     ("Click", "What is at a pixel"),
     ("Double click", "Turn around what is there"),
     ("Drag a light's handle", "Move the light, along an axis if one is grabbed"),
+    ("Click an arrow at the edge", "Select the light that is out of view there"),
 ];
 
 const FLIGHT: [(&str, &str); 2] = [("W A S D Q E", "Fly"), ("with Shift", "Faster")];

@@ -2,13 +2,13 @@
 
 use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
-use umbrage::rays::{Choice, LightSource};
+use umbrage::rays::LightSource;
 use umbrage::spec::LookAt;
-use umbrage::{HeatKind, PixelView};
 
 use super::menu;
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
+use crate::dialogs::Wanted;
 use crate::focus::Focus;
 use crate::free_camera;
 
@@ -28,6 +28,7 @@ pub(super) enum Key {
     StepOn,
     Start,
     FrameAll,
+    FrameSubject,
     LookFromLight,
     Engine,
     Heat,
@@ -53,7 +54,9 @@ impl Key {
         (Self::StepBack, &[(NONE, Code::ArrowLeft)], "Left", "One frame back"),
         (Self::StepOn, &[(NONE, Code::ArrowRight)], "Right", "One frame on"),
         (Self::Start, &[(NONE, Code::Home)], "Home", "Back to the start"),
-        (Self::FrameAll, &[(NONE, Code::F)], "F", "See the whole scene"),
+        // Before the key without Shift, which would be pressed as well.
+        (Self::FrameAll, &[(Modifiers::SHIFT, Code::F)], "Shift+F", "See the whole scene"),
+        (Self::FrameSubject, &[(NONE, Code::F)], "F", "See what moves, or what the scene is about"),
         (Self::LookFromLight, &[(NONE, Code::L)], "L", "Look from the selected light"),
         (Self::Engine, &[(NONE, Code::X)], "X", "Switch between CPU and GPU"),
         (Self::Heat, &[(NONE, Code::M)], "M", "Next heat map"),
@@ -86,7 +89,7 @@ impl Key {
         match self {
             Self::Open => {
                 let context = ui.ctx().clone();
-                app.dialogs.ask_for_scene(move || context.request_repaint());
+                app.dialogs.ask_for(Wanted::Scene, move || context.request_repaint());
             }
             Self::Reload => app.reopen(None),
             Self::Screenshot => {
@@ -101,6 +104,7 @@ impl Key {
             Self::StepOn => app.timeline.step(1),
             Self::Start => app.timeline.seconds = 0.0,
             Self::FrameAll => app.frame_all(),
+            Self::FrameSubject => app.frame_subject(),
             Self::LookFromLight => look_from_light(app),
             Self::Engine => {
                 app.history.clear();
@@ -109,19 +113,8 @@ impl Key {
                     EngineChoice::Gpu(_) => EngineChoice::Cpu,
                 };
             }
-            Self::Heat => {
-                app.heat = match app.heat {
-                    None => HeatKind::all().next(),
-                    Some(heat) => HeatKind::all().skip_while(|other| *other != heat).nth(1),
-                };
-            }
-            Self::PixelView => {
-                app.heat = None;
-                app.pixel_view = match app.pixel_view {
-                    None => PixelView::all().next(),
-                    Some(view) => PixelView::all().skip_while(|other| *other != view).nth(1),
-                };
-            }
+            Self::Heat => app.show = app.show.next_heat(),
+            Self::PixelView => app.show = app.show.next_view(),
             Self::Work => app.kept.shows_work ^= true,
             Self::LightGrid => app.shows_light_grid ^= true,
             Self::Controls => app.kept.hides_controls ^= true,

@@ -1,6 +1,7 @@
 //! The bar at the top.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use eframe::egui::{self, MenuBar};
 use umbrage::gallery::DEMOS;
@@ -9,6 +10,7 @@ use umbrage::scene::OpenOptions;
 use super::keys::Key;
 use crate::app::{App, CameraChoice};
 use crate::command;
+use crate::pace::Pace;
 use crate::recording::Recording;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
@@ -34,7 +36,24 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
                 ui.label("Open a scene, or drop a file here");
             }
         }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| status(app, ui));
     });
+}
+
+/// How fast pictures follow each other or, of one that stays, how sharp it is.
+fn status(app: &App, ui: &mut egui::Ui) {
+    if let Some(per_second) = app.pace.per_second(Instant::now()) {
+        ui.ctx().request_repaint_after(Pace::WINDOW);
+        let decimals = if per_second < 10.0 { 1 } else { 0 };
+        ui.weak(format!("{per_second:.decimals$} pictures a second")).on_hover_text("The median of the last second");
+    } else if app.shown.is_some() {
+        let samples = app.samples();
+        let of_all = match app.kept.choices.samples {
+            all if all > samples => format!(" of {all}"),
+            _ => String::new(),
+        };
+        ui.weak(format!("Samples a pixel: {samples}{of_all}"));
+    }
 }
 
 fn file(app: &mut App, ui: &mut egui::Ui) {
@@ -77,6 +96,7 @@ fn gallery(app: &mut App, ui: &mut egui::Ui) {
 }
 
 fn view(app: &mut App, ui: &mut egui::Ui) {
+    Key::FrameSubject.button(app, ui);
     Key::FrameAll.button(app, ui);
     Key::LookFromLight.button(app, ui);
     if ui.button("Back to the scene's camera").clicked() {

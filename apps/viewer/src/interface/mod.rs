@@ -1,5 +1,6 @@
 //! Where everything is in the window.
 
+mod arrows;
 mod camera_panel;
 mod chart;
 mod engine_panel;
@@ -9,6 +10,7 @@ mod keys;
 mod light_panel;
 mod menu;
 mod overlay;
+mod panels;
 mod probe_panel;
 mod stage;
 mod time_bar;
@@ -16,7 +18,9 @@ mod work_panel;
 
 use eframe::egui;
 
+use self::panels::Panels;
 use crate::app::App;
+use crate::dialogs::Wanted;
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
@@ -40,12 +44,13 @@ impl App {
         drop_files(self, ui);
         egui::Panel::top("menu").show(ui, |ui| menu::show(self, ui));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::show(self, ui));
-        if self.kept.shows_work {
-            let panel = egui::Panel::left("work").default_size(300.0).min_size(220.0);
+        let panels = Panels::fit(&self.kept, ui.available_width());
+        if panels.has_work {
+            let panel = egui::Panel::left("work").default_size(300.0).size_range(panels.widths);
             panel.show(ui, |ui| scrolled(ui, |ui| work_panel::show(self, ui)));
         }
-        if !self.kept.hides_controls {
-            let panel = egui::Panel::right("controls").default_size(310.0).min_size(220.0);
+        if panels.has_controls {
+            let panel = egui::Panel::right("controls").default_size(310.0).size_range(panels.widths);
             panel.show(ui, |ui| {
                 scrolled(ui, |ui| {
                     section(ui, "Camera", |ui| camera_panel::show(self, ui));
@@ -71,10 +76,10 @@ fn section(ui: &mut egui::Ui, title: &str, contents: impl FnOnce(&mut egui::Ui))
     egui::CollapsingHeader::new(egui::RichText::new(title).strong()).default_open(true).show(ui, contents);
 }
 
-/// Opens a file that is dropped on the window.
+/// Opens a file that is dropped on the window: a scene or, where it is an image, a background.
 fn drop_files(app: &mut App, ui: &egui::Ui) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
     if let Some(path) = dropped {
-        app.open(path, umbrage::scene::OpenOptions::default());
+        app.open_as(Wanted::of(&path), path);
     }
 }

@@ -3,7 +3,7 @@
 use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Response, Sense, pos2, vec2};
 use glam::Vec2;
 
-use super::{gizmo, overlay};
+use super::{arrows, gizmo, overlay};
 use crate::app::{App, CameraChoice, Shown};
 use crate::choices::Resolution;
 use crate::free_camera;
@@ -34,6 +34,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let picture = Projected::new(&shown.picture.view, rect);
     overlay::light_grid(shown, &painter, &picture);
     let is_light_dragged = gizmo::show(app, ui, &response, &picture, &painter);
+    arrows::show(app, ui, &response, &picture, &painter);
     overlay::show(app, ui, &response, rect);
     if !is_light_dragged {
         navigate(app, ui, &response, rect);

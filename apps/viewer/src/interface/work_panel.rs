@@ -2,12 +2,10 @@
 
 use eframe::egui;
 use indicatif::HumanCount;
-use umbrage::rays::Choice;
-use umbrage::{HeatKind, PixelView};
 
 use super::chart;
 use crate::app::{App, Shown};
-use crate::heat::title;
+use crate::show::Show;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.strong("Time of the last pictures");
@@ -66,13 +64,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         }
     });
     ui.separator();
-    ui.horizontal_wrapped(|ui| pixel_views(&mut app.pixel_view, &mut app.heat, ui));
-    ui.separator();
-    ui.strong("Heat map");
-    ui.radio_value(&mut app.heat, None, "None");
-    for &(_, heat, about) in HeatKind::CHOICES {
-        ui.radio_value(&mut app.heat, Some(heat), title(heat)).on_hover_text(about);
-    }
+    show_list(&mut app.show, ui);
     if let Some(map) = &picture.heat {
         let highest = map.counts.iter().copied().max().unwrap_or(0);
         ui.weak(format!("{}, at most {}", map.title(), HumanCount(u64::from(highest))));
@@ -84,17 +76,16 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-fn pixel_views(chosen: &mut Option<PixelView>, heat: &mut Option<HeatKind>, ui: &mut egui::Ui) {
-    ui.strong("Show");
-    ui.selectable_value(chosen, None, "Light");
-    for &(name, view, about) in PixelView::CHOICES {
-        let title = match view {
-            PixelView::Uv => name.to_uppercase(),
-            _ => name[..1].to_uppercase() + &name[1..],
+/// What the picture shows of each pixel.
+fn show_list(chosen: &mut Show, ui: &mut egui::Ui) {
+    egui::ComboBox::from_label("Show").selected_text(chosen.title()).width(170.0).height(400.0).show_ui(ui, |ui| {
+        let mut entry = |ui: &mut egui::Ui, show: Show| {
+            ui.selectable_value(chosen, show, show.title()).on_hover_text(show.about());
         };
-        if ui.selectable_value(chosen, Some(view), title).on_hover_text(about).clicked() {
-            // It would cover what was asked for.
-            *heat = None;
-        }
-    }
+        entry(ui, Show::Light);
+        ui.separator();
+        Show::views().for_each(|view| entry(ui, view));
+        ui.separator();
+        Show::heats().for_each(|heat| entry(ui, heat));
+    });
 }

@@ -2,144 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, Rect, TouchPhase, vec2};
-use egui_kittest::Harness;
-use egui_kittest::kittest::{NodeT, Queryable};
+use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Rect, TouchPhase, vec2};
+use egui_kittest::kittest::Queryable;
 use glam::Vec3;
 use umbrage::rays::LightSource;
 use umbrage::scene::Light;
 use umbrage_viewer::{App, EngineChoice, Start};
 
-/// A window, without a screen.
-struct Window {
-    harness: Harness<'static, Option<App>>,
-}
-
-impl Window {
-    /// With a scene, once its first picture is there; `None` where nothing can draw it.
-    fn open(scene: &str) -> Option<Self> {
-        Self::start(Start { scene: Some(scene.into()), ..Start::default() })
-    }
-
-    fn start(start: Start) -> Option<Self> {
-        if umbrage::gpu::Adapter::all().is_empty() {
-            eprintln!("skipped-gpu: no adapter draws the window");
-            return None;
-        }
-        // Pictures are compared, and so stay as they are unless a test asks for more.
-        let start = Start { forgets: true, samples: start.samples.or(Some(1)), ..start };
-        let harness = Harness::builder().with_size(vec2(1000.0, 700.0)).wgpu().build_ui_state(
-            move |ui, state: &mut Option<App>| {
-                state.get_or_insert_with(|| App::new(ui.ctx(), start.clone(), None, None)).show(ui);
-            },
-            None,
-        );
-        let mut window = Self { harness };
-        window.settle();
-        Some(window)
-    }
-
-    /// Until what is chosen is on the screen.
-    fn settle(&mut self) {
-        let start = Instant::now();
-        loop {
-            self.harness.run_steps(2);
-            if self.harness.state().as_ref().is_some_and(App::is_idle) {
-                break;
-            }
-            assert!(start.elapsed() < Duration::from_secs(120), "nothing was shown in time");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        self.harness.run_steps(3);
-    }
-
-    fn click(&mut self, label: &str) {
-        self.harness.get_by_label(label).click();
-        self.settle();
-    }
-
-    fn press(&mut self, key: Key) {
-        self.harness.key_press(key);
-        self.settle();
-    }
-
-    fn shows(&self, text: &str) -> bool {
-        self.harness.query_all_by_label_contains(text).next().is_some()
-    }
-
-    /// The pixels of the rendered scene as the window shows it, but for those that messages may cover.
-    fn pixels(&mut self) -> Vec<u8> {
-        let window = self.harness.render().expect("a rendered window");
-        let rect = self.harness.get_by_label("Rendered scene").rect();
-        let [left, right] = [rect.left(), rect.right()].map(|x| x as usize);
-        let (top, bottom) = (rect.top() as u32, rect.top() as u32 + (0.7 * rect.height()) as u32);
-        let rows = window.rows().map(|row| row.flat_map(|pixel| pixel.0).collect::<Vec<u8>>());
-        rows.skip(top as usize)
-            .take((bottom - top) as usize)
-            .flat_map(|row| row[4 * left..4 * right].to_vec())
-            .collect()
-    }
-
-    /// Keeps a picture of the window to be looked at, where `UMBRAGE_WINDOW_PICTURES` names a folder for it.
-    fn keep(&mut self, name: &str) {
-        if let Some(folder) = std::env::var_os("UMBRAGE_WINDOW_PICTURES") {
-            let path = std::path::Path::new(&folder).join(format!("{name}.png"));
-            self.harness.render().expect("a rendered window").save(path).expect("a file");
-        }
-    }
-
-    /// Clicks a widget that may have to be scrolled to.
-    fn click_in_panel(&mut self, label: &str) {
-        self.harness.get_by_label(label).scroll_to_me();
-        self.harness.run_steps(8);
-        self.click(label);
-    }
-
-    /// The pixels of a part of the window.
-    fn pixels_in(&mut self, part: Rect) -> Vec<[u8; 4]> {
-        let image = self.harness.render().expect("a rendered window");
-        let columns = part.left() as u32..part.right() as u32;
-        let rows = part.top() as u32..part.bottom() as u32;
-        rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| image.get_pixel(x, y).0).collect()
-    }
-
-    /// A whole tile of 64×64 pixels of the picture.
-    fn tile(&self, column: u32, row: u32) -> Rect {
-        let corner = self.harness.get_by_label("Rendered scene").rect().min;
-        Rect::from_min_size(corner + vec2(64.0 * column as f32, 64.0 * row as f32), vec2(64.0, 64.0))
-    }
-
-    /// What the heat map says about a place of the picture.
-    fn count_at(&mut self, title: &str, place: Pos2) -> u32 {
-        self.harness.hover_at(place);
-        self.harness.run_steps(8);
-        let prefix = format!("{title}: ");
-        let said = self.harness.query_all_by_label_contains(&prefix).find_map(|node| {
-            let node = node.accesskit_node();
-            let text = node.label().or_else(|| node.value())?;
-            text.strip_prefix(&prefix)?.parse().ok()
-        });
-        said.unwrap_or_else(|| panic!("no count under the cursor for {title}"))
-    }
-
-    /// The middle of the picture, and some points from there.
-    fn in_picture(&self, right: f32, down: f32) -> Pos2 {
-        self.harness.get_by_label("Rendered scene").rect().center() + vec2(right, down)
-    }
-
-    fn drag(&mut self, from: Pos2, to: Pos2) {
-        self.harness.hover_at(from);
-        self.harness.step();
-        self.harness.drag_at(from);
-        self.harness.step();
-        for step in 1..=4 {
-            self.harness.hover_at(from + (to - from) * (step as f32 / 4.0));
-            self.harness.step();
-        }
-        self.harness.drop_at(to);
-        self.settle();
-    }
-}
+use crate::window::Window;
 
 #[test]
 fn pictures_that_stay_become_sharper() {
@@ -159,6 +29,8 @@ fn pictures_that_stay_become_sharper() {
         }
     };
     wait_for(&mut window, 40);
+    window.harness.run_steps(2);
+    assert!(window.shows("Samples a pixel: 40") && !window.shows("pictures a second"));
     let sharp = window.harness.state().as_ref().map_or(0, App::pictures);
     window.harness.run_steps(8);
     assert_eq!(window.harness.state().as_ref().map_or(0, App::pictures), sharp, "it has all of its samples");
@@ -174,6 +46,13 @@ fn pictures_that_stay_become_sharper() {
 fn a_scene_is_opened_played_and_paused() {
     let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
     assert!(window.shows("Pause"), "an animation plays at once");
+    let start = Instant::now();
+    while !window.shows("pictures a second") {
+        assert!(start.elapsed() < Duration::from_secs(60), "no pace in time");
+        window.harness.run_steps(2);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    window.keep("playing");
     let playing = window.pixels();
     window.press(Key::Space);
     assert!(window.shows("Play"));
@@ -197,11 +76,11 @@ fn the_work_is_shown() {
         assert!(window.shows(text), "{text}");
     }
     let plain = window.pixels();
-    window.click_in_panel("Triangles tested");
+    window.choose("Show", "Triangles tested");
     window.keep("heat");
     assert!(plain != window.pixels());
-    window.click_in_panel("Undecided tests");
-    window.click_in_panel("None");
+    window.choose("Show", "Undecided tests");
+    window.choose("Show", "Light");
     assert!(plain == window.pixels(), "the picture is back");
 }
 
@@ -212,7 +91,7 @@ fn what_pixels_saw_is_shown() {
     window.press(Key::T);
     let mut pictures = vec![window.pixels()];
     for view in ["Normals", "UV", "Depth", "Wireframe"] {
-        window.click_in_panel(view);
+        window.choose("Show", view);
         window.keep(view);
         let picture = window.pixels();
         assert!(!pictures.contains(&picture), "{view}");
@@ -234,7 +113,7 @@ fn pairs_are_shown_by_tile_and_points_by_cell() {
     let tile = (middle - corner) / 64.0;
     let tile = window.tile(tile.x as u32, tile.y as u32);
 
-    window.click_in_panel("Pairs per tile");
+    window.choose("Show", "Pairs per tile");
     assert!(window.shows("Pairs per tile, at most "));
     let pairs = window.count_at("Pairs per tile", tile.center());
     assert!(pairs > 0);
@@ -245,7 +124,7 @@ fn pairs_are_shown_by_tile_and_points_by_cell() {
     let colors = window.pixels_in(tile);
     assert!(colors.iter().all(|color| *color == colors[0] && *color != [0, 0, 0, 255]), "{:?}", colors[0]);
 
-    window.click_in_panel("Points per light cell");
+    window.choose("Show", "Points per light cell");
     assert!(window.shows("Points per light cell of light 1, at most "));
     assert!(!window.shows("Pairs per tile, at most "));
     assert!(window.count_at("Points per light cell", middle) > 1);
@@ -255,7 +134,7 @@ fn pairs_are_shown_by_tile_and_points_by_cell() {
     let colors = window.pixels_in(tile);
     assert!(colors.iter().any(|color| *color != colors[0]), "cells are smaller than tiles");
 
-    window.click_in_panel("None");
+    window.choose("Show", "Light");
     assert!(plain == window.pixels(), "the picture is back");
 }
 
@@ -264,7 +143,7 @@ fn the_chosen_lights_cells_are_shown() {
     let Some(mut window) = Window::open("demo:glass?triangles=2000") else { return };
     window.press(Key::Space);
     window.press(Key::T);
-    window.click_in_panel("Points per light cell");
+    window.choose("Show", "Points per light cell");
     let first = window.pixels();
     assert!(window.shows("Points per light cell of light 1"));
     window.click("Add point");
@@ -339,6 +218,26 @@ fn the_camera_follows_mouse_and_keys() {
 }
 
 #[test]
+fn the_subject_of_a_vast_scene_is_framed() {
+    // A cup, which turns, in the middle of a stadium.
+    let Some(mut window) = Window::open("demo:stadium?triangles=5000") else { return };
+    window.press(Key::Space);
+    window.press(Key::Home);
+    window.press(Key::F);
+    let cup = window.pixels();
+    window.keep("subject");
+    window.harness.key_press_modifiers(Modifiers::SHIFT, Key::F);
+    window.settle();
+    window.keep("whole");
+    let stadium = window.pixels();
+    assert!(cup != stadium);
+    window.click_in_panel("See subject");
+    assert!(cup == window.pixels());
+    window.click_in_panel("See all");
+    assert!(stadium == window.pixels());
+}
+
+#[test]
 fn lights_are_added_dragged_and_removed() {
     let Some(mut window) = Window::open("demo:glass?triangles=2000") else { return };
     window.press(Key::Space);
@@ -359,6 +258,24 @@ fn lights_are_added_dragged_and_removed() {
     window.keep("reset");
     assert!(!window.shows("Light 3 (point)"));
     assert!(before == window.pixels(), "the scene's own lights are back");
+}
+
+#[test]
+fn arrows_lead_to_lights_out_of_view() {
+    let above = |height: f32| Light { source: LightSource::Point { position: Vec3::Y * height }, ..lamp(0.0) };
+    let (scene, lights) = (Some("demo:cloth?triangles=2000".into()), Some(vec![above(1000.0), above(1.0)]));
+    let Some(mut window) = Window::start(Start { scene, lights, ..Start::default() }) else { return };
+    window.press(Key::Space);
+    window.keep("arrows");
+    let picture = window.harness.get_by_label("Rendered scene").rect();
+    let arrow = window.harness.get_by_label("Arrow to Light 1").rect().center();
+    assert!((picture.top()..picture.top() + 40.0).contains(&arrow.y), "{arrow} in {picture}");
+    assert!(window.harness.query_by_label("Arrow to Light 2").is_none(), "it is in view");
+    assert!(!window.shows("Intensity"));
+    window.click("Arrow to Light 1");
+    assert!(window.shows("Intensity"), "the light is selected");
+    window.press(Key::L);
+    assert!(window.harness.query_by_label("Arrow to Light 2").is_none(), "it is below the selected light");
 }
 
 #[test]
@@ -440,6 +357,24 @@ fn a_window_without_size_waits_for_one() {
     window.settle();
     let pixels = window.pixels();
     assert!(pixels.as_chunks::<4>().0.iter().any(|pixel| *pixel != pixels[..4]), "the picture is back");
+}
+
+#[test]
+fn a_narrow_window_has_half_of_its_width_for_the_picture() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    for size in [vec2(640.0, 480.0), vec2(480.0, 320.0)] {
+        window.harness.set_size(size);
+        for panel in ["Seen from", "camera rays"] {
+            window.settle();
+            let picture = window.harness.get_by_label("Rendered scene").rect();
+            assert!(picture.width() >= 0.5 * size.x - 1.0 && picture.height() >= 0.5 * size.y, "{picture} of {size}");
+            assert!(window.shows(panel), "{panel}");
+            window.keep(&format!("narrow_{}_{}", size.x, panel.replace(' ', "_")));
+            window.press(Key::T);
+        }
+        assert!(window.shows("Seen from"), "the controls are back");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, vec2};
 use eframe::egui_wgpu::{RenderState, RendererOptions};
 use egui_kittest::Harness;
@@ -127,9 +128,11 @@ fn a_shared_texture_shows_what_a_copy_shows() {
     let times = |window: &Window| window.harness.query_all_by_label_contains("develop").next().is_some();
     let can_time = shared.device.features().contains(umbrage::gpu::wgpu::Features::TIMESTAMP_QUERY);
     assert_eq!((times(&textures), times(&copies)), (can_time, false), "stages of the work panel");
-    let [heat, none] = ["Triangles tested", "None"].map(|label| {
-        // They may be below the panel's end.
-        textures.harness.get_by_label(label).click_accesskit();
+    let [heat, none] = ["Triangles tested", "Light"].map(|entry| {
+        // It may be below the panel's end.
+        textures.harness.get_by_role_and_label(Role::ComboBox, "Show").click_accesskit();
+        textures.harness.run_steps(4);
+        textures.harness.get_by_role_and_label(Role::Button, entry).click_accesskit();
         textures.settle();
         textures.picture()
     });
