@@ -87,13 +87,15 @@ impl CameraGrid {
     /// Ready to build.
     #[must_use]
     pub fn new(gpu: &Gpu, options: CameraOptions) -> Self {
+        let (settle, (project, trace)) =
+            rayon::join(|| Settle::new(gpu), || rayon::join(|| Project::new(gpu), || Trace::new(gpu, options.mapping)));
         Self {
             options,
-            project: Project::new(gpu),
+            project,
             list: List::new(gpu, false),
             balance: Balance::new(gpu, options.mapping),
-            trace: Trace::new(gpu, options.mapping),
-            settle: Settle::new(gpu),
+            trace,
+            settle,
             spaces: Buffer::storage(gpu, "spaces"),
             space: Buffer::uniform(gpu, "space"),
             header: Buffer::storage(gpu, "camera header"),

@@ -96,13 +96,17 @@ impl LightGrid {
     /// Ready to build.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
+        let ((shadows, points), (project, list)) = rayon::join(
+            || rayon::join(|| Shadows::new(gpu), || Points::new(gpu)),
+            || rayon::join(|| Project::new(gpu), || List::new(gpu, true)),
+        );
         Self {
             options: LightOptions::default(),
             sphere: None,
-            points: Points::new(gpu),
-            project: Project::new(gpu),
-            list: List::new(gpu, true),
-            shadows: Shadows::new(gpu),
+            points,
+            project,
+            list,
+            shadows,
             point_view: Buffer::uniform(gpu, "view of points"),
             parameters: Vec::new(),
             casts_shadow: Vec::new(),

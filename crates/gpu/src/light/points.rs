@@ -36,10 +36,14 @@ impl Points {
     const AXIS_BYTES: u64 = 4 * 4096;
 
     pub(super) fn new(gpu: &Gpu) -> Self {
+        let (survey, map) = rayon::join(
+            || Kernel::new(gpu, "light::survey", "survey", &[]),
+            || Kernel::new(gpu, "light::map", "map", &[]),
+        );
         Self {
-            survey: Kernel::new(gpu, "light::survey", "survey", &[]),
+            survey,
             choose: Kernel::new(gpu, "light::choose", "choose", &[]),
-            map: Kernel::new(gpu, "light::map", "map", &[]),
+            map,
             spread_columns: Kernel::new(gpu, "light::spread", "spread_columns", &[]),
             assign: Kernel::new(gpu, "light::assign", "assign", &[]),
             sort: Kernel::new(gpu, "light::sort", "sort", &[]),

@@ -33,13 +33,17 @@ impl Shadows {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let [balance, size_blocks] = Kernel::all(gpu, "light::balance", ["balance", "size_blocks"], &[]);
         let [trace, size_settle] = Kernel::all(gpu, "light::trace", ["trace", "size_settle"], &[]);
+        let (settle, cone) = rayon::join(
+            || Kernel::new(gpu, "light::settle", "settle", &[]),
+            || Kernel::new(gpu, "light::cone", "cone", &[]),
+        );
         Self {
-            cone: Kernel::new(gpu, "light::cone", "cone", &[]),
+            cone,
             balance,
             size_blocks,
             trace,
             size_settle,
-            settle: Kernel::new(gpu, "light::settle", "settle", &[]),
+            settle,
             blocks: Buffer::storage(gpu, "light blocks"),
             undecided: Buffer::storage(gpu, "undecided pairs"),
             undecided_sizes: Buffer::sizes(gpu, "light settle dispatch sizes"),

@@ -141,7 +141,8 @@ struct Grids {
 
 impl Grids {
     fn new(gpu: &Gpu) -> Self {
-        Self { camera: CameraGrid::new(gpu, CameraOptions::default()), lights: LightGrid::new(gpu), fit: Fit::new(gpu) }
+        let (camera, lights) = rayon::join(|| CameraGrid::new(gpu, CameraOptions::default()), || LightGrid::new(gpu));
+        Self { camera, lights, fit: Fit::new(gpu) }
     }
 }
 

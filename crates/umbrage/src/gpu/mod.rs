@@ -128,15 +128,20 @@ impl GpuEngine {
     /// # Errors
     /// Where the device has no memory for fixed tables.
     pub(crate) fn new(gpu: Gpu) -> Result<Self, GpuError> {
+        // Drivers compile kernels for so long that all processors have to take part.
+        let (finders, (rig, (shade, picture))) = rayon::join(
+            || Finders::new(&gpu),
+            || rayon::join(|| FrameRig::new(&gpu), || rayon::join(|| Shade::new(&gpu), || Picture::new(&gpu))),
+        );
         Ok(Self {
-            rig: FrameRig::new(&gpu)?,
+            rig: rig?,
             geometry: FrameGeometry::new(&gpu),
-            finders: Finders::new(&gpu),
+            finders,
             tables: Tables::default(),
-            shade: Shade::new(&gpu)?,
+            shade: shade?,
             planes: FilmPlanes::new(&gpu),
             first: FirstLayer::new(&gpu),
-            picture: Picture::new(&gpu)?,
+            picture: picture?,
             nothing: Buffer::storage(&gpu, "nothing seen"),
             bands: Vec::new(),
             is_see_through: false,
