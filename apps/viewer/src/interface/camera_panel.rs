@@ -47,7 +47,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
 
 /// Three fields that are dragged over a scene of some size.
 pub(super) fn vector(ui: &mut egui::Ui, label: &str, vector: &mut Vec3, size: f32) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label(label).id;
         for axis in [&mut vector.x, &mut vector.y, &mut vector.z] {
             ui.add(DragValue::new(axis).speed(0.002 * size).max_decimals(3)).labelled_by(label);

@@ -23,7 +23,7 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
         EngineChoice::Gpu(name) if name.is_empty() => "GPU".to_owned(),
         EngineChoice::Gpu(name) => name.clone(),
     };
-    ComboBox::from_label("Engine").selected_text(chosen).width(150.0).truncate().show_ui(ui, |ui| {
+    ComboBox::from_label("Engine").selected_text(chosen).truncate().show_ui(ui, |ui| {
         ui.selectable_value(&mut choices.engine, EngineChoice::Cpu, "CPU");
         for adapter in adapters(ui) {
             let label = if adapter.is_software {
@@ -36,13 +36,13 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     });
     if choices.engine == EngineChoice::Cpu {
         structure(choices, &mut app.notices, ui);
-        ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Mirrors and glass in a row"));
+        ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Bounces")).on_hover_text("Mirrors and glass in a row");
         if choices.bounces > 0 && choices.samples > 1 {
             ui.checkbox(&mut choices.gloss, "Blurred mirrors")
                 .on_hover_text("Each sample has one direction of highlights");
         }
     }
-    ComboBox::from_label("Sides").selected_text(choices.sides.name()).width(150.0).show_ui(ui, |ui| {
+    ComboBox::from_label("Sides").selected_text(choices.sides.name()).show_ui(ui, |ui| {
         for &(name, sides, about) in Sides::CHOICES {
             ui.selectable_value(&mut choices.sides, sides, name).on_hover_text(about);
         }
@@ -58,7 +58,7 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
 fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
     let structures = &mut choices.structures;
     let chosen = structures.chosen().name();
-    ComboBox::from_label("Structure").selected_text(chosen).width(150.0).show_ui(ui, |ui| {
+    ComboBox::from_label("Structure").selected_text(chosen).show_ui(ui, |ui| {
         for &(name, structure, about) in Structure::CHOICES {
             if ui.selectable_label(name == chosen, name).on_hover_text(about).clicked() {
                 structures.choose(structure);
@@ -228,7 +228,7 @@ fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egu
         BackgroundSpec::File(_) => "Image",
     };
     ui.horizontal(|ui| {
-        ComboBox::from_label("Background").selected_text(name).width(150.0).show_ui(ui, |ui| {
+        ComboBox::from_label("Background").selected_text(name).show_ui(ui, |ui| {
             ui.selectable_value(chosen, BackgroundSpec::Sky, "Sky");
             ui.selectable_value(chosen, BackgroundSpec::Transparent, "None").on_hover_text("Transparent in pictures");
             if ui.selectable_label(name == "Colour", "Colour").clicked() && name != "Colour" {
@@ -258,7 +258,7 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let before = open.options.ground;
     let mut surface = before.map(|ground| ground.surface);
-    ComboBox::from_label("Ground").selected_text(surface.map_or("none", Choice::name)).width(150.0).show_ui(ui, |ui| {
+    ComboBox::from_label("Ground").selected_text(surface.map_or("none", Choice::name)).show_ui(ui, |ui| {
         ui.selectable_value(&mut surface, None, "none");
         for &(name, choice, about) in GroundSurface::CHOICES {
             ui.selectable_value(&mut surface, Some(choice), name).on_hover_text(about);
@@ -280,7 +280,7 @@ fn variant(app: &mut App, ui: &mut egui::Ui) {
     let before = &open.options.variant;
     let mut chosen = before.clone();
     let name = before.clone().unwrap_or_else(|| "Default".to_owned());
-    ComboBox::from_label("Variant").selected_text(name).width(150.0).truncate().show_ui(ui, |ui| {
+    ComboBox::from_label("Variant").selected_text(name).truncate().show_ui(ui, |ui| {
         ui.selectable_value(&mut chosen, None, "Default");
         for name in variants {
             ui.selectable_value(&mut chosen, Some(name.clone()), name);
@@ -297,7 +297,7 @@ fn resolution(choices: &mut Choices, ui: &mut egui::Ui) {
         Resolution::Fraction(side) => format!("1/{side} of the window's"),
         Resolution::Fixed([width, height]) => format!("{width} × {height}"),
     };
-    ComboBox::from_label("Resolution").selected_text(chosen).width(150.0).show_ui(ui, |ui| {
+    ComboBox::from_label("Resolution").selected_text(chosen).show_ui(ui, |ui| {
         ui.selectable_value(&mut choices.resolution, Resolution::Window, "The window's");
         for side in [2, 4] {
             ui.selectable_value(

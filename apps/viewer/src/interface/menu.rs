@@ -24,20 +24,28 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
             }
         });
         ui.separator();
-        match (&app.opening, app.address()) {
-            (Some(opening), _) => {
-                ui.spinner();
-                ui.label(format!("Opening {}", name(opening)));
-            }
-            (None, Some(address)) => {
-                ui.label(name(address)).on_hover_text(address.display().to_string());
-            }
-            (None, None) => {
-                ui.label("Open a scene, or drop a file here");
-            }
-        }
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| status(app, ui));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            status(app, ui);
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| address(app, ui));
+        });
     });
+}
+
+/// What is open, or being opened.
+fn address(app: &App, ui: &mut egui::Ui) {
+    let label = |ui: &mut egui::Ui, text: String| ui.add(egui::Label::new(text).truncate());
+    match (&app.opening, app.address()) {
+        (Some(opening), _) => {
+            ui.spinner();
+            label(ui, format!("Opening {}", name(opening)));
+        }
+        (None, Some(address)) => {
+            label(ui, name(address)).on_hover_text(address.display().to_string());
+        }
+        (None, None) => {
+            label(ui, "Open a scene, or drop a file here".to_owned());
+        }
+    }
 }
 
 /// How fast pictures follow each other or, of one that stays, how sharp it is.

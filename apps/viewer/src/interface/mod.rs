@@ -68,8 +68,15 @@ impl App {
     }
 }
 
+/// A panel's widgets, narrower in a narrow one. What is still too wide is cut off, and doesn't widen the panel.
 fn scrolled(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, contents);
+    let area = ui.available_rect_before_wrap();
+    let mut inner = ui.new_child(egui::UiBuilder::new().max_rect(area));
+    let spacing = inner.spacing_mut();
+    spacing.slider_width = (0.35 * area.width()).clamp(40.0, 100.0);
+    spacing.combo_width = (0.51 * area.width()).clamp(80.0, 150.0);
+    egui::ScrollArea::vertical().auto_shrink(false).show(&mut inner, contents);
+    ui.advance_cursor_after_rect(area);
 }
 
 fn section(ui: &mut egui::Ui, title: &str, contents: impl FnOnce(&mut egui::Ui)) {

@@ -8,7 +8,7 @@ use super::menu;
 use crate::app::App;
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         if let Some(recording) = &app.recording {
             let done = recording.frame as f32 / recording.frames as f32;
             let text = format!("Recording {} of {}", recording.frame, recording.frames);

@@ -78,7 +78,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
 
 /// What the picture shows of each pixel.
 fn show_list(chosen: &mut Show, ui: &mut egui::Ui) {
-    egui::ComboBox::from_label("Show").selected_text(chosen.title()).width(170.0).height(400.0).show_ui(ui, |ui| {
+    egui::ComboBox::from_label("Show").selected_text(chosen.title()).height(400.0).show_ui(ui, |ui| {
         let mut entry = |ui: &mut egui::Ui, show: Show| {
             ui.selectable_value(chosen, show, show.title()).on_hover_text(show.about());
         };

@@ -99,7 +99,7 @@ fn an_image_that_is_dropped_is_around_the_scene() {
     let Some(mut window) = Window::open("demo:gears?triangles=2000") else { return };
     window.press(Key::Space);
     let with_sky = window.pixels();
-    let mut drop = |window: &mut Window, path: &Path| {
+    let drop = |window: &mut Window, path: &Path| {
         window.harness.input_mut().dropped_files.push(Arc::new(Dropped(path.to_owned())));
         window.settle();
     };

@@ -129,9 +129,11 @@ fn a_shared_texture_shows_what_a_copy_shows() {
     let can_time = shared.device.features().contains(umbrage::gpu::wgpu::Features::TIMESTAMP_QUERY);
     assert_eq!((times(&textures), times(&copies)), (can_time, false), "stages of the work panel");
     let [heat, none] = ["Triangles tested", "Light"].map(|entry| {
-        // It may be below the panel's end.
-        textures.harness.get_by_role_and_label(Role::ComboBox, "Show").click_accesskit();
-        textures.harness.run_steps(4);
+        // It may be below the panel's end, and stays open after such a click.
+        if textures.harness.query_by_role_and_label(Role::Button, entry).is_none() {
+            textures.harness.get_by_role_and_label(Role::ComboBox, "Show").click_accesskit();
+            textures.harness.run_steps(4);
+        }
         textures.harness.get_by_role_and_label(Role::Button, entry).click_accesskit();
         textures.settle();
         textures.picture()
