@@ -194,15 +194,14 @@ mod tests {
                 };
                 let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);
                 let (background, settings, engine) = (&BackgroundSpec::Sky, &settings, &EngineChoice::Cpu);
-                let (camera_spec, show) = (camera.clone(), None);
                 let job = job(&CommandLine {
                     scene,
                     options,
                     seconds,
-                    camera: camera_spec,
+                    camera: camera.clone(),
                     background,
                     settings,
-                    show,
+                    show: None,
                     engine,
                 });
                 assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(seconds)));

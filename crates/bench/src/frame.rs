@@ -8,7 +8,7 @@ use umbrage::{Renderer, Settings, Structure};
 use crate::flags::{size, use_threads};
 use crate::gpu::{Course, NOTE};
 use crate::median::median;
-use crate::shot::moments;
+use crate::shot::{moments, or_gallery};
 use crate::table::{Cell, Form, Row, Table, row};
 use crate::work::Work;
 
@@ -66,10 +66,9 @@ fn structures() -> Vec<Structure> {
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     use_threads(flags.threads)?;
     let simd = flags.simd.unwrap_or_default();
-    let gallery: Vec<String> = umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
-    let scenes = if flags.scenes.is_empty() { &gallery } else { &flags.scenes };
+    let scenes = or_gallery(&flags.scenes);
     if matches!(flags.engine, EngineFlag::Gpu) {
-        return run_on_gpu(flags, scenes);
+        return run_on_gpu(flags, &scenes);
     }
     let FrameFlags { size: [width, height], samples, frames, .. } = flags;
     let threads = rayon::current_num_threads();
@@ -77,7 +76,7 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
         "{width}x{height}, samples {samples}, threads {threads}, {simd}, medians of {frames} frames in milliseconds"
     );
     let mut table = Table::start(flags.form, &conditions)?;
-    for address in scenes {
+    for address in &scenes {
         for (row, work) in measure(address, flags).with_context(|| format!("scene {address}"))? {
             let is_for_people = flags.form == Form::Table;
             // The most columns are for programs.

@@ -76,7 +76,7 @@ enum Command {
     Scan(scan::ScanFlags),
     /// Which faces each of many suns reaches, through scans and through Embree
     Lit(lit::LitFlags),
-    /// Any rays, in runs from the same origin: what a scan and the hierarchy take, and which of them is chosen
+    /// Any rays, in runs from the same origin: what a scan, the hierarchy and Embree take, and what is chosen
     Trace(trace::TraceFlags),
     /// What the tone maps show of grey
     ToneMap(tone_map::ToneMapFlags),

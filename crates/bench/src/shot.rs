@@ -237,6 +237,12 @@ pub(crate) fn short_name(address: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
+/// Addresses of the scenes that were named, or else of the whole gallery.
+pub(crate) fn or_gallery(named: &[String]) -> Vec<String> {
+    let gallery = || umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
+    if named.is_empty() { gallery() } else { named.to_vec() }
+}
+
 /// Addresses of the scenes that take part: those that were named, or else the gallery's and those of a folder of files.
 pub(crate) fn addresses(named: &[String], folder: Option<&PathBuf>) -> Vec<String> {
     if !named.is_empty() {

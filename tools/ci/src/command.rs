@@ -19,7 +19,7 @@ pub(crate) fn cargo(root: &Path) -> Command {
 }
 
 /// How much of the workspace a command is about.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
     /// All of it, with all that its features add.
     Whole,

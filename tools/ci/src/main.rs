@@ -87,7 +87,7 @@ const LONG_CHECKS: &[Check] = &[
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
-    let (is_all, checks) = match chosen(&arguments) {
+    let (scope, checks) = match chosen(&arguments) {
         Ok(chosen) => chosen,
         Err(usage) => {
             eprintln!("{usage}");
@@ -101,7 +101,6 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let scope = if is_all { Scope::Whole } else { Scope::WithoutWindow };
     let mut results = Vec::new();
     for (name, check) in checks {
         println!("\n=== {name}");
@@ -114,16 +113,20 @@ fn main() -> ExitCode {
     if results.iter().any(Ran::has_failed) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// Whether `--all` is among the arguments, and the checks that they ask for: those that are named, or else all.
-fn chosen(arguments: &[String]) -> Result<(bool, Vec<&'static Check>), String> {
+/// The checks that arguments ask for, those that are named or else all, and for how much of the workspace.
+fn chosen(arguments: &[String]) -> Result<(Scope, Vec<&'static Check>), String> {
     let is_all = arguments.iter().any(|argument| argument == "--all");
     let names: Vec<_> = arguments.iter().filter(|argument| *argument != "--all").collect();
+    let is_named = |(of, _): &&Check| names.iter().any(|name| of == *name);
+    // Those of the window are about nothing in a workspace without it.
+    let is_whole = is_all || LONG_CHECKS.iter().any(|check| is_named(&check));
+    let scope = if is_whole { Scope::Whole } else { Scope::WithoutWindow };
     if names.is_empty() {
-        return Ok((is_all, CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)).collect()));
+        return Ok((scope, CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)).collect()));
     }
     let all = || CHECKS.iter().chain(LONG_CHECKS);
     match names.iter().find(|name| all().all(|(of, _)| of != **name)) {
-        None => Ok((is_all, all().filter(|(of, _)| names.iter().any(|name| of == *name)).collect())),
+        None => Ok((scope, all().filter(is_named).collect())),
         Some(unknown) => {
             let known = all().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
             Err(format!("usage: cargo run -p ci [-- [--all] [NAME ...]]\nThere is no check \"{unknown}\", but {known}"))
@@ -149,11 +152,11 @@ mod tests {
     fn checks_are_all_or_those_that_are_named() {
         let names = |arguments: &[&str]| {
             let arguments: Vec<_> = arguments.iter().map(ToString::to_string).collect();
-            chosen(&arguments)
-                .map(|(is_all, checks)| (is_all, checks.iter().map(|(name, _)| *name).collect::<Vec<_>>()))
+            chosen(&arguments).map(|(scope, checks)| (scope, checks.iter().map(|(name, _)| *name).collect::<Vec<_>>()))
         };
-        assert_eq!(names(&["page", "format"]), Ok((false, vec!["format", "page"])));
-        assert_eq!(names(&["--all", "tests"]), Ok((true, vec!["tests"])));
+        assert_eq!(names(&["page", "format"]), Ok((Scope::Whole, vec!["format", "page"])));
+        assert_eq!(names(&["--all", "tests"]), Ok((Scope::Whole, vec!["tests"])));
+        assert_eq!(names(&["tests", "clippy"]), Ok((Scope::WithoutWindow, vec!["clippy", "tests"])));
         let count = |arguments| names(arguments).map(|(_, names)| names.len());
         assert_eq!(count(&[]), Ok(CHECKS.len()));
         assert_eq!(count(&["--all"]), Ok(CHECKS.len() + LONG_CHECKS.len()));

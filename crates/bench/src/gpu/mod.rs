@@ -4,6 +4,8 @@ mod frames;
 mod launches;
 
 use std::fmt::Display;
+use std::fs::File;
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -16,6 +18,7 @@ use umbrage_verify::Differences;
 
 pub(crate) use frames::{Course, NOTE};
 
+use crate::shot;
 use crate::table::{Form, Row, Table, json_of, row};
 
 #[derive(Debug, Args)]
@@ -25,9 +28,9 @@ pub(crate) struct GpuFlags {
     /// The GPU, by a part of its name [default: the first]
     #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
     device: String,
-    /// No scene is begun that wouldn't be done after so long
-    #[arg(long, value_name = "N", default_value = "9")]
-    minutes: f64,
+    /// How long it may take: scenes that would be done later are left out
+    #[arg(long, value_name = "N", default_value = "9", value_parser = minutes)]
+    minutes: Duration,
     /// Write all of it to a file as well, with each stage of a frame by itself
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
@@ -36,14 +39,24 @@ pub(crate) struct GpuFlags {
 /// What pixels of both engines are compared in.
 const COMPARED: [u32; 2] = [640, 360];
 
+fn minutes(text: &str) -> Result<Duration, String> {
+    let time = text.parse().ok().and_then(|minutes: f64| Duration::try_from_secs_f64(60.0 * minutes).ok());
+    time.ok_or_else(|| "a number of minutes is needed, such as 9".to_owned())
+}
+
 pub(crate) fn run(flags: &GpuFlags) -> Result<()> {
+    // A file that can't be written is better known now.
+    let json = flags
+        .json
+        .as_ref()
+        .map(|path| File::create(path).with_context(|| format!("could not write {}", path.display())));
+    let json = json.transpose()?;
     let course =
         |size, samples, frames, has_one_light| Course { device: &flags.device, size, samples, frames, has_one_light };
     let still = course([1024, 1024], 1, 5, true);
     let smooth = course([1920, 1080], 32, 2, false);
-    let gallery = || umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
-    let scenes: Vec<String> = if flags.scenes.is_empty() { gallery() } else { flags.scenes.clone() };
-    let mut report = Report::new(Duration::from_secs_f64(60.0 * flags.minutes));
+    let scenes = shot::or_gallery(&flags.scenes);
+    let mut report = Report::new(flags.minutes);
 
     let gpu = still.open()?;
     report.section("adapters", "GPUs, and programs that stand in for one", adapters(gpu.adapter()))?;
@@ -70,9 +83,8 @@ pub(crate) fn run(flags: &GpuFlags) -> Result<()> {
             Ok((measured.grouped(), measured.each_stage()))
         })?;
     }
-    if let Some(path) = &flags.json {
-        std::fs::write(path, format!("{:#}\n", Value::Object(report.json)))
-            .with_context(|| format!("could not write {}", path.display()))?;
+    if let Some(mut file) = json {
+        writeln!(file, "{:#}", Value::Object(report.json))?;
     }
     ensure!(differing == 0, "{differing} answers differ from the CPU engine's");
     Ok(())
