@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::face::{Face, POINT_LIMIT};
 use super::survey::Tile;
 use crate::LightSource;
-use crate::shot::{CameraRays, Cone};
+use crate::shot::Cone;
 
 /// Faces are never scaled by more than this: it keeps what f64 loses small beside what f32 does.
 const LARGEST_SCALE: f64 = (1 << 18) as f64;
@@ -37,16 +37,16 @@ impl Side {
     }
 }
 
-/// The faces through which a light sees all points of `tiles`; `None` where the light is no light at all and reaches
-/// everything.
-pub(crate) fn choose(light: &LightSource, rays: &CameraRays, tiles: &[Tile], faces: &mut Vec<Face>) -> Option<()> {
+/// The faces through which a light sees all points of `tiles`, with X `along` a direction where that can be; `None` where the
+/// light is no light at all and reaches everything.
+pub(crate) fn choose(light: &LightSource, along: DVec3, tiles: &[Tile], faces: &mut Vec<Face>) -> Option<()> {
     faces.clear();
     match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => {
             let origin = position.is_finite().then(|| position.as_dvec3())?;
-            if let Some((axes, widest)) = Cone::of(light).and_then(|cone| around_cone(&cone, rays.step_x)) {
+            if let Some((axes, widest)) = Cone::of(light).and_then(|cone| around_cone(&cone, along)) {
                 faces.extend(seen_within(origin, axes, widest, tiles));
-            } else if let Some(face) = in_one(origin, rays.step_x, tiles) {
+            } else if let Some(face) = in_one(origin, along, tiles) {
                 faces.push(face);
             } else {
                 faces.extend(Side::ALL.iter().filter_map(|side| seen_within(origin, side.axes(), 1.0, tiles)));
@@ -55,7 +55,7 @@ pub(crate) fn choose(light: &LightSource, rays: &CameraRays, tiles: &[Tile], fac
         LightSource::Directional { direction } => {
             let direction = direction.as_dvec3();
             let direction = direction.is_finite().then(|| direction.try_normalize()).flatten()?;
-            faces.push(parallel(direction, rays.step_x, tiles));
+            faces.push(parallel(direction, along, tiles));
         }
     }
     Some(())

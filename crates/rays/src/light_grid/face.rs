@@ -2,6 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
+use super::point_set::PointSet;
 use super::survey::Tile;
 use crate::shot::CameraRays;
 use crate::simd::vectors::{Vectors, dot, splat_vector};
@@ -50,7 +51,7 @@ pub(crate) const FACE_LIMIT: f64 = 1.0 + 1.0 / 256.0;
 /// point in it. See [`VertexErrors`].
 pub(crate) const VERTEX_MARGIN: f32 = 6.0 * HALF_ULP as f32;
 
-/// [`Face::point_error`] is at least and at most this.
+/// [`Face::point_error`] is at least this, and at most this or a thousand times what it is for the farthest point.
 const POINT_ERRORS: [f64; 2] = [1.0 / (1_u64 << 36) as f64, 1.0 / (1 << 24) as f64];
 
 impl Face {
@@ -81,15 +82,19 @@ impl Face {
     }
 
     /// Chooses what the predicate may think a point of the face is wrong by: four times as much as for any corner of a
-    /// tile, unless that is practically on the light. Points above are outliers.
-    pub(crate) fn choose_point_error(&mut self, rays: &CameraRays, tiles: &[Tile]) {
+    /// tile, unless that is practically on the light: a thousand times as near as another. Points above are outliers.
+    pub(crate) fn choose_point_error(&mut self, points: &PointSet<'_>, tiles: &[Tile]) {
         let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
-        let largest = corners.fold(0.0_f64, |largest, corner| {
+        let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
+        for corner in corners {
             let depth = self.z.dot(corner - self.origin);
-            let t = rays.forward.dot(corner - rays.position);
-            if depth > 0.0 || self.is_parallel { largest.max(self.point_error_at(rays, t, depth)) } else { largest }
-        });
-        self.point_error = (4.0 * largest).clamp(POINT_ERRORS[0], POINT_ERRORS[1]);
+            if depth > 0.0 || self.is_parallel {
+                let error = points.error_at(self, corner, depth);
+                (least, largest) = (least.min(error), largest.max(error));
+            }
+        }
+        let most = if least.is_finite() { POINT_ERRORS[1].max(1024.0 * least) } else { POINT_ERRORS[1] };
+        self.point_error = (4.0 * largest).clamp(POINT_ERRORS[0], most);
     }
 
     /// How far from the light the points of tiles are at most: a depth in perspective, else minus W.

@@ -168,18 +168,18 @@ impl LightGrid {
         located: &mut LightCells,
     ) {
         located.start(seen.order());
-        let settler = self.settler(SeenImage { shot, seen }, light);
+        let survey = std::mem::take(&mut self.survey);
+        let (settler, tiles) = (self.settler(SeenImage { shot, seen }, &survey, light), &survey.tiles);
         // A light that is none has no face.
-        self.visit_faces(patches, &settler, |grid, face| {
-            let tiles = &grid.survey.tiles;
+        self.visit_faces(patches, &settler, tiles, |grid, face| {
             let expected: usize = tiles.iter().filter(|tile| face.may_own(tile)).map(|tile| tile.points as usize).sum();
             let side = ((expected / LANES) as f64).sqrt().clamp(4.0, 1024.0) as usize;
             let cell = |at: f32| (((at + 1.0) * (0.5 * side as f32)) as usize).min(side - 1);
-            let pixels = PixelMap::new(face, &settler.rays);
+            let pixels = PixelMap::new(face, &survey.rays);
             let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
             let mut points = Vec::with_capacity(expected);
             for tile in (0..tiles.len()).filter(|&tile| face.may_own(&tiles[tile])) {
-                let map = TileMap::new(&settler.image, &settler.rays, face, &pixels, tile, [0.0; 3]);
+                let map = TileMap::new(&settler.points, face, &pixels, tile, [0.0; 3]);
                 for number in 0..GROUPS {
                     let (mut lost, mut refined) = (Vec::new(), 0);
                     let group = dispatch!(grid.level.0, simd => map.map_group(simd, number, &mut blocks, &mut lost, &mut refined));
@@ -196,6 +196,7 @@ impl LightGrid {
             let as_light_face = |distances: [f32; 2]| face.light_face([side; 2], distances.map(|distance| -distance));
             located.add_face([side; 2], as_light_face, points.into_iter());
         });
+        self.survey = survey;
     }
 }
 

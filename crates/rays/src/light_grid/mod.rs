@@ -1,17 +1,17 @@
-//! The light grid: which of the points that a camera sees does a light reach?
+//! The light grid: which of the points that a camera sees, or that somebody lists, does a light reach?
 //!
 //! The light takes the camera's role (Guntury and Narayanan 2010, §4): what the camera sees is mapped to the light's
 //! perspective, clamped to the extent that it fills there. Unlike in the paper, neither triangles nor points are listed in
 //! cells. Triangles come in [patches](crate::patches), which are culled as one; points stay in the image's tiles, and a
 //! thread takes a tile from its points to its bits before it takes another. Nothing but these bits leaves the tile. The f32
 //! filter knows its error; what it leaves undecided is settled in f64, and what f64 can't tell by the
-//! [predicate](crate::predicate).
+//! [predicate](crate::predicate). Points in no image are sorted to tiles first, which are answered in the same way.
 //!
-//! One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the light's faces, `project` brings
-//! patches to a face, `points` maps a tile's points to it, `parts` puts points together that are near each other for the
-//! light, `trace` goes through a tile: it finds the `candidates` that may shadow a part, has their triangles `set_up`, and
-//! has each `test`ed; `large` has triangles that f32 can't hold, `settle` decides what is left undecided. `locate` says where
-//! on the face points are, for whoever wants to see it.
+//! `point_set` has the points. One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the
+//! light's faces, `project` brings patches to a face, `points` maps a tile's points to it, `parts` puts points together that
+//! are near each other for the light, `trace` goes through a tile: it finds the `candidates` that may shadow a part, has their
+//! triangles `set_up`, and has each `test`ed; `large` has triangles that f32 can't hold, `settle` decides what is left
+//! undecided. `locate` says where on the face points are, for whoever wants to see it.
 
 pub(crate) mod block;
 mod boxes;
@@ -22,6 +22,7 @@ pub(crate) mod large;
 mod locate;
 mod parts;
 pub(crate) mod pixel_map;
+pub(crate) mod point_set;
 pub(crate) mod points;
 pub(crate) mod project;
 mod refine;
@@ -43,14 +44,16 @@ use web_time::Instant;
 use crate::LightSource;
 use crate::grids::LightsGrid;
 use crate::patches::Patches;
-use crate::shot::{Bytes, Cone, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, Work};
+use crate::shot::{Bytes, Cone, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
 use crate::simd::SimdLevel;
 use face::Face;
 pub use locate::{LightCell, LightCells, LightFace};
+pub(crate) use point_set::PointList;
+use point_set::PointSet;
 use points::TILE_BLOCKS;
 use project::FacePatches;
-use settle::{Settler, settle_outliers};
-use survey::Survey;
+use settle::Settler;
+use survey::{Survey, Tile};
 use trace::Tracer;
 use worker::{Worker, share_evenly};
 
@@ -89,19 +92,20 @@ impl LightGrid {
         &mut self,
         patches: &Patches,
         settler: &Settler<'_>,
+        tiles: &[Tile],
         mut visit: impl FnMut(&mut Self, &Face),
     ) -> bool {
-        let Settler { image, light, .. } = *settler;
-        assert!(self.survey.slots == image.seen.triangle.len(), "another image was surveyed");
+        let Settler { points, light, .. } = settler;
+        assert!(tiles.len() * TileOrder::TILE_PIXELS == points.own().len(), "another image was surveyed");
         self.counts = Counts::default();
-        self.seconds = Seconds { survey: self.survey.seconds, ..Seconds::default() };
+        self.seconds = Seconds::default();
         self.outliers.clear();
         let mut faces = std::mem::take(&mut self.faces);
-        let is_light = choose::choose(light, &self.survey.rays, &self.survey.tiles, &mut faces).is_some();
+        let is_light = choose::choose(light, points.along(), tiles, &mut faces).is_some();
         for face in &mut faces {
             let start = Instant::now();
-            face.choose_point_error(&self.survey.rays, &self.survey.tiles);
-            let farthest = face.farthest(&self.survey.tiles);
+            face.choose_point_error(points, tiles);
+            let farthest = face.farthest(tiles);
             self.on_face.project(face, farthest, patches, settler);
             self.seconds.project += start.elapsed().as_secs_f64();
             visit(self, face);
@@ -112,28 +116,60 @@ impl LightGrid {
     }
 
     /// Notes tiles that none of a cone's faces has points of as in shadow, so that none of these is asked about.
-    fn leave_out(&self, shadowed: &mut [u16]) {
-        let is_on_none = |tile: &survey::Tile| !self.faces.iter().any(|face| face.may_own(tile));
-        let tiles = self.survey.tiles.iter().zip(shadowed.chunks_exact_mut(TILE_BLOCKS));
+    fn leave_out(&self, tiles: &[Tile], shadowed: &mut [u16]) {
+        let is_on_none = |tile: &Tile| !self.faces.iter().any(|face| face.may_own(tile));
+        let tiles = tiles.iter().zip(shadowed.chunks_exact_mut(TILE_BLOCKS));
         for (_, blocks) in tiles.filter(|(tile, _)| !tile.has_unknown && is_on_none(tile)) {
             blocks.fill(u16::MAX);
         }
     }
 
-    fn settler<'a>(&self, image: SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
-        Settler::new(image, self.survey.rays, light, self.level)
+    /// Finds which listed points are in the shadow of a light, on so many threads: a word for each block. A point outside of a
+    /// spot's cone may be in either.
+    ///
+    /// # Panics
+    /// If `patches` are of another number of triangles.
+    pub(crate) fn shadow_list(
+        &mut self,
+        shot: &Shot<'_>,
+        patches: &Patches,
+        list: &PointList,
+        (light, threads): (&LightSource, usize),
+        shadowed: &mut Vec<u16>,
+    ) {
+        shadowed.clear();
+        shadowed.resize(list.slots() / TileOrder::BLOCK_PIXELS, 0);
+        patches.expect(shot.triangles);
+        let settler = Settler::new(shot, PointSet::Listed(list), light, self.level);
+        let tiles = (&*list.tiles, threads);
+        self.visit_faces(patches, &settler, tiles.0, |grid, face| {
+            grid.trace(face, tiles, patches, &settler, shadowed);
+        });
+        let mut outliers = std::mem::take(&mut self.outliers);
+        settler.settle_outliers(&mut outliers, shadowed);
+        self.outliers = outliers;
     }
 
-    /// Finds which points of a face are in shadow: a word for each block.
-    fn trace(&mut self, face: &Face, patches: &Patches, settler: &Settler<'_>, shadowed: &mut [u16]) {
+    fn settler<'a>(&self, image: SeenImage<'a>, survey: &Survey, light: &'a LightSource) -> Settler<'a> {
+        Settler::new(image.shot, PointSet::Seen(image, survey.rays), light, self.level)
+    }
+
+    /// Finds which points of a face are in shadow, on so many threads: a word for each block.
+    fn trace(
+        &mut self,
+        face: &Face,
+        (tiles, threads): (&[Tile], usize),
+        patches: &Patches,
+        settler: &Settler<'_>,
+        shadowed: &mut [u16],
+    ) {
         let start = Instant::now();
-        let Self { survey, on_face, workers, shares, outliers, counts, .. } = self;
-        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        let Self { on_face, workers, shares, outliers, counts, .. } = self;
+        workers.resize_with(threads, Worker::default);
         share_evenly(workers);
-        let (tiles, threads) = (&survey.tiles, workers.len());
         shares.clear();
         shares.extend((0..threads).map(|worker| Mutex::new([worker, worker + 1].map(|of| of * tiles.len() / threads))));
-        let tracer = Tracer::new(face, survey, patches, on_face, settler);
+        let tracer = Tracer::new(face, patches, on_face, settler);
         workers.par_iter_mut().with_max_len(1).enumerate().for_each(|(number, worker)| {
             worker.start();
             while let Some(tile) = next_tile(shares, number) {
@@ -193,18 +229,22 @@ impl LightsGrid for LightGrid {
         let shadowed = mask.blocks_mut();
         shadowed.fill(0);
         patches.expect(shot.triangles);
-        let settler = self.settler(SeenImage { shot, seen }, light);
-        let is_light = self.visit_faces(patches, &settler, |grid, face| {
-            grid.trace(face, patches, &settler, shadowed);
+        let survey = std::mem::take(&mut self.survey);
+        let settler = self.settler(SeenImage { shot, seen }, &survey, light);
+        let tiles = (&*survey.tiles, rayon::current_num_threads());
+        let is_light = self.visit_faces(patches, &settler, tiles.0, |grid, face| {
+            grid.trace(face, tiles, patches, &settler, shadowed);
         });
+        self.seconds.survey = survey.seconds;
         if Cone::of(light).is_some() {
-            self.leave_out(shadowed);
+            self.leave_out(&survey.tiles, shadowed);
         }
         let start = Instant::now();
         if is_light {
-            self.outliers.extend_from_slice(&self.survey.unknown);
-            self.counts.outliers = settle_outliers(&mut self.outliers, shot, seen, light, shadowed);
+            self.outliers.extend_from_slice(&survey.unknown);
+            self.counts.outliers = settler.settle_outliers(&mut self.outliers, shadowed);
         }
+        self.survey = survey;
         seen.light_the_rest(shadowed, self.level);
         mask.keep_in_cone(light, shot, seen, self.level);
         self.seconds.settle = start.elapsed().as_secs_f64();

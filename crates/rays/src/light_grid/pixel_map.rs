@@ -93,7 +93,7 @@ mod tests {
                 [LightSource::Point { position }, LightSource::Directional { direction: -position.normalize() }]
             {
                 let mut faces = Vec::new();
-                choose(&light, &rays, &[tile], &mut faces).expect("a light");
+                choose(&light, rays.step_x, &[tile], &mut faces).expect("a light");
                 let map = PixelMap::new(&faces[0], &rays);
                 for (column, row, t) in [(0.0, 0.0, 3.0), (17.0, 50.0, 4.0), (63.0, 2.0, 4.5)] {
                     let ray = view.ray(column + offset_pixels.x, row + offset_pixels.y);

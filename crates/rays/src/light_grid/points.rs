@@ -1,13 +1,15 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
+use glam::DVec3;
 
 use super::block::Block;
-use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
+use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT, ROUNDING};
 use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
+use super::point_set::{PointList, PointSet};
 use super::refine::{Refined, refine_eight};
 use super::set_up::Extent;
-use crate::shot::{CameraRays, SeenImage, SeenPixels, TileOrder};
-use crate::simd::lanes::{bits_of, of_each};
+use crate::shot::{SeenImage, SeenPixels, TileOrder};
+use crate::simd::lanes::{bits_of, load, of_each};
 use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
 
@@ -25,15 +27,14 @@ pub(crate) fn block_of(group: usize, block: usize) -> usize {
     (group / 4 * 4 + block / 4) * ROW_BLOCKS + group % 4 * 4 + block % 4
 }
 
-/// The pixels of a tile as they are mapped to a face, in relation to an origin in the tile.
+/// The points of a tile as they are mapped to a face, in relation to an origin in the tile.
 ///
 /// X less the origin's is as projective as X: with R₀ less X₀ R₃ for R₀ in [`PixelMap`], and so on for Y and W. So what
 /// the tile's points have in common doesn't cost them bits.
 pub(crate) struct TileMap<'a> {
-    image: &'a SeenImage<'a>,
-    rays: &'a CameraRays,
+    points: &'a PointSet<'a>,
     face: &'a Face,
-    is_reciprocal: bool,
+    source: Source<'a>,
     /// The index of the tile's first pixel.
     first: usize,
     pub(crate) origin: [f32; 3],
@@ -42,8 +43,10 @@ pub(crate) struct TileMap<'a> {
     /// For each R its constant at each pixel of a block, in relation to the first.
     offsets: [[f32; LANES]; 4],
     slopes: [f32; 4],
-    /// The largest magnitudes of `offsets`.
+    /// The largest magnitudes of what points of the same base add to it.
     spreads: [f32; 4],
+    /// How many half ulps of its base and its spread rounding moves an R by.
+    rounded: f32,
     /// What f64 loses of each R.
     wide_errors: [[f32; 2]; 4],
     point_errors: [f32; 2],
@@ -51,6 +54,14 @@ pub(crate) struct TileMap<'a> {
     /// Lowest and highest X, and Y, that the face has points of, and that it can hold.
     owned: [[f32; 2]; 2],
     limits: [[f32; 2]; 2],
+}
+
+/// Where a tile's points come from.
+enum Source<'a> {
+    /// Depths of all pixels, whose inverse s is where `is_reciprocal`.
+    Depths { all: &'a [f32], is_reciprocal: bool },
+    /// Offsets from the middle of the tile, and the factors of these.
+    Offsets { blocks: &'a [[[f32; LANES]; 3]], factors: [[f32; 3]; 4] },
 }
 
 /// What is known of a group's 16 blocks.
@@ -78,13 +89,16 @@ struct Extremes<S: Simd> {
 
 impl<'a> TileMap<'a> {
     pub(crate) fn new(
-        image: &'a SeenImage<'a>,
-        rays: &'a CameraRays,
+        points: &'a PointSet<'a>,
         face: &'a Face,
         pixels: &PixelMap,
         tile: usize,
         origin: [f32; 3],
     ) -> Self {
+        let (image, rays) = match points {
+            PointSet::Seen(image, rays) => (image, rays),
+            PointSet::Listed(list) => return Self::of_list(points, list, face, tile),
+        };
         let first = tile * TileOrder::TILE_PIXELS;
         let (column, row) = image.seen.order().column_and_row(first);
         let (column, row) = (f64::from(column), f64::from(row));
@@ -110,17 +124,15 @@ impl<'a> TileMap<'a> {
                 (row[COLUMN] * column + row[ROW] * line) as f32
             })
         });
-        let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
-        let owned = face.owned.unwrap_or(everything);
-        let local = |range: [f64; 2], origin: f64| range.map(|end| (end - origin) as f32);
+        let [owned, limits] = ranges(face, [ox, oy]);
         Self {
-            image,
-            rays,
+            points,
             face,
-            is_reciprocal: pixels.is_reciprocal,
+            source: Source::Depths { all: &image.seen.inverse_depth, is_reciprocal: pixels.is_reciprocal },
             first,
             origin,
             offsets,
+            rounded: 3.01,
             slopes: rows.map(|row| row[DEPTH] as f32),
             spreads: offsets
                 .map(|offsets| offsets.into_iter().fold(0.0, |spread, offset: f32| offset.abs().max(spread))),
@@ -129,8 +141,60 @@ impl<'a> TileMap<'a> {
             rows,
             point_errors: pixels.point_errors.map(|error| error as f32 * 1.001),
             point_error: face.point_error as f32,
-            owned: [local(owned[0], ox), local(owned[1], oy)],
-            limits: [local([-POINT_LIMIT, POINT_LIMIT], ox), local([-POINT_LIMIT, POINT_LIMIT], oy)],
+            owned,
+            limits,
+        }
+    }
+
+    /// A point is m + d, with m the middle of its tile's bounds and d an f32, so each R is the sum of a base, which all points of
+    /// the tile have in common, and of three products.
+    fn of_list(points: &'a PointSet<'a>, list: &'a PointList, face: &'a Face, tile: usize) -> Self {
+        let (middle, half) = list.middle(tile);
+        let v = middle - face.origin;
+        let axes = [face.x, face.y, face.z];
+        let [x, y, z] = axes.map(|axis| (axis, axis.dot(v)));
+        let one = (DVec3::ZERO, 1.0);
+        let rows = if face.is_parallel { [x, y, z, one] } else { [x, y, (DVec3::ZERO, face.near), z] };
+        // Products and sums have less than twenty roundings.
+        let size = middle.abs().max_element() + face.origin.abs().max_element() + half.max_element();
+        let [x, y, z] = (face.norms() * (64.0 * ROUNDING * size)).to_array();
+        let errors = if face.is_parallel { [x, y, z, 0.0] } else { [x, y, 0.0, z] };
+        let at = rows.map(|(_, base)| base / rows[3].1);
+        let is_on_face = rows[3].1 > 0.0 && at[0].abs().max(at[1].abs()) <= POINT_LIMIT && at[2].abs() < 1e15;
+        let origin = if is_on_face { [at[0], at[1], at[2]].map(|value| value as f32) } else { [0.0; 3] };
+        let of_divisor = (rows[3], errors[3]);
+        let rows: [_; 4] = std::array::from_fn(|function| {
+            let (axis, base) = rows[function];
+            let origin = origin.get(function).map_or(0.0, |&origin| f64::from(origin));
+            let ((divisor, divisor_base), divisor_error) = of_divisor;
+            (axis - divisor * origin, base - divisor_base * origin, errors[function] + origin.abs() * divisor_error)
+        });
+        let [owned, limits] = ranges(face, [origin[0], origin[1]].map(f64::from));
+        Self {
+            points,
+            face,
+            source: Source::Offsets {
+                blocks: &list.offsets[tile * TILE_BLOCKS..(tile + 1) * TILE_BLOCKS],
+                factors: rows.map(|(axis, ..)| axis.as_vec3().to_array()),
+            },
+            first: tile * TileOrder::TILE_PIXELS,
+            origin,
+            rows: rows.map(|(_, base, _)| {
+                let mut factors = [0.0; 4];
+                factors[ONE] = base;
+                factors
+            }),
+            offsets: [[0.0; LANES]; 4],
+            slopes: [0.0; 4],
+            spreads: rows.map(|(axis, ..)| axis.abs().dot(half) as f32 * 1.001),
+            // Factors, offsets and base are rounded once each, and three products and sums.
+            rounded: 9.1,
+            // Half as much again for what the origin is rounded by.
+            wide_errors: rows.map(|(.., error)| [error as f32 * 1.5, 0.0]),
+            point_errors: [list.largest_error() as f32 * 1.001, 0.0],
+            point_error: face.point_error as f32,
+            owned,
+            limits,
         }
     }
 
@@ -156,19 +220,13 @@ impl<'a> TileMap<'a> {
         let mut any_member = 0;
         for index in 0..LANES {
             let block = block_of(group, index);
-            let first = self.first + block * LANES;
-            let depth = f32x16::from_slice(simd, &self.image.seen.inverse_depth[first..first + LANES]);
-            let known = depth.simd_eq(depth);
-            let s = if self.is_reciprocal { splat(simd, 1.0) / depth } else { depth };
-            let r0 = self.linear(simd, 0, base_lanes[0][index], s);
-            let r1 = self.linear(simd, 1, base_lanes[1][index], s);
-            let r2 = self.linear(simd, 2, base_lanes[2][index], s);
-            let r3 = self.linear(simd, 3, base_lanes[3][index], s);
+            let bases: [f32; 4] = std::array::from_fn(|row| base_lanes[row][index]);
+            let (known, s, [r0, r1, r2, r3]) = self.functions(simd, block, bases);
             let inverse = splat(simd, 1.0) / r3;
             let (x, y, nearness) = (r0 * inverse, r1 * inverse, r2 * inverse);
             let mut member = known;
             if self.face.owned.is_some() {
-                member &= !self.is_foreign(simd, [r0, r1, r3], s, std::array::from_fn(|row| base_lanes[row][index]));
+                member &= !self.is_foreign(simd, [r0, r1, r3], s, bases);
             }
             let mapped = member
                 & r3.simd_gt(zero)
@@ -244,6 +302,36 @@ impl<'a> TileMap<'a> {
         ]
     }
 
+    /// Which of a block's points are known, their s, and their R.
+    #[inline(always)]
+    fn functions<S: Simd>(&self, simd: S, block: usize, bases: [f32; 4]) -> (mask32x16<S>, f32x16<S>, [f32x16<S>; 4]) {
+        match &self.source {
+            Source::Depths { all, is_reciprocal } => {
+                let first = self.first + block * LANES;
+                let depth = f32x16::from_slice(simd, &all[first..first + LANES]);
+                let s = if *is_reciprocal { splat(simd, 1.0) / depth } else { depth };
+                let functions = [
+                    self.linear(simd, 0, bases[0], s),
+                    self.linear(simd, 1, bases[1], s),
+                    self.linear(simd, 2, bases[2], s),
+                    self.linear(simd, 3, bases[3], s),
+                ];
+                (depth.simd_eq(depth), s, functions)
+            }
+            Source::Offsets { blocks, factors } => {
+                let [x, y, z] = &blocks[block];
+                let offsets = [load(simd, x), load(simd, y), load(simd, z)];
+                let functions = [
+                    sum(simd, &factors[0], offsets, bases[0]),
+                    sum(simd, &factors[1], offsets, bases[1]),
+                    sum(simd, &factors[2], offsets, bases[2]),
+                    sum(simd, &factors[3], offsets, bases[3]),
+                ];
+                (offsets[0].simd_eq(offsets[0]), splat(simd, 0.0), functions)
+            }
+        }
+    }
+
     /// R number `function` at a block's pixels.
     #[inline(always)]
     fn linear<S: Simd>(&self, simd: S, function: usize, base: f32, s: f32x16<S>) -> f32x16<S> {
@@ -254,14 +342,15 @@ impl<'a> TileMap<'a> {
     /// How wrong R number `function` may be: the first, plus s times the second.
     ///
     /// Base, offset in the block and slope are rounded, and so are their sum, the product and the last sum: with all
-    /// magnitudes added up that makes three ε of each of the three. An error of the depth is counted apart.
+    /// magnitudes added up that makes three ε of each of the three. An error of the depth is counted apart. Listed points have
+    /// no s, and up to nine ε.
     #[inline(always)]
     fn linear_error<S: Simd>(&self, simd: S, function: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
-        const ROUNDED: f32 = 3.01 * HALF_ULP as f32;
+        let rounded = self.rounded * HALF_ULP as f32;
         let [constant, slope] = self.wide_errors[function];
         let of_base =
-            (base.abs() + splat(simd, self.spreads[function])).mul_add(splat(simd, ROUNDED), splat(simd, constant));
-        (of_base, self.slopes[function].abs() * ROUNDED + slope)
+            (base.abs() + splat(simd, self.spreads[function])).mul_add(splat(simd, rounded), splat(simd, constant));
+        (of_base, self.slopes[function].abs() * rounded + slope)
     }
 
     /// The error of X and Y, and of W, of 16 blocks, and which are small enough.
@@ -377,8 +466,7 @@ impl<'a> TileMap<'a> {
         let mut errors = [0.0_f64; 2];
         for half in [0, 8] {
             let indices = std::array::from_fn(|lane| first + half + lane as u32);
-            let Refined { at, errors: of_eight, members, exact } =
-                refine_eight(simd, self.image, self.rays, self.face, indices);
+            let Refined { at, errors: of_eight, members, exact } = refine_eight(simd, self.points, self.face, indices);
             for lane in bits_of(members & !exact) {
                 outliers.push(indices[lane]);
             }
@@ -412,6 +500,21 @@ impl<'a> TileMap<'a> {
     pub(crate) fn extent(&self) -> Extent {
         Extent { origin: self.origin, ..Extent::default() }
     }
+}
+
+/// Lowest and highest X, and Y, that a face has points of, and that it can hold, in relation to an origin.
+fn ranges(face: &Face, origin: [f64; 2]) -> [[[f32; 2]; 2]; 2] {
+    let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+    let limits = [[-POINT_LIMIT, POINT_LIMIT]; 2];
+    [face.owned.unwrap_or(everything), limits]
+        .map(|ranges| std::array::from_fn(|axis| ranges[axis].map(|end| (end - origin[axis]) as f32)))
+}
+
+/// A base and the products of offsets with their factors.
+#[inline(always)]
+fn sum<S: Simd>(simd: S, factors: &[f32; 3], [x, y, z]: [f32x16<S>; 3], base: f32) -> f32x16<S> {
+    let sum = x.mul_add(splat(simd, factors[0]), splat(simd, base));
+    z.mul_add(splat(simd, factors[2]), y.mul_add(splat(simd, factors[1]), sum))
 }
 
 /// X, Y and W of a point near the middle of a tile, or zero where none is known.

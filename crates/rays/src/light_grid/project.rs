@@ -35,7 +35,7 @@ impl FacePatches {
     /// Brings all patches that may shadow a point of the face to it. No point is farther from the light than `farthest`, a
     /// depth in perspective, else minus W.
     pub(crate) fn project(&mut self, face: &Face, farthest: f64, patches: &Patches, settler: &Settler<'_>) {
-        let Settler { image, opacity, level, .. } = settler;
+        let Settler { shot, opacity, level, .. } = settler;
         let Self { vertices, sixteens, upper, large, of_large } = self;
         vertices.resize(patches.vertex_count(), [0.0; 4]);
         sixteens.resize(patches.len().div_ceil(LANES), SixteenBoxes::NOTHING);
@@ -61,7 +61,7 @@ impl FacePatches {
             let patch = patches.get(number as usize);
             patch.ids[..patch.count].iter().copied()
         });
-        large.find(face, image.shot.triangles, ids, opacity);
+        large.find(face, shot.triangles, ids, opacity);
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -112,7 +112,9 @@ impl Sides {
         }
         for (normal, distance) in self.normals.iter().zip(self.distances).take(self.count) {
             let sum = normal.abs().element_sum();
-            let error = size * splat(simd, (sum * ROUNDED) as f32) + splat(simd, (distance.abs() * ROUNDED) as f32);
+            // Infinite where a product or a sum of them may be, so that nothing is outside.
+            let largest = (size * splat(simd, sum as f32) + splat(simd, distance.abs() as f32)) * 4.0;
+            let error = largest * (ROUNDED / 4.0) as f32;
             let mut most = error + splat(simd, distance as f32);
             for (axis, &factor) in normal.as_vec3().to_array().iter().enumerate() {
                 let end = if factor > 0.0 { high[axis] } else { low[axis] };

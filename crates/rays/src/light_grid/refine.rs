@@ -3,24 +3,15 @@ use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
-use crate::shot::{CameraRays, EightPoints, SeenImage, SeenPixels};
+use super::point_set::PointSet;
 use crate::simd::vectors::{Vectors, dot, splat_vector};
 
-/// Eight pixels' points on a face, from the planes of the triangles that they are on.
+/// Eight points on a face, those of pixels from the planes of the triangles that they are on.
 #[inline(always)]
-pub(crate) fn refine_eight<S: Simd>(
-    simd: S,
-    image: &SeenImage<'_>,
-    rays: &CameraRays,
-    face: &Face,
-    indices: [u32; 8],
-) -> Refined {
-    let known = indices.map(|index| {
-        let index = index as usize;
-        image.seen.triangle[index] != SeenPixels::NONE && !image.seen.inverse_depth[index].is_nan()
-    });
+pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face, indices: [u32; 8]) -> Refined {
+    let known = indices.map(|index| points.is_known(index as usize));
     let known = known.into_iter().enumerate().fold(0, |mask, (lane, known)| mask | u64::from(known) << lane);
-    let points = EightPoints::find(simd, image, rays, indices, face.origin);
+    let points = points.eight(simd, indices, face.origin);
     let v = points.offset;
     let (at, inverse) = face.project(simd, v);
     let one = f64x8::splat(simd, 1.0);

@@ -2,16 +2,17 @@ use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use super::face::HALF_ULP;
+use super::point_set::PointSet;
 use super::settle_eight::{Settled, settle_eight};
 use crate::LightSource;
 use crate::predicate::settle;
-use crate::shot::{CameraRays, MaskPoints, Opacity, OpacityOfSides, SeenImage, SeenPixels, Shot, TileOrder};
+use crate::shot::{MaskPoints, Opacity, OpacityOfSides, Shot, TileOrder};
 use crate::simd::SimdLevel;
 
 /// Settles what the filter left undecided: in f64, and where that can't tell either, by the predicate.
 pub(crate) struct Settler<'a> {
-    pub(crate) image: SeenImage<'a>,
-    pub(crate) rays: CameraRays,
+    pub(crate) shot: &'a Shot<'a>,
+    pub(crate) points: PointSet<'a>,
     pub(crate) light: &'a LightSource,
     /// What stops the light.
     pub(crate) opacity: OpacityOfSides<'a>,
@@ -19,8 +20,8 @@ pub(crate) struct Settler<'a> {
 }
 
 impl<'a> Settler<'a> {
-    pub(crate) fn new(image: SeenImage<'a>, rays: CameraRays, light: &'a LightSource, level: SimdLevel) -> Self {
-        Self { image, rays, light, opacity: OpacityOfSides::of_light(image.shot, light), level }
+    pub(crate) fn new(shot: &'a Shot<'a>, points: PointSet<'a>, light: &'a LightSource, level: SimdLevel) -> Self {
+        Self { shot, points, light, opacity: OpacityOfSides::of_light(shot, light), level }
     }
 
     /// Whether the triangle stops the ray of the point in `lane`; `None` if that depends on roundings.
@@ -47,12 +48,12 @@ impl<'a> Settler<'a> {
     #[inline(always)]
     fn settle_with<S: Simd>(&self, simd: S, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
         let mut settled = 0;
-        let mut shadows = settle::Shadows::new(self.image, self.light);
+        let mut shadows = settle::Shadows::new(self.shot, self.light);
         for pairs in pairs.chunks(8) {
             let mut padded = [[u32::MAX; 2]; 8];
             padded[..pairs.len()].copy_from_slice(pairs);
             let (indices, ids) = (padded.map(|[index, _]| index), padded.map(|[_, id]| id));
-            let eight = settle_eight(simd, &self.image, &self.rays, self.light, indices, ids);
+            let eight = settle_eight(simd, self.shot.triangles, &self.points, self.light, indices, ids);
             for (lane, &[index, id]) in pairs.iter().enumerate() {
                 let slot = index as usize - first;
                 let (word, bit) = (slot / TileOrder::BLOCK_PIXELS, slot % TileOrder::BLOCK_PIXELS);
@@ -66,33 +67,28 @@ impl<'a> Settler<'a> {
                 };
                 let is_shadowed = certain.unwrap_or_else(|| {
                     settled += 1;
-                    shadows.is_shadowed_by(index as usize, id)
+                    shadows.is_shadowed_by(index as usize, id, || self.points.shadow_ray(index as usize, self.light))
                 });
                 shadowed[word] |= u16::from(is_shadowed) << bit;
             }
         }
         settled
     }
-}
 
-/// Tests the points that no face could map against every triangle; how many there are.
-pub(crate) fn settle_outliers(
-    outliers: &mut Vec<u32>,
-    shot: &Shot<'_>,
-    seen: &SeenPixels,
-    light: &LightSource,
-    shadowed: &mut [u16],
-) -> u64 {
-    outliers.sort_unstable();
-    outliers.dedup();
-    let count = shot.triangles.len() as u32;
-    for index in outliers.iter().map(|&index| index as usize) {
-        let Some(ray) = shot.shadow_ray(seen, index, light) else { continue };
-        let own = seen.triangle[index];
-        let triangles = (0..count).into_par_iter().with_min_len(1024);
-        if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, light, &ray, id)) {
-            shadowed[index / TileOrder::BLOCK_PIXELS] |= 1 << (index % TileOrder::BLOCK_PIXELS);
+    /// Tests the points that no face could map against every triangle; how many there are.
+    pub(crate) fn settle_outliers(&self, outliers: &mut Vec<u32>, shadowed: &mut [u16]) -> u64 {
+        let Self { shot, points, light, .. } = self;
+        outliers.sort_unstable();
+        outliers.dedup();
+        let count = shot.triangles.len() as u32;
+        for index in outliers.iter().map(|&index| index as usize) {
+            let Some(ray) = points.shadow_ray(index, light) else { continue };
+            let own = points.own()[index];
+            let triangles = (0..count).into_par_iter().with_min_len(1024);
+            if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, light, &ray, id)) {
+                shadowed[index / TileOrder::BLOCK_PIXELS] |= 1 << (index % TileOrder::BLOCK_PIXELS);
+            }
         }
+        outliers.len() as u64
     }
-    outliers.len() as u64
 }

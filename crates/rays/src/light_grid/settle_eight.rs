@@ -3,9 +3,10 @@ use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::face::ROUNDING;
-use crate::LightSource;
-use crate::shot::{CameraRays, EightPoints, EightTriangles, SeenImage, cross};
+use super::point_set::PointSet;
+use crate::shot::{EightTriangles, cross};
 use crate::simd::vectors::{Vectors, dot, largest, minus, splat_vector};
+use crate::{LightSource, Triangles};
 
 /// What f64 says about eight pairs of a point and a triangle, a bit for each.
 pub(crate) struct Settled {
@@ -19,7 +20,7 @@ pub(crate) struct Settled {
     pub(crate) weight_error: [f64; 8],
 }
 
-/// Settles in f64 whether triangles shadow the points of the pixels at `indices`, as
+/// Settles in f64 whether triangles shadow the points at `indices`, as
 /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) would.
 ///
 /// With d the direction of the segment's line, c the corners in relation to a point on it, r their largest components,
@@ -28,8 +29,8 @@ pub(crate) struct Settled {
 #[inline(always)]
 pub(crate) fn settle_eight<S: Simd>(
     simd: S,
-    image: &SeenImage<'_>,
-    rays: &CameraRays,
+    triangles: Triangles<'_>,
+    points: &PointSet<'_>,
     light: &LightSource,
     indices: [u32; 8],
     ids: [u32; 8],
@@ -38,8 +39,8 @@ pub(crate) fn settle_eight<S: Simd>(
         LightSource::Point { position } | LightSource::Spot { position, .. } => (position.as_dvec3(), None),
         LightSource::Directional { direction } => (DVec3::ZERO, Some(-direction.as_dvec3())),
     };
-    let points = EightPoints::find(simd, image, rays, indices, origin);
-    let [a, b, c] = EightTriangles::load(simd, image.shot.triangles, ids).corners;
+    let points = points.eight(simd, indices, origin);
+    let [a, b, c] = EightTriangles::load(simd, triangles, ids).corners;
     let zero = f64x8::splat(simd, 0.0);
     let error = points.error;
 

@@ -7,7 +7,6 @@ use super::parts::Part;
 use super::points::TILE_BLOCKS;
 use super::set_up::SetUp;
 use crate::patches::MOST_TRIANGLES;
-use crate::shot::SeenPixels;
 use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectors::{LANES, splat};
 
@@ -70,7 +69,7 @@ impl<'a> PartPoints<'a> {
         first: usize,
         blocks: &'a [Block; TILE_BLOCKS],
         shadowed: &[u16; TILE_BLOCKS],
-        seen: &'a SeenPixels,
+        own: &'a [u32],
     ) -> Self {
         let of_slot = part.blocks.map(usize::from);
         let done: [u16; LANES] = std::array::from_fn(|slot| !part.points[slot] | shadowed[of_slot[slot]]);
@@ -78,7 +77,7 @@ impl<'a> PartPoints<'a> {
         let index = of_slot.map(|block| first + block * LANES);
         Self {
             blocks: of_slot.map(|block| &blocks[block]),
-            own: index.map(|index| &seen.triangle[index..index + LANES]),
+            own: index.map(|index| &own[index..index + LANES]),
             first: index.map(|index| index as u32),
             done,
             alive,

@@ -7,11 +7,11 @@ use super::boxes::SplatBox;
 use super::candidates::{BATCH_PARTS, Batch, NOT_SET_UP};
 use super::face::{Face, HALF_ULP, VertexErrors};
 use super::pixel_map::PixelMap;
+use super::point_set::PointSet;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, origin};
 use super::project::FacePatches;
 use super::set_up::{Extent, SetUp};
 use super::settle::Settler;
-use super::survey::Survey;
 use super::test::{Found, PartPoints, QUEUE, enqueue, may_touch};
 use super::worker::{Tile, Worker};
 use crate::patches::Patches;
@@ -30,18 +30,18 @@ const MOST_UNDECIDED: usize = 1 << 12;
 pub(crate) struct Tracer<'a> {
     pub(crate) face: &'a Face,
     pub(crate) vertex_errors: VertexErrors,
+    /// Of no meaning where points are listed.
     pub(crate) pixels: PixelMap,
     pub(crate) patches: &'a Patches,
     pub(crate) on_face: &'a FacePatches,
     pub(crate) settler: &'a Settler<'a>,
-    /// The area of a face over the number of the image's blocks.
+    /// The area of a face over the number of blocks.
     pub(crate) average: f32,
 }
 
 impl<'a> Tracer<'a> {
     pub(crate) fn new(
         face: &'a Face,
-        survey: &Survey,
         patches: &'a Patches,
         on_face: &'a FacePatches,
         settler: &'a Settler<'a>,
@@ -49,11 +49,14 @@ impl<'a> Tracer<'a> {
         Self {
             face,
             vertex_errors: VertexErrors::new(face),
-            pixels: PixelMap::new(face, &survey.rays),
+            pixels: match &settler.points {
+                PointSet::Seen(_, rays) => PixelMap::new(face, rays),
+                PointSet::Listed(_) => PixelMap::default(),
+            },
             patches,
             on_face,
             settler,
-            average: 4.0 / (survey.slots / TileOrder::BLOCK_PIXELS).max(1) as f32,
+            average: 4.0 / (settler.points.own().len() / TileOrder::BLOCK_PIXELS).max(1) as f32,
         }
     }
 }
@@ -84,9 +87,12 @@ impl Tracer<'_> {
     /// Maps a tile's points and divides them into parts.
     #[inline(always)]
     pub(crate) fn begin<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
-        let Settler { image, rays, .. } = self.settler;
-        let origin = origin(image, &self.pixels, number);
-        let map = TileMap::new(image, rays, self.face, &self.pixels, number, origin);
+        let points = &self.settler.points;
+        let origin = match points {
+            PointSet::Seen(image, _) => origin(image, &self.pixels, number),
+            PointSet::Listed(_) => [0.0; 3],
+        };
+        let map = TileMap::new(points, self.face, &self.pixels, number, origin);
         worker.tile.first = number * TILE_BLOCKS * LANES;
         worker.tile.shadowed.fill(0);
         self.map(simd, &map, worker);
@@ -136,8 +142,8 @@ impl Tracer<'_> {
         let (word, bit) = (bit / 64, bit % 64);
         queue.resize(QUEUE, 0);
         let Tile { first, extent, blocks, shadowed } = tile;
-        let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.image.seen);
-        let opacity = self.settler.image.shot.shadow_opacity;
+        let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.points.own());
+        let opacity = self.settler.shot.shadow_opacity;
         let all_opaque = opacity.are_all_opaque();
         let known = undecided.len();
         if candidates.start == 0 {
@@ -214,7 +220,7 @@ impl Tracer<'_> {
         set_up.number = number;
         let patch = self.patches.get(number as usize);
         let vertices = &self.on_face.vertices[self.patches.vertex_range(number as usize)];
-        let sides = self.settler.image.shot.sides;
+        let sides = self.settler.shot.sides;
         let one_sided = match sides {
             Sides::Both => 0,
             Sides::Front => u64::MAX,
@@ -230,7 +236,7 @@ impl Tracer<'_> {
     #[inline(never)]
     fn ask_mask<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, id: u32, found: &Found<S>) -> MaskAnswers {
         let points = vectorized!(simd => self.weights(simd, set_up, triangle, found));
-        self.settler.image.shot.shadow_opacity.which_stop(id, &points)
+        self.settler.shot.shadow_opacity.which_stop(id, &points)
     }
 
     /// Where on a triangle the rays of the points that it may shadow cross it, if they do.

@@ -37,15 +37,16 @@ pub(super) fn validate(
 ) -> Result<(), String> {
     let slots = seen.triangle.len();
     let mut found = vec![false; slots];
-    let settler = grid.settler(SeenImage { shot, seen }, light);
+    let survey = std::mem::take(&mut grid.survey);
+    let (settler, tiles) = (grid.settler(SeenImage { shot, seen }, &survey, light), &survey.tiles);
     let rays: Vec<_> = (0..slots).map(|index| shot.shadow_ray(seen, index, light)).collect();
     let (mut result, mut number) = (Ok(()), 0);
     let mut outliers = Vec::new();
-    let is_light = grid.visit_faces(patches, &settler, |grid, face| {
+    let is_light = grid.visit_faces(patches, &settler, tiles, |grid, face| {
         if result.is_ok() {
-            let tracer = Tracer::new(face, &grid.survey, patches, &grid.on_face, &settler);
+            let tracer = Tracer::new(face, patches, &grid.on_face, &settler);
             let mut worker = Worker::default();
-            let tiles = (0..grid.survey.tiles.len()).filter(|&tile| face.may_own(&grid.survey.tiles[tile]));
+            let tiles = (0..tiles.len()).filter(|&tile| face.may_own(&tiles[tile]));
             result = tiles
                 .into_iter()
                 .try_for_each(|tile| tracer.validate_tile(&settler, &mut worker, tile, &rays, &mut found))
@@ -54,8 +55,10 @@ pub(super) fn validate(
             number += 1;
         }
     });
+    outliers.extend_from_slice(&survey.unknown);
+    grid.survey = survey;
     result?;
-    for &index in outliers.iter().chain(&grid.survey.unknown) {
+    for &index in &outliers {
         found[index as usize] = true;
     }
     let cone = Cone::of(light);
@@ -76,7 +79,7 @@ impl Tracer<'_> {
         rays: &[Option<ShadowRay>],
         found: &mut [bool],
     ) -> Result<(), String> {
-        let triangles = settler.image.shot.triangles;
+        let triangles = settler.shot.triangles;
         let slots = self.slots_of_triangles();
         dispatch!(settler.level.0, simd => self.begin(simd, worker, tile));
         self.forget(worker);
@@ -92,7 +95,7 @@ impl Tracer<'_> {
                     }
                     found[index] = true;
                     let Some(ray) = &rays[index] else { continue };
-                    let own = settler.image.seen.triangle[index];
+                    let own = settler.points.own()[index];
                     for id in (0..triangles.len() as u32).filter(|&id| id != own && settler.opacity.is_there(id)) {
                         let Ok(corners) = triangles.usable_corners(id) else { continue };
                         let is_shadowed = ray.blocked_by(corners).is_some();
@@ -159,7 +162,7 @@ impl Tracer<'_> {
         let Worker { tile, parts, batch, .. } = worker;
         let Tile { first, extent, blocks, .. } = tile;
         let part = &parts.parts[part];
-        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.image.seen);
+        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.points.own());
         let of_record = |record: &Record| {
             let [a, b, c] = &record.quads;
             let found = points.test(simd, [a, b, c], record.id, slot);

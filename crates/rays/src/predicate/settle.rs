@@ -1,7 +1,7 @@
 //! What a filter leaves undecided is settled here by the predicate, for every structure.
 
 use super::{ShadowRay, crossing};
-use crate::shot::{Opacity, OpacityOfSides, SeenImage, SeenPixels, Shot};
+use crate::shot::{Opacity, OpacityOfSides, SeenPixels, Shot};
 use crate::{Hit, LightSource, Ray};
 use glam::Vec3;
 
@@ -51,28 +51,33 @@ fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
     [[a, b, c], [b, c, a], [c, a, b], [c, b, a], [b, a, c], [a, c, b]].contains(&first)
 }
 
-/// Settles which points that a camera sees are in shadow.
+/// Settles which points are in shadow.
 pub(crate) struct Shadows<'a> {
-    image: SeenImage<'a>,
+    shot: &'a Shot<'a>,
     light: &'a LightSource,
     /// The point that was asked about last, and the segment between it and the light.
     last: Option<(usize, Option<ShadowRay>)>,
 }
 
 impl<'a> Shadows<'a> {
-    pub(crate) fn new(image: SeenImage<'a>, light: &'a LightSource) -> Self {
-        Self { image, light, last: None }
+    pub(crate) fn new(shot: &'a Shot<'a>, light: &'a LightSource) -> Self {
+        Self { shot, light, last: None }
     }
 
-    /// Whether `triangle`, which isn't the point's own, shadows the point of the pixel at `index`. Points that come one after
-    /// the other have their segment found once.
-    pub(crate) fn is_shadowed_by(&mut self, index: usize, triangle: u32) -> bool {
+    /// Whether `triangle`, which isn't the point's own, shadows the point at `index`, whose segment `shadow_ray` finds. Those of
+    /// points that come one after the other are found once.
+    pub(crate) fn is_shadowed_by(
+        &mut self,
+        index: usize,
+        triangle: u32,
+        shadow_ray: impl FnOnce() -> Option<ShadowRay>,
+    ) -> bool {
         let ray = match self.last {
             Some((known, ray)) if known == index => ray,
-            _ => self.image.shot.shadow_ray(self.image.seen, index, self.light),
+            _ => shadow_ray(),
         };
         self.last = Some((index, ray));
-        ray.is_some_and(|ray| is_blocked(self.image.shot, self.light, &ray, triangle))
+        ray.is_some_and(|ray| is_blocked(self.shot, self.light, &ray, triangle))
     }
 }
 

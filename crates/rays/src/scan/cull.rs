@@ -1,6 +1,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::lines::Face;
 use crate::patches::{Patches, SixteenBoxes};
@@ -98,13 +98,6 @@ impl Boxes {
         }
     }
 
-    /// The middle of all.
-    pub(super) fn middle(&self) -> DVec3 {
-        let [low, high] = self.around.map(Vec3::from_array);
-        let middle = low.as_dvec3().midpoint(high.as_dvec3());
-        if middle.is_finite() { middle } else { DVec3::ZERO }
-    }
-
     pub(super) fn bytes(&self) -> usize {
         self.levels.iter().map(|level| level.capacity() * size_of::<SixteenBoxes>()).sum()
     }
@@ -143,9 +136,8 @@ pub(super) struct Frustum {
     axes: [usize; 3],
     sign: f32,
     origin: [f32; 3],
-    /// Slopes of the low and the high side for both axes, and where they go through.
+    /// Of the low and the high side for both axes.
     slopes: [[f32; 2]; 2],
-    through: [[f32; 2]; 2],
     /// Where the first line begins and the last one ends.
     ends: [f32; 2],
     largest: f32,
@@ -154,20 +146,13 @@ pub(super) struct Frustum {
 impl Frustum {
     /// Around lines that are between `low` and `high` on a face.
     pub(super) fn new(face: &Face, origin: DVec3, [low, high]: [[f64; 2]; 2], ends: [f64; 2]) -> Self {
-        let sides = [[low[0], high[0]], [low[1], high[1]]].map(|side| side.map(|value| value as f32));
-        let (slopes, through) = match face.slope {
-            None => (sides, [[0.0; 2]; 2]),
-            Some(slope) => (slope.map(|slope| [slope as f32; 2]), sides),
-        };
-        let largest = through.as_flattened().iter().fold(origin.abs().max_element() as f32, |a, b| a.max(b.abs()));
         Self {
             axes: face.axes,
             sign: face.sign as f32,
             origin: origin.as_vec3().to_array(),
-            slopes,
-            through,
+            slopes: [[low[0], high[0]], [low[1], high[1]]].map(|side| side.map(|value| value as f32)),
             ends: ends.map(|end| end as f32),
-            largest,
+            largest: origin.abs().max_element() as f32,
         }
     }
 
@@ -191,9 +176,8 @@ impl Frustum {
             size = size.max(low.abs()).max(high.abs());
             let error = size * ROUNDED;
             let (low_slope, high_slope) = (splat(simd, self.slopes[side][0]), splat(simd, self.slopes[side][1]));
-            let (first, last) = (splat(simd, self.through[side][0]), splat(simd, self.through[side][1]));
-            let least = low - (near * high_slope).max(far * high_slope) - last;
-            let most = high - (near * low_slope).min(far * low_slope) - first;
+            let least = low - (near * high_slope).max(far * high_slope);
+            let most = high - (near * low_slope).min(far * low_slope);
             outside |= least.simd_gt(error) | most.simd_lt(-error);
         }
         let error = size * ROUNDED;

@@ -25,8 +25,6 @@ pub(super) struct Job<'a> {
     pub(super) asked: Asked,
     /// What lengths are multiplied with: a power of two.
     pub(super) scale: f64,
-    /// The largest length, so multiplied.
-    pub(super) reach: f64,
     /// Whether all sides of all triangles stop all lines.
     pub(super) all_stop: bool,
     pub(super) level: SimdLevel,

@@ -1,13 +1,13 @@
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::job::Asked;
-use super::lines::{Lines, Source};
-use super::spread::Spread;
-use super::worker::Worker;
-use super::{Scanned, Scanner, tiles};
+use super::{Scanned, Scanner};
+use crate::grids::LightsGrid;
+use crate::light_grid::{LightGrid, PointList};
+use crate::patches::Patches;
 use crate::predicate::{HitPoint, ROUNDING};
-use crate::{Cone, LightSource, Opacity, Opaque, Sides, Triangles};
+use crate::shot::{Cone, Shot};
+use crate::{Camera, LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles, View};
 
 /// Points, and what may keep lights from them.
 #[derive(Clone, Copy)]
@@ -178,20 +178,38 @@ impl LitShare {
     }
 }
 
-/// A point that light may reach.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Receiver {
-    pub(super) point: HitPoint,
-    /// The triangle that it is on.
-    pub(super) own: u32,
+/// Which points are in the shadow of one light after the other.
+pub(super) struct Shadows {
+    grid: LightGrid,
+    /// A word for each block of points.
+    blocks: Vec<u16>,
 }
 
-impl Receiver {
-    /// One that no light reaches.
-    const NOWHERE: Self = Self { point: HitPoint { position: DVec3::NAN, error: 0.0 }, own: Scanned::NONE };
+impl Shadows {
+    fn with_level(level: SimdLevel) -> Self {
+        Self { grid: LightGrid::with_level(level), blocks: Vec::new() }
+    }
 
-    fn is_somewhere(&self) -> bool {
-        self.point.position.is_finite()
+    pub(super) fn bytes(&self) -> usize {
+        let grid = LightsGrid::bytes(&self.grid);
+        grid.triangles + grid.points + self.blocks.capacity() * size_of::<u16>()
+    }
+
+    /// Finds which points a light reaches, on so many threads.
+    fn light(
+        &mut self,
+        shot: &Shot<'_>,
+        (patches, list): (&Patches, &PointList),
+        light: &LightSource,
+        threads: usize,
+        bits: &mut [u64],
+    ) {
+        self.grid.shadow_list(shot, patches, list, (light, threads), &mut self.blocks);
+        let cone = Cone::of(light);
+        list.visit_lit(&self.blocks, |number, position| {
+            let is_lit = cone.is_none_or(|cone| cone.contains(position));
+            bits[number / 64] |= u64::from(is_lit) << (number % 64);
+        });
     }
 }
 
@@ -199,83 +217,41 @@ impl Scanner {
     /// Finds which points each light reaches. Cones of spots count, ranges and strengths don't; nor does which side of its own
     /// triangle a point is on.
     ///
+    /// Points are sorted once for all lights, so that those near each other follow each other; then the [light grid](LightGrid)
+    /// has tiles of them in place of an image's.
+    ///
     /// # Panics
     /// If it was built of another number of triangles, or there are neither no own triangles nor one for each point.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
-        let Lit { triangles, receivers, .. } = *lit;
+        let Lit { triangles, receivers, opacity, sides } = *lit;
         if let Receivers::Points { positions, own } = receivers {
             assert!(own.is_empty() || own.len() == positions.len(), "{} own, {} points", own.len(), positions.len());
         }
-        self.patches.expect(triangles);
+        let Self { patches, list, shadows, level, .. } = self;
+        patches.expect(triangles);
         let count = receivers.count(triangles);
-        let mut points = std::mem::take(&mut self.receivers);
-        (0..count)
-            .into_par_iter()
-            .with_min_len(1 << 12)
-            .map(|index| {
-                receivers.point(triangles, index).map_or(Receiver::NOWHERE, |(point, own)| Receiver { point, own })
-            })
-            .collect_into_vec(&mut points);
+        list.fill(count, |number| receivers.point(triangles, number));
         let words = count.div_ceil(64);
-        *bits = LitBits {
-            words: std::mem::take(&mut bits.words),
-            points: count,
-            lights: lights.len(),
-            nowhere: points.iter().filter(|point| !point.is_somewhere()).count(),
-        };
         bits.words.clear();
         bits.words.resize(words * lights.len(), 0);
-        if count > 0 {
-            let reach = points.iter().filter(|point| point.is_somewhere());
-            let reach = reach.fold(0.0, |reach: f64, of| reach.max(of.point.position.abs().max_element()));
-            self.lit_by(lit, lights, (&points, reach), &mut bits.words);
+        (bits.points, bits.lights, bits.nowhere) = (count, lights.len(), count - list.len());
+        if list.len() == 0 || lights.is_empty() {
+            return;
         }
-        self.receivers = points;
-    }
-
-    /// Each thread takes some lights, or all take each light's tiles where there are few.
-    fn lit_by(&mut self, lit: &Lit<'_>, lights: &[LightSource], (points, reach): (&[Receiver], f64), bits: &mut [u64]) {
-        let words = points.len().div_ceil(64);
+        // Nobody looks through its view.
+        let view = View { camera: Camera::look_at(Vec3::ZERO, Vec3::Z, Vec3::Y, 1.0), width: 0, height: 0 };
+        let shot = &Shot { shadow_opacity: opacity, sides, ..Shot::new(triangles, view) };
+        // Each thread takes some lights, or all take each light's tiles where there are few.
         let threads = rayon::current_num_threads();
-        let mut workers = std::mem::take(&mut self.workers);
-        workers.resize_with(threads, Worker::default);
-        if lights.len() >= 2 * threads {
-            let each = lights.len().div_ceil(threads);
-            let of_workers = lights.par_chunks(each).zip(bits.par_chunks_mut(words * each));
-            workers.par_iter_mut().with_max_len(1).zip(of_workers).for_each(|(worker, (lights, bits))| {
-                for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
-                    let mut spread = std::mem::take(&mut worker.spread);
-                    self.block(lit, light, (points, reach), &mut spread, std::slice::from_mut(worker));
-                    worker.spread = spread;
-                    reached(light, points, std::slice::from_mut(worker), bits);
-                }
-            });
-        } else {
-            let mut spread = std::mem::take(&mut self.spread);
+        let (takers, of_each) = if lights.len() >= 2 * threads { (threads, 1) } else { (1, threads) };
+        shadows.resize_with(takers.max(shadows.len()), || Shadows::with_level(*level));
+        let lights_of_each = lights.len().div_ceil(takers);
+        let questions = lights.par_chunks(lights_of_each).zip(bits.words.par_chunks_mut(words * lights_of_each));
+        shadows.par_iter_mut().with_max_len(1).zip(questions).for_each(|(shadows, (lights, bits))| {
             for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
-                self.block(lit, light, (points, reach), &mut spread, &mut workers);
-                reached(light, points, &mut workers, bits);
+                shadows.light(shot, (patches, list), light, of_each, bits);
             }
-            self.spread = spread;
-        }
-        self.workers = workers;
-    }
-
-    /// Leaves the points that a light doesn't reach with the workers.
-    fn block(
-        &self,
-        lit: &Lit<'_>,
-        light: &LightSource,
-        (points, reach): (&[Receiver], f64),
-        spread: &mut Spread,
-        workers: &mut [Worker],
-    ) {
-        let Some(source) = Source::new(light, self.boxes.middle()) else { return };
-        let lines = Lines::Points { light, points, source };
-        spread.spread(&lines, points.len());
-        let reach = reach.max(f64::from(self.boxes.reach)) + lines.origin().abs().max_element();
-        let job = self.job(lit.triangles, (lit.opacity, lit.sides), lines, Asked::Any, reach);
-        tiles(&job, spread, workers);
+        });
     }
 
     /// Finds for each triangle how much of its area each light reaches, by `samples` points of even density on each: for the
@@ -296,22 +272,6 @@ impl Scanner {
         for light in lights {
             self.lit(&lit, std::slice::from_ref(light), &mut bits);
             shares.extend(bits.shares(0, samples));
-        }
-    }
-}
-
-/// Notes the points that a light reaches: all that are somewhere, in its cone, and not among those that workers have.
-fn reached(light: &LightSource, points: &[Receiver], workers: &mut [Worker], bits: &mut [u64]) {
-    let cone = Cone::of(light);
-    for (points, word) in points.chunks(64).zip(&mut *bits) {
-        for (bit, of) in points.iter().enumerate() {
-            let is_lit = of.is_somewhere() && cone.is_none_or(|cone| cone.contains(of.point.position));
-            *word |= u64::from(is_lit) << bit;
-        }
-    }
-    for worker in workers {
-        for line in worker.met.drain(..) {
-            bits[line as usize / 64] &= !(1 << (line % 64));
         }
     }
 }

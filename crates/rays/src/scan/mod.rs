@@ -1,14 +1,15 @@
 //! Scans: what do any directions from one origin hit?
 //!
-//! What the camera grid is for the pixels of an image, this is for directions in no order, all around: of a lidar, a panorama,
-//! or of lights to points. Directions are sorted to tiles on the six faces around the origin. A thread takes a tile from its
-//! directions to their hits before it takes another: it finds the [patches](crate::patches) in the tile's frustum, the nearest
-//! first, brings their vertices to coordinates of the tile, and tests triangles in f32 against the lines that are within their
-//! bounds. What that leaves undecided, and where the nearest hit is, the [predicate](crate::predicate) says, eight pairs of a ray
-//! and a triangle at a time.
+//! What the camera grid is for the pixels of an image, this is for directions in no order, all around: of a lidar, or a
+//! panorama. Directions are sorted to tiles on the six faces around the origin. A thread takes a tile from its directions to
+//! their hits before it takes another: it finds the [patches](crate::patches) in the tile's frustum, the nearest first, brings
+//! their vertices to coordinates of the tile, and tests triangles in f32 against the lines that are within their bounds. What
+//! that leaves undecided, and where the nearest hit is, the [predicate](crate::predicate) says, eight pairs of a ray and a
+//! triangle at a time.
 //!
 //! One verb a file: `spread` sorts lines to tiles, `cull` finds patches, `slots` sorts a tile's lines to cells, `worker` brings
-//! triangles to them, `test` tests sixteen pairs, `settle` decides.
+//! triangles to them, `test` tests sixteen pairs, `settle` decides. `lit` asks the [light grid](crate::LightGrid) which points
+//! lights reach.
 
 mod answers;
 mod cull;
@@ -31,11 +32,12 @@ pub use answers::Scanned;
 use cull::Boxes;
 use job::{Asked, Job};
 use lines::Lines;
-use lit::Receiver;
+use lit::Shadows;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
 use spread::Spread;
 use worker::Worker;
 
+use crate::light_grid::PointList;
 use crate::patches::Patches;
 use crate::{Omitted, Opacity, Opaque, Sides, SimdLevel, Triangles};
 
@@ -107,7 +109,8 @@ pub struct Scanner {
     boxes: Boxes,
     spread: Spread,
     workers: Vec<Worker>,
-    receivers: Vec<Receiver>,
+    list: PointList,
+    shadows: Vec<Shadows>,
 }
 
 debug_some!(Scanner as scanner: "patches" => scanner.patches.len());
@@ -194,9 +197,9 @@ impl Scanner {
         if !origin.is_finite() || t_min >= t_max || t_max.is_nan() {
             return directions.iter().filter(|of| !of.is_finite() || **of == Vec3::ZERO).count();
         }
-        let lines = Lines::Directions { origin, directions, t_min, t_max };
+        let lines = Lines { origin, directions, t_min, t_max };
         let (mut spread, mut workers) = (std::mem::take(&mut self.spread), std::mem::take(&mut self.workers));
-        spread.spread(&lines, directions.len());
+        spread.spread(&lines);
         workers.resize_with(rayon::current_num_threads(), Worker::default);
         let reach = f64::from(self.boxes.reach) + origin.abs().max_element();
         tiles(&self.job(triangles, (opacity, sides), lines, asked, reach), &spread, &mut workers);
@@ -216,8 +219,7 @@ impl Scanner {
         let scale = job::scale(reach);
         let all_stop = opacity.are_all_opaque() && sides == Sides::Both;
         let Self { patches, boxes, level, .. } = self;
-        let (reach, level) = (reach * scale, *level);
-        Job { triangles, patches, boxes, opacity, sides, lines, asked, scale, reach, all_stop, level }
+        Job { triangles, patches, boxes, opacity, sides, lines, asked, scale, all_stop, level: *level }
     }
 
     /// Bytes held.
@@ -228,7 +230,8 @@ impl Scanner {
             + self.boxes.bytes()
             + self.spread.bytes()
             + workers
-            + self.receivers.capacity() * size_of::<Receiver>()
+            + self.list.bytes()
+            + self.shadows.iter().map(Shadows::bytes).sum::<usize>()
     }
 }
 

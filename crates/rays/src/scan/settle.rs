@@ -1,7 +1,6 @@
 use super::job::{Asked, Job};
-use super::lines::Lines;
 use super::worker::{Candidate, Worker};
-use crate::predicate::{ShadowRay, hits};
+use crate::predicate::hits;
 use crate::{Hit, Ray};
 
 /// Room for what is settled at once.
@@ -17,14 +16,6 @@ pub(super) struct Settle {
 impl Worker {
     /// Asks the predicate about all triangles that lines may hit.
     pub(super) fn settle(&mut self, job: &Job<'_>) {
-        if matches!(job.lines, Lines::Points { .. }) {
-            self.settle_points(job);
-        } else {
-            self.settle_rays(job);
-        }
-    }
-
-    fn settle_rays(&mut self, job: &Job<'_>) {
         let Self { slots, candidates, settle, hits: to, met, .. } = self;
         let Settle { rays, pairs, hits: found, best, all } = settle;
         rays.clear();
@@ -60,29 +51,6 @@ impl Worker {
             }
             // Some lines come more than once.
             Asked::Any => met.extend(found.map(|(slot, _)| slots.line[slot as usize])),
-        }
-    }
-
-    fn settle_points(&mut self, job: &Job<'_>) {
-        let Lines::Points { light, points, .. } = &job.lines else { return };
-        let Self { slots, candidates, met, .. } = self;
-        candidates.sort_unstable_by_key(|of| of.slot);
-        for of_slot in candidates.chunk_by(|a, b| a.slot == b.slot) {
-            let slot = of_slot[0].slot as usize;
-            if slots.far[slot] == f32::NEG_INFINITY {
-                continue;
-            }
-            let line = slots.line[slot];
-            let ray = ShadowRay::new(light, points[line as usize].point);
-            let is_blocked = of_slot.iter().any(|of| {
-                let Ok(corners) = job.triangles.usable_corners(of.id) else { return false };
-                let is_there = || job.all_stop || job.sides.stop_light(light, of.id, corners);
-                ray.blocked_by(corners)
-                    .is_some_and(|at| is_there() && (job.all_stop || job.opacity.is_stopped_at(of.id, at)))
-            });
-            if is_blocked {
-                met.push(line);
-            }
         }
     }
 }

@@ -2,11 +2,8 @@ use std::ops::Range;
 
 use super::cull::Frustum;
 use super::job::Job;
-use super::lines::{Face, Lines};
-use super::lit::Receiver;
+use super::lines::Face;
 use super::spread::Tile;
-use super::test::Form;
-use crate::SeenPixels;
 use crate::simd::lanes::LANES;
 
 /// Most cells along a side of a tile.
@@ -18,7 +15,7 @@ const CELL_LINES: usize = 2;
 /// The lines of a tile, sorted to cells, row by row. Sixteen more than there are follow, which nothing meets.
 #[derive(Debug, Default)]
 pub(super) struct Slots {
-    /// Slopes, or where parallel lines go through, in relation to the tile's middle.
+    /// Slopes, in relation to the middle ones.
     pub(super) u: Vec<f32>,
     pub(super) v: Vec<f32>,
     /// Depths at which lines begin and end.
@@ -28,14 +25,10 @@ pub(super) struct Slots {
     pub(super) far: Vec<f32>,
     /// Which line it is.
     pub(super) line: Vec<u32>,
-    /// The triangle that the line's point is on.
-    pub(super) own: Vec<u32>,
-    /// The largest half box of any line's point.
-    pub(super) box_size: f32,
-    pub(super) form: Form,
-    /// Slopes of all parallel lines, or in the middle; and where the middle goes through.
+    /// The H of [`Found`](super::test::Found).
+    pub(super) wide: f32,
+    /// The slopes in the middle.
     pub(super) slope: [f64; 2],
-    pub(super) through: [f64; 2],
     pub(super) low: [f32; 2],
     pub(super) high: [f32; 2],
     /// Cells along each side.
@@ -50,7 +43,6 @@ struct Unsorted {
     at: [f64; 2],
     ends: [f64; 2],
     line: u32,
-    own: u32,
     cell: u32,
 }
 
@@ -69,48 +61,33 @@ impl Slots {
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], of| [low.min(of.ends[0]), high.max(of.ends[1])]);
         let [low, high] = around;
         let middle = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
-        // Parallel lines are scaled as lengths are.
-        let unit = if face.slope.is_some() { job.scale } else { 1.0 };
-        (self.slope, self.through) = match face.slope {
-            None => (middle, [0.0; 2]),
-            Some(slope) => (slope, middle.map(|middle| middle * unit)),
-        };
-        let half = (0..2).map(|axis| (high[axis] - low[axis]) * 0.5 * unit).fold(0.0, f64::max);
-        let rounded = (if face.slope.is_some() { job.reach } else { 1.0 }) / f64::from(1 << 20);
-        self.form = Form { wide: (half * 1.001 + rounded) as f32, is_parallel: face.slope.is_some() };
-        self.sort(middle, unit, job.scale);
-        Frustum::new(face, job.lines.origin(), around, ends)
+        self.slope = middle;
+        let half = (0..2).map(|axis| (high[axis] - low[axis]) * 0.5).fold(0.0, f64::max);
+        self.wide = (half * 1.001 + 1.0 / f64::from(1 << 20)) as f32;
+        self.sort(middle, job.scale);
+        Frustum::new(face, job.lines.origin, around, ends)
     }
 
     /// Finds where lines are on the face; between what.
     fn find(&mut self, job: &Job<'_>, face: &Face, lines: &[u32]) -> [[f64; 2]; 2] {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let mut box_size = 0.0_f64;
         self.unsorted.clear();
         self.unsorted.extend(lines.iter().map(|&line| {
-            let (of, own, error) = match &job.lines {
-                Lines::Directions { .. } => (job.lines.get(line as usize), SeenPixels::NONE, 0.0),
-                Lines::Points { points, .. } => {
-                    let Receiver { point, own } = points[line as usize];
-                    (point.position - job.lines.origin(), own, point.error)
-                }
-            };
-            box_size = box_size.max(error);
+            let of = job.lines.get(line as usize);
             let at = face.across(of);
             for axis in [0, 1] {
                 low[axis] = low[axis].min(at[axis]);
                 high[axis] = high[axis].max(at[axis]);
             }
-            Unsorted { at, ends: job.lines.ends(face, of), line, own, cell: 0 }
+            Unsorted { at, ends: job.lines.ends(face, of), line, cell: 0 }
         }));
-        self.box_size = (box_size * job.scale * 1.001) as f32;
         [low, high]
     }
 
-    fn sort(&mut self, middle: [f64; 2], unit: f64, scale: f64) {
-        let Self { u, v, near, end, far, line, own, low, high, cells, cell_scale, starts, unsorted, .. } = self;
+    fn sort(&mut self, middle: [f64; 2], scale: f64) {
+        let Self { u, v, near, end, far, line, low, high, cells, cell_scale, starts, unsorted, .. } = self;
         let count = unsorted.len();
-        let local = |of: &Unsorted| [0, 1].map(|axis| ((of.at[axis] - middle[axis]) * unit) as f32);
+        let local = |of: &Unsorted| [0, 1].map(|axis| (of.at[axis] - middle[axis]) as f32);
         (*low, *high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for of in &*unsorted {
             let at = local(of);
@@ -144,7 +121,6 @@ impl Slots {
             values.resize(count + LANES, f32::NAN);
         }
         line.resize(count, 0);
-        own.resize(count, 0);
         for of in &*unsorted {
             let next = &mut starts[of.cell as usize + 1];
             let slot = *next as usize;
@@ -152,7 +128,7 @@ impl Slots {
             [u[slot], v[slot]] = local(of);
             let [first, last] = of.ends.map(|end| ((end * scale) as f32).clamp(f32::MIN, f32::MAX));
             (near[slot], end[slot], far[slot]) = (first, last, f32::INFINITY);
-            (line[slot], own[slot]) = (of.line, of.own);
+            line[slot] = of.line;
         }
     }
 
@@ -169,7 +145,7 @@ impl Slots {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        (self.u.capacity() * 5 + self.line.capacity() * 2 + self.starts.capacity()) * size_of::<u32>()
+        (self.u.capacity() * 5 + self.line.capacity() + self.starts.capacity()) * size_of::<u32>()
             + self.unsorted.capacity() * size_of::<Unsorted>()
     }
 }

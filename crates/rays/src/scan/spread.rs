@@ -1,9 +1,8 @@
 use std::ops::Range;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
-use super::lines::{Face, Lines, largest_axis};
+use super::lines::{Face, Lines};
 
 /// Lines of a tile on average, where they are spread evenly over what they cover.
 const TILE_LINES: usize = 160;
@@ -47,44 +46,34 @@ pub(super) struct Tile {
     pub(super) lines: Range<usize>,
 }
 
-/// The rectangle in which tiles are, and how many along each side.
+/// The tiles of a face, which reaches from −1 to 1: how many there are along each side.
 #[derive(Clone, Copy)]
 struct Raster {
-    low: [f32; 2],
-    scale: [f32; 2],
     side: usize,
 }
 
 impl Raster {
-    fn new(low: [f32; 2], high: [f32; 2], lines: usize) -> Self {
+    /// For so many lines on a face.
+    fn new(lines: usize) -> Self {
         let side = ((lines / TILE_LINES) as f32).sqrt().ceil().clamp(1.0, MOST_TILES as f32) as usize;
-        // Nothing where it has no size.
-        let scale = [0, 1].map(|axis| {
-            let scale = side as f32 / (high[axis] - low[axis]);
-            if scale.is_finite() { scale } else { 0.0 }
-        });
-        Self { low, scale, side }
+        Self { side }
     }
 
-    fn tile(&self, [u, v]: [f32; 2]) -> usize {
-        let [column, row] =
-            [(u, 0), (v, 1)].map(|(at, axis)| (((at - self.low[axis]) * self.scale[axis]) as usize).min(self.side - 1));
+    fn tile(&self, at: [f32; 2]) -> usize {
+        let [column, row] = at.map(|at| (((at + 1.0) * 0.5 * self.side as f32) as usize).min(self.side - 1));
         row * self.side + column
     }
 }
 
 impl Spread {
-    /// Sorts `count` lines to tiles.
-    pub(super) fn spread(&mut self, lines: &Lines<'_>, count: usize) {
+    /// Sorts lines to tiles.
+    pub(super) fn spread(&mut self, lines: &Lines<'_>) {
+        let count = lines.directions.len();
         let Self { crossings, keys, starts, order, tiles, nowhere } = self;
-        let faces = lines.faces();
-        let faces = &faces[..];
-        let [low, high] = find_crossings(lines, faces, count, crossings);
-        let raster = match faces {
-            // Cubes are seen as wide as they are.
-            [_, _, ..] => Raster::new([-1.0; 2], [1.0; 2], count / 3),
-            _ => Raster::new(low, high, count),
-        };
+        let faces = &Face::CUBE;
+        find_crossings(lines, crossings);
+        // A scene isn't seen all around by most.
+        let raster = Raster::new(count / 3);
         let per_face = raster.side * raster.side;
         keys.resize(count, 0);
         keys.par_chunks_mut(CHUNK).zip(crossings.par_chunks(CHUNK)).for_each(|(keys, crossings)| {
@@ -150,59 +139,20 @@ fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, 
     split(lines, face, order, middle..range.end, tiles);
 }
 
-/// Finds where lines cross which face; between what all do.
-fn find_crossings(lines: &Lines<'_>, faces: &[Face], count: usize, crossings: &mut Vec<Crossing>) -> [[f32; 2]; 2] {
-    crossings.resize(count, Crossing::default());
-    let bounds = crossings.par_chunks_mut(CHUNK).enumerate().map(|(chunk, crossings)| {
-        let first = chunk * CHUNK;
-        // The kind of lines is asked once for all of them, not for each.
-        match *lines {
-            Lines::Directions { directions, .. } => {
-                cross(faces, directions[first..].iter().map(|direction| direction.as_dvec3()), crossings)
-            }
-            Lines::Points { points, .. } => {
-                let origin = lines.origin();
-                cross(faces, points[first..].iter().map(|of| of.point.position - origin), crossings)
-            }
+/// Finds where lines cross which face.
+fn find_crossings(lines: &Lines<'_>, crossings: &mut Vec<Crossing>) {
+    crossings.resize(lines.directions.len(), Crossing::default());
+    let of_chunks = crossings.par_chunks_mut(CHUNK).zip(lines.directions.par_chunks(CHUNK));
+    of_chunks.for_each(|(crossings, directions)| {
+        for (crossing, direction) in crossings.iter_mut().zip(directions) {
+            let line = direction.as_dvec3();
+            *crossing = match Face::of(line) {
+                Some(face) => {
+                    let at = Face::CUBE[face].across(line).map(|value| value as f32);
+                    Crossing { at, face: face as u32 }
+                }
+                None => Crossing { at: [0.0; 2], face: NOWHERE },
+            };
         }
     });
-    let nothing = || [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
-    bounds.reduce(nothing, |[low, high], [other_low, other_high]| {
-        [[0, 1].map(|axis| low[axis].min(other_low[axis])), [0, 1].map(|axis| high[axis].max(other_high[axis]))]
-    })
-}
-
-/// Finds where some lines cross which face; between what those do that do so at numbers.
-#[inline]
-fn cross(faces: &[Face], lines: impl Iterator<Item = DVec3>, crossings: &mut [Crossing]) -> [[f32; 2]; 2] {
-    let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-    for (crossing, line) in crossings.iter_mut().zip(lines) {
-        let Some(face) = face_of(faces, line) else {
-            crossing.face = NOWHERE;
-            continue;
-        };
-        let at = faces[face].across(line).map(|value| value as f32);
-        *crossing = Crossing { at, face: face as u32 };
-        if at[0].is_finite() && at[1].is_finite() {
-            for axis in [0, 1] {
-                (low[axis], high[axis]) = (low[axis].min(at[axis]), high[axis].max(at[axis]));
-            }
-        }
-    }
-    [low, high]
-}
-
-/// Which of the faces a line goes through.
-#[inline]
-fn face_of(faces: &[Face], line: DVec3) -> Option<usize> {
-    if !line.is_finite() {
-        return None;
-    }
-    if faces.len() == 1 {
-        return Some(0);
-    }
-    (line != DVec3::ZERO).then(|| {
-        let axis = largest_axis(line);
-        axis * 2 + usize::from(line[axis] < 0.0)
-    })
 }

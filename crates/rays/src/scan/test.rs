@@ -7,20 +7,18 @@ const EPSILON: f32 = 1.0 / (1 << 24) as f32;
 
 /// Sixteen triangles and a line each: what f32 can tell about them.
 ///
-/// **Coordinates.** With the face's axes, and (c, d) near the middle of the tile's lines, a corner has in relation to the
-/// lines' origin x = Δᵢ − c z, y = Δⱼ − d z and the depth z, in f64 and then rounded to f32; a line from a point has its slopes
-/// less (c, d), which are at most h. Where a line passes a corner, X = x − u z and Y = y − v z are zero. Parallel lines have one
-/// slope: x = Δᵢ − r z − c, and X = x − u, with u where a line goes through, less c. With q standing for z or one, X = x − u q.
+/// **Coordinates.** With the face's axes, and (c, d) the slopes in the middle of the tile's lines, a corner has in relation to the
+/// lines' origin x = Δᵢ − c z, y = Δⱼ − d z and the depth z, in f64 and then rounded to f32; a line has its slopes (u, v) less
+/// (c, d), which are at most h. Where a line passes a corner, X = x − u z and Y = y − v z are zero.
 ///
 /// **Which are missed.** The edge functions of the predicate are, but for a common factor, E = X₁ Y₂ − X₂ Y₁. A triangle is
 /// missed if two of them have certain and different signs, and certainly met if all three have certain signs that are the
 /// same.
 ///
-/// **How wrong that may be.** Let ε = 2⁻²⁴ and a = |X| + |Y|. Rounding moves X by ε |x| ≤ ε (|X| + h q) for the corner, by
-/// 2 ε h q for u and z, by ε h q for their product and by ε |X| for the difference; what f64 makes of x and u is at most
-/// 2⁻⁴⁹ q from a point, since |Δᵢ| ≤ |x| + |c| z, and 2⁻⁴⁹ of the scene's reach for parallel lines. With H = h + 2⁻²⁰, or
-/// h + 2⁻²⁰ of the reach, these are together less than a third of e = 16 ε (a + H q), of which the largest of the three corners
-/// is taken. An edge function is then wrong by no more than e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less
+/// **How wrong that may be.** Let ε = 2⁻²⁴ and a = |X| + |Y|. Rounding moves X by ε |x| ≤ ε (|X| + h z) for the corner, by
+/// 2 ε h z for u and z, by ε h z for their product and by ε |X| for the difference; what f64 makes of x and u is at most
+/// 2⁻⁴⁹ z, since |Δᵢ| ≤ |x| + |c| z. With H = h + 2⁻²⁰, these are together less than a third of e = 16 ε (a + H z), of which the
+/// largest of the three corners is taken. An edge function is then wrong by no more than e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less
 /// than δ = e (a₁ + a₂ + a₃ + 3 e) for all three. What underflows is less than `SMALLEST`, for scenes of the size that
 /// [`scale`](super::job::scale) makes. Where products and sums are fused, they are rounded once less.
 ///
@@ -37,9 +35,6 @@ pub(super) struct Found<S: Simd> {
     /// The depth of a hit, at the earliest and at the latest.
     pub(super) earliest: f32x16<S>,
     pub(super) latest: f32x16<S>,
-    /// Least magnitude of Σ E, and the largest side of the triangle along any axis: what a point's box is compared with.
-    pub(super) area: f32x16<S>,
-    pub(super) side: f32x16<S>,
 }
 
 /// Sixteen lines.
@@ -54,31 +49,23 @@ pub(super) struct Beam<S: Simd> {
     pub(super) far: f32x16<S>,
 }
 
-/// What lines of a tile have in common.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Form {
-    /// H.
-    pub(super) wide: f32,
-    pub(super) is_parallel: bool,
-}
-
 pub(super) const SMALLEST: f32 = 1e-36;
 
 /// What rounding makes of a line's ends.
 const OF_ENDS: f32 = 4.0 * EPSILON;
 
+/// Tests sixteen triangles and a line each, `wide` being H.
 #[inline(always)]
-pub(super) fn test<S: Simd>(simd: S, form: &Form, corners: &[[f32x16<S>; 3]; 3], beam: &Beam<S>) -> Found<S> {
+pub(super) fn test<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3], beam: &Beam<S>) -> Found<S> {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
     let one = splat(simd, 1.0);
-    let (q0, q1, q2) = if form.is_parallel { (one, one, one) } else { (z0, z1, z2) };
     let (u, v) = (-beam.u, -beam.v);
-    let (x0, x1, x2) = (u.mul_add(q0, x0), u.mul_add(q1, x1), u.mul_add(q2, x2));
-    let (y0, y1, y2) = (v.mul_add(q0, y0), v.mul_add(q1, y1), v.mul_add(q2, y2));
+    let (x0, x1, x2) = (u.mul_add(z0, x0), u.mul_add(z1, x1), u.mul_add(z2, x2));
+    let (y0, y1, y2) = (v.mul_add(z0, y0), v.mul_add(z1, y1), v.mul_add(z2, y2));
     let (e0, e1, e2) = (x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0);
     let (a0, a1, a2) = (x0.abs() + y0.abs(), x1.abs() + y1.abs(), x2.abs() + y2.abs());
-    let wide = splat(simd, form.wide);
-    let largest = q0.abs().mul_add(wide, a0).max(q1.abs().mul_add(wide, a1)).max(q2.abs().mul_add(wide, a2));
+    let wide = splat(simd, wide);
+    let largest = z0.abs().mul_add(wide, a0).max(z1.abs().mul_add(wide, a1)).max(z2.abs().mul_add(wide, a2));
     let error = largest * (16.0 * EPSILON);
     let aside = a0 + a1 + a2;
     let doubt = (error * 3.0 + aside) * error + splat(simd, SMALLEST);
@@ -86,8 +73,7 @@ pub(super) fn test<S: Simd>(simd: S, form: &Form, corners: &[[f32x16<S>; 3]; 3],
     let missed = lowest.simd_lt(-doubt) & highest.simd_gt(doubt);
     let sure = lowest.simd_gt(doubt) | highest.simd_lt(-doubt);
     let (first, last) = (z0.min(z1).min(z2), z0.max(z1).max(z2));
-    let sum = e0 + e1 + e2;
-    let inverse = one / sum;
+    let inverse = one / (e0 + e1 + e2);
     // Not the sum of products by its inverse: these may underflow, weights don't matter where they do.
     let depth = (e0 * inverse) * z0 + (e1 * inverse) * z1 + (e2 * inverse) * z2;
     let range = last - first;
@@ -101,5 +87,5 @@ pub(super) fn test<S: Simd>(simd: S, form: &Form, corners: &[[f32x16<S>; 3]; 3],
         earliest.simd_gt(beam.far) | earliest.simd_gt(beam.end + of_end) | latest.simd_lt(beam.near - of_near);
     let possible = !(missed | outside);
     let certain = possible & sure & earliest.simd_gt(beam.near + of_near) & latest.simd_lt(beam.end - of_end);
-    Found { possible, certain, earliest, latest, area: sum.abs() - doubt * 3.0, side: aside + error + range * 2.0 }
+    Found { possible, certain, earliest, latest }
 }

@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::cull::nearest_of;
 use super::job::{Asked, Job};
-use super::lines::{Face, Lines};
+use super::lines::Face;
 use super::slots::Slots;
-use super::spread::{Spread, Tile};
-use super::test::{Beam, Form, Found, SMALLEST, test};
+use super::spread::Tile;
+use super::test::{Beam, Found, SMALLEST, test};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
 use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
@@ -26,8 +26,6 @@ const LEAST_DEPTH: f32 = 1e-12;
 /// What a thread needs to trace tiles.
 #[derive(Debug, Default)]
 pub(super) struct Worker {
-    /// Where it takes a light alone.
-    pub(super) spread: Spread,
     pub(super) slots: Slots,
     found: Vec<u64>,
     /// Corners of patches, as [`test`] wants them.
@@ -131,16 +129,16 @@ impl Worker {
     #[inline(always)]
     fn project<S: Simd>(&mut self, simd: S, job: &Job<'_>, face: &Face, number: usize) {
         let [i, j, k] = face.axes;
-        let Slots { slope, through, .. } = self.slots;
-        let origin: DVec3 = job.lines.origin();
+        let slope = self.slots.slope;
+        let origin: DVec3 = job.lines.origin;
         for positions in job.patches.positions(number) {
             let [low, high] = widen(load_positions(simd, positions));
             let along = job.scale * face.sign;
             let (low_z, high_z) = ((low[k] - origin[k]) * along, (high[k] - origin[k]) * along);
-            let low_x = (low[i] - origin[i]) * job.scale - low_z * slope[0] - through[0];
-            let high_x = (high[i] - origin[i]) * job.scale - high_z * slope[0] - through[0];
-            let low_y = (low[j] - origin[j]) * job.scale - low_z * slope[1] - through[1];
-            let high_y = (high[j] - origin[j]) * job.scale - high_z * slope[1] - through[1];
+            let low_x = (low[i] - origin[i]) * job.scale - low_z * slope[0];
+            let high_x = (high[i] - origin[i]) * job.scale - high_z * slope[0];
+            let low_y = (low[j] - origin[j]) * job.scale - low_z * slope[1];
+            let high_y = (high[j] - origin[j]) * job.scale - high_z * slope[1];
             let [x, y, z] = narrow([low_x, low_y, low_z], [high_x, high_y, high_z]);
             let start = self.vertices.len();
             self.vertices.resize(start + LANES, [0.0; 4]);
@@ -152,31 +150,27 @@ impl Worker {
         }
     }
 
-    /// Finds where sixteen triangles are. See [`Found`] for what rounding makes of it: a corner's x / q is wrong by less than
+    /// Finds where sixteen triangles are. See [`Found`] for what rounding makes of it: a corner's x / z is wrong by less than
     /// 4 ε of itself, a line's u by ε, and what f64 makes of both is below 2⁻²⁶ H.
     #[inline(always)]
     fn bound<S: Simd>(&self, simd: S, corners: &[[f32x16<S>; 3]; 3], filled: usize, farthest: f32) -> Around {
         const EPSILON: f32 = 1.0 / (1 << 24) as f32;
-        let Slots { form, low, high, .. } = &self.slots;
+        let Slots { wide, low, high, .. } = &self.slots;
         let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
         let one = splat(simd, 1.0);
         let (nearest, last) = (z0.min(z1).min(z2), z0.max(z1).max(z2));
-        let (i0, i1, i2) = if form.is_parallel { (one, one, one) } else { (one / z0, one / z1, one / z2) };
+        let (i0, i1, i2) = (one / z0, one / z1, one / z2);
         let (u0, u1, u2) = (x0 * i0, x1 * i1, x2 * i2);
         let (v0, v1, v2) = (y0 * i0, y1 * i1, y2 * i2);
         let (low_u, high_u) = (u0.min(u1).min(u2), u0.max(u1).max(u2));
         let (low_v, high_v) = (v0.min(v1).min(v2), v0.max(v1).max(v2));
         // What isn't a number makes this one too.
         let all = u0.abs() + u1.abs() + u2.abs() + (v0.abs() + v1.abs() + v2.abs()) + (z0.abs() + z1.abs() + z2.abs());
-        let mut is_ahead = all.simd_lt(splat(simd, 1e30));
-        let mut is_gone = nearest.simd_gt(splat(simd, farthest));
-        if !form.is_parallel {
-            is_ahead &= nearest.simd_gt(splat(simd, LEAST_DEPTH));
-            is_gone |= last.simd_lt(splat(simd, 0.0));
-        }
-        let wide = splat(simd, form.wide / (1 << 26) as f32);
-        let margin_u = low_u.abs().max(high_u.abs()) * (8.0 * EPSILON) + wide;
-        let margin_v = low_v.abs().max(high_v.abs()) * (8.0 * EPSILON) + wide;
+        let is_ahead = all.simd_lt(splat(simd, 1e30)) & nearest.simd_gt(splat(simd, LEAST_DEPTH));
+        let mut is_gone = nearest.simd_gt(splat(simd, farthest)) | last.simd_lt(splat(simd, 0.0));
+        let of_wide = splat(simd, *wide / (1 << 26) as f32);
+        let margin_u = low_u.abs().max(high_u.abs()) * (8.0 * EPSILON) + of_wide;
+        let margin_v = low_v.abs().max(high_v.abs()) * (8.0 * EPSILON) + of_wide;
         let infinity = splat(simd, f32::INFINITY);
         let low_u = is_ahead.select(low_u - margin_u, -infinity);
         let high_u = is_ahead.select(high_u + margin_u, infinity);
@@ -186,7 +180,7 @@ impl Worker {
             | high_u.simd_lt(splat(simd, low[0]))
             | low_v.simd_gt(splat(simd, high[1]))
             | high_v.simd_lt(splat(simd, low[1]));
-        is_gone |= all_beside(simd, form, corners);
+        is_gone |= all_beside(simd, *wide, corners);
         // Rounding moves depths by less.
         let nearest = nearest - nearest.abs() * (16.0 * EPSILON);
         let alive = !(is_gone.to_bitmask() as u16) & ((1_u32 << filled) - 1) as u16;
@@ -267,8 +261,8 @@ impl Worker {
                     [splat(simd, bx), splat(simd, by), splat(simd, bz)],
                     [splat(simd, cx), splat(simd, cy), splat(simd, cz)],
                 ];
-                let found = test(simd, &self.slots.form, &corners, &beam);
-                let (possible, certain, earliest, latest) = self.decide(simd, job, &found, &beam);
+                let found = test(simd, self.slots.wide, &corners, &beam);
+                let (possible, certain, earliest, latest) = lanes_of(&found);
                 let always = certain != 0 && job.always_stops(id);
                 for lane in bits_of(possible & lanes as u16) {
                     let is_certain = always && certain >> lane & 1 == 1;
@@ -310,8 +304,8 @@ impl Worker {
                 end: f32x16::simd_from(simd, end),
                 far: f32x16::simd_from(simd, far),
             };
-            let found = test(simd, &self.slots.form, &corners, &beam);
-            let (possible, certain, earliest, latest) = self.decide(simd, job, &found, &beam);
+            let found = test(simd, self.slots.wide, &corners, &beam);
+            let (possible, certain, earliest, latest) = lanes_of(&found);
             let filled = (count - number * LANES).min(LANES);
             for lane in bits_of(possible & ((1_u32 << filled) - 1) as u16) {
                 let Pair { slot, id, .. } = sixteen[lane];
@@ -333,32 +327,10 @@ impl Worker {
         )
     }
 
-    /// Which lines may be stopped by their triangles, which certainly are, and where.
-    ///
-    /// A point is in shadow where its box is beyond the triangle's plane. With s the largest side of the triangle along any
-    /// axis, the components of its normal n add up to less than 6 s² and n · (P − hit) is Σ E times how far the depths are
-    /// apart: that has to be more than half the box, b, times 6 s², for which 16 b s² is taken.
-    #[inline(always)]
-    fn decide<S: Simd>(
-        &self,
-        simd: S,
-        job: &Job<'_>,
-        found: &Found<S>,
-        beam: &Beam<S>,
-    ) -> (u16, u16, [f32; LANES], [f32; LANES]) {
-        let mut certain = found.certain;
-        if matches!(job.lines, Lines::Points { .. }) {
-            let gap = beam.end - beam.end.abs() * (4.0 / (1 << 24) as f32) - found.latest;
-            let side = found.side * found.side * (16.0 * self.slots.box_size);
-            certain &= (found.area * gap).simd_gt(side + splat(simd, SMALLEST));
-        }
-        (found.possible.to_bitmask() as u16, certain.to_bitmask() as u16, found.earliest.into(), found.latest.into())
-    }
-
     #[inline(always)]
     fn note(&mut self, job: &Job<'_>, slot: usize, id: u32, is_certain: bool, earliest: f32, latest: f32) {
         let far = &mut self.slots.far[slot];
-        if earliest > *far || self.slots.own[slot] == id {
+        if earliest > *far {
             return;
         }
         match job.asked {
@@ -374,8 +346,7 @@ impl Worker {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.spread.bytes()
-            + self.slots.bytes()
+        self.slots.bytes()
             + self.settle.bytes()
             + self.found.capacity() * size_of::<u64>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
@@ -386,24 +357,29 @@ impl Worker {
     }
 }
 
+/// Which lines may be stopped by their triangles, which certainly are, and where.
+#[inline(always)]
+fn lanes_of<S: Simd>(found: &Found<S>) -> (u16, u16, [f32; LANES], [f32; LANES]) {
+    let (possible, certain) = (found.possible.to_bitmask() as u16, found.certain.to_bitmask() as u16);
+    (possible, certain, found.earliest.into(), found.latest.into())
+}
+
 /// Which of sixteen triangles are missed by all lines of a tile.
 ///
-/// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (q₁ y₂ − q₂ y₁) − v (x₁ q₂ − x₂ q₁), and |u| and |v| are
+/// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
 /// at most H. A line misses where two edge functions, or one and the sum of all, have different signs. With
-/// s = |x| + |y| + 3 H |q|, which is at least a + H q for each line, rounding of corners and lines moves E by less than
+/// s = |x| + |y| + 3 H |z|, which is at least a + H z for each line, rounding of corners and lines moves E by less than
 /// 11 ε s₁ s₂, and that of what is computed here by less than 8 ε s₁ s₂: for δ = 32 ε s₁ s₂ is taken.
 #[inline(always)]
-fn all_beside<S: Simd>(simd: S, form: &Form, corners: &[[f32x16<S>; 3]; 3]) -> mask32x16<S> {
+fn all_beside<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3]) -> mask32x16<S> {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
-    let one = splat(simd, 1.0);
-    let (q0, q1, q2) = if form.is_parallel { (one, one, one) } else { (z0, z1, z2) };
-    let wide = splat(simd, form.wide);
-    let size0 = x0.abs() + y0.abs() + q0.abs() * wide * 3.0;
-    let size1 = x1.abs() + y1.abs() + q1.abs() * wide * 3.0;
-    let size2 = x2.abs() + y2.abs() + q2.abs() * wide * 3.0;
-    let (middle0, u0, v0, error0) = edge([x1, y1, q1], [x2, y2, q2], size1 * size2);
-    let (middle1, u1, v1, error1) = edge([x2, y2, q2], [x0, y0, q0], size2 * size0);
-    let (middle2, u2, v2, error2) = edge([x0, y0, q0], [x1, y1, q1], size0 * size1);
+    let wide = splat(simd, wide);
+    let size0 = x0.abs() + y0.abs() + z0.abs() * wide * 3.0;
+    let size1 = x1.abs() + y1.abs() + z1.abs() * wide * 3.0;
+    let size2 = x2.abs() + y2.abs() + z2.abs() * wide * 3.0;
+    let (middle0, u0, v0, error0) = edge([x1, y1, z1], [x2, y2, z2], size1 * size2);
+    let (middle1, u1, v1, error1) = edge([x2, y2, z2], [x0, y0, z0], size2 * size0);
+    let (middle2, u2, v2, error2) = edge([x0, y0, z0], [x1, y1, z1], size0 * size1);
     let reach0 = (u0.abs() + v0.abs()).mul_add(wide, error0);
     let reach1 = (u1.abs() + v1.abs()).mul_add(wide, error1);
     let reach2 = (u2.abs() + v2.abs()).mul_add(wide, error2);
@@ -419,10 +395,10 @@ fn all_beside<S: Simd>(simd: S, form: &Form, corners: &[[f32x16<S>; 3]; 3]) -> m
 /// An edge function's value in the middle, how it changes along u and v, and how wrong it may be.
 #[inline(always)]
 fn edge<S: Simd>(
-    [x1, y1, q1]: [f32x16<S>; 3],
-    [x2, y2, q2]: [f32x16<S>; 3],
+    [x1, y1, z1]: [f32x16<S>; 3],
+    [x2, y2, z2]: [f32x16<S>; 3],
     size: f32x16<S>,
 ) -> (f32x16<S>, f32x16<S>, f32x16<S>, f32x16<S>) {
     const ERROR: f32 = 32.0 / (1 << 24) as f32;
-    (x1 * y2 - x2 * y1, q1 * y2 - q2 * y1, x1 * q2 - x2 * q1, size * ERROR + SMALLEST)
+    (x1 * y2 - x2 * y1, z1 * y2 - z2 * y1, x1 * z2 - x2 * z1, size * ERROR + SMALLEST)
 }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::{CameraRays, SeenImage, SeenPixels};
 use crate::Triangles;
-use crate::predicate::ROUNDING;
+use crate::predicate::{HitPoint, ROUNDING};
 use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector, vectors};
 
 /// The points that eight pixels show, in f64 from the planes of the triangles that they are on.
@@ -53,6 +53,22 @@ pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vecto
 }
 
 impl<S: Simd> EightPoints<S> {
+    /// Points that are known, in relation to `light`: only the difference is rounded.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, points: [HitPoint; 8], light: DVec3) -> Self {
+        let mut positions = [[0.0; 8]; 3];
+        for (lane, point) in points.iter().enumerate() {
+            let [x, y, z] = point.position.to_array();
+            (positions[0][lane], positions[1][lane], positions[2][lane]) = (x, y, z);
+        }
+        let positions = vectors(simd, positions);
+        let predicate_error = f64x8::simd_from(simd, points.map(|point| point.error));
+        let size = largest(positions);
+        let error = (size + light.abs().max_element()) * (2.0 * ROUNDING) + predicate_error;
+        let offset = minus(positions, splat_vector(simd, light));
+        Self { offset, error, predicate_error, certain: size.simd_lt(f64x8::splat(simd, 1e200)) }
+    }
+
     /// Finds the points that the pixels at `indices` show, in relation to `light`.
     ///
     /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the

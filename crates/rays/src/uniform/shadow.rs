@@ -238,7 +238,7 @@ impl LightTrace<'_> {
         let Worker { bundle, any_hit, undecided_shadows, scratch, .. } = worker;
         // One pixel after the other, so that each shadow ray is found once.
         undecided_shadows.sort_unstable();
-        let mut shadows = settle::Shadows::new(self.image, self.light);
+        let mut shadows = settle::Shadows::new(self.image.shot, self.light);
         for &(block, lane, id) in &*undecided_shadows {
             let found = &mut any_hit[usize::from(block)];
             if found.shadowed >> lane & 1 == 1 {
@@ -246,7 +246,8 @@ impl LightTrace<'_> {
             }
             scratch.statistics.note(|counts| counts.settled += 1);
             let index = first + usize::from(bundle.blocks[usize::from(block)]) * LANES + usize::from(lane);
-            found.shadowed |= u16::from(shadows.is_shadowed_by(index, id)) << lane;
+            let ray = || self.image.shot.shadow_ray(self.image.seen, index, self.light);
+            found.shadowed |= u16::from(shadows.is_shadowed_by(index, id, ray)) << lane;
         }
         undecided_shadows.clear();
     }

@@ -115,6 +115,24 @@ fn lights_reach_what_the_oracle_says() {
 }
 
 #[test]
+fn so_do_they_of_many_tiles_of_points() {
+    let mut random = Random::new(23);
+    let mesh = TestMesh::bad_shapes(&mut random);
+    let triangles = mesh.triangles();
+    let each = (3 * 4096_u32).div_ceil(triangles.len() as u32);
+    // Few, so that all threads share a light's tiles; and as many as threads take one by one.
+    let lights = lights(&mesh, 1.0, Vec3::ZERO, &mut random);
+    for (threads, lights) in [(3, &lights[..2]), (2, &lights[7..])] {
+        let [dark, lit] = on_threads(threads, || {
+            let mut scanner = Scanner::default();
+            scanner.build(triangles);
+            check("bad shapes", &mut scanner, &Lit::new(triangles, Receivers::Samples(each)), lights)
+        });
+        assert!(dark > 1000 && lit > 1000, "{dark} dark, {lit} lit");
+    }
+}
+
+#[test]
 fn lit_bits_do_not_depend_on_threads() {
     let mut random = Random::new(22);
     let mesh = TestMesh::bad_shapes(&mut random);

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::*;
 use crate::light_grid::choose::choose;
 use crate::light_grid::survey::Survey;
+use crate::predicate::HitPoint;
 use crate::random::Random;
 use crate::shot::Shot;
 use crate::{Camera, LightSource, Projection, SimdLevel, Triangles, View};
@@ -65,15 +66,16 @@ impl Trial {
         let mut survey = Survey::default();
         survey.find(&shot, &seen, *level);
         let mut faces = Vec::new();
-        choose(light, &survey.rays, &survey.tiles, &mut faces)?;
+        choose(light, survey.rays.step_x, &survey.tiles, &mut faces)?;
         let number = (random.unit() * faces.len() as f64) as usize;
         let face = faces.get_mut(number)?;
-        face.choose_point_error(&survey.rays, &survey.tiles);
+        let image = SeenImage { shot: &shot, seen: &seen };
+        let points = PointSet::Seen(image, survey.rays);
+        face.choose_point_error(&points, &survey.tiles);
         let pixels = PixelMap::new(face, &survey.rays);
-        let image = &SeenImage { shot: &shot, seen: &seen };
         let tile = (random.unit() * survey.tiles.len() as f64) as usize;
-        let origin = origin(image, &pixels, tile);
-        let map = TileMap::new(image, &survey.rays, face, &pixels, tile, origin);
+        let origin = origin(&image, &pixels, tile);
+        let map = TileMap::new(&points, face, &pixels, tile, origin);
         let (mut blocks, mut outliers, mut worst) = (Box::new([Block::EMPTY; TILE_BLOCKS]), Vec::new(), [0.0; 2]);
         for group in 0..GROUPS {
             let mut refined = 0;
@@ -87,10 +89,7 @@ impl Trial {
                     let (column, row) = seen.order().column_and_row(index);
                     let ray = view.ray(f64::from(column) + offset_pixels.x, f64::from(row) + offset_pixels.y);
                     let p = face.homogeneous(ray.origin + ray.direction * true_depth[index]);
-                    let at = if face.is_parallel { p } else { DVec3::new(p.x, p.y, face.near) / p.z };
-                    let points = &blocks[block];
-                    let to = DVec3::from([points.x[lane], points.y[lane], points.nearness[lane]].map(f64::from));
-                    let wrong = (at - DVec3::from(origin.map(f64::from)) - to).abs();
+                    let wrong = wrong_by(face, p, origin, &blocks[block], lane);
                     let [position, nearness] = found.errors.map(f64::from);
                     worst[0] = f64::max(worst[0], wrong.x.max(wrong.y) / position);
                     worst[1] = f64::max(worst[1], wrong.z / nearness);
@@ -101,13 +100,69 @@ impl Trial {
     }
 }
 
+/// By how much X, Y and W of a block's point are from where its homogeneous coordinates are.
+fn wrong_by(face: &Face, p: DVec3, origin: [f32; 3], points: &Block, lane: usize) -> DVec3 {
+    let at = if face.is_parallel { p } else { DVec3::new(p.x, p.y, face.near) / p.z };
+    let to = DVec3::from([points.x[lane], points.y[lane], points.nearness[lane]].map(f64::from));
+    (at - DVec3::from(origin.map(f64::from)) - to).abs()
+}
+
+/// The most of what trials say.
+fn worst(of_trial: impl Fn(Random, SimdLevel) -> Option<[f64; 2]> + Sync) -> [f64; 2] {
+    let levels = SimdLevel::available();
+    let of_seed = |seed: u32| of_trial(Random::new(seed.into()), levels[seed as usize % levels.len()]);
+    let all: Vec<_> = (0..TRIALS).into_par_iter().filter_map(of_seed).collect();
+    assert!(all.len() > TRIALS as usize / 2, "{}", all.len());
+    all.into_iter().fold([0.0; 2], |most, one| [0, 1].map(|axis| f64::max(most[axis], one[axis])))
+}
+
 #[test]
 fn points_are_no_more_wrong_than_is_said() {
-    let levels = SimdLevel::available();
-    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
-    let all: Vec<_> = (0..TRIALS).into_par_iter().filter_map(of_trial).collect();
-    assert!(all.len() > TRIALS as usize / 2, "{}", all.len());
-    let most = all.into_iter().fold([0.0; 2], |most, one| [0, 1].map(|axis| f64::max(most[axis], one[axis])));
+    let most = worst(|random, level| Trial::new(random, level).run());
     // What is allowed isn't much more than what there is.
     assert!(most.iter().all(|most| (0.5..=1.0).contains(most)), "{most:?} of what may be");
+}
+
+/// The same of listed points in a box of any size and place.
+fn listed(mut random: Random, level: SimdLevel) -> Option<[f64; 2]> {
+    let mut anywhere = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size));
+    let (middle, half, far, sideways) = (anywhere(10.0), anywhere(2.0), anywhere(30.0), anywhere(1.0));
+    let positions: Vec<DVec3> = (0..300).map(|_| middle + half * anywhere(1.0)).collect();
+    let light = match (random.unit() * 3.0) as u32 {
+        0 => LightSource::Point { position: (positions[0] + sideways * random.power(-3.0, 0.0)).as_vec3() },
+        1 => LightSource::Point { position: far.as_vec3() },
+        _ => LightSource::Directional { direction: sideways.as_vec3() },
+    };
+    let mut list = PointList::default();
+    list.fill(positions.len(), |number| Some((HitPoint { position: positions[number], error: 0.0 }, SeenPixels::NONE)));
+    let points = PointSet::Listed(&list);
+    let mut faces = Vec::new();
+    choose(&light, points.along(), &list.tiles, &mut faces)?;
+    let number = (random.unit() * faces.len() as f64) as usize;
+    let face = faces.get_mut(number)?;
+    face.choose_point_error(&points, &list.tiles);
+    let map = TileMap::new(&points, face, &PixelMap::default(), 0, [0.0; 3]);
+    let (mut blocks, mut outliers, mut worst) = (Box::new([Block::EMPTY; TILE_BLOCKS]), Vec::new(), [0.0; 2]);
+    for group in 0..GROUPS {
+        let mut refined = 0;
+        let found = dispatch!(level.0, simd => map.map_group(simd, group, &mut blocks, &mut outliers, &mut refined));
+        let Some(found) = found.filter(|_| refined == 0 && outliers.is_empty()) else { continue };
+        for (index, members) in found.members.into_iter().enumerate() {
+            let block = block_of(group, index);
+            for lane in bits_of(members) {
+                let p = face.homogeneous(list.points[block * LANES + lane].position);
+                let wrong = wrong_by(face, p, map.origin, &blocks[block], lane);
+                let [position, nearness] = found.errors.map(f64::from);
+                worst[0] = f64::max(worst[0], wrong.x.max(wrong.y) / position);
+                worst[1] = f64::max(worst[1], wrong.z / nearness);
+            }
+        }
+    }
+    Some(worst)
+}
+
+#[test]
+fn listed_points_are_no_more_wrong_than_is_said() {
+    let most = worst(listed);
+    assert!(most.iter().all(|most| (0.1..=1.0).contains(most)), "{most:?} of what may be");
 }

@@ -170,7 +170,7 @@ impl Trial {
         let mut seen = SeenPixels::default();
         seen.resize(64, 64);
         let [part] = &parts.parts[..] else { panic!("one part") };
-        let points = PartPoints::new(part, 0, blocks, &[0; TILE_BLOCKS], &seen);
+        let points = PartPoints::new(part, 0, blocks, &[0; TILE_BLOCKS], &seen.triangle);
         let mut counts = [0; 3];
         for (triangle, &corners) in triangles.iter().enumerate() {
             let block = &blocks[block_of(0, triangle)];

@@ -24,7 +24,6 @@ mod worker;
 use web_time::Instant;
 
 use crate::grids::LightsGrid;
-use crate::light_grid::settle::Settler;
 use crate::listed::sorted::Sorted;
 use crate::patches::Patches;
 use crate::shot::{Bytes, LightMask, SeenImage, SeenPixels, Shot, Work};
@@ -146,19 +145,20 @@ impl ListedLightGrid {
 }
 
 impl<M: LightMap> Lists<M> {
-    /// Maps the points to each face of the settler's light, and calls `visit`; whether the light is one at all.
+    /// Maps the points to each face of a light, and calls `visit`; whether the light is one at all.
     fn visit_faces(
         &mut self,
         pass: &mut LightPass,
-        settler: &Settler<'_>,
+        image: &SeenImage<'_>,
+        light: &LightSource,
         mut visit: impl FnMut(&mut Self, &mut LightPass),
     ) -> bool {
-        pass.start(settler.image.seen);
-        let Some(faces) = self.map.choose(settler.light, &pass.survey, &self.options) else { return false };
+        pass.start(image.seen);
+        let Some(faces) = self.map.choose(light, &pass.survey, &self.options) else { return false };
         for face in 0..faces {
             let start = Instant::now();
             pass.members.fill(0);
-            self.map.map(face, &settler.image, pass);
+            self.map.map(face, image, pass);
             pass.seconds.map += start.elapsed().as_secs_f64();
             visit(self, pass);
         }
@@ -173,8 +173,9 @@ impl<M: LightMap> Lists<M> {
         light: &LightSource,
         mask: &mut LightMask,
     ) -> Work {
-        let settler = Settler::new(SeenImage { shot, seen }, pass.survey.rays, light, pass.level);
-        let is_light = self.visit_faces(pass, &settler, |lists, pass| {
+        let image = &SeenImage { shot, seen };
+        let settler = pass.settler(image, light);
+        let is_light = self.visit_faces(pass, image, light, |lists, pass| {
             let points: u64 = pass.members.iter().map(|members| u64::from(members.count_ones())).sum();
             if points == 0 {
                 return;
@@ -214,10 +215,10 @@ impl<M: LightMap> Lists<M> {
         light: &LightSource,
         cells: &mut LightCells,
     ) {
-        let settler = Settler::new(SeenImage { shot, seen }, pass.survey.rays, light, pass.level);
+        let image = &SeenImage { shot, seen };
         cells.start(seen.order());
         // A light that is none has no face.
-        self.visit_faces(pass, &settler, |lists, pass| {
+        self.visit_faces(pass, image, light, |lists, pass| {
             lists.sort_points(pass);
             lists.add_located(cells);
         });
@@ -230,9 +231,10 @@ impl<M: LightMap> Lists<M> {
         seen: &SeenPixels,
         light: &LightSource,
     ) -> Result<(), String> {
-        let settler = Settler::new(SeenImage { shot, seen }, pass.survey.rays, light, pass.level);
+        let image = &SeenImage { shot, seen };
+        let settler = pass.settler(image, light);
         let mut result = Ok(());
-        self.visit_faces(pass, &settler, |lists, pass| {
+        self.visit_faces(pass, image, light, |lists, pass| {
             if result.is_ok() {
                 lists.sort_points(pass);
                 lists.map.project(shot.triangles.positions, pass.level);

@@ -1,7 +1,8 @@
 use crate::LightSource;
-use crate::light_grid::settle::{Settler, settle_outliers};
+use crate::light_grid::point_set::PointSet;
+use crate::light_grid::settle::Settler;
 use crate::light_grid::survey::Survey;
-use crate::shot::{Counts, LightMask, Seconds, SeenPixels, Shot, TileOrder, Work};
+use crate::shot::{Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
 use crate::simd::SimdLevel;
 
 /// One light's way from what a camera sees to a mask: what doesn't depend on how the light sees points.
@@ -24,6 +25,11 @@ impl LightPass {
         Self { level, ..Self::default() }
     }
 
+    /// What settles doubts about what a light reaches.
+    pub(super) fn settler<'a>(&self, image: &SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
+        Settler::new(image.shot, PointSet::Seen(*image, self.survey.rays), light, self.level)
+    }
+
     /// Starts with a light.
     ///
     /// # Panics
@@ -41,10 +47,8 @@ impl LightPass {
 
     /// Settles what no face could hold.
     pub(super) fn settle_outliers(&mut self, settler: &Settler<'_>) {
-        let image = settler.image;
         self.outliers.extend_from_slice(&self.survey.unknown);
-        self.counts.outliers =
-            settle_outliers(&mut self.outliers, image.shot, image.seen, settler.light, &mut self.shadowed);
+        self.counts.outliers = settler.settle_outliers(&mut self.outliers, &mut self.shadowed);
     }
 
     /// Writes which points are lit.

@@ -120,7 +120,7 @@ impl<M: LightMap> Tester<'_, M> {
                     any_small = true;
                 }
             }
-            let triangles = self.settler.image.shot.triangles;
+            let triangles = self.settler.shot.triangles;
             let small =
                 if any_small { self.map.set_up(simd, triangles, &ids[..items.len()], &mut worker.batch) } else { 0 };
             for (lane, &item) in items.iter().enumerate() {
@@ -165,11 +165,11 @@ impl<M: LightMap> Tester<'_, M> {
         let open = &mut open[number].points;
         for lane in bits_of(possible & u64::from(*open)) {
             let index = group.indices[lane];
-            if self.settler.image.seen.triangle[index as usize] == id {
+            if self.settler.points.own()[index as usize] == id {
                 continue;
             }
             let is_certain = certain >> lane & 1 == 1;
-            if is_certain && self.settler.image.shot.shadow_opacity.is_opaque(id) {
+            if is_certain && self.settler.shot.shadow_opacity.is_opaque(id) {
                 *open &= !(1 << lane);
                 shadowed[index as usize / LANES] |= 1 << (index as usize % LANES);
             } else {

@@ -2,7 +2,6 @@ use super::Lists;
 use super::map::LightMap;
 use super::trace::LARGE;
 use crate::light_grid::settle::Settler;
-use crate::shot::SeenImage;
 
 impl<M: LightMap> Lists<M> {
     /// Checks the cells of a face that was built for the settler's light and what pixels have seen. Each of its points,
@@ -51,9 +50,9 @@ impl<M: LightMap> Lists<M> {
 
 /// A triangle that shadows what the pixel at `index` shows and isn't `listed`.
 fn missing(settler: &Settler<'_>, index: u32, listed: &[u32]) -> Option<u32> {
-    let Settler { image: SeenImage { shot, seen }, light, opacity, .. } = settler;
-    let own = seen.triangle[index as usize];
-    let ray = shot.shadow_ray(seen, index as usize, light)?;
+    let Settler { shot, points, light, opacity, .. } = settler;
+    let own = points.own()[index as usize];
+    let ray = points.shadow_ray(index as usize, light)?;
     let blocks = |id: u32| shot.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
     let shadows = |id: u32| blocks(id) && opacity.is_there(id);
     (0..shot.triangles.len() as u32).find(|&id| id != own && listed.binary_search(&id).is_err() && shadows(id))

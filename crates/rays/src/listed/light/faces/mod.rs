@@ -21,6 +21,7 @@ use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::choose;
 use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
 use crate::light_grid::pixel_map::PixelMap;
+use crate::light_grid::point_set::PointSet;
 use crate::light_grid::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
 use crate::light_grid::survey::Survey;
 use crate::shot::SeenImage;
@@ -82,7 +83,7 @@ impl LightMap for Faces {
     type Large = Plane;
 
     fn choose(&mut self, light: &LightSource, survey: &Survey, _: &ListedLightOptions) -> Option<usize> {
-        choose::choose(light, &survey.rays, &survey.tiles, &mut self.all)?;
+        choose::choose(light, survey.rays.step_x, &survey.tiles, &mut self.all)?;
         Some(self.all.len())
     }
 
@@ -90,12 +91,13 @@ impl LightMap for Faces {
         let Self { all, face: chosen, vertex_errors, blocks, errors, .. } = self;
         let LightPass { survey, members, outliers, counts, level, .. } = pass;
         *chosen = all[face];
-        chosen.choose_point_error(&survey.rays, &survey.tiles);
+        let points = &PointSet::Seen(*image, survey.rays);
+        chosen.choose_point_error(points, &survey.tiles);
         *vertex_errors = VertexErrors::new(chosen);
         blocks.resize(survey.slots / LANES, Block::EMPTY);
         errors.resize(blocks.len(), BlockErrors::default());
         let pixels = PixelMap::new(chosen, &survey.rays);
-        let (level, rays, tiles, face) = (level.0, &survey.rays, &survey.tiles, &*chosen);
+        let (level, tiles, face) = (level.0, &survey.tiles, &*chosen);
         let outliers = Mutex::new(outliers);
         let outputs = blocks
             .par_chunks_exact_mut(TILE_BLOCKS)
@@ -105,7 +107,7 @@ impl LightMap for Faces {
             let (mut lost, mut refined) = (Vec::new(), 0);
             let Some(blocks) = blocks.first_chunk_mut() else { return 0 };
             if face.may_own(&tiles[number]) {
-                let map = TileMap::new(image, rays, face, &pixels, number, [0.0; 3]);
+                let map = TileMap::new(points, face, &pixels, number, [0.0; 3]);
                 for number in 0..GROUPS {
                     let group =
                         dispatch!(level, simd => map.map_group(simd, number, &mut *blocks, &mut lost, &mut refined));
