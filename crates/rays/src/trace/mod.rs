@@ -50,7 +50,7 @@ impl<'a> Trace<'a> {
 
     fn stops(&self, ray: &Ray, hit: &Hit) -> bool {
         let id = hit.triangle;
-        // Corners aren't looked up where nobody asks about sides: that took a tenth of many rays' time.
+        // Corners aren't looked up where nobody asks about sides.
         let is_there = self.sides == Sides::Both || self.sides.stop(ray, id, self.triangles.corners(id));
         is_there && self.opacity.is_stopped_at(id, hit.barycentric)
     }
