@@ -223,14 +223,24 @@ impl Scanner {
     /// # Panics
     /// If it was built of another number of triangles, or there are neither no own triangles nor one for each point.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
-        let Lit { triangles, receivers, opacity, sides } = *lit;
+        self.list_points(lit);
+        self.lit_listed(lit, lights, bits);
+    }
+
+    /// Sorts the points.
+    fn list_points(&mut self, Lit { triangles, receivers, .. }: &Lit<'_>) {
         if let Receivers::Points { positions, own } = receivers {
             assert!(own.is_empty() || own.len() == positions.len(), "{} own, {} points", own.len(), positions.len());
         }
+        self.patches.expect(*triangles);
+        self.list.fill(receivers.count(*triangles), |number| receivers.point(*triangles, number));
+    }
+
+    /// Finds which of the points that were sorted each light reaches.
+    fn lit_listed(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+        let Lit { triangles, receivers, opacity, sides } = *lit;
         let Self { patches, list, shadows, level, .. } = self;
-        patches.expect(triangles);
         let count = receivers.count(triangles);
-        list.fill(count, |number| receivers.point(triangles, number));
         let words = count.div_ceil(64);
         bits.words.clear();
         bits.words.resize(words * lights.len(), 0);
@@ -269,8 +279,9 @@ impl Scanner {
         let lit = Lit::new(triangles, Receivers::Samples(samples));
         let mut bits = LitBits::default();
         shares.clear();
+        self.list_points(&lit);
         for light in lights {
-            self.lit(&lit, std::slice::from_ref(light), &mut bits);
+            self.lit_listed(&lit, std::slice::from_ref(light), &mut bits);
             shares.extend(bits.shares(0, samples));
         }
     }
