@@ -8,10 +8,10 @@ use crate::simd::each;
 /// A ray prepared for boxes and triangles in f32. Its t is the distance along the axis k of the direction's largest component,
 /// in scaled coordinates.
 ///
-/// **How a box is left out.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 4 ε |t|: from the
-/// difference, the reciprocal, what that grows by, and the product. Boxes are grown by more than twice the one, and intervals by
-/// twice the other. No ray whose t are above zero leaves a box that it meets below zero, so the intervals of these grow with the
-/// reciprocal alone. What overflows is no number, which leaves nothing out.
+/// **How a box is left out.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 5 ε |t|: from the
+/// difference, the slope, its reciprocal, what that grows by, and the product. Boxes are grown by more than twice the one, and
+/// intervals by 8 ε |t|. No ray whose t are above zero leaves a box that it meets below zero, so the intervals of these grow
+/// with the reciprocal alone. What overflows is no number, which leaves nothing out.
 #[derive(Clone, Copy)]
 pub struct Line {
     /// Scaled, and rounded to f32.
@@ -59,7 +59,7 @@ impl Line {
     pub fn new(ray: &Ray, unit: f32) -> Option<Self> {
         // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
         // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
-        const STEEPEST: f64 = 1e38;
+        const STEEPEST: f32 = 1e38;
         const SMALLEST: f32 = 1e-20;
         const FARTHEST: f64 = 1e30;
         let unit = f64::from(unit);
@@ -67,68 +67,62 @@ impl Line {
         let of_two = usize::from(size[1] > size[0]);
         let k = if size[2] > size[of_two] { 2 } else { of_two };
         let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][k];
-        let scaled = (ray.origin * unit).to_array();
-        if scaled.iter().any(|coordinate| coordinate.abs() > FARTHEST) {
+        let scaled = ray.origin * unit;
+        if scaled.abs().max_element() > FARTHEST {
             return None;
         }
-        let length = size[k];
-        let mut line = Self {
-            origin: [0.0; 3],
-            enter_origin: [0.0; 3],
-            leave_origin: [0.0; 3],
-            inverse: [0.0; 3],
-            is_backward: [0; 3],
+        let (length, scaled) = (size[k], scaled.to_array());
+        let origin = each!(scaled in scaled => scaled as f32);
+        // Of each axis for a step along k; ±1 for k itself. One that f32 can't hold is one along the slab.
+        let slopes = each!(slope in (ray.direction / length).to_array() => slope as f32);
+        let growth = each!(axis in [0, 1, 2] => {
+            (origin[axis].abs() * (2.0 * f32::EPSILON) + SMALLEST).copysign(slopes[axis])
+        });
+        let lost = each!(axis in [0, 1, 2] => {
+            if f64::from(origin[axis]) == scaled[axis] { LEAST_BLUR } else { origin[axis].abs() }
+        });
+        let (sign, scale) = (slopes[k], length * unit);
+        let (is_ahead, near) = (ray.t_min >= 0.0, at_most(ray.t_min * scale));
+        Some(Self {
+            origin,
+            enter_origin: each!(axis in [0, 1, 2] => origin[axis] + growth[axis]),
+            leave_origin: each!(axis in [0, 1, 2] => origin[axis] - growth[axis]),
+            inverse: each!(slope in slopes => (1.0 / slope.abs()).min(STEEPEST).copysign(slope)),
+            is_backward: each!(slope in slopes => usize::from(slope.is_sign_negative())),
             axes,
-            slopes: [
-                -(ray.direction[axes[0]] / ray.direction[k]) as f32,
-                -(ray.direction[axes[1]] / ray.direction[k]) as f32,
-            ],
-            sign: 1.0_f32.copysign(ray.direction[k] as f32),
-            blur: LEAST_BLUR,
-            scale: length * unit,
-            near: 0.0,
-            far: 0.0,
-            after: 0.0,
-            is_ahead: ray.t_min >= 0.0,
-        };
-        for (axis, scaled) in scaled.into_iter().enumerate() {
-            let origin = scaled as f32;
-            let sign = ray.direction[axis] as f32;
-            let inverse = (length / size[axis]).min(STEEPEST) as f32;
-            let growth = (origin.abs() * (2.0 * f32::EPSILON) + SMALLEST).copysign(sign);
-            line.origin[axis] = origin;
-            line.inverse[axis] = inverse.copysign(sign);
-            line.enter_origin[axis] = origin + growth;
-            line.leave_origin[axis] = origin - growth;
-            line.is_backward[axis] = usize::from(sign.is_sign_negative());
-            if f64::from(origin) != scaled {
-                line.blur = line.blur.max(origin.abs());
-            }
-        }
-        line.near = line.at_most(ray.t_min);
-        if line.is_ahead {
-            line.near = line.near.max(0.0);
-        }
-        line.after = line.at_least(ray.t_min);
-        line.far = line.at_least(ray.t_max);
-        Some(line)
+            slopes: [-slopes[axes[0]] * sign, -slopes[axes[1]] * sign],
+            sign,
+            blur: lost[0].max(lost[1]).max(lost[2]).max(LEAST_BLUR),
+            scale,
+            near: if is_ahead { near.max(0.0) } else { near },
+            far: at_least(ray.t_max * scale),
+            after: at_least(ray.t_min * scale),
+            is_ahead,
+        })
     }
 
     /// A number here that is at least a t of the ray.
     #[inline(always)]
     pub(super) fn at_least(&self, t: f64) -> f32 {
-        ((t * self.scale) as f32).next_up().next_up()
+        at_least(t * self.scale)
     }
 
     #[cfg(test)]
     pub(super) fn scale(&self) -> f64 {
         self.scale
     }
+}
 
-    #[inline(always)]
-    fn at_most(&self, t: f64) -> f32 {
-        ((t * self.scale) as f32).next_down().next_down()
-    }
+/// An f32 that is above a number, whatever rounding and scaling have made of it.
+#[inline(always)]
+fn at_least(t: f64) -> f32 {
+    let t = t as f32;
+    t + (t.abs().min(f32::MAX) * (2.0 * f32::EPSILON) + f32::MIN_POSITIVE)
+}
+
+#[inline(always)]
+fn at_most(t: f64) -> f32 {
+    -at_least(-t)
 }
 
 /// The origin is taken to be off by eight roundings of this at least: more than what scaling loses of coordinates.
