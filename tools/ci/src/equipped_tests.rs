@@ -1,5 +1,4 @@
 use std::path::Path;
-use std::thread;
 
 use crate::command::{Scope, cargo_workspace};
 use crate::debian;
@@ -15,21 +14,19 @@ pub(crate) struct EquippedTests {
     marker: &'static str,
     /// The Debian package that has it.
     package: &'static str,
-    /// How many tests run at once, for each processor.
-    at_once: usize,
 }
 
 /// The tests that need a GPU adapter. Those of one program share a device, so that its kernels are compiled once, which a
-/// process for each test would not; many wait for one another's device, and some are left to work while they do.
+/// process for each test would not.
 pub(crate) const GPU: EquippedTests =
-    EquippedTests { program: "gpu", marker: "skipped-gpu:", package: debian::SOFTWARE_ADAPTER, at_once: 2 };
+    EquippedTests { program: "gpu", marker: "skipped-gpu:", package: debian::SOFTWARE_ADAPTER };
 
 /// The viewer's interface and its engines, drawn by an adapter without a window.
-pub(crate) const VIEWER: EquippedTests = EquippedTests { program: "viewer", at_once: 1, ..GPU };
+pub(crate) const VIEWER: EquippedTests = EquippedTests { program: "viewer", ..GPU };
 
 /// The command with its window, on an X server without a screen.
 pub(crate) const WINDOW: EquippedTests =
-    EquippedTests { program: "view", marker: "skipped-window:", package: debian::X_SERVER, at_once: 1 };
+    EquippedTests { program: "view", marker: "skipped-window:", package: debian::X_SERVER };
 
 impl EquippedTests {
     /// Runs them. On a machine that could have what they need, it is a failure if they lack it.
@@ -37,9 +34,6 @@ impl EquippedTests {
         let mut test = cargo_workspace(root, scope, &["test", "--no-fail-fast", "--test", self.program]);
         test_times::ask_for_times(&mut test);
         test.arg("--nocapture");
-        if let Ok(processors) = thread::available_parallelism() {
-            test.arg(format!("--test-threads={}", processors.get() * self.at_once));
-        }
         let times = TestTimes::of(&mut test, Some(self.marker))?;
         self.judge(times.marked, debian::can_have(self.package))
     }
