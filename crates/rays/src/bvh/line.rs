@@ -116,8 +116,8 @@ impl Line {
 /// An f32 that is above a number, whatever rounding and scaling have made of it.
 #[inline(always)]
 fn at_least(t: f64) -> f32 {
-    let t = t as f32;
-    t + (t.abs().min(f32::MAX) * (2.0 * f32::EPSILON) + f32::MIN_POSITIVE)
+    let t = (t as f32).clamp(f32::MIN, f32::MAX);
+    t + (t.abs() * (2.0 * f32::EPSILON) + f32::MIN_POSITIVE)
 }
 
 #[inline(always)]
