@@ -34,6 +34,9 @@ fn found(job: &Job) -> Result<(Renderer, String), String> {
     if job.settings.ambient_occlusion > 0.0 {
         return Err("it alone looks for what is near".to_owned());
     }
+    if job.settings.smooth_terminator {
+        return Err("it alone has smooth terminators".to_owned());
+    }
     if !job.settings.layers.is_empty() {
         return Err("it alone makes layers".to_owned());
     }

@@ -252,6 +252,7 @@ impl RenderFlags {
             exposure: _,
             structure: _,
             sides: _,
+            smooth_terminator: _,
             bounces: _,
             least_contribution: _,
             gloss: _,
@@ -395,6 +396,9 @@ pub(crate) struct RenderFlags {
     /// Which sides of triangles there are; what shows another is seen through, and lets light through
     #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>())]
     pub(crate) sides: Sides,
+    /// Light ends on round surfaces where their vertices' normals say, instead of at whole triangles. On the CPU
+    #[arg(long)]
+    pub(crate) smooth_terminator: bool,
     /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
     /// background alone, and glass refracts nothing. On the CPU [default: 2 for a still and with --gloss, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]

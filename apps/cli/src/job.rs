@@ -68,6 +68,7 @@ impl Job {
             sky_shadows: flags.sky_shadows,
             structure,
             sides: flags.sides,
+            smooth_terminator: flags.smooth_terminator,
             bounces: quality.bounces,
             least_contribution: flags.least_contribution,
             gloss: flags.gloss,
@@ -158,6 +159,9 @@ fn engine(flags: &RenderFlags, structure: Structure, quality: Quality) -> Result
             "ambient occlusion is the CPU's alone",
             "leave out --engine, or use --sky-shadows instead",
         )),
+        EngineKind::Gpu if flags.smooth_terminator => {
+            Err(Failure::input("smooth terminators are the CPU's alone", "leave out --engine or --smooth-terminator"))
+        }
         EngineKind::Gpu | EngineKind::Auto if flags.texture_memory.is_some() => {
             Err(Failure::input("a GPU has all textures in its own memory", "leave out --engine or --texture-memory"))
         }

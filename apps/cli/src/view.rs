@@ -138,6 +138,7 @@ mod tests {
         for sides in umbrage::Sides::all() {
             on_cpu(Settings { sides, bounces: 3, ..Settings::default() });
         }
+        on_cpu(Settings { smooth_terminator: true, ..Settings::default() });
         for name in ["", "it's a GPU"] {
             assert_copied(&Settings::default(), &EngineChoice::Gpu(name.to_owned()));
         }

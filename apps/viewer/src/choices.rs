@@ -18,6 +18,8 @@ pub(crate) struct Choices {
     pub(crate) structures: Structures,
     #[serde(with = "as_text")]
     pub(crate) sides: Sides,
+    /// On the CPU.
+    pub(crate) smooth_terminator: bool,
     pub(crate) bounces: u32,
     /// Of pictures that stay, and of recordings.
     pub(crate) samples: u32,
@@ -87,12 +89,14 @@ mod as_text {
 
 impl Default for Choices {
     fn default() -> Self {
-        let Settings { sides, bounces, aperture, focus, shutter_seconds, light_radius, .. } = Settings::default();
-        let Settings { sky_shadows, ambient_occlusion, gloss, exposure_stops, tone_map, .. } = Settings::default();
+        let Settings { sides, smooth_terminator, bounces, aperture, focus, .. } = Settings::default();
+        let Settings { shutter_seconds, light_radius, sky_shadows, ambient_occlusion, .. } = Settings::default();
+        let Settings { gloss, exposure_stops, tone_map, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
             sides,
+            smooth_terminator,
             bounces,
             samples: 64,
             samples_in_motion: 1,
@@ -179,6 +183,7 @@ impl Choices {
             gloss: self.gloss && bounces > 0,
             structure,
             sides: self.sides,
+            smooth_terminator: self.smooth_terminator && self.engine == EngineChoice::Cpu,
             bounces,
             exposure_stops: self.exposure_stops,
             tone_map: self.tone_map,

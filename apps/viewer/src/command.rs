@@ -119,6 +119,9 @@ impl CommandLine<'_> {
         if settings.sides != default.sides {
             flag(&mut line, "sides", settings.sides.name());
         }
+        if settings.smooth_terminator {
+            line.push_str(" --smooth-terminator");
+        }
         if settings.exposure_stops != default.exposure_stops {
             flag(&mut line, "exposure", &settings.exposure_stops.to_string());
         }

@@ -125,6 +125,9 @@ pub enum Error {
     /// A GPU was asked for ambient occlusion.
     #[error("ambient occlusion is the CPU's alone: shadows of the sky are a GPU's as well")]
     OcclusionOnGpu,
+    /// A GPU was asked for the shadows of smooth surfaces.
+    #[error("smooth terminators are the CPU's alone")]
+    TerminatorOnGpu,
     /// A GPU was asked for layers.
     #[error("layers are the CPU's alone: a GPU takes none")]
     LayersOnGpu,
@@ -186,6 +189,7 @@ impl Error {
                 | Self::StructureLeftOut(_)
                 | Self::BouncesOnGpu
                 | Self::OcclusionOnGpu
+                | Self::TerminatorOnGpu
                 | Self::NoiseOnGpu
                 | Self::StructureOnGpu(_)
                 | Self::OptionOnGpu(..)

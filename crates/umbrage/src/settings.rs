@@ -44,6 +44,10 @@ pub struct Settings {
     pub structure: Structure,
     /// Which sides of triangles stop rays.
     pub sides: Sides,
+    /// Whether shadows begin where they would on the smooth surfaces that the vertices' normals stand for, instead of with whole
+    /// triangles that face away from a light: points are moved there before lights are asked about them, as Hanika describes it
+    /// (*Hacking the Shadow Terminator*, 2021). On the CPU.
+    pub smooth_terminator: bool,
     /// How many mirrors, and surfaces of glass, one after the other, light may come by to the camera, 0 to
     /// [`Settings::MAX_BOUNCES`]: smooth surfaces show what is before them, and what bounds a volume of glass refracts what is
     /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane. On
@@ -88,6 +92,7 @@ impl Default for Settings {
             lights: None,
             structure: Structure::default(),
             sides: Sides::File,
+            smooth_terminator: false,
             bounces: 0,
             least_contribution: 0.002,
             gloss: false,

@@ -40,6 +40,7 @@ fn wrong_flags_name_what_is_right() {
         (&["--max-memory", "1GB", "--size", "4096x4096"], "a picture of 4096x4096 takes about 1.9 GiB"),
         (&["--texture-memory", "much"], "--texture-memory"),
         (&["--texture-memory", "65535"], "give 64.0 KiB or more"),
+        (&["--smooth-terminator", "--engine", "gpu"], "smooth terminators are the CPU's alone"),
         (&["--texture-memory", "1MB", "--engine", "gpu"], "a GPU has all textures in its own memory"),
         (&["--texture-memory", "1MB", "--engine", "auto"], "a GPU has all textures in its own memory"),
         (&["--structure", "listed", "--light-clamp=-30:30:-20:20"], "only a spherical light map has"),

@@ -41,6 +41,9 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
             ui.checkbox(&mut choices.gloss, "Blurred mirrors")
                 .on_hover_text("Each sample has one direction of highlights");
         }
+        ui.checkbox(&mut choices.smooth_terminator, "Smooth terminators").on_hover_text(
+            "Light ends on round surfaces where their vertices' normals say, instead of at whole triangles",
+        );
     }
     ComboBox::from_label("Sides").selected_text(choices.sides.name()).show_ui(ui, |ui| {
         for &(name, sides, about) in Sides::CHOICES {

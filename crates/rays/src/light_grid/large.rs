@@ -5,7 +5,6 @@ use glam::{DVec3, Vec3};
 use super::boxes::{FaceBox, SplatBox};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, ROUNDING};
 use super::set_up::Record;
-use crate::Triangles;
 use crate::shot::OpacityOfSides;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::{LANES, splat};
@@ -47,17 +46,11 @@ struct SixteenPlanes {
 impl LargeTriangles {
     /// Takes the triangles with these ids that may shadow a point of the face, for the side that the light falls on among
     /// others.
-    pub(crate) fn find(
-        &mut self,
-        face: &Face,
-        triangles: Triangles<'_>,
-        ids: impl Iterator<Item = u32>,
-        opacity: &OpacityOfSides<'_>,
-    ) {
+    pub(crate) fn find(&mut self, face: &Face, ids: impl Iterator<Item = u32>, opacity: &OpacityOfSides<'_>) {
         let Self { planes, sixteens } = self;
         planes.clear();
         for id in ids {
-            if let Ok(corners) = triangles.usable_corners(id)
+            if let Ok(corners) = opacity.triangles.usable_corners(id)
                 && opacity.is_there(id)
             {
                 planes.extend(Plane::of(face, corners, id).into_iter().flatten());

@@ -44,7 +44,9 @@ use web_time::Instant;
 use crate::LightSource;
 use crate::grids::LightsGrid;
 use crate::patches::Patches;
-use crate::shot::{Bytes, Cone, Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
+use crate::shot::{
+    Bytes, Cone, Counts, LightMask, OpacityOfSides, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work,
+};
 use crate::simd::SimdLevel;
 use face::Face;
 pub use locate::{LightCell, LightCells, LightFace};
@@ -131,7 +133,7 @@ impl LightGrid {
     /// If `patches` are of another number of triangles.
     pub(crate) fn shadow_list(
         &mut self,
-        shot: &Shot<'_>,
+        opacity: OpacityOfSides<'_>,
         patches: &Patches,
         list: &PointList,
         (light, threads): (&LightSource, usize),
@@ -139,8 +141,8 @@ impl LightGrid {
     ) {
         shadowed.clear();
         shadowed.resize(list.slots() / TileOrder::BLOCK_PIXELS, 0);
-        patches.expect(shot.triangles);
-        let settler = Settler::new(shot, PointSet::Listed(list), light, self.level);
+        patches.expect(opacity.triangles);
+        let settler = Settler { points: PointSet::Listed(list), light, opacity, level: self.level };
         let tiles = (&*list.tiles, threads);
         self.visit_faces(patches, &settler, tiles.0, |grid, face| {
             grid.trace(face, tiles, patches, &settler, shadowed);
@@ -151,7 +153,7 @@ impl LightGrid {
     }
 
     fn settler<'a>(&self, image: SeenImage<'a>, survey: &Survey, light: &'a LightSource) -> Settler<'a> {
-        Settler::new(image.shot, PointSet::Seen(image, survey.rays), light, self.level)
+        Settler::of_image(image, survey.rays, light, self.level)
     }
 
     /// Finds which points of a face are in shadow, on so many threads: a word for each block.

@@ -96,31 +96,60 @@ pub(crate) struct PointList {
     pub(crate) tiles: Vec<Tile>,
     /// The largest error of a point.
     largest_error: f64,
-    /// Where points are along a curve, above their numbers.
+    /// Where points were along a curve when they were sorted, above their numbers.
     keys: Vec<u64>,
+    /// Of how many points, with those that are nowhere.
+    count: usize,
+    /// How much of the bounds tiles spanned then.
+    sorted_spread: f64,
 }
+
+/// How many points are looked at in a row.
+const CHUNK: usize = 1 << 12;
 
 impl PointList {
     const NOWHERE: HitPoint = HitPoint { position: DVec3::NAN, error: 0.0 };
 
-    /// Replaces the points by those of `count` that are somewhere.
+    /// By how much more of the bounds tiles may span than when points were sorted, before they are sorted again.
+    const MOST_SPREAD: f64 = 1.2;
+
+    /// Replaces the points by those of `count` that are somewhere. Where these are the ones of the last time, and those of a tile
+    /// are still about as near each other, their order stays.
     pub(crate) fn fill(&mut self, count: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
-        let Self { points, own, numbers, offsets, tiles, largest_error, keys } = self;
-        let chunk = 1 << 12;
-        let bounds = |from: usize| {
-            let found = (from..count.min(from + chunk)).filter_map(&point);
-            found.fold(Bounds::EMPTY, |bounds, (point, _)| bounds.with(point))
+        let of_chunk = |chunk: usize| {
+            let found = (chunk * CHUNK..count.min((chunk + 1) * CHUNK)).filter_map(&point);
+            found.fold((Bounds::EMPTY, 0), |(bounds, found), (point, _)| (bounds.with(point), found + 1))
         };
-        let bounds = (0..count.div_ceil(chunk)).into_par_iter().map(|number| bounds(number * chunk));
-        let bounds = bounds.reduce(|| Bounds::EMPTY, Bounds::union);
-        *largest_error = bounds.largest_error;
+        let chunks = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk);
+        let (bounds, found) = chunks.reduce(|| (Bounds::EMPTY, 0), |a, b| (a.0.union(b.0), a.1 + b.1));
+        self.largest_error = bounds.largest_error;
+        let may_stay = self.count == count && self.keys.len() == found;
+        if may_stay
+            && self.fill_tiles(&point) == found
+            && self.spread(&bounds) <= Self::MOST_SPREAD * self.sorted_spread
+        {
+            return;
+        }
+        self.count = count;
+        self.sort(&bounds, &point);
+        self.fill_tiles(&point);
+        self.sorted_spread = self.spread(&bounds);
+    }
+
+    /// Sorts the points that are somewhere along a curve through their bounds.
+    fn sort(&mut self, bounds: &Bounds, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) {
         const NONE: u64 = u64::MAX;
         let key = |number: usize| {
             point(number).map_or(NONE, |(point, _)| u64::from(bounds.curve(point.position)) << 32 | number as u64)
         };
-        (0..count).into_par_iter().with_min_len(chunk).map(key).collect_into_vec(keys);
-        keys.par_sort_unstable();
-        keys.truncate(keys.partition_point(|&key| key != NONE));
+        (0..self.count).into_par_iter().with_min_len(CHUNK).map(key).collect_into_vec(&mut self.keys);
+        self.keys.par_sort_unstable();
+        self.keys.truncate(self.keys.partition_point(|&key| key != NONE));
+    }
+
+    /// Puts the points in tiles, in the order of their keys; how many of these are somewhere.
+    fn fill_tiles(&mut self, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) -> usize {
+        let Self { points, own, numbers, offsets, tiles, keys, .. } = self;
         let slots = keys.len().next_multiple_of(TileOrder::TILE_PIXELS);
         points.clear();
         points.resize(slots, Self::NOWHERE);
@@ -136,14 +165,14 @@ impl PointList {
             .zip(numbers.par_chunks_mut(TileOrder::TILE_PIXELS))
             .zip(offsets.par_chunks_mut(TILE_BLOCKS));
         let keys = keys.par_chunks(TileOrder::TILE_PIXELS).zip(tiles);
-        of_tile.zip(keys).for_each(|((((points, own), numbers), offsets), (keys, tile))| {
-            let mut bounds = Bounds::EMPTY;
+        let found = of_tile.zip(keys).map(|((((points, own), numbers), offsets), (keys, tile))| {
+            let (mut bounds, mut found) = (Bounds::EMPTY, 0);
             for (at, key) in keys.iter().enumerate() {
                 let slot = slot_of(at);
-                numbers[slot] = *key as u32;
                 if let Some((point, triangle)) = point(*key as u32 as usize) {
-                    (points[slot], own[slot]) = (point, triangle);
+                    (numbers[slot], points[slot], own[slot]) = (*key as u32, point, triangle);
                     bounds = bounds.with(point);
+                    found += 1;
                 }
             }
             let middle = bounds.middle();
@@ -153,8 +182,17 @@ impl PointList {
                     [offsets[0][lane], offsets[1][lane], offsets[2][lane]] = offset.to_array();
                 }
             }
-            *tile = Tile { points: keys.len() as u32, has_unknown: false, corners: bounds.corners() };
+            *tile = Tile { points: found as u32, has_unknown: false, corners: bounds.corners() };
+            found
         });
+        found.sum()
+    }
+
+    /// How much of the bounds of all points tiles span, in the mean along the three axes, summed over tiles.
+    fn spread(&self, bounds: &Bounds) -> f64 {
+        let size = |low: DVec3, high: DVec3| (high - low).element_sum();
+        self.tiles.iter().map(|tile| size(tile.corners[0], tile.corners[7])).sum::<f64>()
+            / size(bounds.low, bounds.high)
     }
 
     /// The largest error of a point.
@@ -242,8 +280,8 @@ impl Bounds {
         })
     }
 
-    /// Where a position is along Hilbert's curve through the bounds. Lights are 0.79 to 0.86 as long about points in its order as
-    /// about points in that of their coordinates' bits (`umbrage-bench lit`: cloth, forest, statue).
+    /// Where a position is along Hilbert's curve through the bounds. Lights are 0.79 to 0.86 as long about points in its order
+    /// as about points in that of their coordinates' bits (`umbrage-bench lit`: cloth, forest, statue).
     fn curve(&self, position: DVec3) -> u32 {
         const CELLS: f64 = 1024.0;
         let size = (self.high - self.low).max_element();
@@ -291,4 +329,51 @@ fn spread_bits(number: u32) -> u32 {
     let bits = (bits | bits << 8) & 0x0300_f00f;
     let bits = (bits | bits << 4) & 0x030c_30c3;
     (bits | bits << 2) & 0x0924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// The positions of listed points by their numbers, and whether they were sorted.
+    fn fill(list: &mut PointList, points: &[DVec3]) -> (Vec<(u32, DVec3)>, bool) {
+        let before = std::mem::take(&mut list.keys);
+        list.keys.clone_from(&before);
+        list.fill(points.len(), |number| {
+            let position = points[number];
+            position.is_finite().then_some((HitPoint { position, error: 0.0 }, number as u32))
+        });
+        let numbers = list.numbers.iter().zip(&list.points).filter(|(number, _)| **number != u32::MAX);
+        let mut listed: Vec<_> = numbers.map(|(&number, point)| (number, point.position)).collect();
+        listed.sort_unstable_by_key(|&(number, _)| number);
+        (listed, list.keys != before)
+    }
+
+    #[test]
+    fn points_are_sorted_again_where_they_are_others_or_further_apart() {
+        let mut random = Random::new(7);
+        let mut points: Vec<DVec3> =
+            (0..20_000).map(|_| DVec3::from([0; 3].map(|_| f64::from(random.signed() as f32)))).collect();
+        let mut list = PointList::default();
+        let mut fill = |points: &[DVec3]| {
+            let (listed, is_sorted) = fill(&mut list, points);
+            let all = (0..).zip(points.iter().copied()).filter(|(_, position)| position.is_finite());
+            assert!(listed.into_iter().eq(all), "other points are listed");
+            is_sorted
+        };
+        assert!(fill(&points));
+        points
+            .iter_mut()
+            .for_each(|point| *point = *point * 3.0 + 0.01 * DVec3::new(point.z, point.x, point.y) + DVec3::X);
+        assert!(!fill(&points), "the same, moved a little");
+        points.rotate_left(10_000);
+        assert!(fill(&points), "elsewhere");
+        points[5] = DVec3::NAN;
+        assert!(fill(&points), "one fewer");
+        (points[5], points[17]) = (DVec3::ONE, DVec3::INFINITY);
+        assert!(fill(&points), "another one is nowhere");
+        points.pop();
+        assert!(fill(&points), "of another count");
+    }
 }

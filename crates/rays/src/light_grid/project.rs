@@ -35,7 +35,7 @@ impl FacePatches {
     /// Brings all patches that may shadow a point of the face to it. No point is farther from the light than `farthest`, a
     /// depth in perspective, else minus W.
     pub(crate) fn project(&mut self, face: &Face, farthest: f64, patches: &Patches, settler: &Settler<'_>) {
-        let Settler { shot, opacity, level, .. } = settler;
+        let Settler { opacity, level, .. } = settler;
         let Self { vertices, sixteens, upper, large, of_large } = self;
         vertices.resize(patches.vertex_count(), [0.0; 4]);
         sixteens.resize(patches.len().div_ceil(LANES), SixteenBoxes::NOTHING);
@@ -61,7 +61,7 @@ impl FacePatches {
             let patch = patches.get(number as usize);
             patch.ids[..patch.count].iter().copied()
         });
-        large.find(face, shot.triangles, ids, opacity);
+        large.find(face, ids, opacity);
     }
 
     pub(crate) fn bytes(&self) -> usize {

@@ -6,12 +6,11 @@ use super::point_set::PointSet;
 use super::settle_eight::{Settled, settle_eight};
 use crate::LightSource;
 use crate::predicate::settle;
-use crate::shot::{MaskPoints, Opacity, OpacityOfSides, Shot, TileOrder};
+use crate::shot::{CameraRays, MaskPoints, Opacity, OpacityOfSides, SeenImage, TileOrder};
 use crate::simd::SimdLevel;
 
 /// Settles what the filter left undecided: in f64, and where that can't tell either, by the predicate.
 pub(crate) struct Settler<'a> {
-    pub(crate) shot: &'a Shot<'a>,
     pub(crate) points: PointSet<'a>,
     pub(crate) light: &'a LightSource,
     /// What stops the light.
@@ -20,8 +19,10 @@ pub(crate) struct Settler<'a> {
 }
 
 impl<'a> Settler<'a> {
-    pub(crate) fn new(shot: &'a Shot<'a>, points: PointSet<'a>, light: &'a LightSource, level: SimdLevel) -> Self {
-        Self { shot, points, light, opacity: OpacityOfSides::of_light(shot, light), level }
+    /// Of what an image's pixels show.
+    pub(crate) fn of_image(image: SeenImage<'a>, rays: CameraRays, light: &'a LightSource, level: SimdLevel) -> Self {
+        let opacity = OpacityOfSides::of_light(image.shot, light);
+        Self { points: PointSet::Seen(image, rays), light, opacity, level }
     }
 
     /// Whether the triangle stops the ray of the point in `lane`; `None` if that depends on roundings.
@@ -48,12 +49,12 @@ impl<'a> Settler<'a> {
     #[inline(always)]
     fn settle_with<S: Simd>(&self, simd: S, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
         let mut settled = 0;
-        let mut shadows = settle::Shadows::new(self.shot, self.light);
+        let mut shadows = settle::Shadows::new(&self.opacity);
         for pairs in pairs.chunks(8) {
             let mut padded = [[u32::MAX; 2]; 8];
             padded[..pairs.len()].copy_from_slice(pairs);
             let (indices, ids) = (padded.map(|[index, _]| index), padded.map(|[_, id]| id));
-            let eight = settle_eight(simd, self.shot.triangles, &self.points, self.light, indices, ids);
+            let eight = settle_eight(simd, self.opacity.triangles, &self.points, self.light, indices, ids);
             for (lane, &[index, id]) in pairs.iter().enumerate() {
                 let slot = index as usize - first;
                 let (word, bit) = (slot / TileOrder::BLOCK_PIXELS, slot % TileOrder::BLOCK_PIXELS);
@@ -77,15 +78,15 @@ impl<'a> Settler<'a> {
 
     /// Tests the points that no face could map against every triangle; how many there are.
     pub(crate) fn settle_outliers(&self, outliers: &mut Vec<u32>, shadowed: &mut [u16]) -> u64 {
-        let Self { shot, points, light, .. } = self;
+        let Self { points, light, opacity, .. } = self;
         outliers.sort_unstable();
         outliers.dedup();
-        let count = shot.triangles.len() as u32;
+        let count = opacity.triangles.len() as u32;
         for index in outliers.iter().map(|&index| index as usize) {
             let Some(ray) = points.shadow_ray(index, light) else { continue };
             let own = points.own()[index];
             let triangles = (0..count).into_par_iter().with_min_len(1024);
-            if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(shot, light, &ray, id)) {
+            if triangles.filter(|&id| id != own).any(|id| settle::is_blocked(opacity, &ray, id)) {
                 shadowed[index / TileOrder::BLOCK_PIXELS] |= 1 << (index % TileOrder::BLOCK_PIXELS);
             }
         }

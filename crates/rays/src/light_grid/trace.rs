@@ -143,7 +143,7 @@ impl Tracer<'_> {
         queue.resize(QUEUE, 0);
         let Tile { first, extent, blocks, shadowed } = tile;
         let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.points.own());
-        let opacity = self.settler.shot.shadow_opacity;
+        let opacity = self.settler.opacity.opacity;
         let all_opaque = opacity.are_all_opaque();
         let known = undecided.len();
         if candidates.start == 0 {
@@ -220,7 +220,7 @@ impl Tracer<'_> {
         set_up.number = number;
         let patch = self.patches.get(number as usize);
         let vertices = &self.on_face.vertices[self.patches.vertex_range(number as usize)];
-        let sides = self.settler.shot.sides;
+        let sides = self.settler.opacity.sides;
         let one_sided = match sides {
             Sides::Both => 0,
             Sides::Front => u64::MAX,
@@ -236,7 +236,7 @@ impl Tracer<'_> {
     #[inline(never)]
     fn ask_mask<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, id: u32, found: &Found<S>) -> MaskAnswers {
         let points = vectorized!(simd => self.weights(simd, set_up, triangle, found));
-        self.settler.shot.shadow_opacity.which_stop(id, &points)
+        self.settler.opacity.opacity.which_stop(id, &points)
     }
 
     /// Where on a triangle the rays of the points that it may shadow cross it, if they do.

@@ -79,7 +79,7 @@ impl Tracer<'_> {
         rays: &[Option<ShadowRay>],
         found: &mut [bool],
     ) -> Result<(), String> {
-        let triangles = settler.shot.triangles;
+        let triangles = settler.opacity.triangles;
         let slots = self.slots_of_triangles();
         dispatch!(settler.level.0, simd => self.begin(simd, worker, tile));
         self.forget(worker);

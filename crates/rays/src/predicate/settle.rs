@@ -2,7 +2,7 @@
 
 use super::{ShadowRay, crossing};
 use crate::shot::{Opacity, OpacityOfSides, SeenPixels, Shot};
-use crate::{Hit, LightSource, Ray};
+use crate::{Hit, Ray};
 use glam::Vec3;
 
 /// Settles which of two triangles the ray of a pixel hits nearest: `best`, which it is known to hit unless that is
@@ -53,15 +53,15 @@ fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
 
 /// Settles which points are in shadow.
 pub(crate) struct Shadows<'a> {
-    shot: &'a Shot<'a>,
-    light: &'a LightSource,
+    opacity: &'a OpacityOfSides<'a>,
     /// The point that was asked about last, and the segment between it and the light.
     last: Option<(usize, Option<ShadowRay>)>,
 }
 
 impl<'a> Shadows<'a> {
-    pub(crate) fn new(shot: &'a Shot<'a>, light: &'a LightSource) -> Self {
-        Self { shot, light, last: None }
+    /// Those in which triangles stand that stop a light.
+    pub(crate) fn new(opacity: &'a OpacityOfSides<'a>) -> Self {
+        Self { opacity, last: None }
     }
 
     /// Whether `triangle`, which isn't the point's own, shadows the point at `index`, whose segment `shadow_ray` finds. Those of
@@ -77,13 +77,13 @@ impl<'a> Shadows<'a> {
             _ => shadow_ray(),
         };
         self.last = Some((index, ray));
-        ray.is_some_and(|ray| is_blocked(self.shot, self.light, &ray, triangle))
+        ray.is_some_and(|ray| is_blocked(self.opacity, &ray, triangle))
     }
 }
 
 /// Whether a triangle, which isn't the point's own, shadows the point of `ray`, which is the light's.
-pub(crate) fn is_blocked(shot: &Shot<'_>, light: &LightSource, ray: &ShadowRay, triangle: u32) -> bool {
-    let Ok(corners) = shot.triangles.usable_corners(triangle) else { return false };
-    let opacity: &dyn Opacity = &OpacityOfSides::of_light(shot, light);
+pub(crate) fn is_blocked(opacity: &OpacityOfSides<'_>, ray: &ShadowRay, triangle: u32) -> bool {
+    let Ok(corners) = opacity.triangles.usable_corners(triangle) else { return false };
+    let opacity: &dyn Opacity = opacity;
     ray.blocked_by(corners).is_some_and(|barycentric| opacity.is_stopped_at(triangle, barycentric))
 }

@@ -6,8 +6,8 @@ use crate::grids::LightsGrid;
 use crate::light_grid::{LightGrid, PointList};
 use crate::patches::Patches;
 use crate::predicate::{HitPoint, ROUNDING};
-use crate::shot::{Cone, Shot};
-use crate::{Camera, LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles, View};
+use crate::shot::{Cone, OpacityOfSides};
+use crate::{LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles};
 
 /// Points, and what may keep lights from them.
 #[derive(Clone, Copy)]
@@ -198,13 +198,14 @@ impl Shadows {
     /// Finds which points a light reaches, on so many threads.
     fn light(
         &mut self,
-        shot: &Shot<'_>,
+        lit: &Lit<'_>,
         (patches, list): (&Patches, &PointList),
         light: &LightSource,
         threads: usize,
         bits: &mut [u64],
     ) {
-        self.grid.shadow_list(shot, patches, list, (light, threads), &mut self.blocks);
+        let opacity = OpacityOfSides::between(lit.triangles, (lit.opacity, lit.sides), light);
+        self.grid.shadow_list(opacity, patches, list, (light, threads), &mut self.blocks);
         let cone = Cone::of(light);
         list.visit_lit(&self.blocks, |number, position| {
             let is_lit = cone.is_none_or(|cone| cone.contains(position));
@@ -238,7 +239,7 @@ impl Scanner {
 
     /// Finds which of the points that were sorted each light reaches.
     fn lit_listed(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
-        let Lit { triangles, receivers, opacity, sides } = *lit;
+        let Lit { triangles, receivers, .. } = *lit;
         let Self { patches, list, shadows, level, .. } = self;
         let count = receivers.count(triangles);
         let words = count.div_ceil(64);
@@ -248,9 +249,6 @@ impl Scanner {
         if list.len() == 0 || lights.is_empty() {
             return;
         }
-        // Nobody looks through its view.
-        let view = View { camera: Camera::look_at(Vec3::ZERO, Vec3::Z, Vec3::Y, 1.0), width: 0, height: 0 };
-        let shot = &Shot { shadow_opacity: opacity, sides, ..Shot::new(triangles, view) };
         // Each thread takes some lights, or all take each light's tiles where there are few.
         let threads = rayon::current_num_threads();
         let (takers, of_each) = if lights.len() >= 2 * threads { (threads, 1) } else { (1, threads) };
@@ -259,7 +257,7 @@ impl Scanner {
         let questions = lights.par_chunks(lights_of_each).zip(bits.words.par_chunks_mut(words * lights_of_each));
         shadows.par_iter_mut().with_max_len(1).zip(questions).for_each(|(shadows, (lights, bits))| {
             for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
-                shadows.light(shot, (patches, list), light, of_each, bits);
+                shadows.light(lit, (patches, list), light, of_each, bits);
             }
         });
     }

@@ -90,21 +90,31 @@ impl Source {
 /// What stops the rays from a camera or a light, with the sides of triangles taken into account.
 #[derive(Clone, Copy)]
 pub(crate) struct OpacityOfSides<'a> {
-    opacity: &'a dyn Opacity,
-    sides: Sides<'a>,
-    triangles: Triangles<'a>,
+    pub(crate) triangles: Triangles<'a>,
+    /// Of triangles whose sides stop rays.
+    pub(crate) opacity: &'a dyn Opacity,
+    pub(crate) sides: Sides<'a>,
     source: Source,
 }
 
 impl<'a> OpacityOfSides<'a> {
     pub(crate) fn of_camera(shot: &Shot<'a>) -> Self {
         let Shot { triangles, view, opacity, sides, .. } = *shot;
-        Self { opacity, sides, triangles, source: Source::of_camera(view.camera) }
+        Self { triangles, opacity, sides, source: Source::of_camera(view.camera) }
     }
 
     pub(crate) fn of_light(shot: &Shot<'a>, light: &LightSource) -> Self {
         let Shot { triangles, shadow_opacity, sides, .. } = *shot;
-        Self { opacity: shadow_opacity, sides, triangles, source: Source::of_light(light) }
+        Self::between(triangles, (shadow_opacity, sides), light)
+    }
+
+    /// What of triangles stops a light.
+    pub(crate) fn between(
+        triangles: Triangles<'a>,
+        (opacity, sides): (&'a dyn Opacity, Sides<'a>),
+        light: &LightSource,
+    ) -> Self {
+        Self { triangles, opacity, sides, source: Source::of_light(light) }
     }
 
     /// Whether rays come to a side of a triangle that stops them, where they hit it.

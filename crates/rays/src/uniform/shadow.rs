@@ -238,7 +238,7 @@ impl LightTrace<'_> {
         let Worker { bundle, any_hit, undecided_shadows, scratch, .. } = worker;
         // One pixel after the other, so that each shadow ray is found once.
         undecided_shadows.sort_unstable();
-        let mut shadows = settle::Shadows::new(self.image.shot, self.light);
+        let mut shadows = settle::Shadows::new(&self.opacity);
         for &(block, lane, id) in &*undecided_shadows {
             let found = &mut any_hit[usize::from(block)];
             if found.shadowed >> lane & 1 == 1 {

@@ -40,7 +40,7 @@ impl<S: Simd> Met<S> {
         through: Vectors<S>,
         bounces: &Each<u32>,
     ) -> Self {
-        let mut surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint);
+        let mut surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint, shading.smooth_terminator);
         // Lanes that meet nothing have a surface without a meaning.
         surface.catches &= hits.shown;
         let seen = surface.reflectance.seen(simd, surface.normal, surface.view, surface.layers.as_ref());
@@ -108,7 +108,7 @@ impl<S: Simd> Met<S> {
         let arriving = arriving(simd, light, surface.position);
         let cosine = surface.normal.dot(arriving.towards).max(0.0);
         // Light from behind the triangle lights its other side, whatever the bent normal says.
-        let faces = surface.geometric_normal.dot(arriving.towards).simd_gt(0.0);
+        let faces = surface.lit_side.dot(arriving.towards).simd_gt(0.0);
         let layers = surface.layers.as_ref();
         let irradiance = arriving.irradiance.scaled(cosine);
         let reflected = if is_of_sky { seen.diffuse() } else { seen.evaluate(simd, arriving.towards, layers) };

@@ -10,6 +10,7 @@ mod samples;
 mod see;
 mod shade;
 mod shadow;
+mod terminator;
 mod tint;
 
 use std::mem;
@@ -25,6 +26,7 @@ use copies::Copies;
 use kept::Kept;
 use samples::OneSample;
 use shadow::Casting;
+use terminator::SmoothTerminator;
 
 use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::motion::Next;
@@ -59,6 +61,8 @@ pub(crate) struct Cpu {
     /// How many of these, the last ones, are of light from all around.
     sky_lights: usize,
     casting: Casting,
+    /// Where shadows are those of smooth surfaces.
+    smooth_terminator: Option<SmoothTerminator>,
     shadow_rays: u64,
     /// Tests of camera rays, and of shadow rays, that the predicate settled, over all samples.
     settled_tests: [u64; 2],
@@ -118,6 +122,7 @@ impl Cpu {
             sky_lights: 0,
             last: OnceLock::new(),
             casting: Casting::default(),
+            smooth_terminator: None,
             shadow_rays: 0,
             settled_tests: [0; 2],
             camera_work: Work::default(),
@@ -133,6 +138,11 @@ impl Cpu {
             self.made_of = made_of;
         }
         self.follows = Follows::new(settings);
+        if settings.smooth_terminator {
+            self.smooth_terminator.get_or_insert_with(|| SmoothTerminator::with_level(self.level));
+        } else {
+            self.smooth_terminator = None;
+        }
         Ok(())
     }
 
@@ -146,7 +156,11 @@ impl Cpu {
     fn prepare(&mut self, frame: &Frame, sides: Sides) {
         self.sides.find(frame, sides);
         self.copies.find(frame, self.sides.get());
-        self.structure.build_parts(self.copies.triangles(frame), frame.parts());
+        let triangles = self.copies.triangles(frame);
+        self.structure.build_parts(triangles, frame.parts());
+        if let Some(smooth) = &mut self.smooth_terminator {
+            smooth.build(triangles);
+        }
     }
 
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.

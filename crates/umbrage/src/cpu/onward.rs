@@ -173,7 +173,7 @@ impl Shading<'_> {
         shadows: &mut Vec<Shadow>,
     ) {
         let Meeting { ray, hit, path } = meeting;
-        let point = HitPoint::new(ray, hit.t);
+        let point = self.lit_point(ray, hit);
         let direction = scattered(normal, path.point(Path::AROUND));
         let position = (point.position + direction * f64::from(self.follows.around)).as_vec3();
         let source = LightSource::Point { position: position.clamp(Vec3::MIN, Vec3::MAX) };

@@ -139,6 +139,7 @@ mod tests {
         for (name, structure, samples) in of_scenes.chain(of_structures) {
             // More than one tile along each axis, none of them whole.
             let settings = Settings { width: 70, height: 67, samples, structure, bounces: 1, ..Settings::default() };
+            let settings = Settings { smooth_terminator: samples == 8, ..settings };
             let place = format!("{samples} samples of {name} through {structure:?}");
             let (film, shown, rays) = render(name, &settings, true);
             let (expected, expected_shown, expected_rays) = render(name, &settings, false);

@@ -6,12 +6,13 @@ use glam::{Vec3, Vec4};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, SeenPixels, Sides, SingleRays, TileOrder};
+use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
 use super::met::Met;
 use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
+use super::terminator::smooth_point;
 use super::{Cpu, Follows, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
@@ -39,6 +40,7 @@ impl Cpu {
             first_sky_light,
             surroundings,
             footprint,
+            smooth_terminator: self.smooth_terminator.is_some(),
             sides,
             follows,
             tints,
@@ -85,6 +87,8 @@ pub(super) struct Shading<'a> {
     pub(super) first_sky_light: usize,
     pub(super) surroundings: &'a Surroundings<'a>,
     pub(super) footprint: Footprint,
+    /// Whether shadows are those of the smooth surfaces that triangles stand for.
+    pub(super) smooth_terminator: bool,
     pub(super) sides: Sides<'a>,
     pub(super) follows: Follows,
     /// Whether what is seen through colours the light that comes through it to others.
@@ -236,7 +240,7 @@ impl Shading<'_> {
                 let Some(Meeting { ray, hit, path }) = meeting(lane) else { continue };
                 let (radiance, coverage) = (vector_of(lane, &reflected), -bare[lane]);
                 if light.casts_shadow {
-                    let ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
+                    let ray = ShadowRay::new(&light.source, self.lit_point(&ray, &hit));
                     let (triangle, source, pixel) = (hit.triangle, light.source, path.pixel);
                     shadows.push(Shadow { ray, triangle, source, pixel, radiance, coverage });
                 } else {
@@ -344,6 +348,12 @@ impl Shading<'_> {
             let normal = vector_of(lane, &normal).as_dvec3().normalize();
             self.look_around(&meeting, normal, vector_of(lane, &scattered), -bare[lane], shadows);
         }
+    }
+
+    /// The point that stands for a hit where lights are asked about it.
+    pub(super) fn lit_point(&self, ray: &Ray, hit: &Hit) -> HitPoint {
+        let smooth = self.smooth_terminator.then(|| smooth_point(self.frame, ray, hit)).flatten();
+        smooth.unwrap_or_else(|| HitPoint::new(ray, hit.t))
     }
 
     /// What is around the scene where rays meet nothing that have come by so many mirrors.
@@ -492,7 +502,8 @@ mod tests {
             // Sides that no block divides.
             let plain = Settings { width: 61, height: 47, samples: 2, ..Settings::default() };
             let drawn = Settings { bounces: 2, gloss: true, ambient_occlusion: 0.5, ..plain.clone() };
-            for settings in [plain, drawn] {
+            let smooth = Settings { smooth_terminator: true, ..drawn.clone() };
+            for settings in [plain, drawn, smooth] {
                 let films = SimdLevel::available()
                     .into_iter()
                     .map(|level| Renderer::with_simd_level(level).render(&scene, 0.4, &settings).unwrap().clone());

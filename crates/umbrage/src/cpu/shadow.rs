@@ -17,7 +17,9 @@ pub(super) struct Casting {
 impl Cpu {
     /// Finds which of the points that pixels show each light reaches.
     pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, samples: &Samples) {
-        let Self { structure, copies, seen, masks, casting, shadow_rays, settled_tests, sides, .. } = self;
+        let Self {
+            structure, copies, seen, masks, casting, smooth_terminator, shadow_rays, settled_tests, sides, ..
+        } = self;
         let opacities = opacities(frame);
         let shot = shot(copies.triangles(frame), &opacities, view, samples, sides.get());
         masks.resize(lights.len(), LightMask::default());
@@ -33,6 +35,9 @@ impl Cpu {
             }
         }
         let work = structure.shadow(&shot, seen, sources, of_sources);
+        if let Some(smooth) = smooth_terminator {
+            smooth.shadow((frame, &shot), seen, sources, of_sources);
+        }
         let of_casting = lights.iter().zip(masks).filter(|(light, _)| light.casts_shadow);
         of_casting.zip(of_sources.drain(..)).for_each(|((_, mask), found)| *mask = found);
 

@@ -1,7 +1,7 @@
 use std::cell::RefCell;
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{LightSource, Opacity as _};
 use umbrage_scene::Light;
 
@@ -42,7 +42,7 @@ impl Shading<'_> {
         let mut tints = [[0.0; LANES]; 3];
         for lane in lanes_of(lanes) {
             let Some(Meeting { ray, hit, .. }) = meeting(lane) else { continue };
-            let ray = ShadowRay::new(&light.source, HitPoint::new(&ray, hit.t));
+            let ray = ShadowRay::new(&light.source, self.lit_point(&ray, &hit));
             put(lane, self.arriving_through(&light.source, &ray, hit.triangle).unwrap_or(Vec3::ZERO), &mut tints);
         }
         tints

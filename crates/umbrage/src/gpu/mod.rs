@@ -307,6 +307,7 @@ impl Engine for GpuEngine {
             _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
             _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
+            _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
             _ if settings.noise > 0.0 => Err(Error::NoiseOnGpu),
             Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
             Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),

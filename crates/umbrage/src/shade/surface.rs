@@ -48,6 +48,8 @@ pub(crate) struct Surface<S: Simd> {
     pub(crate) view: Vectors<S>,
     /// Unit normal of the triangle, on the side of `view`.
     pub(crate) geometric_normal: Vectors<S>,
+    /// The normal of the side that lights must be on to light it.
+    pub(crate) lit_side: Vectors<S>,
     /// Unit normal with the vertices' and the texture's bumps.
     pub(crate) normal: Vectors<S>,
     pub(crate) reflectance: Reflectance<S>,
@@ -73,7 +75,14 @@ pub(crate) struct Surface<S: Simd> {
 
 impl<S: Simd> Surface<S> {
     #[inline(always)]
-    pub(crate) fn new(simd: S, frame: &Frame, rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
+    pub(crate) fn new(
+        simd: S,
+        frame: &Frame,
+        rays: &BlockRays<S>,
+        hits: &BlockHits<S>,
+        footprint: &Footprint,
+        smooth_terminator: bool,
+    ) -> Self {
         let facet = Facet::new(rays, hits, footprint);
         let texels = Texels::new(simd, frame, hits, facet.covered_triangles);
         let paint = Paint::new(frame, hits, &texels);
@@ -103,6 +112,11 @@ impl<S: Simd> Surface<S> {
             position: hits.position,
             view: rays.towards_origin,
             geometric_normal: facet.geometric_normal,
+            lit_side: if smooth_terminator {
+                facet.on_the_side_of_the_ray(smooth, smooth)
+            } else {
+                facet.geometric_normal
+            },
             normal,
             reflectance: reflectance.with_transmission(transmission),
             base_color,

@@ -21,5 +21,6 @@ mod render;
 mod seams;
 mod sides;
 mod steady;
+mod terminator;
 mod textures;
 mod watertight;

@@ -1,5 +1,4 @@
 use crate::LightSource;
-use crate::light_grid::point_set::PointSet;
 use crate::light_grid::settle::Settler;
 use crate::light_grid::survey::Survey;
 use crate::shot::{Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
@@ -27,7 +26,7 @@ impl LightPass {
 
     /// What settles doubts about what a light reaches.
     pub(super) fn settler<'a>(&self, image: &SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
-        Settler::new(image.shot, PointSet::Seen(*image, self.survey.rays), light, self.level)
+        Settler::of_image(*image, self.survey.rays, light, self.level)
     }
 
     /// Starts with a light.

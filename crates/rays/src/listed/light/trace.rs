@@ -120,7 +120,7 @@ impl<M: LightMap> Tester<'_, M> {
                     any_small = true;
                 }
             }
-            let triangles = self.settler.shot.triangles;
+            let triangles = self.settler.opacity.triangles;
             let small =
                 if any_small { self.map.set_up(simd, triangles, &ids[..items.len()], &mut worker.batch) } else { 0 };
             for (lane, &item) in items.iter().enumerate() {
@@ -169,7 +169,7 @@ impl<M: LightMap> Tester<'_, M> {
                 continue;
             }
             let is_certain = certain >> lane & 1 == 1;
-            if is_certain && self.settler.shot.shadow_opacity.is_opaque(id) {
+            if is_certain && self.settler.opacity.opacity.is_opaque(id) {
                 *open &= !(1 << lane);
                 shadowed[index as usize / LANES] |= 1 << (index as usize % LANES);
             } else {

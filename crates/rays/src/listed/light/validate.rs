@@ -50,10 +50,10 @@ impl<M: LightMap> Lists<M> {
 
 /// A triangle that shadows what the pixel at `index` shows and isn't `listed`.
 fn missing(settler: &Settler<'_>, index: u32, listed: &[u32]) -> Option<u32> {
-    let Settler { shot, points, light, opacity, .. } = settler;
+    let Settler { points, light, opacity, .. } = settler;
     let own = points.own()[index as usize];
     let ray = points.shadow_ray(index as usize, light)?;
-    let blocks = |id: u32| shot.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
+    let blocks = |id: u32| opacity.triangles.usable_corners(id).is_ok_and(|corners| ray.blocked_by(corners).is_some());
     let shadows = |id: u32| blocks(id) && opacity.is_there(id);
-    (0..shot.triangles.len() as u32).find(|&id| id != own && listed.binary_search(&id).is_err() && shadows(id))
+    (0..opacity.triangles.len() as u32).find(|&id| id != own && listed.binary_search(&id).is_err() && shadows(id))
 }

@@ -1,0 +1,119 @@
+//! Shadows of the smooth surfaces that triangles stand for: their points, moved there, are what lights are asked about
+//! (Hanika, *Hacking the Shadow Terminator*, Ray Tracing Gems II, 2021).
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use umbrage_rays::predicate::HitPoint;
+use umbrage_rays::{
+    Hit, LightMask, LightSource, Lit, LitBits, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel, Triangles,
+};
+use umbrage_scene::Frame;
+
+use super::hit_of;
+use crate::shade::lanes::LANES;
+
+/// The points of an image that are elsewhere on the smooth surface, and which lights reach them.
+#[derive(Debug)]
+pub(super) struct SmoothTerminator {
+    scanner: Scanner,
+    /// Each point's pixel in the image.
+    slots: Vec<u32>,
+    positions: Vec<Vec3>,
+    /// The triangles that they were on.
+    own: Vec<u32>,
+    bits: LitBits,
+}
+
+impl SmoothTerminator {
+    pub(super) fn with_level(level: SimdLevel) -> Self {
+        let (slots, positions, own) = Default::default();
+        Self { scanner: Scanner::with_level(level), slots, positions, own, bits: LitBits::default() }
+    }
+
+    /// Brings it to the triangles of a frame.
+    pub(super) fn build(&mut self, triangles: Triangles<'_>) {
+        self.scanner.build(triangles);
+    }
+
+    /// Asks again about the points of an image that are elsewhere on the smooth surface.
+    pub(super) fn shadow(
+        &mut self,
+        (frame, shot): (&Frame, &Shot<'_>),
+        seen: &SeenPixels,
+        lights: &[LightSource],
+        masks: &mut [LightMask],
+    ) {
+        let Self { scanner, slots, positions, own, bits } = self;
+        slots.clear();
+        positions.clear();
+        own.clear();
+        if lights.is_empty() {
+            return;
+        }
+        let moved = (0..seen.order().slots()).into_par_iter().filter_map(|slot| {
+            let triangle = seen.triangle[slot];
+            if triangle == SeenPixels::NONE || !is_bent(frame, triangle) {
+                return None;
+            }
+            let (x, y) = seen.order().column_and_row(slot);
+            let ray = shot.ray(x, y);
+            let hit = hit_of(frame, &ray, triangle)?;
+            let position = smooth_position(frame, &ray, &hit)?;
+            Some((slot as u32, (position, hit.triangle)))
+        });
+        let (found, points): (Vec<u32>, Vec<_>) = moved.unzip();
+        slots.extend(found);
+        positions.extend(points.iter().map(|(position, _)| position));
+        own.extend(points.iter().map(|(_, own)| own));
+
+        let receivers = Receivers::Points { positions, own };
+        let (opacity, sides) = (shot.shadow_opacity, shot.sides);
+        scanner.lit(&Lit { opacity, sides, ..Lit::new(shot.triangles, receivers) }, lights, bits);
+        for (light, mask) in masks.iter_mut().enumerate() {
+            let blocks = mask.blocks_mut();
+            for (point, &slot) in slots.iter().enumerate() {
+                let (block, bit) = (slot as usize / LANES, slot as usize % LANES);
+                blocks[block] = blocks[block] & !(1 << bit) | u16::from(bits.is_lit(light, point)) << bit;
+            }
+        }
+    }
+}
+
+/// Whether the smooth surface that a triangle stands for isn't flat.
+fn is_bent(frame: &Frame, triangle: u32) -> bool {
+    let [a, b, c] = frame.mesh.triangles[triangle as usize].map(|vertex| frame.normals.get(vertex as usize));
+    a != b || a != c
+}
+
+/// Where the smooth surface is that the triangle of a hit stands for, for rays that come one at a time.
+pub(super) fn smooth_point(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<HitPoint> {
+    /// Half the distance from one to the next f32.
+    const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+    let position = smooth_position(frame, ray, hit)?.as_dvec3();
+    Some(HitPoint { position, error: position.abs().max_element() * HALF_ULP })
+}
+
+/// Where the smooth surface is that the triangle of a hit stands for: between the points where the planes through its corners
+/// are nearest, which are at right angles to the vertices' normals. `None` where that is not outside of the triangle, as seen
+/// from where the ray comes: where the surface is flat or bends towards the ray.
+fn smooth_position(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<Vec3> {
+    /// What moves a point less, in relation to the triangle's size, may be what normals and points are wrong by.
+    const LEAST: f64 = 1e-5;
+    if !is_bent(frame, hit.triangle) {
+        return None;
+    }
+    let vertices = frame.mesh.triangles[hit.triangle as usize];
+    let corners @ [a, b, c] = vertices.map(|vertex| frame.positions[vertex as usize].as_dvec3());
+    let normals = vertices.map(|vertex| frame.normals[vertex as usize].as_dvec3());
+    let [second, third] = hit.barycentric.map(f64::from);
+    let weights = [1.0 - second - third, second, third];
+    let between = |of: [DVec3; 3]| of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2];
+    let (position, smooth, geometric) = (between(corners), between(normals), (b - a).cross(c - a));
+    // As in shading: smooth normals say which side is the front, also in files whose winding disagrees with them.
+    let shows_front = (geometric.dot(ray.direction) <= 0.0) == (geometric.dot(smooth) >= 0.0);
+    let normals = if shows_front { normals } else { normals.map(|normal| -normal) };
+    let lifted = [0, 1, 2].map(|corner| normals[corner] * (corners[corner] - position).dot(normals[corner]).max(0.0));
+    let lift = between(lifted);
+    let size_squared = (b - a).length_squared().max((c - a).length_squared());
+    (lift.length_squared() > LEAST * LEAST * size_squared).then(|| (position + lift).as_vec3())
+}
