@@ -178,6 +178,9 @@ pub(crate) struct OpeningFlags {
     /// Which of the file's variants has its materials shown, as `umbrage info` lists them [default: the file's own choice]
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,
+    /// Show all objects but this one, as `umbrage info` lists them; may be given several times, and * stands for any characters
+    #[arg(long, value_name = "NAME")]
+    pub(crate) hide: Vec<String>,
     /// How many files of a numbered sequence, or frames of a .pc2 file, make a second
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
     pub(crate) sequence_fps: f64,
@@ -208,8 +211,8 @@ impl OpeningFlags {
         };
         let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
         let Self { sequence_fps, allow_outside, ground, .. } = *self;
-        let variant = self.variant.clone();
-        OpenOptions { clip, variant, sequence_fps, allow_outside, max_memory, ground, texture_memory: None }
+        let (variant, hidden) = (self.variant.clone(), self.hide.clone());
+        OpenOptions { clip, variant, sequence_fps, allow_outside, max_memory, hidden, ground, texture_memory: None }
     }
 }
 
@@ -268,10 +271,10 @@ impl RenderFlags {
             quiet: _,
         } = self;
         let SceneFlags { opening, address: _, threads: _ } = scene;
-        let OpeningFlags { animation, variant, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
+        let OpeningFlags { animation, variant, hide, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
         format!(
             "{camera:?} {lights:?} {orbit_light:?} {background:?} {show:?} {engine:?} {device:?} {animation:?} {variant:?} \
-             {sequence_fps:?} {allow_outside:?} {ground:?}"
+             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?}"
         )
     }
 }

@@ -26,6 +26,7 @@ struct Contents {
     /// World units; `None` where nothing can be hit.
     bounds: Option<[[f32; 3]; 2]>,
     duration_seconds: f64,
+    objects: Vec<String>,
     materials: Vec<String>,
     textures: Vec<TextureContents>,
     lights: Vec<LightContents>,
@@ -173,6 +174,7 @@ impl Contents {
             vertices: frame.positions.len(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
             duration_seconds: scene.duration_seconds(),
+            objects: scene.objects().iter().map(ToString::to_string).collect(),
             materials: frame.materials.materials.iter().map(|material| material.name.clone()).collect(),
             textures: textures.collect(),
             lights: lights.collect(),
@@ -198,6 +200,8 @@ impl Contents {
             None => line("bounds", "none: no triangle can be hit"),
         }
         line("duration", &format!("{} s", self.duration_seconds));
+        // All of them, since one is hidden by its name.
+        line("objects", &all(&self.objects, |name| quoted(name)));
         line("materials", &listed(&self.materials, |name| quoted(name)));
         let texture = |image: &TextureContents| format!("{} {}x{}", quoted(&image.name), image.width, image.height);
         line("textures", &listed(&self.textures, texture));

@@ -187,6 +187,7 @@ mod tests {
                 let options = &OpenOptions {
                     clip,
                     variant: Some("midnight blue".to_owned()),
+                    hidden: vec!["the roof".to_owned(), "wall*".to_owned()],
                     sequence_fps: 12.5,
                     allow_outside: true,
                     max_memory: 1 << 30,

@@ -222,6 +222,20 @@ impl App {
         }
     }
 
+    /// Shows all objects of the open scene but those with these names.
+    pub(crate) fn hide(&mut self, names: Vec<String>) {
+        self.stop_refining();
+        let Some(open) = &mut self.open else { return };
+        match open.scene.hiding(&names) {
+            Ok(scene) => {
+                (open.scene, open.options.hidden) = (Arc::new(scene), names);
+                open.number += 1;
+                self.in_flight = None;
+            }
+            Err(why) => self.notices.error(why),
+        }
+    }
+
     /// Takes over what the worker has done, and lets time pass.
     pub(crate) fn receive(&mut self, context: &egui::Context) {
         for done in self.worker.done().collect::<Vec<_>>() {

@@ -182,6 +182,9 @@ fn opening(line: &mut String, options: &OpenOptions) {
     if let Some(variant) = &options.variant {
         flag(line, "variant", variant);
     }
+    for name in &options.hidden {
+        flag(line, "hide", name);
+    }
     if options.sequence_fps != OpenOptions::default().sequence_fps {
         flag(line, "sequence-fps", &options.sequence_fps.to_string());
     }

@@ -29,6 +29,8 @@ use crate::threads::{compute, pool};
 ///     Puts a floor under the scene: ``"matte"``, or ``"shadow"`` of which only the shadows are seen; with a height as ``"matte:0.5"``.
 /// variant : str, optional
 ///     Which of a file's variants has its materials shown, of `Scene.variants`; without, those of the file itself.
+/// hide : sequence of str, optional
+///     Shows all objects but those with these names, of `Scene.objects`; ``*`` stands for any characters.
 /// sequence_fps : float, default 24
 ///     How many files of a sequence make a second.
 /// allow_outside : bool, default False
@@ -52,13 +54,15 @@ use crate::threads::{compute, pool};
 /// >>> frame.vertices.shape[1], frame.vertices.dtype
 /// (3, dtype('float32'))
 #[pyfunction]
-#[pyo3(signature = (address, *, clip=None, ground=None, variant=None, sequence_fps=24.0, allow_outside=false))]
+#[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
+#[pyo3(signature = (address, *, clip=None, ground=None, variant=None, hide=Vec::new(), sequence_fps=24.0, allow_outside=false))]
 pub(crate) fn open(
     py: Python<'_>,
     address: PathBuf,
     clip: Option<String>,
     ground: Option<&str>,
     variant: Option<String>,
+    hide: Vec<String>,
     sequence_fps: f64,
     allow_outside: bool,
 ) -> PyResult<Scene> {
@@ -73,7 +77,8 @@ pub(crate) fn open(
     if !(sequence_fps.is_finite() && sequence_fps > 0.0) {
         return Err(crate::errors::expected("sequence_fps", "a finite number above 0", sequence_fps));
     }
-    let options = OpenOptions { clip, ground, variant, sequence_fps, allow_outside, ..OpenOptions::default() };
+    let options =
+        OpenOptions { clip, ground, variant, hidden: hide, sequence_fps, allow_outside, ..OpenOptions::default() };
     let scene = compute(py, &*pool(0)?, || umbrage::open_with(&address, &options)).map_err(exception)?;
     Ok(Scene { scene, renderer: Mutex::default(), triangles: Mutex::default() })
 }
@@ -106,6 +111,12 @@ impl Scene {
     #[getter]
     fn animations(&self) -> Vec<String> {
         self.scene.animations().iter().map(|animation| animation.name.clone()).collect()
+    }
+
+    /// The names of the objects to choose from by `hide`: nodes of glTF files, objects and groups of OBJ files.
+    #[getter]
+    fn objects(&self) -> Vec<&str> {
+        self.scene.objects().iter().map(|name| &**name).collect()
     }
 
     /// The names of the variants to choose from by `variant`.

@@ -117,6 +117,17 @@ def test_variants_are_chosen_by_name():
         umbrage.open(VASE, variant="none of them")
 
 
+def test_objects_are_hidden_by_name():
+    scene = umbrage.open("demo:cloth?triangles=2000")
+    assert scene.objects == ["silk", "ball", "floor"]
+    without = umbrage.open("demo:cloth?triangles=2000", hide=["si*", "floor"])
+    assert without.objects == scene.objects
+    assert [part.name for part in without.instances(0.5)] == ["ball"]
+    assert len(without.at(0.5).triangles) < len(scene.at(0.5).triangles)
+    with pytest.raises(ValueError, match="`silk`, `ball`, `floor`"):
+        umbrage.open("demo:cloth?triangles=2000", hide=["cotton"])
+
+
 def test_a_background_of_one_colour_is_shown_as_it_is():
     picture = umbrage.open(VASE).render(0, 64, 36, background="#336699")
     np.testing.assert_array_equal(picture[0, 0], [0x33, 0x66, 0x99])

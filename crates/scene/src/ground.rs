@@ -2,11 +2,12 @@
 
 use std::fmt;
 use std::str::FromStr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, choices};
 
+use crate::derived::Derived;
 use crate::rig::{Part, Placement, Pose, Rig, Shape};
 use crate::{Frame, Material, Materials, Mesh, Objects};
 
@@ -89,22 +90,15 @@ pub(crate) struct Grounded {
     pub(crate) ground: Ground,
     corners: Option<[Vec3; 4]>,
     /// What was made of a mesh and of materials last: they usually stay the same.
-    mesh: Mutex<Option<Extended<Mesh>>>,
-    materials: Mutex<Option<Extended<Materials>>>,
-    rig: Mutex<Option<Extended<Rig>>>,
-}
-
-#[derive(Debug)]
-struct Extended<T> {
-    /// Held, so that no other takes its address.
-    from: Arc<T>,
-    to: Arc<T>,
+    mesh: Derived<Mesh>,
+    materials: Derived<Materials>,
+    rig: Derived<Rig>,
 }
 
 impl Grounded {
     pub(crate) fn new(ground: Ground, scene: Bounds) -> Self {
         let corners = if scene.is_empty() { None } else { ground.corners(scene) };
-        Self { ground, corners, mesh: Mutex::default(), materials: Mutex::default(), rig: Mutex::default() }
+        Self { ground, corners, mesh: Derived::default(), materials: Derived::default(), rig: Derived::default() }
     }
 
     /// Puts the ground under a frame whose vertices are there.
@@ -127,7 +121,7 @@ impl Grounded {
         self.extend_surfaces(frame, rig.vertices);
         let matrix = pose.matrices.len() as u32;
         pose.matrices.push(Affine3A::IDENTITY);
-        extended(&self.rig, rig, |rig| {
+        self.rig.of(rig, |rig| {
             let mut rig = rig.clone();
             let placement = Placement::Rigid { matrix };
             let (shape, first_vertex) = (rig.shapes.len() as u32, rig.vertices as u32);
@@ -140,25 +134,12 @@ impl Grounded {
 
     fn extend_surfaces(&self, frame: &mut Frame, first_vertex: usize) {
         let material = frame.materials.materials.len() as u32;
-        frame.materials = extended(&self.materials, &frame.materials, |materials| {
+        frame.materials = self.materials.of(&frame.materials, |materials| {
             let mut materials = materials.clone();
             materials.materials.push(self.ground.material());
             materials
         });
-        frame.mesh = extended(&self.mesh, &frame.mesh, |mesh| with_two_triangles(mesh, first_vertex as u32, material));
-    }
-}
-
-/// What `extend` makes of `from`, made again only for another one.
-fn extended<T>(last: &Mutex<Option<Extended<T>>>, from: &Arc<T>, extend: impl FnOnce(&T) -> T) -> Arc<T> {
-    let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
-    match &*last {
-        Some(last) if Arc::ptr_eq(&last.from, from) => Arc::clone(&last.to),
-        _ => {
-            let to = Arc::new(extend(from));
-            *last = Some(Extended { from: Arc::clone(from), to: Arc::clone(&to) });
-            to
-        }
+        frame.mesh = self.mesh.of(&frame.mesh, |mesh| with_two_triangles(mesh, first_vertex as u32, material));
     }
 }
 

@@ -2,11 +2,13 @@
 #![forbid(unsafe_code)]
 
 mod check;
+mod derived;
 mod error;
 mod folder;
 mod formats;
 mod frame;
 mod ground;
+mod hidden;
 mod instances;
 mod layers;
 mod light;

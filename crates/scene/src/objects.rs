@@ -56,6 +56,11 @@ impl Objects {
         Some(self.runs[run].1)
     }
 
+    /// Where runs of triangles of one object begin, in rising order, each with its object.
+    pub(crate) fn begun(&self) -> impl Iterator<Item = (usize, Option<u32>)> + Clone {
+        self.runs.iter().map(|&(first, object)| (first as usize, Some(object)))
+    }
+
     /// The same objects with the same numbers, for other triangles.
     pub(crate) fn without_triangles(&self) -> Self {
         Self { runs: Vec::new(), ..self.clone() }

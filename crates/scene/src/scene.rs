@@ -11,6 +11,7 @@ use crate::folder::Files;
 use crate::formats::{self, Format};
 use crate::gltf::{GltfScene, variants};
 use crate::ground::Grounded;
+use crate::hidden::Hidden;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::{Error, Frame, Ground, Light};
@@ -61,10 +62,13 @@ pub trait Animated: Debug + Send + Sync {
 /// Something that has a look at every moment: a file, a sequence of files or a procedural scene.
 #[derive(Debug)]
 pub struct Scene {
-    source: Box<dyn Animated>,
+    source: Arc<dyn Animated>,
     animation_bounds: Bounds,
     /// Lights the frames of a file that has no light of its own.
     light_above: Light,
+    /// The names of the objects that its first moment has.
+    objects: Vec<Arc<str>>,
+    hidden: Option<Hidden>,
     ground: Option<Grounded>,
     files: Vec<PathBuf>,
 }
@@ -95,6 +99,8 @@ pub struct OpenOptions {
     /// all texels, stay in memory. Each file of a sequence may take so many. Of [`OpenOptions::max_memory`] a texture takes its
     /// part only while it is made.
     pub texture_memory: Option<u64>,
+    /// The names of objects that aren't shown ([`Scene::hiding`]).
+    pub hidden: Vec<String>,
     /// A floor under the scene.
     pub ground: Option<Ground>,
 }
@@ -108,6 +114,7 @@ impl Default for OpenOptions {
             allow_outside: false,
             max_memory: *DEFAULT_BYTES,
             texture_memory: None,
+            hidden: Vec::new(),
             ground: None,
         }
     }
@@ -246,7 +253,10 @@ impl Scene {
         }
         let mut scene = Self { files: files.into_iter().collect(), ..Self::new(source)? };
         scene.set_ground(options.ground);
-        Ok(scene)
+        match options.hidden.as_slice() {
+            [] => Ok(scene),
+            hidden => scene.hiding(hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause)),
+        }
     }
 
     /// The scene of what has a look at every moment.
@@ -254,14 +264,59 @@ impl Scene {
     /// # Errors
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
-        let animation_bounds = animation_bounds(&*source)?;
+        let (animation_bounds, objects) = survey(&*source)?;
         Ok(Self {
-            source,
+            source: source.into(),
             animation_bounds,
             light_above: light_above(animation_bounds),
+            objects,
+            hidden: None,
             ground: None,
             files: Vec::new(),
         })
+    }
+
+    /// The names of the scene's objects, as far as its first moment has them: nodes of glTF files, objects and groups of OBJ
+    /// files, parts of built-in scenes. Empty where triangles are of one object without a name.
+    #[must_use]
+    pub fn objects(&self) -> &[Arc<str>] {
+        &self.objects
+    }
+
+    /// The same scene with all objects but those with these names, in which `*` stands for any characters and `?` for any one.
+    /// What isn't shown casts no shadow and is in no mirror; cameras and a ground are placed as if it were there. Both scenes
+    /// share what was read.
+    ///
+    /// ```
+    /// let two = "v 0 0 0\nv 1 0 0\nv 0 1 0\no roof\nf 1 2 3\no floor\nf 1 3 2\n";
+    /// let house = umbrage_scene::Scene::from_bytes("house.obj", two)?;
+    /// let open = house.hiding(&["roof".to_owned()]).expect("there is one");
+    /// assert_eq!((house.at(0.0)?.triangles().len(), open.at(0.0)?.triangles().len()), (2, 1));
+    /// # Ok::<(), umbrage_scene::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where a name is none of the scene's [objects](Self::objects), and which there are.
+    pub fn hiding(&self, names: &[String]) -> Result<Self, String> {
+        let unknown = |unknown: &str| unknown_object(unknown, &self.objects);
+        let hidden = if names.is_empty() { None } else { Some(Hidden::new(names, &self.objects).map_err(unknown)?) };
+        let mut scene = Self {
+            source: Arc::clone(&self.source),
+            animation_bounds: self.animation_bounds,
+            light_above: self.light_above.clone(),
+            objects: self.objects.clone(),
+            hidden,
+            ground: None,
+            files: self.files.clone(),
+        };
+        scene.set_ground(self.ground());
+        Ok(scene)
+    }
+
+    /// Whether an object isn't shown.
+    #[must_use]
+    pub fn is_hidden(&self, object: &str) -> bool {
+        self.hidden.as_ref().is_some_and(|hidden| hidden.has(object))
     }
 
     /// Puts a ground under the scene, in place of the last one, or takes that away.
@@ -339,6 +394,9 @@ impl Scene {
         if frame.light_is_made {
             frame.lights.push(self.made_light(frame.cameras.first().map(|named| &named.camera)));
         }
+        if let Some(hidden) = &self.hidden {
+            hidden.take_out(&mut frame.mesh);
+        }
     }
 
     /// What lights a frame that has no light of its own: a lamp above and to one side of the whole scene, or beside the
@@ -398,19 +456,33 @@ fn begin(frame: &mut Frame) {
     frame.cameras.clear();
 }
 
-/// Bounds over a few moments, which is enough for a view that doesn't cut much off.
-fn animation_bounds(source: &dyn Animated) -> Result<Bounds, Error> {
+/// Says that there is no such object.
+fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
+    const MOST: usize = 20;
+    if objects.is_empty() {
+        return format!("there is no object `{wanted}`, as the scene names none");
+    }
+    let names: Vec<_> = objects.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+    let others = if objects.len() > MOST { format!(" and {} others", objects.len() - MOST) } else { String::new() };
+    format!("there is no object `{wanted}`; the scene has {}{others}", names.join(", "))
+}
+
+/// Bounds over a few moments, which is enough for a view that doesn't cut much off, and the names of the first one's objects.
+fn survey(source: &dyn Animated) -> Result<(Bounds, Vec<Arc<str>>), Error> {
     const MOMENTS: u32 = 5;
     let duration = source.duration_seconds();
     let moments = if duration > 0.0 { MOMENTS } else { 1 };
     let mut frame = Frame::default();
-    let mut bounds = Bounds::EMPTY;
+    let (mut bounds, mut objects) = (Bounds::EMPTY, Vec::new());
     for moment in 0..moments {
         begin(&mut frame);
         source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
         bounds = bounds.union(frame.triangles().bounds());
+        if moment == 0 {
+            objects = frame.mesh.objects.names().to_vec();
+        }
     }
-    Ok(bounds)
+    Ok((bounds, objects))
 }
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.

@@ -15,7 +15,7 @@ pub fn open(address: impl AsRef<Path>) -> Result<Scene, Error> {
 /// As [`open`], with options.
 ///
 /// # Errors
-/// As [`open`], and where `options` name a clip or a variant that the file doesn't have, or want textures of the gallery on demand:
+/// As [`open`], and where `options` name a clip, a variant or an object that the file doesn't have, or want textures of the gallery on demand:
 /// these are made in memory, of a few megabytes.
 pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Scene, Error> {
     let address = address.as_ref();
@@ -31,7 +31,11 @@ pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Sce
         return Err(Error::Address { address: text.into_owned(), cause });
     }
     let mut scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
-    scene.set_ground(options.ground);
+    if is_demo {
+        scene.set_ground(options.ground);
+        let wrong = |cause| Error::Address { address: text.clone().into_owned(), cause };
+        scene = scene.hiding(&options.hidden).map_err(wrong)?;
+    }
     match &options.clip {
         // An animation without a name is number 0.
         Clip::Named(name) if scene.animations().is_empty() && (name != "0" || scene.duration_seconds() == 0.0) => {

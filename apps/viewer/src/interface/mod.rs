@@ -9,6 +9,7 @@ mod help;
 mod keys;
 mod light_panel;
 mod menu;
+mod object_panel;
 mod overlay;
 mod panels;
 mod probe_panel;
@@ -55,6 +56,10 @@ impl App {
                 scrolled(ui, |ui| {
                     section(ui, "Camera", |ui| camera_panel::show(self, ui));
                     section(ui, "Lights", |ui| light_panel::show(self, ui));
+                    if object_panel::has_choice(self) {
+                        let header = egui::CollapsingHeader::new(egui::RichText::new("Objects").strong());
+                        header.show(ui, |ui| object_panel::show(self, ui));
+                    }
                     section(ui, "Engine", |ui| engine_panel::engine(self, ui));
                     section(ui, "Picture", |ui| engine_panel::picture(self, ui));
                     section(ui, "Pixel", |ui| probe_panel::show(self, ui));

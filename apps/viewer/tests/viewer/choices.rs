@@ -75,6 +75,25 @@ fn animations_and_variants_are_chosen_by_name() {
     assert_eq!(reds_and_greens(&window.pixels()), (0, reds), "the triangle is where it was");
 }
 
+#[test]
+fn objects_are_shown_or_not() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    let whole = window.pixels();
+    assert!(!window.shows("silk"), "the list is closed at first");
+    window.click_in_panel("Objects");
+    window.click_in_panel("silk");
+    let without_silk = window.pixels();
+    window.keep("objects");
+    assert!(window.shows("1 of 3 hidden") && without_silk != whole);
+    window.press(Key::C);
+    assert!(window.shows("--hide silk"));
+    window.click_in_panel("Hide");
+    assert!(window.shows("3 of 3 hidden") && window.pixels() != without_silk);
+    window.click_in_panel("Show");
+    assert!(window.pixels() == whole && !window.shows("of 3 hidden"));
+}
+
 #[derive(Debug)]
 struct Dropped(PathBuf);
 

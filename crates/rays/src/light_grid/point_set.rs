@@ -40,8 +40,8 @@ impl<'a> PointSet<'a> {
     pub(crate) fn error_at(&self, face: &Face, position: DVec3, depth: f64) -> f64 {
         match self {
             Self::Seen(_, rays) => face.point_error_at(rays, rays.forward.dot(position - rays.position), depth),
-            Self::Listed(list) if face.is_parallel => list.largest_error,
-            Self::Listed(list) => list.largest_error / depth,
+            Self::Listed(list) if face.is_parallel => list.bounds.largest_error,
+            Self::Listed(list) => list.bounds.largest_error / depth,
         }
     }
 
@@ -94,18 +94,15 @@ pub(crate) struct PointList {
     /// x, y and z of each tile's points in relation to the middle of its bounds: NaN where a point is nowhere.
     pub(super) offsets: Vec<[[f32; LANES]; 3]>,
     pub(crate) tiles: Vec<Tile>,
-    /// The largest error of a point.
-    largest_error: f64,
-    /// Where points were along a curve when they were sorted, above their numbers.
+    /// Around all points.
+    bounds: Bounds,
+    /// Where all points were along a curve when they were sorted, above their numbers; what is nowhere comes last.
     keys: Vec<u64>,
-    /// Of how many points, with those that are nowhere.
-    count: usize,
+    /// How many of these were somewhere.
+    listed: usize,
     /// How much of the bounds tiles spanned then.
     sorted_spread: f64,
 }
-
-/// How many points are looked at in a row.
-const CHUNK: usize = 1 << 12;
 
 impl PointList {
     const NOWHERE: HitPoint = HitPoint { position: DVec3::NAN, error: 0.0 };
@@ -116,40 +113,34 @@ impl PointList {
     /// Replaces the points by those of `count` that are somewhere. Where these are the ones of the last time, and those of a tile
     /// are still about as near each other, their order stays.
     pub(crate) fn fill(&mut self, count: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
-        let of_chunk = |chunk: usize| {
-            let found = (chunk * CHUNK..count.min((chunk + 1) * CHUNK)).filter_map(&point);
-            found.fold((Bounds::EMPTY, 0), |(bounds, found), (point, _)| (bounds.with(point), found + 1))
-        };
-        let chunks = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk);
-        let (bounds, found) = chunks.reduce(|| (Bounds::EMPTY, 0), |a, b| (a.0.union(b.0), a.1 + b.1));
-        self.largest_error = bounds.largest_error;
-        let may_stay = self.count == count && self.keys.len() == found;
-        if may_stay
-            && self.fill_tiles(&point) == found
-            && self.spread(&bounds) <= Self::MOST_SPREAD * self.sorted_spread
-        {
-            return;
+        let are_the_same = self.keys.len() == count && self.fill_tiles(&point);
+        let may_stay = are_the_same && self.spread() <= Self::MOST_SPREAD * self.sorted_spread;
+        if !may_stay {
+            self.sort(count, &point);
+            self.fill_tiles(&point);
+            self.sorted_spread = self.spread();
         }
-        self.count = count;
-        self.sort(&bounds, &point);
-        self.fill_tiles(&point);
-        self.sorted_spread = self.spread(&bounds);
     }
 
-    /// Sorts the points that are somewhere along a curve through their bounds.
-    fn sort(&mut self, bounds: &Bounds, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) {
-        const NONE: u64 = u64::MAX;
-        let key = |number: usize| {
-            point(number).map_or(NONE, |(point, _)| u64::from(bounds.curve(point.position)) << 32 | number as u64)
-        };
-        (0..self.count).into_par_iter().with_min_len(CHUNK).map(key).collect_into_vec(&mut self.keys);
+    /// Sorts so many points along a curve through their bounds, and those that are nowhere behind them.
+    fn sort(&mut self, count: usize, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) {
+        const CHUNK: usize = 1 << 12;
+        const NOWHERE: u64 = u32::MAX as u64;
+        let points = || (0..count).into_par_iter().with_min_len(CHUNK).map(|number| (number, point(number)));
+        let bounds =
+            points().fold(|| Bounds::EMPTY, |bounds, (_, point)| point.map_or(bounds, |(at, _)| bounds.with(at)));
+        let bounds = bounds.reduce(|| Bounds::EMPTY, Bounds::union);
+        let along = |(at, _): (HitPoint, u32)| u64::from(bounds.curve(at.position));
+        let key = |(number, point): (usize, Option<_>)| point.map_or(NOWHERE, along) << 32 | number as u64;
+        points().map(key).collect_into_vec(&mut self.keys);
         self.keys.par_sort_unstable();
-        self.keys.truncate(self.keys.partition_point(|&key| key != NONE));
+        self.listed = self.keys.partition_point(|key| key >> 32 != NOWHERE);
     }
 
-    /// Puts the points in tiles, in the order of their keys; how many of these are somewhere.
-    fn fill_tiles(&mut self, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) -> usize {
+    /// Puts the points in tiles, in the order of their keys; whether those that are somewhere are the ones that were sorted.
+    fn fill_tiles(&mut self, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) -> bool {
         let Self { points, own, numbers, offsets, tiles, keys, .. } = self;
+        let (keys, nowhere) = keys.split_at(self.listed);
         let slots = keys.len().next_multiple_of(TileOrder::TILE_PIXELS);
         points.clear();
         points.resize(slots, Self::NOWHERE);
@@ -164,45 +155,32 @@ impl PointList {
             .zip(own.par_chunks_mut(TileOrder::TILE_PIXELS))
             .zip(numbers.par_chunks_mut(TileOrder::TILE_PIXELS))
             .zip(offsets.par_chunks_mut(TILE_BLOCKS));
-        let keys = keys.par_chunks(TileOrder::TILE_PIXELS).zip(tiles);
-        let found = of_tile.zip(keys).map(|((((points, own), numbers), offsets), (keys, tile))| {
-            let (mut bounds, mut found) = (Bounds::EMPTY, 0);
-            for (at, key) in keys.iter().enumerate() {
-                let slot = slot_of(at);
-                if let Some((point, triangle)) = point(*key as u32 as usize) {
-                    (numbers[slot], points[slot], own[slot]) = (*key as u32, point, triangle);
-                    bounds = bounds.with(point);
-                    found += 1;
-                }
-            }
-            let middle = bounds.middle();
-            for (points, offsets) in points.chunks_exact(LANES).zip(offsets) {
-                for (lane, point) in points.iter().enumerate() {
-                    let offset = (point.position - middle).as_vec3();
-                    [offsets[0][lane], offsets[1][lane], offsets[2][lane]] = offset.to_array();
-                }
-            }
+        let of_tiles = of_tile.zip(keys.par_chunks(TileOrder::TILE_PIXELS).zip(tiles));
+        let found = of_tiles.map(|((((points, own), numbers), offsets), (keys, tile))| {
+            let (bounds, found) = TilePoints { points, own, numbers, offsets }.fill(keys, point);
             *tile = Tile { points: found as u32, has_unknown: false, corners: bounds.corners() };
-            found
+            (bounds, found)
         });
-        found.sum()
+        let (bounds, found) = found.reduce(|| (Bounds::EMPTY, 0), |a, b| (a.0.union(b.0), a.1 + b.1));
+        self.bounds = bounds;
+        found == self.listed && nowhere.par_iter().all(|key| point(number_of(*key)).is_none())
     }
 
     /// How much of the bounds of all points tiles span, in the mean along the three axes, summed over tiles.
-    fn spread(&self, bounds: &Bounds) -> f64 {
+    fn spread(&self) -> f64 {
         let size = |low: DVec3, high: DVec3| (high - low).element_sum();
-        self.tiles.iter().map(|tile| size(tile.corners[0], tile.corners[7])).sum::<f64>()
-            / size(bounds.low, bounds.high)
+        let of_tiles = self.tiles.iter().map(|tile| size(tile.corners[0], tile.corners[7]));
+        of_tiles.sum::<f64>() / size(self.bounds.low, self.bounds.high)
     }
 
     /// The largest error of a point.
     pub(super) fn largest_error(&self) -> f64 {
-        self.largest_error
+        self.bounds.largest_error
     }
 
     /// How many points there are.
     pub(crate) fn len(&self) -> usize {
-        self.keys.len()
+        self.listed
     }
 
     /// How many slots there are: full tiles.
@@ -239,6 +217,43 @@ impl PointList {
     }
 }
 
+/// The points of a tile, none of which is anywhere yet.
+struct TilePoints<'a> {
+    points: &'a mut [HitPoint],
+    own: &'a mut [u32],
+    numbers: &'a mut [u32],
+    offsets: &'a mut [[[f32; LANES]; 3]],
+}
+
+impl TilePoints<'_> {
+    /// Puts points there, in the order of their keys: the bounds of those that are somewhere, and how many these are.
+    fn fill(self, keys: &[u64], point: &impl Fn(usize) -> Option<(HitPoint, u32)>) -> (Bounds, usize) {
+        let Self { points, own, numbers, offsets } = self;
+        let (mut bounds, mut found) = (Bounds::EMPTY, 0);
+        for (at, number) in keys.iter().copied().map(number_of).enumerate() {
+            let slot = slot_of(at);
+            if let Some((point, triangle)) = point(number) {
+                (numbers[slot], points[slot], own[slot]) = (number as u32, point, triangle);
+                bounds = bounds.with(point);
+                found += 1;
+            }
+        }
+        let middle = bounds.middle();
+        for (points, offsets) in points.chunks_exact(LANES).zip(offsets) {
+            for (lane, point) in points.iter().enumerate() {
+                let offset = (point.position - middle).as_vec3();
+                [offsets[0][lane], offsets[1][lane], offsets[2][lane]] = offset.to_array();
+            }
+        }
+        (bounds, found)
+    }
+}
+
+/// The number of the point that has a key.
+fn number_of(key: u64) -> usize {
+    key as u32 as usize
+}
+
 /// Where in its tile a point is that has this number along the curve: groups follow each other, and blocks in these.
 fn slot_of(at: usize) -> usize {
     let (group, block, lane) = (at / (LANES * LANES), at / LANES % LANES, at % LANES);
@@ -251,6 +266,12 @@ struct Bounds {
     low: DVec3,
     high: DVec3,
     largest_error: f64,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::EMPTY
+    }
 }
 
 impl Bounds {
@@ -373,6 +394,8 @@ mod tests {
         assert!(fill(&points), "one fewer");
         (points[5], points[17]) = (DVec3::ONE, DVec3::INFINITY);
         assert!(fill(&points), "another one is nowhere");
+        points[17] = DVec3::ZERO;
+        assert!(fill(&points), "none is nowhere");
         points.pop();
         assert!(fill(&points), "of another count");
     }

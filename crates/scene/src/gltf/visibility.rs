@@ -71,23 +71,12 @@ impl Visibility {
     }
 
     fn without_hidden(&self, visible: &[bool]) -> Mesh {
-        let mut mesh = Mesh { triangles: Vec::new(), material_of_triangle: Vec::new(), ..(*self.whole).clone() };
-        mesh.part_of_triangle.clear();
-        mesh.objects = self.whole.objects.without_triangles();
         let mut first = 0;
-        for &(node, count) in &self.triangles {
-            let range = first..first + count;
-            first = range.end;
-            if visible[node as usize] {
-                let object = self.whole.objects.of_triangle(range.start as u32);
-                if let Some(name) = object.and_then(|object| self.whole.objects.names().get(object as usize)) {
-                    mesh.objects.begin(mesh.triangles.len(), name);
-                }
-                mesh.triangles.extend_from_slice(&self.whole.triangles[range.clone()]);
-                mesh.material_of_triangle.extend_from_slice(&self.whole.material_of_triangle[range.clone()]);
-                mesh.part_of_triangle.extend(self.whole.part_of_triangle.get(range).into_iter().flatten());
-            }
-        }
-        mesh
+        let runs = self.triangles.iter().map(|&(node, count)| {
+            let run = first..first + count;
+            first = run.end;
+            (node, run)
+        });
+        self.whole.with_triangles(runs.filter(|&(node, _)| visible[node as usize]).map(|(_, run)| run))
     }
 }
