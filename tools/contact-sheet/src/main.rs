@@ -32,6 +32,9 @@ struct Flags {
     /// Camera rays for each pixel
     #[arg(long, default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     samples: u32,
+    /// Mirrors and surfaces of glass that light may come by, one after the other
+    #[arg(long, default_value_t = Settings::STILL_BOUNCES)]
+    bounces: u32,
 }
 
 fn fraction(text: &str) -> Result<f64, String> {
@@ -101,7 +104,7 @@ fn shots(address: &Path, flags: &Flags, renderer: &mut Renderer) -> Result<Vec<(
     }
     let duration = scene.duration_seconds();
     let [width, height] = flags.size;
-    let settings = Settings { width, height, samples: flags.samples, ..Settings::default() };
+    let settings = Settings { width, height, samples: flags.samples, bounces: flags.bounces, ..Settings::default() };
     let times = if duration > 0.0 { flags.times.as_slice() } else { &[0.0] };
     let shot = |fraction: &f64| {
         let seconds = fraction * duration;
