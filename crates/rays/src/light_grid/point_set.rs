@@ -102,6 +102,9 @@ pub(crate) struct PointList {
     listed: usize,
     /// How much of the bounds tiles spanned then.
     sorted_spread: f64,
+    /// How often in a row the order couldn't stay, and how often points are sorted without trying before it is tried again.
+    failures: u32,
+    rest: u32,
 }
 
 impl PointList {
@@ -110,16 +113,26 @@ impl PointList {
     /// By how much more of the bounds tiles may span than when points were sorted, before they are sorted again.
     const MOST_SPREAD: f64 = 1.2;
 
+    /// Among points that fly apart one call in so many, a power of two, tries whether their order may stay.
+    const ONE_TRY_IN: u32 = 8;
+
     /// Replaces the points by those of `count` that are somewhere. Where these are the ones of the last time, and those of a tile
     /// are still about as near each other, their order stays.
     pub(crate) fn fill(&mut self, count: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
-        let are_the_same = self.keys.len() == count && self.fill_tiles(&point);
-        let may_stay = are_the_same && self.spread() <= Self::MOST_SPREAD * self.sorted_spread;
-        if !may_stay {
-            self.sort(count, &point);
-            self.fill_tiles(&point);
-            self.sorted_spread = self.spread();
+        if self.keys.len() == count {
+            if self.rest > 0 {
+                self.rest -= 1;
+            } else if self.fill_tiles(&point) && self.spread() <= Self::MOST_SPREAD * self.sorted_spread {
+                self.failures = 0;
+                return;
+            } else {
+                self.failures += 1;
+                self.rest = (1 << self.failures.min(Self::ONE_TRY_IN.ilog2())) - 1;
+            }
         }
+        self.sort(count, &point);
+        self.fill_tiles(&point);
+        self.sorted_spread = self.spread();
     }
 
     /// Sorts so many points along a curve through their bounds, and those that are nowhere behind them.
@@ -359,8 +372,7 @@ mod tests {
 
     /// The positions of listed points by their numbers, and whether they were sorted.
     fn fill(list: &mut PointList, points: &[DVec3]) -> (Vec<(u32, DVec3)>, bool) {
-        let before = std::mem::take(&mut list.keys);
-        list.keys.clone_from(&before);
+        let before = list.keys.clone();
         list.fill(points.len(), |number| {
             let position = points[number];
             position.is_finite().then_some((HitPoint { position, error: 0.0 }, number as u32))
@@ -378,6 +390,7 @@ mod tests {
             (0..20_000).map(|_| DVec3::from([0; 3].map(|_| f64::from(random.signed() as f32)))).collect();
         let mut list = PointList::default();
         let mut fill = |points: &[DVec3]| {
+            list.rest = 0;
             let (listed, is_sorted) = fill(&mut list, points);
             let all = (0..).zip(points.iter().copied()).filter(|(_, position)| position.is_finite());
             assert!(listed.into_iter().eq(all), "other points are listed");
@@ -398,5 +411,17 @@ mod tests {
         assert!(fill(&points), "none is nowhere");
         points.pop();
         assert!(fill(&points), "of another count");
+    }
+
+    #[test]
+    fn of_points_that_fly_apart_few_orders_are_tried() {
+        let (mut random, mut list) = (Random::new(8), PointList::default());
+        let tried = (0..50).filter(|_| {
+            let points: Vec<DVec3> = (0..9_000).map(|_| DVec3::from([0; 3].map(|_| random.signed()))).collect();
+            let failures = list.failures;
+            fill(&mut list, &points);
+            list.failures > failures
+        });
+        assert_eq!(tried.count(), 8, "one call in two, in four, then in eight");
     }
 }
