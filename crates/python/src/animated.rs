@@ -55,14 +55,14 @@ use crate::threads::{compute, pool};
 /// (3, dtype('float32'))
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
-#[pyo3(signature = (address, *, clip=None, ground=None, variant=None, hide=Vec::new(), sequence_fps=24.0, allow_outside=false))]
+#[pyo3(signature = (address, *, clip=None, ground=None, variant=None, hide=None, sequence_fps=24.0, allow_outside=false))]
 pub(crate) fn open(
     py: Python<'_>,
     address: PathBuf,
     clip: Option<String>,
     ground: Option<&str>,
     variant: Option<String>,
-    hide: Vec<String>,
+    hide: Option<Vec<String>>,
     sequence_fps: f64,
     allow_outside: bool,
 ) -> PyResult<Scene> {
@@ -77,8 +77,15 @@ pub(crate) fn open(
     if !(sequence_fps.is_finite() && sequence_fps > 0.0) {
         return Err(crate::errors::expected("sequence_fps", "a finite number above 0", sequence_fps));
     }
-    let options =
-        OpenOptions { clip, ground, variant, hidden: hide, sequence_fps, allow_outside, ..OpenOptions::default() };
+    let options = OpenOptions {
+        clip,
+        ground,
+        variant,
+        hidden: hide.unwrap_or_default(),
+        sequence_fps,
+        allow_outside,
+        ..OpenOptions::default()
+    };
     let scene = compute(py, &*pool(0)?, || umbrage::open_with(&address, &options)).map_err(exception)?;
     Ok(Scene { scene, renderer: Mutex::default(), triangles: Mutex::default() })
 }

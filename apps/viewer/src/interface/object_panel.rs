@@ -15,7 +15,7 @@ pub(super) fn has_choice(app: &App) -> bool {
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let objects = open.scene.objects();
-    let find_id = ui.id().with("find");
+    let find_id = ui.scope_id().with("find");
     let mut find: String = ui.data(|data| data.get_temp(find_id)).unwrap_or_default();
     let mut are_shown: Vec<bool> = objects.iter().map(|name| !open.scene.is_hidden(name)).collect();
     let before = are_shown.clone();

@@ -175,7 +175,7 @@ def open(
     clip: str | None = None,
     ground: str | None = None,
     variant: str | None = None,
-    hide: Sequence[str] = (),
+    hide: Sequence[str] | None = None,
     sequence_fps: float = 24.0,
     allow_outside: bool = False,
 ) -> Scene: ...
