@@ -133,7 +133,7 @@ pub(crate) enum Command {
     Heatmap(Box<HeatmapFlags>),
     /// Show what is in a scene, or without one which scenes are built in
     #[command(after_help = below(&[INFO_EXAMPLES]))]
-    Info(InfoFlags),
+    Info(Box<InfoFlags>),
     /// Print a completion script for a shell
     #[command(after_help = below(&[COMPLETIONS_EXAMPLES]))]
     Completions {

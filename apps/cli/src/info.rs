@@ -68,19 +68,19 @@ struct AnimationContents {
     plays: bool,
 }
 
-pub(crate) fn run(flags: InfoFlags) -> Result<(), Failure> {
+pub(crate) fn run(flags: &InfoFlags) -> Result<(), Failure> {
     if flags.devices {
         return devices(flags.json);
     }
-    let Some(address) = flags.scene else { return gallery(flags.json) };
-    let opening = Progress::opening(&address, false);
-    let scene = umbrage::open_with(&address, &flags.opening.options())?;
+    let Some(address) = &flags.scene else { return gallery(flags.json) };
+    let opening = Progress::opening(address, false);
+    let scene = umbrage::open_with(address, &flags.opening.options())?;
     drop(opening);
     if flags.kd_tree.has_options() && !flags.structure {
         return Err(Failure::input("no kd-tree is built", "add `--structure`"));
     }
     let frame = scene.at(0.0)?;
-    let mut contents = Contents::of(&address, &scene, &frame);
+    let mut contents = Contents::of(address, &scene, &frame);
     let mut text = contents.text();
     if let (true, Structure::KdTree(options, rebuild)) = (flags.structure, flags.kd_tree.structure()?) {
         if rebuild != KdRebuild::Whole {

@@ -48,7 +48,7 @@ fn run(flags: Flags) -> Result<(), Failure> {
         Command::Render(flags) => render::run(&job::Job::new(*flags)?),
         Command::View(flags) => view::run(*flags),
         Command::Heatmap(flags) => heatmap::run(&flags),
-        Command::Info(flags) => info::run(flags),
+        Command::Info(flags) => info::run(&flags),
         Command::Completions { shell } => pages::completions(shell),
         Command::Man { folder } => pages::man(folder.as_deref()),
     }
