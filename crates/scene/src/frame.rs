@@ -1,3 +1,4 @@
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
@@ -56,6 +57,25 @@ pub struct Mesh {
     pub objects: Objects,
     /// How many triangles, which are the last ones, are a [`Ground`](crate::Ground) that was put under the scene.
     pub ground_triangles: usize,
+}
+
+impl Mesh {
+    /// The same vertices with some of the triangles: those of `runs`, in rising order, each of one object.
+    pub(crate) fn with_triangles(&self, runs: impl Iterator<Item = Range<usize>>) -> Self {
+        let nothing = (Vec::new(), Vec::new(), Vec::new());
+        let (triangles, material_of_triangle, part_of_triangle) = nothing;
+        let objects = self.objects.without_triangles();
+        let mut mesh = Self { triangles, material_of_triangle, part_of_triangle, objects, ..self.clone() };
+        for run in runs {
+            if let Some(object) = self.objects.of_triangle(run.start as u32) {
+                mesh.objects.begin(mesh.triangles.len(), &self.objects.names()[object as usize]);
+            }
+            mesh.triangles.extend_from_slice(&self.triangles[run.clone()]);
+            mesh.material_of_triangle.extend_from_slice(&self.material_of_triangle[run.clone()]);
+            mesh.part_of_triangle.extend(self.part_of_triangle.get(run).into_iter().flatten());
+        }
+        mesh
+    }
 }
 
 /// A camera that came with a scene.

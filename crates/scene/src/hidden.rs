@@ -1,12 +1,11 @@
 //! Objects of a scene that aren't shown.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use wildmatch::WildMatch;
 
+use crate::Mesh;
 use crate::derived::Derived;
-use crate::{Mesh, Objects};
 
 /// Which objects of a scene aren't shown: neither seen nor in anything's light.
 #[derive(Debug)]
@@ -48,35 +47,6 @@ impl Hidden {
 /// Whether a name, or a pattern, means an object.
 fn is_meant(name: &str, object: &str) -> bool {
     name == object || name.contains(['*', '?']) && WildMatch::new(name).matches(object)
-}
-
-impl Mesh {
-    /// The same vertices with some of the triangles: those of `runs`, in rising order, each of one object.
-    pub(crate) fn with_triangles(&self, runs: impl Iterator<Item = Range<usize>>) -> Self {
-        let nothing = (Vec::new(), Vec::new(), Vec::new());
-        let (triangles, material_of_triangle, part_of_triangle) = nothing;
-        let objects = self.objects.without_triangles();
-        let mut mesh = Self { triangles, material_of_triangle, part_of_triangle, objects, ..self.clone() };
-        for run in runs {
-            if let Some(object) = self.objects.of_triangle(run.start as u32) {
-                mesh.objects.begin(mesh.triangles.len(), &self.objects.names()[object as usize]);
-            }
-            mesh.triangles.extend_from_slice(&self.triangles[run.clone()]);
-            mesh.material_of_triangle.extend_from_slice(&self.material_of_triangle[run.clone()]);
-            mesh.part_of_triangle.extend(self.part_of_triangle.get(run).into_iter().flatten());
-        }
-        mesh
-    }
-}
-
-impl Objects {
-    /// All of so many triangles in runs, with the object of each.
-    fn runs(&self, triangles: usize) -> impl Iterator<Item = (Range<usize>, Option<u32>)> {
-        let first_triangles = std::iter::once((0, None)).chain(self.begun());
-        let ends = self.begun().map(|(first, _)| first).chain(std::iter::once(triangles));
-        let runs = first_triangles.zip(ends).map(|((first, object), end)| (first..end, object));
-        runs.filter(|(run, _)| !run.is_empty())
-    }
 }
 
 #[cfg(test)]

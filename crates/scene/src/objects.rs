@@ -1,4 +1,5 @@
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Which triangles have which name: nodes of glTF files, objects and groups of OBJ files, parts of built-in scenes.
@@ -56,9 +57,12 @@ impl Objects {
         Some(self.runs[run].1)
     }
 
-    /// Where runs of triangles of one object begin, in rising order, each with its object.
-    pub(crate) fn begun(&self) -> impl Iterator<Item = (usize, Option<u32>)> + Clone {
-        self.runs.iter().map(|&(first, object)| (first as usize, Some(object)))
+    /// All of so many triangles in runs, each with the object that its triangles are of.
+    pub(crate) fn runs(&self, triangles: usize) -> impl Iterator<Item = (Range<usize>, Option<u32>)> {
+        let begun = self.runs.iter().map(|&(first, object)| (first as usize, Some(object)));
+        let ends = begun.clone().map(|(first, _)| first).chain(std::iter::once(triangles));
+        let runs = std::iter::once((0, None)).chain(begun).zip(ends).map(|((first, object), end)| (first..end, object));
+        runs.filter(|(run, _)| !run.is_empty())
     }
 
     /// The same objects with the same numbers, for other triangles.

@@ -253,10 +253,7 @@ impl Scene {
         }
         let mut scene = Self { files: files.into_iter().collect(), ..Self::new(source)? };
         scene.set_ground(options.ground);
-        match options.hidden.as_slice() {
-            [] => Ok(scene),
-            hidden => scene.hiding(hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause)),
-        }
+        scene.hiding(&options.hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause))
     }
 
     /// The scene of what has a look at every moment.

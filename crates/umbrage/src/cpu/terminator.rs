@@ -87,10 +87,9 @@ fn is_bent(frame: &Frame, triangle: u32) -> bool {
 
 /// Where the smooth surface is that the triangle of a hit stands for, for rays that come one at a time.
 pub(super) fn smooth_point(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<HitPoint> {
-    /// Half the distance from one to the next f32.
-    const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
-    let position = smooth_position(frame, ray, hit)?.as_dvec3();
-    Some(HitPoint { position, error: position.abs().max_element() * HALF_ULP })
+    let positions = &[smooth_position(frame, ray, hit)?];
+    let (point, _) = Receivers::Points { positions, own: &[hit.triangle] }.point(frame.triangles(), 0)?;
+    Some(point)
 }
 
 /// Where the smooth surface is that the triangle of a hit stands for: between the points where the planes through its corners
