@@ -9,7 +9,9 @@ use crate::light_grid::LightGrid;
 use crate::listed::{ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions};
 use crate::patches::Patches;
 use crate::shot::{Bytes, Counts, LightMask, PixelWork, Seconds, SeenPixels, Shot, Work};
-use crate::{ImageTooLarge, LightCells, LightSource, Omitted, SimdLevel, Specialised, Structure, Triangles};
+use crate::{
+    ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, SimdLevel, Specialised, Structure, Triangles,
+};
 
 /// A grid for a camera's rays.
 pub trait CameraGrid: Debug + Send + Sync {
@@ -168,6 +170,14 @@ impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
         grid.survey(shot, seen);
         of_lights.extend(lights.iter().zip(masks).map(|(light, mask)| grid.shadow(shot, patches, seen, light, mask)));
         Work::of_lights(of_lights)
+    }
+
+    fn lit(&self, points: &mut LitPoints, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) -> bool {
+        let has_patches = self.light.level_for_patches().is_some();
+        if has_patches {
+            points.lit(&self.patches, lit, lights, bits);
+        }
+        has_patches
     }
 
     fn work_of_lights(&self) -> &[Work] {

@@ -12,11 +12,17 @@ use crate::simd::vectorized;
 use crate::{Hit, Ray, SimdLevel, SingleRays, Triangles};
 
 impl SingleRays for Bvh {
-    fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+    fn nearest_from(
+        &self,
+        triangles: Triangles<'_>,
+        ray: &Ray,
+        own: u32,
+        stops: &dyn Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
         if !self.may_be_met(ray) {
             return None;
         }
-        dispatch!(self.level.into(), simd => self.nearest_at(simd, triangles, ray, stops))
+        dispatch!(self.level.into(), simd => self.nearest_at(simd, triangles, ray, own, stops))
     }
 
     fn blocked(
@@ -68,6 +74,8 @@ pub struct Nearest<'a> {
     triangles: Triangles<'a>,
     ray: &'a Ray,
     line: &'a Line,
+    /// What isn't hit, whatever the ray meets.
+    own: u32,
     stops: &'a dyn Fn(&Hit) -> bool,
     best: Option<Hit>,
     waiting: Waiting,
@@ -85,10 +93,11 @@ impl<'a> Nearest<'a> {
         triangles: Triangles<'a>,
         ray: &'a Ray,
         line: &'a Line,
+        own: u32,
         stops: &'a dyn Fn(&Hit) -> bool,
     ) -> Self {
         let (best, waiting) = (None, Waiting::default());
-        Self { bvh, triangles, ray, line, stops, best, waiting, lazy: true, passed: false }
+        Self { bvh, triangles, ray, line, own, stops, best, waiting, lazy: true, passed: false }
     }
 
     /// What the ray hits, when all has been taken that it meets; `None` where that has to be taken once more, since what lets the
@@ -108,7 +117,7 @@ impl<'a> Nearest<'a> {
     pub fn take<S: Simd>(&mut self, simd: S, leaf: usize, found: &Found, far: &mut f32) {
         for lane in bits_of(found.possible) {
             let lane = lane % Leaf::LANES;
-            if found.earliest[lane] > *far {
+            if found.earliest[lane] > *far || self.bvh.leaves[leaf].ids[lane] == self.own {
                 continue;
             }
             if self.waiting.count == Waiting::MOST {
@@ -188,8 +197,14 @@ impl Bvh {
     }
 
     #[cold]
-    fn nearest_of_all(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
-        let hits = self.ids().filter_map(|id| hit(ray, triangles, id)).filter(|hit| stops(hit));
+    fn nearest_of_all(
+        &self,
+        triangles: Triangles<'_>,
+        ray: &Ray,
+        own: u32,
+        stops: &dyn Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
+        let hits = self.ids().filter(|&id| id != own).filter_map(|id| hit(ray, triangles, id)).filter(|hit| stops(hit));
         hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
     }
 
@@ -200,10 +215,11 @@ impl Bvh {
         simd: S,
         triangles: Triangles<'_>,
         ray: &Ray,
+        own: u32,
         stops: &dyn Fn(&Hit) -> bool,
     ) -> Option<Hit> {
-        let Some(line) = Line::new(ray, self.scale) else { return self.nearest_of_all(triangles, ray, stops) };
-        let mut nearest = Nearest::new(self, triangles, ray, &line, stops);
+        let Some(line) = Line::new(ray, self.scale) else { return self.nearest_of_all(triangles, ray, own, stops) };
+        let mut nearest = Nearest::new(self, triangles, ray, &line, own, stops);
         loop {
             let mut far = line.far;
             let _ = self.visit(

@@ -44,6 +44,13 @@ pub enum Receivers<'a> {
         /// As many ids, or none.
         own: &'a [u32],
     },
+    /// Where rays hit something.
+    Hits {
+        /// World positions. Those that aren't finite are dark.
+        points: &'a [HitPoint],
+        /// The triangle that was hit, of each.
+        own: &'a [u32],
+    },
     /// The centroid of each triangle. Those of triangles that no ray can hit are dark.
     Faces,
     /// So many points of each triangle, of even density: those of triangle i are from number i times that on.
@@ -56,6 +63,7 @@ impl Receivers<'_> {
     pub fn count(&self, triangles: Triangles<'_>) -> usize {
         match self {
             Self::Points { positions, .. } => positions.len(),
+            Self::Hits { points, .. } => points.len(),
             Self::Faces => triangles.len(),
             Self::Samples(each) => triangles.len() * *each as usize,
         }
@@ -82,6 +90,7 @@ impl Receivers<'_> {
                 let error = if own == Scanned::NONE { 0.0 } else { position.abs().max_element() * HALF_ULP };
                 position.is_finite().then_some((HitPoint { position, error }, own))
             }
+            Self::Hits { points, own } => points[index].position.is_finite().then_some((points[index], own[index])),
             Self::Faces => weighted(index as u32, [1.0 / 3.0; 2]),
             Self::Samples(each) => {
                 let (id, number) = (index as u32 / each, index as u32 % each);
@@ -214,33 +223,52 @@ impl Shadows {
     }
 }
 
-impl Scanner {
-    /// Finds which points each light reaches. Cones of spots count, ranges and strengths don't; nor does which side of its own
-    /// triangle a point is on.
-    ///
-    /// Points are sorted once for all lights, so that those near each other follow each other; then the [light grid](LightGrid)
-    /// has tiles of them in place of an image's.
-    ///
-    /// # Panics
-    /// If it was built of another number of triangles, or there are neither no own triangles nor one for each point.
-    pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
-        self.list_points(lit);
-        self.lit_listed(lit, lights, bits);
+/// What is known of points while lights are asked about them.
+///
+/// Keep it and use it again: its memory is reused, and so is the order of points that stay near each other.
+#[derive(Default)]
+pub struct LitPoints {
+    level: SimdLevel,
+    list: PointList,
+    shadows: Vec<Shadows>,
+}
+
+debug_some!(LitPoints as points: "points" => points.list.len());
+
+impl LitPoints {
+    /// Uses the instructions of a level instead of the widest; answers are the same bit for bit.
+    #[must_use]
+    pub fn with_level(level: SimdLevel) -> Self {
+        Self { level, ..Self::default() }
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.list.bytes() + self.shadows.iter().map(Shadows::bytes).sum::<usize>()
+    }
+
+    /// As [`Scanner::lit`], with patches of the triangles.
+    pub(crate) fn lit(&mut self, patches: &Patches, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+        self.list(patches, lit);
+        self.lit_listed(patches, lit, lights, bits);
     }
 
     /// Sorts the points.
-    fn list_points(&mut self, Lit { triangles, receivers, .. }: &Lit<'_>) {
-        if let Receivers::Points { positions, own } = receivers {
-            assert!(own.is_empty() || own.len() == positions.len(), "{} own, {} points", own.len(), positions.len());
+    fn list(&mut self, patches: &Patches, Lit { triangles, receivers, .. }: &Lit<'_>) {
+        let count = receivers.count(*triangles);
+        if let Receivers::Points { own, .. } | Receivers::Hits { own, .. } = receivers {
+            let may_be_none = matches!(receivers, Receivers::Points { .. });
+            assert!(may_be_none && own.is_empty() || own.len() == count, "{} own, {count} points", own.len());
         }
-        self.patches.expect(*triangles);
-        self.list.fill(receivers.count(*triangles), |number| receivers.point(*triangles, number));
+        patches.expect(*triangles);
+        self.list.fill(count, |number| receivers.point(*triangles, number));
     }
 
     /// Finds which of the points that were sorted each light reaches.
-    fn lit_listed(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+    fn lit_listed(&mut self, patches: &Patches, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         let Lit { triangles, receivers, .. } = *lit;
-        let Self { patches, list, shadows, level, .. } = self;
+        let Self { list, shadows, level } = self;
         let count = receivers.count(triangles);
         let words = count.div_ceil(64);
         bits.words.clear();
@@ -261,6 +289,20 @@ impl Scanner {
             }
         });
     }
+}
+
+impl Scanner {
+    /// Finds which points each light reaches. Cones of spots count, ranges and strengths don't; nor does which side of its own
+    /// triangle a point is on.
+    ///
+    /// Points are sorted once for all lights, so that those near each other follow each other; then the [light grid](LightGrid)
+    /// has tiles of them in place of an image's.
+    ///
+    /// # Panics
+    /// If it was built of another number of triangles, or there are neither no own triangles nor one for each point.
+    pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+        self.points.lit(&self.patches, lit, lights, bits);
+    }
 
     /// Finds for each triangle how much of its area each light reaches, by `samples` points of even density on each: for the
     /// first light all triangles, then for the next one. Triangles that no ray can hit are dark.
@@ -274,12 +316,13 @@ impl Scanner {
         samples: u32,
         shares: &mut Vec<LitShare>,
     ) {
+        let Self { patches, points, .. } = self;
         let lit = Lit::new(triangles, Receivers::Samples(samples));
         let mut bits = LitBits::default();
         shares.clear();
-        self.list_points(&lit);
+        points.list(patches, &lit);
         for light in lights {
-            self.lit_listed(&lit, std::slice::from_ref(light), &mut bits);
+            points.lit_listed(patches, &lit, std::slice::from_ref(light), &mut bits);
             shares.extend(bits.shares(0, samples));
         }
     }

@@ -32,12 +32,10 @@ pub use answers::Scanned;
 use cull::Boxes;
 use job::{Asked, Job};
 use lines::Lines;
-use lit::Shadows;
-pub use lit::{Lit, LitBits, LitShare, Receivers};
+pub use lit::{Lit, LitBits, LitPoints, LitShare, Receivers};
 use spread::Spread;
 use worker::Worker;
 
-use crate::light_grid::PointList;
 use crate::patches::Patches;
 use crate::{Omitted, Opacity, Opaque, Sides, SimdLevel, Triangles};
 
@@ -109,8 +107,7 @@ pub struct Scanner {
     boxes: Boxes,
     spread: Spread,
     workers: Vec<Worker>,
-    list: PointList,
-    shadows: Vec<Shadows>,
+    points: LitPoints,
 }
 
 debug_some!(Scanner as scanner: "patches" => scanner.patches.len());
@@ -119,7 +116,7 @@ impl Scanner {
     /// Uses the instructions of a level instead of the widest; answers are the same bit for bit.
     #[must_use]
     pub fn with_level(level: SimdLevel) -> Self {
-        Self { level, ..Self::default() }
+        Self { level, points: LitPoints::with_level(level), ..Self::default() }
     }
 
     /// Brings it to the triangles of a frame; before it is asked about them.
@@ -230,8 +227,7 @@ impl Scanner {
             + self.boxes.bytes()
             + self.spread.bytes()
             + workers
-            + self.list.bytes()
-            + self.shadows.iter().map(Shadows::bytes).sum::<usize>()
+            + self.points.bytes()
     }
 }
 

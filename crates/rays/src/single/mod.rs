@@ -5,7 +5,7 @@ mod filter;
 use std::ops::ControlFlow;
 
 use crate::predicate::{ShadowRay, hit};
-use crate::{Hit, Ray, Triangles};
+use crate::{Hit, Ray, SeenPixels, Triangles};
 use filter::Filter;
 
 /// A structure that answers rays that come one at a time, from anywhere to anywhere.
@@ -16,7 +16,19 @@ pub trait SingleRays: Sync {
     /// `None` for a miss.
     ///
     /// Hits at which `stops` is false are passed through: use it for alpha masks and back faces.
-    fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit>;
+    fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+        self.nearest_from(triangles, ray, SeenPixels::NONE, stops)
+    }
+
+    /// As [`nearest`](Self::nearest), of all triangles but `own`, on which the ray starts: that would be met at a t of about
+    /// zero, which takes the predicate longest.
+    fn nearest_from(
+        &self,
+        triangles: Triangles<'_>,
+        ray: &Ray,
+        own: u32,
+        stops: &dyn Fn(&Hit) -> bool,
+    ) -> Option<Hit>;
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
     ///
@@ -47,7 +59,13 @@ pub trait Visit: Sync {
 }
 
 impl<V: Visit> SingleRays for V {
-    fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+    fn nearest_from(
+        &self,
+        triangles: Triangles<'_>,
+        ray: &Ray,
+        own: u32,
+        stops: &dyn Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
         // What isn't a number rules nothing out on the way, and would be tested with all triangles.
         if !ray.is_sound() {
             return None;
@@ -55,7 +73,7 @@ impl<V: Visit> SingleRays for V {
         let filter = Filter::new(ray.origin, ray.direction, self.reach());
         let mut nearest: Option<Hit> = None;
         let _ = self.visit(triangles, ray, |id, t_max| {
-            if filter.misses(triangles.corners(id)) {
+            if id == own || filter.misses(triangles.corners(id)) {
                 return ControlFlow::Continue(());
             }
             if let Some(hit) = hit(ray, triangles, id)

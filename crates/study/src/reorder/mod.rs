@@ -16,7 +16,7 @@ mod stream;
 use fearless_simd::{Simd, dispatch};
 use umbrage_rays::internals::{BvhInside, BvhLine, BvhNearest};
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{Bvh, Hit, Ray, SingleRays as _, Triangles};
+use umbrage_rays::{Bvh, Hit, Ray, SeenPixels, SingleRays as _, Triangles};
 
 use rays::{BlockedTask, NearestTask, Task};
 
@@ -130,7 +130,7 @@ pub fn nearest(
                 return;
             }
             let inside = bvh.inside();
-            let of_ray = |(&index, line)| BvhNearest::new(bvh, triangles, &rays[index], line, stops);
+            let of_ray = |(&index, line)| BvhNearest::new(bvh, triangles, &rays[index], line, SeenPixels::NONE, stops);
             let mut task = NearestTask {
                 lines,
                 leaves: inside.leaves,

@@ -188,15 +188,12 @@ impl Shading<'_> {
             return None;
         }
         let triangles = self.frame.triangles();
+        let stops = |other: &Hit| stops(self.frame, ray, other, self.sides);
         match from {
-            From::Behind => {
-                self.rays_onward.nearest(triangles, ray, &|other| stops(self.frame, ray, other, self.sides))
-            }
+            From::Behind => self.rays_onward.nearest(triangles, ray, &stops),
             // As with shadows: neither the surface itself nor what the point touches, as far as anybody can tell.
-            From::Surface { point, triangle } => self.rays_onward.nearest(triangles, ray, &|other| {
-                other.triangle != *triangle
-                    && !point.is_on(triangles.corners(other.triangle))
-                    && stops(self.frame, ray, other, self.sides)
+            From::Surface { point, triangle } => self.rays_onward.nearest_from(triangles, ray, *triangle, &|other| {
+                !point.is_on(triangles.corners(other.triangle)) && stops(other)
             }),
         }
     }
