@@ -10,7 +10,8 @@ use crate::listed::{ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptio
 use crate::patches::Patches;
 use crate::shot::{Bytes, Counts, LightMask, PixelWork, Seconds, SeenPixels, Shot, Work};
 use crate::{
-    ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, SimdLevel, Specialised, Structure, Triangles,
+    ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, SimdLevel, Specialised, Structure,
+    Triangles,
 };
 
 /// A grid for a camera's rays.

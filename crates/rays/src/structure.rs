@@ -1,7 +1,5 @@
 use crate::shot::{Bytes, LightMask, PixelWork, SeenPixels, Shot, Work};
-use crate::{
-    ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, Parts, SingleRays, Triangles,
-};
+use crate::{ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, Parts, SingleRays, Triangles};
 
 /// What finds the triangles that rays hit. Every structure gives the same answers, which are the predicate's: bit for bit
 /// the same on any number of threads and at every SIMD level.

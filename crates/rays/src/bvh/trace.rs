@@ -12,13 +12,7 @@ use crate::simd::vectorized;
 use crate::{Hit, Ray, SimdLevel, SingleRays, Triangles};
 
 impl SingleRays for Bvh {
-    fn nearest_from(
-        &self,
-        triangles: Triangles<'_>,
-        ray: &Ray,
-        own: u32,
-        stops: &dyn Fn(&Hit) -> bool,
-    ) -> Option<Hit> {
+    fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
         if !self.may_be_met(ray) {
             return None;
         }

@@ -44,13 +44,6 @@ pub enum Receivers<'a> {
         /// As many ids, or none.
         own: &'a [u32],
     },
-    /// Where rays hit something.
-    Hits {
-        /// World positions. Those that aren't finite are dark.
-        points: &'a [HitPoint],
-        /// The triangle that was hit, of each.
-        own: &'a [u32],
-    },
     /// The centroid of each triangle. Those of triangles that no ray can hit are dark.
     Faces,
     /// So many points of each triangle, of even density: those of triangle i are from number i times that on.
@@ -63,7 +56,6 @@ impl Receivers<'_> {
     pub fn count(&self, triangles: Triangles<'_>) -> usize {
         match self {
             Self::Points { positions, .. } => positions.len(),
-            Self::Hits { points, .. } => points.len(),
             Self::Faces => triangles.len(),
             Self::Samples(each) => triangles.len() * *each as usize,
         }
@@ -90,7 +82,6 @@ impl Receivers<'_> {
                 let error = if own == Scanned::NONE { 0.0 } else { position.abs().max_element() * HALF_ULP };
                 position.is_finite().then_some((HitPoint { position, error }, own))
             }
-            Self::Hits { points, own } => points[index].position.is_finite().then_some((points[index], own[index])),
             Self::Faces => weighted(index as u32, [1.0 / 3.0; 2]),
             Self::Samples(each) => {
                 let (id, number) = (index as u32 / each, index as u32 % each);
@@ -257,9 +248,8 @@ impl LitPoints {
     /// Sorts the points.
     fn list(&mut self, patches: &Patches, Lit { triangles, receivers, .. }: &Lit<'_>) {
         let count = receivers.count(*triangles);
-        if let Receivers::Points { own, .. } | Receivers::Hits { own, .. } = receivers {
-            let may_be_none = matches!(receivers, Receivers::Points { .. });
-            assert!(may_be_none && own.is_empty() || own.len() == count, "{} own, {count} points", own.len());
+        if let Receivers::Points { own, .. } = receivers {
+            assert!(own.is_empty() || own.len() == count, "{} own, {count} points", own.len());
         }
         patches.expect(*triangles);
         self.list.fill(count, |number| receivers.point(*triangles, number));

@@ -223,11 +223,7 @@ impl Scanner {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let workers: usize = self.workers.iter().map(Worker::bytes).sum();
-        self.patches.bytes()
-            + self.boxes.bytes()
-            + self.spread.bytes()
-            + workers
-            + self.points.bytes()
+        self.patches.bytes() + self.boxes.bytes() + self.spread.bytes() + workers + self.points.bytes()
     }
 }
 

@@ -22,13 +22,7 @@ pub trait SingleRays: Sync {
 
     /// As [`nearest`](Self::nearest), of all triangles but `own`, on which the ray starts: that would be met at a t of about
     /// zero, which takes the predicate longest.
-    fn nearest_from(
-        &self,
-        triangles: Triangles<'_>,
-        ray: &Ray,
-        own: u32,
-        stops: &dyn Fn(&Hit) -> bool,
-    ) -> Option<Hit>;
+    fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit>;
 
     /// Whether any triangle but `own` shadows the point of `shadow_ray`.
     ///
@@ -59,13 +53,7 @@ pub trait Visit: Sync {
 }
 
 impl<V: Visit> SingleRays for V {
-    fn nearest_from(
-        &self,
-        triangles: Triangles<'_>,
-        ray: &Ray,
-        own: u32,
-        stops: &dyn Fn(&Hit) -> bool,
-    ) -> Option<Hit> {
+    fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
         // What isn't a number rules nothing out on the way, and would be tested with all triangles.
         if !ray.is_sound() {
             return None;

@@ -158,9 +158,6 @@ impl Cpu {
         self.copies.find(frame, self.sides.get());
         let triangles = self.copies.triangles(frame);
         self.structure.build_parts(triangles, frame.parts());
-        if let Some(smooth) = &mut self.smooth_terminator {
-            smooth.build(triangles);
-        }
     }
 
     /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.

@@ -5,7 +5,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{
-    Hit, LightMask, LightSource, Lit, LitBits, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel, Triangles,
+    Hit, LightMask, LightSource, Lit, LitBits, LitPoints, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel,
+    Structure,
 };
 use umbrage_scene::Frame;
 
@@ -15,6 +16,8 @@ use crate::shade::lanes::LANES;
 /// The points of an image that are elsewhere on the smooth surface, and which lights reach them.
 #[derive(Debug)]
 pub(super) struct SmoothTerminator {
+    lit: LitPoints,
+    /// For structures that answer nothing about any points.
     scanner: Scanner,
     /// Each point's pixel in the image.
     slots: Vec<u32>,
@@ -27,23 +30,20 @@ pub(super) struct SmoothTerminator {
 impl SmoothTerminator {
     pub(super) fn with_level(level: SimdLevel) -> Self {
         let (slots, positions, own) = Default::default();
-        Self { scanner: Scanner::with_level(level), slots, positions, own, bits: LitBits::default() }
+        let (lit, scanner) = (LitPoints::with_level(level), Scanner::with_level(level));
+        Self { lit, scanner, slots, positions, own, bits: LitBits::default() }
     }
 
-    /// Brings it to the triangles of a frame.
-    pub(super) fn build(&mut self, triangles: Triangles<'_>) {
-        self.scanner.build(triangles);
-    }
-
-    /// Asks again about the points of an image that are elsewhere on the smooth surface.
+    /// Asks a structure again about the points of an image that are elsewhere on the smooth surface.
     pub(super) fn shadow(
         &mut self,
+        structure: &dyn Structure,
         (frame, shot): (&Frame, &Shot<'_>),
         seen: &SeenPixels,
         lights: &[LightSource],
         masks: &mut [LightMask],
     ) {
-        let Self { scanner, slots, positions, own, bits } = self;
+        let Self { lit, scanner, slots, positions, own, bits } = self;
         slots.clear();
         positions.clear();
         own.clear();
@@ -68,7 +68,11 @@ impl SmoothTerminator {
 
         let receivers = Receivers::Points { positions, own };
         let (opacity, sides) = (shot.shadow_opacity, shot.sides);
-        scanner.lit(&Lit { opacity, sides, ..Lit::new(shot.triangles, receivers) }, lights, bits);
+        let question = Lit { opacity, sides, ..Lit::new(shot.triangles, receivers) };
+        if !structure.lit(lit, &question, lights, bits) {
+            scanner.build(shot.triangles);
+            scanner.lit(&question, lights, bits);
+        }
         for (light, mask) in masks.iter_mut().enumerate() {
             let blocks = mask.blocks_mut();
             for (point, &slot) in slots.iter().enumerate() {
