@@ -1,3 +1,5 @@
+use std::mem;
+
 use fearless_simd::Simd;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -80,8 +82,8 @@ impl<'a> PointSet<'a> {
     }
 }
 
-/// Points in no image, sorted so that those that follow each other are near each other: 4096 to a tile, and 16 to a block, of
-/// which 16 are a group. What the last tile has beyond them is nowhere.
+/// Points in no image, or elsewhere than what its pixels show, in an order in which those that follow each other are near each
+/// other: 4096 to a tile, and 16 to a block, of which 16 are a group. What tiles have beyond them is nowhere.
 ///
 /// It takes 60 bytes a point. Keep it and fill it again: its memory is reused.
 #[derive(Default)]
@@ -96,9 +98,10 @@ pub(crate) struct PointList {
     pub(crate) tiles: Vec<Tile>,
     /// Around all points.
     bounds: Bounds,
-    /// Where all points were along a curve when they were sorted, above their numbers; what is nowhere comes last.
+    /// Where all points were along a curve when they were sorted, above their numbers; what is nowhere comes last. Empty where
+    /// points came in order.
     keys: Vec<u64>,
-    /// How many of these were somewhere.
+    /// How many points are somewhere.
     listed: usize,
     /// How much of the bounds tiles spanned then.
     sorted_spread: f64,
@@ -135,6 +138,17 @@ impl PointList {
         self.sorted_spread = self.spread();
     }
 
+    /// Replaces the points by those of an image's slots, so many, in their [`TileOrder`].
+    pub(crate) fn fill_in_order(&mut self, slots: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
+        assert!(slots.is_multiple_of(TileOrder::TILE_PIXELS), "{slots} slots aren't full tiles");
+        self.keys.clear();
+        self.clear(slots);
+        self.listed = self.each_tile(|tile, points| {
+            let first = tile * TileOrder::TILE_PIXELS;
+            points.fill((0..TileOrder::TILE_PIXELS).map(|slot| (slot, first + slot)), &point)
+        });
+    }
+
     /// Sorts so many points along a curve through their bounds, and those that are nowhere behind them.
     fn sort(&mut self, count: usize, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) {
         const CHUNK: usize = 1 << 12;
@@ -152,9 +166,21 @@ impl PointList {
 
     /// Puts the points in tiles, in the order of their keys; whether those that are somewhere are the ones that were sorted.
     fn fill_tiles(&mut self, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) -> bool {
-        let Self { points, own, numbers, offsets, tiles, keys, .. } = self;
-        let (keys, nowhere) = keys.split_at(self.listed);
-        let slots = keys.len().next_multiple_of(TileOrder::TILE_PIXELS);
+        self.clear(self.listed.next_multiple_of(TileOrder::TILE_PIXELS));
+        let all = mem::take(&mut self.keys);
+        let (keys, nowhere) = all.split_at(self.listed);
+        let found = self.each_tile(|tile, points| {
+            let keys = keys[tile * TileOrder::TILE_PIXELS..].iter().take(TileOrder::TILE_PIXELS);
+            points.fill(keys.enumerate().map(|(at, &key)| (slot_of(at), number_of(key))), point)
+        });
+        let are_the_same = found == self.listed && nowhere.par_iter().all(|key| point(number_of(*key)).is_none());
+        self.keys = all;
+        are_the_same
+    }
+
+    /// Makes so many slots, all of which are nowhere.
+    fn clear(&mut self, slots: usize) {
+        let Self { points, own, numbers, offsets, tiles, .. } = self;
         points.clear();
         points.resize(slots, Self::NOWHERE);
         own.clear();
@@ -163,20 +189,25 @@ impl PointList {
         numbers.resize(slots, u32::MAX);
         offsets.resize(slots / LANES, [[f32::NAN; LANES]; 3]);
         tiles.resize(slots / TileOrder::TILE_PIXELS, Tile::default());
+    }
+
+    /// Fills each tile, by its number, with points, of which `fill` gives the bounds and how many they are; how many all are.
+    fn each_tile(&mut self, fill: impl Fn(usize, TilePoints<'_>) -> (Bounds, usize) + Sync) -> usize {
+        let Self { points, own, numbers, offsets, tiles, .. } = self;
         let of_tile = points
             .par_chunks_mut(TileOrder::TILE_PIXELS)
             .zip(own.par_chunks_mut(TileOrder::TILE_PIXELS))
             .zip(numbers.par_chunks_mut(TileOrder::TILE_PIXELS))
             .zip(offsets.par_chunks_mut(TILE_BLOCKS));
-        let of_tiles = of_tile.zip(keys.par_chunks(TileOrder::TILE_PIXELS).zip(tiles));
-        let found = of_tiles.map(|((((points, own), numbers), offsets), (keys, tile))| {
-            let (bounds, found) = TilePoints { points, own, numbers, offsets }.fill(keys, point);
-            *tile = Tile { points: found as u32, has_unknown: false, corners: bounds.corners() };
+        let found = of_tile.zip(tiles).enumerate().map(|(number, ((((points, own), numbers), offsets), tile))| {
+            let (bounds, found) = fill(number, TilePoints { points, own, numbers, offsets });
+            let corners = if found > 0 { bounds.corners() } else { [DVec3::ZERO; 8] };
+            *tile = Tile { points: found as u32, has_unknown: false, corners };
             (bounds, found)
         });
         let (bounds, found) = found.reduce(|| (Bounds::EMPTY, 0), |a, b| (a.0.union(b.0), a.1 + b.1));
         self.bounds = bounds;
-        found == self.listed && nowhere.par_iter().all(|key| point(number_of(*key)).is_none())
+        found
     }
 
     /// How much of the bounds of all points tiles span, in the mean along the three axes, summed over tiles.
@@ -239,12 +270,15 @@ struct TilePoints<'a> {
 }
 
 impl TilePoints<'_> {
-    /// Puts points there, in the order of their keys: the bounds of those that are somewhere, and how many these are.
-    fn fill(self, keys: &[u64], point: &impl Fn(usize) -> Option<(HitPoint, u32)>) -> (Bounds, usize) {
+    /// Puts points in slots, by their numbers: the bounds of those that are somewhere, and how many these are.
+    fn fill(
+        self,
+        slots: impl Iterator<Item = (usize, usize)>,
+        point: &impl Fn(usize) -> Option<(HitPoint, u32)>,
+    ) -> (Bounds, usize) {
         let Self { points, own, numbers, offsets } = self;
         let (mut bounds, mut found) = (Bounds::EMPTY, 0);
-        for (at, number) in keys.iter().copied().map(number_of).enumerate() {
-            let slot = slot_of(at);
+        for (slot, number) in slots {
             if let Some((point, triangle)) = point(number) {
                 (numbers[slot], points[slot], own[slot]) = (number as u32, point, triangle);
                 bounds = bounds.with(point);

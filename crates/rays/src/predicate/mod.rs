@@ -58,6 +58,14 @@ pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
     if is_missed(ray.origin, ray.direction, corners) { None } else { hit_of_near(ray, corners, id) }
 }
 
+/// The weights of the second and third corner of a triangle where the whole line through `ray` meets it, as those of [`hit`];
+/// `None` for a miss.
+#[inline]
+#[must_use]
+pub fn barycentric_of(ray: &Ray, corners: [Vec3; 3]) -> Option<[f32; 2]> {
+    Edges::of_near(ray.origin, ray.direction, corners).map(|edges| edges.barycentric())
+}
+
 /// As [`hit`], without looking first whether the line clearly misses the triangle: for those that it probably meets.
 #[inline]
 pub(crate) fn hit_of_near(ray: &Ray, corners: [Vec3; 3], id: u32) -> Option<Hit> {

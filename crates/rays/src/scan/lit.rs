@@ -44,6 +44,13 @@ pub enum Receivers<'a> {
         /// As many ids, or none.
         own: &'a [u32],
     },
+    /// Points as `Points` has them, one for each slot of an image in [`TileOrder`](crate::TileOrder): they stay in that order.
+    Pixels {
+        /// World positions. Those that aren't finite are dark, and cost little.
+        positions: &'a [Vec3],
+        /// The triangle that each is on.
+        own: &'a [u32],
+    },
     /// The centroid of each triangle. Those of triangles that no ray can hit are dark.
     Faces,
     /// So many points of each triangle, of even density: those of triangle i are from number i times that on.
@@ -55,7 +62,7 @@ impl Receivers<'_> {
     #[must_use]
     pub fn count(&self, triangles: Triangles<'_>) -> usize {
         match self {
-            Self::Points { positions, .. } => positions.len(),
+            Self::Points { positions, .. } | Self::Pixels { positions, .. } => positions.len(),
             Self::Faces => triangles.len(),
             Self::Samples(each) => triangles.len() * *each as usize,
         }
@@ -76,7 +83,7 @@ impl Receivers<'_> {
             Some((HitPoint { position: a + (b - a) * u + (c - a) * v, error: largest * (30.0 * ROUNDING) }, id))
         };
         match self {
-            Self::Points { positions, own } => {
+            Self::Points { positions, own } | Self::Pixels { positions, own } => {
                 let position = positions[index].as_dvec3();
                 let own = if own.is_empty() { Scanned::NONE } else { own[index] };
                 let error = if own == Scanned::NONE { 0.0 } else { position.abs().max_element() * HALF_ULP };
@@ -248,11 +255,16 @@ impl LitPoints {
     /// Sorts the points.
     fn list(&mut self, patches: &Patches, Lit { triangles, receivers, .. }: &Lit<'_>) {
         let count = receivers.count(*triangles);
-        if let Receivers::Points { own, .. } = receivers {
+        if let Receivers::Points { own, .. } | Receivers::Pixels { own, .. } = receivers {
             assert!(own.is_empty() || own.len() == count, "{} own, {count} points", own.len());
         }
         patches.expect(*triangles);
-        self.list.fill(count, |number| receivers.point(*triangles, number));
+        let point = |number: usize| receivers.point(*triangles, number);
+        if matches!(receivers, Receivers::Pixels { .. }) {
+            self.list.fill_in_order(count, point);
+        } else {
+            self.list.fill(count, point);
+        }
     }
 
     /// Finds which of the points that were sorted each light reaches.

@@ -3,14 +3,13 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use umbrage_rays::predicate::HitPoint;
+use umbrage_rays::predicate::{self, HitPoint};
 use umbrage_rays::{
     Hit, LightMask, LightSource, Lit, LitBits, LitPoints, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel,
-    Structure,
+    Structure, TileOrder,
 };
 use umbrage_scene::Frame;
 
-use super::hit_of;
 use crate::shade::lanes::LANES;
 
 /// The points of an image that are elsewhere on the smooth surface, and which lights reach them.
@@ -19,19 +18,15 @@ pub(super) struct SmoothTerminator {
     lit: LitPoints,
     /// For structures that answer nothing about any points.
     scanner: Scanner,
-    /// Each point's pixel in the image.
-    slots: Vec<u32>,
+    /// Where the point of each of the image's slots is; NaN where that is in its triangle.
     positions: Vec<Vec3>,
-    /// The triangles that they were on.
-    own: Vec<u32>,
     bits: LitBits,
 }
 
 impl SmoothTerminator {
     pub(super) fn with_level(level: SimdLevel) -> Self {
-        let (slots, positions, own) = Default::default();
         let (lit, scanner) = (LitPoints::with_level(level), Scanner::with_level(level));
-        Self { lit, scanner, slots, positions, own, bits: LitBits::default() }
+        Self { lit, scanner, positions: Vec::new(), bits: LitBits::default() }
     }
 
     /// Asks a structure again about the points of an image that are elsewhere on the smooth surface.
@@ -43,30 +38,24 @@ impl SmoothTerminator {
         lights: &[LightSource],
         masks: &mut [LightMask],
     ) {
-        let Self { lit, scanner, slots, positions, own, bits } = self;
-        slots.clear();
-        positions.clear();
-        own.clear();
+        let Self { lit, scanner, positions, bits } = self;
         if lights.is_empty() {
             return;
         }
-        let moved = (0..seen.order().slots()).into_par_iter().filter_map(|slot| {
+        let position = |slot: usize| {
             let triangle = seen.triangle[slot];
             if triangle == SeenPixels::NONE || !is_bent(frame, triangle) {
                 return None;
             }
             let (x, y) = seen.order().column_and_row(slot);
             let ray = shot.ray(x, y);
-            let hit = hit_of(frame, &ray, triangle)?;
-            let position = smooth_position(frame, &ray, &hit)?;
-            Some((slot as u32, (position, hit.triangle)))
-        });
-        let (found, points): (Vec<u32>, Vec<_>) = moved.unzip();
-        slots.extend(found);
-        positions.extend(points.iter().map(|(position, _)| position));
-        own.extend(points.iter().map(|(_, own)| own));
+            let barycentric = predicate::barycentric_of(&ray, frame.triangles().corners(triangle))?;
+            smooth_position(frame, &ray, triangle, barycentric)
+        };
+        let slots = (0..seen.order().slots()).into_par_iter().with_min_len(TileOrder::TILE_PIXELS);
+        slots.map(|slot| position(slot).unwrap_or(Vec3::NAN)).collect_into_vec(positions);
 
-        let receivers = Receivers::Points { positions, own };
+        let receivers = Receivers::Pixels { positions, own: &seen.triangle };
         let (opacity, sides) = (shot.shadow_opacity, shot.sides);
         let question = Lit { opacity, sides, ..Lit::new(shot.triangles, receivers) };
         if !structure.lit(lit, &question, lights, bits) {
@@ -74,11 +63,13 @@ impl SmoothTerminator {
             scanner.lit(&question, lights, bits);
         }
         for (light, mask) in masks.iter_mut().enumerate() {
-            let blocks = mask.blocks_mut();
-            for (point, &slot) in slots.iter().enumerate() {
-                let (block, bit) = (slot as usize / LANES, slot as usize % LANES);
-                blocks[block] = blocks[block] & !(1 << bit) | u16::from(bits.is_lit(light, point)) << bit;
-            }
+            let blocks = mask.blocks_mut().par_iter_mut().zip(positions.par_chunks(LANES));
+            blocks.enumerate().with_min_len(TileOrder::TILE_PIXELS / LANES).for_each(|(block, (lit, positions))| {
+                for (lane, _) in positions.iter().enumerate().filter(|(_, position)| !position.is_nan()) {
+                    let is_lit = bits.is_lit(light, block * LANES + lane);
+                    *lit = *lit & !(1 << lane) | u16::from(is_lit) << lane;
+                }
+            });
         }
     }
 }
@@ -91,7 +82,7 @@ fn is_bent(frame: &Frame, triangle: u32) -> bool {
 
 /// Where the smooth surface is that the triangle of a hit stands for, for rays that come one at a time.
 pub(super) fn smooth_point(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<HitPoint> {
-    let positions = &[smooth_position(frame, ray, hit)?];
+    let positions = &[smooth_position(frame, ray, hit.triangle, hit.barycentric)?];
     let (point, _) = Receivers::Points { positions, own: &[hit.triangle] }.point(frame.triangles(), 0)?;
     Some(point)
 }
@@ -99,16 +90,16 @@ pub(super) fn smooth_point(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<HitPoi
 /// Where the smooth surface is that the triangle of a hit stands for: between the points where the planes through its corners
 /// are nearest, which are at right angles to the vertices' normals. `None` where that is not outside of the triangle, as seen
 /// from where the ray comes: where the surface is flat or bends towards the ray.
-fn smooth_position(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<Vec3> {
+fn smooth_position(frame: &Frame, ray: &Ray, triangle: u32, barycentric: [f32; 2]) -> Option<Vec3> {
     /// What moves a point less, in relation to the triangle's size, may be what normals and points are wrong by.
     const LEAST: f64 = 1e-5;
-    if !is_bent(frame, hit.triangle) {
+    if !is_bent(frame, triangle) {
         return None;
     }
-    let vertices = frame.mesh.triangles[hit.triangle as usize];
+    let vertices = frame.mesh.triangles[triangle as usize];
     let corners @ [a, b, c] = vertices.map(|vertex| frame.positions[vertex as usize].as_dvec3());
     let normals = vertices.map(|vertex| frame.normals[vertex as usize].as_dvec3());
-    let [second, third] = hit.barycentric.map(f64::from);
+    let [second, third] = barycentric.map(f64::from);
     let weights = [1.0 - second - third, second, third];
     let between = |of: [DVec3; 3]| of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2];
     let (position, smooth, geometric) = (between(corners), between(normals), (b - a).cross(c - a));
