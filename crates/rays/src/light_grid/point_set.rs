@@ -122,7 +122,7 @@ impl PointList {
     /// Replaces the points by those of `count` that are somewhere. Where these are the ones of the last time, and those of a tile
     /// are still about as near each other, their order stays.
     pub(crate) fn fill(&mut self, count: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
-        if self.keys.len() == count {
+        if !self.keys.is_empty() && self.keys.len() == count {
             if self.rest > 0 {
                 self.rest -= 1;
             } else if self.fill_tiles(&point) && self.spread() <= Self::MOST_SPREAD * self.sorted_spread {

@@ -5,7 +5,10 @@ use std::f32::consts::FRAC_PI_4;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Cone, LightSource, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel, Triangles};
+use umbrage_rays::{
+    Cone, DirectGrids, LightSource, ListedGrids, Lit, LitBits, LitPoints, Receivers, Scanned, Scanner, Sides,
+    SimdLevel, Structure as _, Triangles,
+};
 use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
 
 use crate::frames::on_threads;
@@ -51,6 +54,15 @@ fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec
         own.push(if random.below(3) == 0 { Scanned::NONE } else { id });
     }
     (positions, own)
+}
+
+/// Points far from each other among the slots of two tiles, the others of which are nowhere.
+fn in_slots(positions: &[Vec3], own: &[u32]) -> (Vec<Vec3>, Vec<u32>) {
+    let (mut spread, mut of_spread) = (vec![Vec3::NAN; 2 * 4096], vec![Scanned::NONE; 2 * 4096]);
+    for (number, (position, own)) in positions.iter().zip(own).enumerate() {
+        (spread[number * 37], of_spread[number * 37]) = (*position, *own);
+    }
+    (spread, of_spread)
 }
 
 /// What the oracle says of every so many points.
@@ -143,12 +155,36 @@ fn lights_reach_what_the_oracle_says() {
         check(plain, &lights[..1]);
         check(Lit { opacity: &mask, sides: MIXED_SIDES, ..plain }, &lights);
         check(Lit { sides: Sides::Front, ..plain }, &lights);
+        let (positions, own) = in_slots(&positions, &own);
+        check(Lit::new(triangles, Receivers::Pixels { positions: &positions, own: &own }), &lights);
         if triangles.len() < 500 {
             check(Lit::new(triangles, Receivers::Faces), &lights);
             check(Lit::new(triangles, Receivers::Samples(2)), &lights);
         }
     }
     assert!(found[0] > 10_000 && found[1] > 10_000, "{found:?} dark and lit");
+}
+
+#[test]
+fn structures_for_lights_answer_the_same() {
+    let mut random = Random::new(25);
+    for (name, mesh, size, middle) in meshes() {
+        let triangles = mesh.triangles();
+        let lights = lights(&mesh, size, middle, &mut random);
+        let (positions, own) = points(&mesh, size, middle, &mut random);
+        let lit = Lit::new(triangles, Receivers::Points { positions: &positions, own: &own });
+        let (mut scanner, mut grids) = (Scanner::default(), DirectGrids::default());
+        let [mut expected, mut found, mut nothing] = [(); 3].map(|()| LitBits::default());
+        scanner.build(triangles);
+        scanner.lit(&lit, &lights, &mut expected);
+        grids.build(triangles);
+        assert!(grids.lit(&mut LitPoints::default(), &lit, &lights, &mut found), "{name}");
+        assert_eq!(found, expected, "{name}");
+        let mut listed = ListedGrids::default();
+        listed.build(triangles);
+        assert!(!listed.lit(&mut LitPoints::default(), &lit, &lights, &mut nothing), "{name}");
+        assert_eq!(nothing, LitBits::default(), "{name}");
+    }
 }
 
 #[test]

@@ -99,6 +99,14 @@ pub(crate) fn check(make: Make) {
                 assert_eq!(bits(&found), bits(truth), "{}: {ray:?} of {structure:?}", rays.name);
             }
         }
+        for (ray, truth) in rays.rays.iter().zip(&rays.nearest).step_by(5) {
+            let Some(Hit { triangle: own, t, .. }) = *truth else { continue };
+            for ray in [*ray, Ray::new(HitPoint::new(ray, t).position, ray.direction)] {
+                let expected = single.nearest(triangles, &ray, &|hit| hit.triangle != own);
+                let found = single.nearest_from(triangles, &ray, own, &anything);
+                assert_eq!(bits(&found), bits(&expected), "{}: {ray:?} from {own} of {structure:?}", rays.name);
+            }
+        }
         for Shadow { ray, own, is_blocked, is_blocked_by_casting } in &rays.shadows {
             let found =
                 [single.blocked(triangles, ray, *own, &|_, _| true), single.blocked(triangles, ray, *own, &casts)];
