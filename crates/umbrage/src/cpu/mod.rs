@@ -343,6 +343,7 @@ impl Engine for Cpu {
         stats.structure_bytes = triangles + self.bvh.bytes().triangles + self.kept.bytes() + self.sides.bytes();
         stats.point_bytes = points;
         stats.pixel_bytes += self.seen.bytes() + self.masks.iter().map(LightMask::bytes).sum::<usize>();
+        stats.pixel_bytes += self.smooth_terminator.as_ref().map_or(0, SmoothTerminator::bytes);
         stats.uploaded_bytes = 0;
         self.copies.count_omitted(frame, self.structure.omitted(), stats);
     }

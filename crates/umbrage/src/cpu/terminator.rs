@@ -29,6 +29,11 @@ impl SmoothTerminator {
         Self { lit, scanner, positions: Vec::new(), bits: LitBits::default() }
     }
 
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        self.lit.bytes() + self.scanner.bytes() + self.positions.capacity() * size_of::<Vec3>()
+    }
+
     /// Asks a structure again about the points of an image that are elsewhere on the smooth surface.
     pub(super) fn shadow(
         &mut self,
