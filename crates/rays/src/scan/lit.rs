@@ -301,7 +301,8 @@ impl Scanner {
     /// has tiles of them in place of an image's.
     ///
     /// # Panics
-    /// If it was built of another number of triangles, or there are neither no own triangles nor one for each point.
+    /// If it was built of another number of triangles, there are neither no own triangles nor one for each point, or pixels
+    /// aren't full tiles.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         self.points.lit(&self.patches, lit, lights, bits);
     }
