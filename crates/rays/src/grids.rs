@@ -9,10 +9,7 @@ use crate::light_grid::LightGrid;
 use crate::listed::{ListedGrid, ListedLightGrid, ListedLightOptions, ListedOptions};
 use crate::patches::Patches;
 use crate::shot::{Bytes, Counts, LightMask, PixelWork, Seconds, SeenPixels, Shot, Work};
-use crate::{
-    ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, SimdLevel, Specialised, Structure,
-    Triangles,
-};
+use crate::{ImageTooLarge, LightCells, LightSource, Omitted, SimdLevel, Specialised, Structure, Triangles};
 
 /// A grid for a camera's rays.
 pub trait CameraGrid: Debug + Send + Sync {
@@ -141,6 +138,10 @@ impl<C: CameraGrid, L: LightsGrid> Grids<C, L> {
         Self { camera, light, patches: Patches::default(), of_lights: Vec::new() }
     }
 
+    fn level_for_patches(&self) -> Option<SimdLevel> {
+        self.camera.level_for_patches().or(self.light.level_for_patches())
+    }
+
     fn see_with(
         &mut self,
         shot: &Shot<'_>,
@@ -155,7 +156,7 @@ impl<C: CameraGrid, L: LightsGrid> Grids<C, L> {
 
 impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
     fn build(&mut self, triangles: Triangles<'_>) {
-        if let Some(level) = self.camera.level_for_patches().or(self.light.level_for_patches()) {
+        if let Some(level) = self.level_for_patches() {
             self.patches.update(triangles, level);
         }
     }
@@ -171,14 +172,6 @@ impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
         grid.survey(shot, seen);
         of_lights.extend(lights.iter().zip(masks).map(|(light, mask)| grid.shadow(shot, patches, seen, light, mask)));
         Work::of_lights(of_lights)
-    }
-
-    fn lit(&self, points: &mut LitPoints, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) -> bool {
-        let has_patches = self.light.level_for_patches().is_some();
-        if has_patches {
-            points.lit(&self.patches, lit, lights, bits);
-        }
-        has_patches
     }
 
     fn work_of_lights(&self) -> &[Work] {
@@ -198,6 +191,10 @@ impl<C: CameraGrid, L: LightsGrid> Structure for Grids<C, L> {
         self.camera.validate(shot, &self.patches)?;
         self.light.survey(shot, seen);
         lights.iter().try_for_each(|light| self.light.validate(shot, &self.patches, seen, light))
+    }
+
+    fn patches(&self) -> Option<&Patches> {
+        self.level_for_patches().map(|_| &self.patches)
     }
 
     fn specialised(&mut self) -> Option<&mut dyn Specialised> {

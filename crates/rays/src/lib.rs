@@ -63,7 +63,7 @@ pub use listed::{
 pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
-pub use scan::{Lit, LitBits, LitPoints, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
+pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
 pub use shot::{
     Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds,
     SeenPixels, Shifts, Shot, Sides, TileOrder, Work,

@@ -1,5 +1,5 @@
 use crate::shot::{Bytes, LightMask, PixelWork, SeenPixels, Shot, Work};
-use crate::{ImageTooLarge, LightCells, LightSource, Lit, LitBits, LitPoints, Omitted, Parts, SingleRays, Triangles};
+use crate::{ImageTooLarge, LightCells, LightSource, Omitted, Parts, Patches, SingleRays, Triangles};
 
 /// What finds the triangles that rays hit. Every structure gives the same answers, which are the predicate's: bit for bit
 /// the same on any number of threads and at every SIMD level.
@@ -34,15 +34,6 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     /// triangles may, if the last [`build`](Self::build) was of others.
     fn shadow(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) -> Work;
 
-    /// Finds which of any points each light reaches, as [`Scanner::lit`](crate::Scanner::lit) does; false, and nothing is found,
-    /// where the structure has nothing for that. The triangles are those of the last [`build`](Self::build).
-    ///
-    /// # Panics
-    /// If that was of another number of triangles, or there isn't an own triangle for each point that may have one.
-    fn lit(&self, _points: &mut LitPoints, _lit: &Lit<'_>, _lights: &[LightSource], _bits: &mut LitBits) -> bool {
-        false
-    }
-
     /// What each light took at the last [`shadow`](Self::shadow), in their order; empty where that isn't counted.
     fn work_of_lights(&self) -> &[Work] {
         &[]
@@ -60,6 +51,12 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// With what is wrong first.
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource]) -> Result<(), String>;
+
+    /// The patches that it has of the triangles of the last [`build`](Self::build), for light on
+    /// [any points](crate::Scanner::lit_with); `None` where it has none.
+    fn patches(&self) -> Option<&Patches> {
+        None
+    }
 
     /// The structure as one for single rays; `None` where it is made for a shot.
     fn single_rays(&self) -> Option<&dyn SingleRays> {

@@ -186,7 +186,7 @@ impl LitShare {
 }
 
 /// Which points are in the shadow of one light after the other.
-pub(super) struct Shadows {
+struct Shadows {
     grid: LightGrid,
     /// A word for each block of points.
     blocks: Vec<u16>,
@@ -197,7 +197,7 @@ impl Shadows {
         Self { grid: LightGrid::with_level(level), blocks: Vec::new() }
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    fn bytes(&self) -> usize {
         let grid = LightsGrid::bytes(&self.grid);
         grid.triangles + grid.points + self.blocks.capacity() * size_of::<u16>()
     }
@@ -222,32 +222,23 @@ impl Shadows {
 }
 
 /// What is known of points while lights are asked about them.
-///
-/// Keep it and use it again: its memory is reused, and so is the order of points that stay near each other.
 #[derive(Default)]
-pub struct LitPoints {
+pub(super) struct LitPoints {
     level: SimdLevel,
     list: PointList,
     shadows: Vec<Shadows>,
 }
 
-debug_some!(LitPoints as points: "points" => points.list.len());
-
 impl LitPoints {
-    /// Uses the instructions of a level instead of the widest; answers are the same bit for bit.
-    #[must_use]
-    pub fn with_level(level: SimdLevel) -> Self {
+    pub(super) fn with_level(level: SimdLevel) -> Self {
         Self { level, ..Self::default() }
     }
 
-    /// Bytes held.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         self.list.bytes() + self.shadows.iter().map(Shadows::bytes).sum::<usize>()
     }
 
-    /// As [`Scanner::lit`], with patches of the triangles.
-    pub(crate) fn lit(&mut self, patches: &Patches, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+    fn lit(&mut self, patches: &Patches, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         self.list(patches, lit);
         self.lit_listed(patches, lit, lights, bits);
     }
@@ -305,6 +296,20 @@ impl Scanner {
     /// aren't full tiles.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         self.points.lit(&self.patches, lit, lights, bits);
+    }
+
+    /// As [`lit`](Self::lit), with the patches that a structure [has](crate::Structure::patches) of the triangles; where there
+    /// are none, it is built first.
+    ///
+    /// # Panics
+    /// As `lit`, if the patches are of another number of triangles.
+    pub fn lit_with(&mut self, patches: Option<&Patches>, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
+        if let Some(patches) = patches {
+            self.points.lit(patches, lit, lights, bits);
+        } else {
+            self.build(lit.triangles);
+            self.lit(lit, lights, bits);
+        }
     }
 
     /// Finds for each triangle how much of its area each light reaches, by `samples` points of even density on each: for the

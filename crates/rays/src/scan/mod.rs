@@ -32,7 +32,8 @@ pub use answers::Scanned;
 use cull::Boxes;
 use job::{Asked, Job};
 use lines::Lines;
-pub use lit::{Lit, LitBits, LitPoints, LitShare, Receivers};
+use lit::LitPoints;
+pub use lit::{Lit, LitBits, LitShare, Receivers};
 use spread::Spread;
 use worker::Worker;
 

@@ -36,7 +36,7 @@ impl Cpu {
         }
         let work = structure.shadow(&shot, seen, sources, of_sources);
         if let Some(smooth) = smooth_terminator {
-            smooth.shadow(&**structure, (frame, &shot), seen, sources, of_sources);
+            smooth.shadow(structure.patches(), (frame, &shot), seen, sources, of_sources);
         }
         let of_casting = lights.iter().zip(masks).filter(|(light, _)| light.casts_shadow);
         of_casting.zip(of_sources.drain(..)).for_each(|((_, mask), found)| *mask = found);

@@ -5,8 +5,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{self, HitPoint};
 use umbrage_rays::{
-    Hit, LightMask, LightSource, Lit, LitBits, LitPoints, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel,
-    Structure, TileOrder,
+    Hit, LightMask, LightSource, Lit, LitBits, Patches, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel, TileOrder,
 };
 use umbrage_scene::Frame;
 
@@ -15,8 +14,6 @@ use crate::shade::lanes::LANES;
 /// The points of an image that are elsewhere on the smooth surface, and which lights reach them.
 #[derive(Debug)]
 pub(super) struct SmoothTerminator {
-    lit: LitPoints,
-    /// For structures that answer nothing about any points.
     scanner: Scanner,
     /// Where the point of each of the image's slots is; NaN where that is in its triangle.
     positions: Vec<Vec3>,
@@ -25,25 +22,24 @@ pub(super) struct SmoothTerminator {
 
 impl SmoothTerminator {
     pub(super) fn with_level(level: SimdLevel) -> Self {
-        let (lit, scanner) = (LitPoints::with_level(level), Scanner::with_level(level));
-        Self { lit, scanner, positions: Vec::new(), bits: LitBits::default() }
+        Self { scanner: Scanner::with_level(level), positions: Vec::new(), bits: LitBits::default() }
     }
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.lit.bytes() + self.scanner.bytes() + self.positions.capacity() * size_of::<Vec3>()
+        self.scanner.bytes() + self.positions.capacity() * size_of::<Vec3>()
     }
 
-    /// Asks a structure again about the points of an image that are elsewhere on the smooth surface.
+    /// Asks again about the points of an image that are elsewhere on the smooth surface.
     pub(super) fn shadow(
         &mut self,
-        structure: &dyn Structure,
+        patches: Option<&Patches>,
         (frame, shot): (&Frame, &Shot<'_>),
         seen: &SeenPixels,
         lights: &[LightSource],
         masks: &mut [LightMask],
     ) {
-        let Self { lit, scanner, positions, bits } = self;
+        let Self { scanner, positions, bits } = self;
         if lights.is_empty() {
             return;
         }
@@ -63,10 +59,7 @@ impl SmoothTerminator {
         let receivers = Receivers::Pixels { positions, own: &seen.triangle };
         let (opacity, sides) = (shot.shadow_opacity, shot.sides);
         let question = Lit { opacity, sides, ..Lit::new(shot.triangles, receivers) };
-        if !structure.lit(lit, &question, lights, bits) {
-            scanner.build(shot.triangles);
-            scanner.lit(&question, lights, bits);
-        }
+        scanner.lit_with(patches, &question, lights, bits);
         for (light, mask) in masks.iter_mut().enumerate() {
             let blocks = mask.blocks_mut().par_iter_mut().zip(positions.par_chunks(LANES));
             blocks.enumerate().with_min_len(TileOrder::TILE_PIXELS / LANES).for_each(|(block, (lit, positions))| {

@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Cone, DirectGrids, LightSource, ListedGrids, Lit, LitBits, LitPoints, Receivers, Scanned, Scanner, Sides,
-    SimdLevel, Structure as _, Triangles,
+    Cone, DirectGrids, LightSource, ListedGrids, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel,
+    Structure as _, Triangles,
 };
 use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
 
@@ -56,9 +56,9 @@ fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec
     (positions, own)
 }
 
-/// Points far from each other among the slots of two tiles, the others of which are nowhere.
+/// Points far from each other among the slots of two tiles, the others of which are nowhere, and a tile without any.
 fn in_slots(positions: &[Vec3], own: &[u32]) -> (Vec<Vec3>, Vec<u32>) {
-    let (mut spread, mut of_spread) = (vec![Vec3::NAN; 2 * 4096], vec![Scanned::NONE; 2 * 4096]);
+    let (mut spread, mut of_spread) = (vec![Vec3::NAN; 3 * 4096], vec![Scanned::NONE; 3 * 4096]);
     for (number, (position, own)) in positions.iter().zip(own).enumerate() {
         (spread[number * 37], of_spread[number * 37]) = (*position, *own);
     }
@@ -166,24 +166,25 @@ fn lights_reach_what_the_oracle_says() {
 }
 
 #[test]
-fn structures_for_lights_answer_the_same() {
+fn patches_of_a_structure_serve_as_well() {
     let mut random = Random::new(25);
+    let (mut grids, mut listed) = (DirectGrids::default(), ListedGrids::default());
     for (name, mesh, size, middle) in meshes() {
         let triangles = mesh.triangles();
         let lights = lights(&mesh, size, middle, &mut random);
         let (positions, own) = points(&mesh, size, middle, &mut random);
         let lit = Lit::new(triangles, Receivers::Points { positions: &positions, own: &own });
-        let (mut scanner, mut grids) = (Scanner::default(), DirectGrids::default());
-        let [mut expected, mut found, mut nothing] = [(); 3].map(|()| LitBits::default());
+        let (mut scanner, mut expected) = (Scanner::default(), LitBits::default());
         scanner.build(triangles);
         scanner.lit(&lit, &lights, &mut expected);
         grids.build(triangles);
-        assert!(grids.lit(&mut LitPoints::default(), &lit, &lights, &mut found), "{name}");
-        assert_eq!(found, expected, "{name}");
-        let mut listed = ListedGrids::default();
+        assert!(grids.patches().is_some() && listed.patches().is_none());
         listed.build(triangles);
-        assert!(!listed.lit(&mut LitPoints::default(), &lit, &lights, &mut nothing), "{name}");
-        assert_eq!(nothing, LitBits::default(), "{name}");
+        for patches in [grids.patches(), listed.patches()] {
+            let mut found = LitBits::default();
+            Scanner::default().lit_with(patches, &lit, &lights, &mut found);
+            assert_eq!(found, expected, "{name}");
+        }
     }
 }
 
