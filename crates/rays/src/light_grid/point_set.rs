@@ -201,8 +201,7 @@ impl PointList {
             .zip(offsets.par_chunks_mut(TILE_BLOCKS));
         let found = of_tile.zip(tiles).enumerate().map(|(number, ((((points, own), numbers), offsets), tile))| {
             let (bounds, found) = fill(number, TilePoints { points, own, numbers, offsets });
-            let corners = if found > 0 { bounds.corners() } else { [DVec3::ZERO; 8] };
-            *tile = Tile { points: found as u32, has_unknown: false, corners };
+            *tile = Tile { points: found as u32, has_unknown: false, corners: bounds.corners() };
             (bounds, found)
         });
         let (bounds, found) = found.reduce(|| (Bounds::EMPTY, 0), |a, b| (a.0.union(b.0), a.1 + b.1));
