@@ -47,6 +47,12 @@ def light():
     return Case("light", shapes, Viewpoint((0, 2.8, 5.0), (0, 0.4, 0)), lamps)
 
 
+def panel():
+    """The shadows of a panel that faces the floor aslant."""
+    lamps = [Lamp((2.2, 2.6, 1.0), 40.0, target=(-0.4, 0.3, 0.0), size=(2.0, 0.7))]
+    return Case("panel", light().shapes, Viewpoint((0, 2.8, 5.0), (0, 0.4, 0)), lamps)
+
+
 def lens():
     """A row of balls away from a lens that is sharp at the third."""
     floor = checker((-4, 0, 3), (8, 0, 0), (0, 0, -14), 16, CLAY_SQUARES)
@@ -67,4 +73,4 @@ def shutter():
     return Case("shutter", [*floor, *moving], camera, [Lamp((2.0, 5.0, 3.0), 90.0)], shutter_seconds=0.4)
 
 
-ALL = {make.__name__: make for make in (glass, gloss, same_gloss, light, lens, shutter)}
+ALL = {make.__name__: make for make in (glass, gloss, same_gloss, light, panel, lens, shutter)}

@@ -101,6 +101,11 @@ def flags(case):
     camera = case.camera
     found = ["--camera", f"{words(camera.eye)}:{words(camera.target)}:{camera.fov_degrees}"]
     for lamp in case.lamps:
+        if lamp.target:
+            width, height = lamp.size
+            aim = f"{words(lamp.position)}:{words(lamp.target)}"
+            found += ["--light", f"rect:{aim}:{width}x{height}:{lamp.candela}"]
+            continue
         radius = f":radius={lamp.radius}" if lamp.radius else ""
         found += ["--light", f"point:{words(lamp.position)}:{lamp.candela}{radius}"]
     if not case.lamps:

@@ -37,11 +37,14 @@ class Shape:
 
 @dataclass(frozen=True)
 class Lamp:
-    """A ball that sends so many candela in all directions."""
+    """A ball that sends so many candela in all directions, or a panel with a level width that sends as many to its target."""
 
     position: Color
     candela: float
     radius: float = 0.0
+    target: Color | None = None
+    # Width and height, where there is a target.
+    size: tuple[float, float] = (1.0, 1.0)
 
 
 @dataclass(frozen=True)

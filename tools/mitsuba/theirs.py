@@ -58,7 +58,13 @@ def mesh(shape, seconds, folder, name):
 
 
 def lamp(light):
-    """A point, or a sphere whose surface sends the same candela."""
+    """A point, or a sphere or a rectangle whose surface sends the same candela."""
+    if light.target:
+        width, height = light.size
+        to_world = mi.ScalarTransform4f().look_at(origin=light.position, target=light.target, up=[0, 1, 0])
+        to_world = to_world @ mi.ScalarTransform4f().scale([0.5 * width, 0.5 * height, 1])
+        emitter = {"type": "area", "radiance": rgb([light.candela / (width * height)] * 3)}
+        return {"type": "rectangle", "to_world": to_world, "emitter": emitter}
     if not light.radius:
         return {"type": "point", "position": list(light.position), "intensity": rgb([light.candela] * 3)}
     radiance = light.candela / (np.pi * light.radius**2)

@@ -44,6 +44,8 @@ const RENDER_EXAMPLES: &str = "
       Blurred reflections
   umbrage render demo:marbles --aperture 0.2 --light-radius 0.3
       A lens that is sharp at one depth only, and shadows with soft edges
+  umbrage render demo:marbles --light rect:3,3,2:0,0.5,0:2.5x0.6
+      The light of a panel
   umbrage render demo:shatter --time 1 --shutter 0.02
       What moves leaves streaks, as on film with an open shutter
   umbrage render demo:shatter --ground shadow --background none -o model.png
@@ -360,9 +362,11 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraSpec>,
     /// A light in place of the scene's; may be given several times:
-    /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ, or
-    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle; then, if wanted, :radius=R in world units, of
-    /// suns in degrees, and :noshadow, with which nothing keeps the light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where the spot points to
+    /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ,
+    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle, or a panel around a point that faces another,
+    /// rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT[:CANDELA[:R,G,B]] with a level width, or disk:X,Y,Z:X,Y,Z:RADIUS[:CANDELA[:R,G,B]]; then,
+    /// if wanted, :radius=R of points and spots in world units, of suns in degrees, and :noshadow, with which nothing keeps the
+    /// light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
     /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers

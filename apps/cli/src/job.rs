@@ -198,7 +198,7 @@ impl Quality {
             ("--sky-shadows", flags.sky_shadows),
             ("--gloss", flags.gloss),
             ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
-            ("--light with a radius", flags.lights.iter().any(LightSpec::is_wide)),
+            ("--light with a size", flags.lights.iter().any(LightSpec::is_wide)),
         ];
         let spread = spread.into_iter().find(|(_, is_asked)| *is_asked).map(|(what, _)| what);
         let samples = flags.samples.unwrap_or(match spread {
@@ -380,6 +380,7 @@ mod tests {
             &["--gloss", "--bounces", "1"],
             &["--ambient-occlusion", "1"],
             &["--light", "point:0,2,0:radius=0.1"],
+            &["--light", "rect:0,2,0:0,0,0:0.1x0"],
         ] {
             let Failure::Input { message, hint } = job(&[flags, &["--samples", "1"]].concat()).unwrap_err() else {
                 panic!()

@@ -179,6 +179,7 @@ mod tests {
             light("point:0.1,2,0:radius=0.3"),
             light("sun:0,-1,0:5:1,0.5,0:noshadow"),
             light("spot:0,3,0:0,0,0:60"),
+            light("rect:0,3,0:0,0,0:2x0.5"),
         ];
         let settings = Settings { lights: Some(lights.clone()), samples: 2, ..Settings::default() };
         let look_at = LookAt { position: Vec3::new(-1.5, 0.1, 9.0), target: Vec3::ONE, fov_degrees: 33.3 };

@@ -83,7 +83,8 @@ impl CommandLine<'_> {
         // One sample has everything sharp.
         let is_spread = settings.samples > 1;
         for light in settings.lights.iter().flatten() {
-            let light = &Light { radius: if is_spread { light.radius } else { 0.0 }, ..light.clone() };
+            let shape = if is_spread { light.shape } else { light.shape.narrowed() };
+            let light = &Light { shape, ..light.clone() };
             let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
             flag(&mut line, "light", &light.to_string());
         }
@@ -140,7 +141,7 @@ impl CommandLine<'_> {
 
 /// Whether the command's own number of samples is another because of what they are spread over.
 fn is_drawn(settings: &Settings) -> bool {
-    let lights_are_wide = settings.lights.iter().flatten().any(|light| light.radius > 0.0);
+    let lights_are_wide = settings.lights.iter().flatten().any(|light| light.shape.is_wide());
     let Settings { aperture, shutter_seconds, light_radius, ambient_occlusion, noise, .. } = *settings;
     let is_spread = aperture > 0.0 || shutter_seconds > 0.0 || light_radius > 0.0 || ambient_occlusion > 0.0;
     is_spread || lights_are_wide || settings.sky_shadows || settings.gloss || noise > 0.0

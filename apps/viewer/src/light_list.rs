@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use umbrage::rays::LightSource;
-use umbrage::scene::Light;
+use umbrage::scene::{Light, LightShape};
 use umbrage::spec::LightSpec;
 
 use crate::focus::Focus;
@@ -62,24 +62,30 @@ impl LightList {
         }
     }
 
-    /// A source of each kind above what the scene is about: in view, and beside those that were added before.
-    pub(crate) fn to_add(&self, Focus { center, size }: Focus) -> [LightSource; 3] {
+    /// A light of each kind above what the scene is about: in view, beside those that were added before, and as bright as full
+    /// sunlight at the center.
+    pub(crate) fn to_add(&self, Focus { center, size }: Focus) -> [Light; 4] {
         let turn = 2.4 * self.lights.len() as f32;
         let position = center + Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
         let direction = unit(center - position).unwrap_or(Vec3::NEG_Y);
         let outer_radians = 0.5;
         let inner_radians = LightSpec::INNER * outer_radians;
         [
-            LightSource::Point { position },
-            LightSource::Spot { position, direction, inner_radians, outer_radians },
-            LightSource::Directional { direction },
+            (LightSource::Point { position }, LightShape::POINT),
+            (LightSource::Spot { position, direction, inner_radians, outer_radians }, LightShape::POINT),
+            (
+                LightSource::to_one_side(position, direction),
+                LightShape::Rectangle { width: 0.2 * size, height: 0.1 * size },
+            ),
+            (LightSource::Directional { direction }, LightShape::POINT),
         ]
+        .map(|(source, shape)| LightSpec::new(source).shaped(shape).light(center))
     }
 
-    /// Adds a light that is as bright as full sunlight at `center`, and selects it.
-    pub(crate) fn add(&mut self, source: LightSource, center: Vec3) {
+    /// Adds a light and selects it.
+    pub(crate) fn add(&mut self, light: Light) {
         if self.lights.len() < Self::MOST {
-            self.lights.push(LightSpec::new(source).light(center));
+            self.lights.push(light);
             self.is_changed = true;
             self.selected = Some(self.lights.len() - 1);
         }
@@ -87,11 +93,13 @@ impl LightList {
 }
 
 /// What lights of this kind are called.
-pub(crate) fn kind(source: &LightSource) -> &'static str {
-    match source {
-        LightSource::Point { .. } => "point",
-        LightSource::Spot { .. } => "spot",
-        LightSource::Directional { .. } => "sun",
+pub(crate) fn kind(light: &Light) -> &'static str {
+    match (light.shape, light.source) {
+        (LightShape::Rectangle { .. }, _) => "rectangle",
+        (LightShape::Disk(_), _) => "disk",
+        (_, LightSource::Point { .. }) => "point",
+        (_, LightSource::Spot { .. }) => "spot",
+        (_, LightSource::Directional { .. }) => "sun",
     }
 }
 
@@ -117,15 +125,8 @@ mod tests {
     #[test]
     fn the_scenes_lights_are_followed_until_they_are_changed() {
         let mut list = LightList::default();
-        let sun = |direction: Vec3| Light {
-            name: "sun".into(),
-            source: LightSource::Directional { direction },
-            color: Vec3::ONE,
-            intensity: 1.0,
-            range: None,
-            casts_shadow: true,
-            radius: 0.0,
-        };
+        let sun =
+            |direction: Vec3| Light { name: "sun".into(), ..Light::new(LightSource::Directional { direction }, 1.0) };
         list.follow(&[sun(Vec3::NEG_Y)]);
         list.follow(&[sun(Vec3::NEG_X)]);
         assert_eq!((list.chosen(), list.lights()), (None, &[sun(Vec3::NEG_X)][..]));
@@ -144,20 +145,21 @@ mod tests {
     #[test]
     fn added_lights_are_above_the_scene_and_apart() {
         let mut list = LightList::default();
-        for kind in 0..3 {
-            list.add(list.to_add(FOCUS)[kind], FOCUS.center);
+        for kind in 0..4 {
+            list.add(list.to_add(FOCUS)[kind].clone());
         }
         let [
             Light { source: LightSource::Point { position: one }, .. },
-            Light { source: LightSource::Spot { position: other, .. }, .. },
+            Light { source: LightSource::Spot { position: other, .. }, shape: LightShape::POINT, .. },
+            Light { source: LightSource::Spot { .. }, shape: LightShape::Rectangle { .. }, .. },
             Light { source: LightSource::Directional { direction }, .. },
         ] = list.lights()
         else {
             panic!("other kinds")
         };
         assert!(one.y > 1.0 && other.y > 1.0 && one.distance(*other) > 0.5 && direction.y < 0.0);
-        assert_eq!(list.selected, Some(2));
-        (0..2 * LightList::MOST).for_each(|_| list.add(list.to_add(FOCUS)[0], FOCUS.center));
+        assert_eq!(list.selected, Some(3));
+        (0..2 * LightList::MOST).for_each(|_| list.add(list.to_add(FOCUS)[0].clone()));
         assert_eq!(list.lights().len(), LightList::MOST);
     }
 

@@ -54,30 +54,14 @@ pub(crate) fn light(frame: &mut Frame, name: &str, position: Vec3, subject: Vec3
 /// Adds a lamp to the frame of so many `candela`, which have faded to nothing at `range`.
 pub(crate) fn lamp(frame: &mut Frame, name: &str, position: Vec3, color: Vec3, candela: f32, range: Option<f32>) {
     let source = LightSource::Point { position };
-    frame.lights.push(Light {
-        name: name.into(),
-        source,
-        color,
-        intensity: candela,
-        range,
-        casts_shadow: true,
-        radius: 0.0,
-    });
+    frame.lights.push(Light { name: name.into(), color, range, ..Light::new(source, candela) });
 }
 
 /// Adds a sun to the frame that shines along `way`; it makes a white surface that faces it `brightness` bright.
 pub(crate) fn sun(frame: &mut Frame, way: Vec3, color: Vec3, brightness: f32) {
     let source = LightSource::Directional { direction: way.normalize() };
     let intensity = brightness * PI;
-    frame.lights.push(Light {
-        name: "sun".into(),
-        source,
-        color,
-        intensity,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    });
+    frame.lights.push(Light { name: "sun".into(), color, ..Light::new(source, intensity) });
 }
 
 /// Adds a perspective camera to the frame, at `position` and looking at `target`, +Y upwards.

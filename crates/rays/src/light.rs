@@ -1,3 +1,5 @@
+use std::f32::consts::FRAC_PI_2;
+
 use glam::Vec3;
 
 /// Where light comes from, as a source of shadow rays. Directions are of unit length.
@@ -24,4 +26,12 @@ pub enum LightSource {
         /// The direction in which the light travels.
         direction: Vec3,
     },
+}
+
+impl LightSource {
+    /// Light from one point to one side of a plane, in `direction`, which is of unit length.
+    #[must_use]
+    pub fn to_one_side(position: Vec3, direction: Vec3) -> Self {
+        Self::Spot { position, direction, inner_radians: 0.0, outer_radians: FRAC_PI_2 }
+    }
 }

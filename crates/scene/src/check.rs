@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use umbrage_rays::{Camera, LightSource, Projection};
 
-use crate::{Frame, Light, Material, Materials};
+use crate::{Frame, Light, LightShape, Material, Materials};
 
 /// What is wrong with a frame that was made by hand.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -172,11 +172,24 @@ pub(crate) fn check_light(light: &Light) -> Result<(), &'static str> {
     if light.range.is_some_and(|range| range.is_nan() || range <= 0.0) {
         return Err("its range is not above zero");
     }
-    let most = if position.is_some() { f32::MAX } else { Light::MAX_SUN_RADIUS_DEGREES };
-    if !(0.0..=most).contains(&light.radius) {
-        return Err("its radius is not from 0 to any finite number, or of a directional light to 45 degrees");
+    let is_length = |length: f32| (0.0..=f32::MAX).contains(&length);
+    match light.shape {
+        LightShape::Ball(degrees)
+            if position.is_none() && !(0.0..=Light::MAX_SUN_RADIUS_DEGREES).contains(&degrees) =>
+        {
+            Err("its radius is not from 0 to 45 degrees")
+        }
+        LightShape::Ball(radius) | LightShape::Disk(radius) if !is_length(radius) => {
+            Err("its radius is not from 0 to any finite number")
+        }
+        LightShape::Rectangle { width, height } if !is_length(width) || !is_length(height) => {
+            Err("its width or height is not from 0 to any finite number")
+        }
+        LightShape::Rectangle { .. } | LightShape::Disk(_) if cone.is_none_or(|(_, outer)| outer != FRAC_PI_2) => {
+            Err("it is flat, but not a spot that sends its light to one side, with an outer angle of π/2")
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {

@@ -36,7 +36,7 @@ pub use frame::{Frame, Mesh, NamedCamera};
 pub use ground::{Ground, GroundSurface};
 pub use instances::{BadInstance, Instance, InstanceHit, Instances};
 pub use layers::{Anisotropy, Clearcoat, Iridescence, Layers, Sheen, Specular};
-pub use light::Light;
+pub use light::{Light, LightShape};
 pub use material::{Alpha, Material, Materials, TextureUse, Volume};
 pub use objects::Objects;
 pub use opacity::{FrameOpacity, OpaquePart};

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use umbrage_rays::LightSource;
 
 /// A light of a frame.
@@ -12,18 +12,86 @@ pub struct Light {
     pub source: LightSource,
     /// Linear colour.
     pub color: Vec3,
-    /// In candela for point and spot lights, in lux for directional ones.
+    /// In candela for point and spot lights, straight ahead for flat ones (of π times as many lumens), in lux for directional
+    /// ones.
     pub intensity: f32,
     /// Distance at which the light has faded to nothing, in world units; `None` for never.
     pub range: Option<f32>,
     /// Whether triangles keep its light away from what is behind them.
     pub casts_shadow: bool,
-    /// How large it is: the radius of its ball in world units, for a directional light that of its disk in the sky, in
-    /// degrees. With 0, all its light comes from one point; otherwise shadows have soft edges, where samples are many.
-    pub radius: f32,
+    /// How large it is: shadows of what is more than a point have soft edges, where samples are many.
+    pub shape: LightShape,
+}
+
+/// What sends a light's light, around its position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightShape {
+    /// A ball of this radius in world units; of a directional light, a disk in the sky of this radius in degrees. With 0, all
+    /// light comes from one point.
+    Ball(f32),
+    /// A flat rectangle, whose light is of [`LightSource::to_one_side`]: it is equally bright from everywhere in front of
+    /// it, so that it sends as much as the cosine says to the side. Its width is level, or along x where it faces straight up
+    /// or down.
+    Rectangle {
+        /// In world units.
+        width: f32,
+        /// In world units, across the width.
+        height: f32,
+    },
+    /// A flat disk of this radius in world units, with light as of [a rectangle](Self::Rectangle).
+    Disk(f32),
+}
+
+impl LightShape {
+    /// All light comes from one point.
+    pub const POINT: Self = Self::Ball(0.0);
+
+    /// Whether light comes from more than one point.
+    #[must_use]
+    pub fn is_wide(self) -> bool {
+        match self {
+            Self::Ball(radius) | Self::Disk(radius) => radius > 0.0,
+            Self::Rectangle { width, height } => width.max(height) > 0.0,
+        }
+    }
+
+    /// The same without any size: all light comes from the middle.
+    #[must_use]
+    pub fn narrowed(self) -> Self {
+        match self {
+            Self::Ball(_) => Self::POINT,
+            Self::Disk(_) => Self::Disk(0.0),
+            Self::Rectangle { .. } => Self::Rectangle { width: 0.0, height: 0.0 },
+        }
+    }
+
+    /// Whether it is flat: then it has a front, and as much light goes to the side as the cosine says.
+    #[must_use]
+    pub fn is_flat(self) -> bool {
+        !matches!(self, Self::Ball(_))
+    }
 }
 
 impl Light {
-    /// The largest [radius](Self::radius) of a directional light.
+    /// The largest radius of a directional light's [disk](LightShape::Ball).
     pub const MAX_SUN_RADIUS_DEGREES: f32 = 45.0;
+
+    /// A white light without a name, of so many candela or lux: all of it comes from one point, never fades, and casts
+    /// shadows.
+    #[must_use]
+    pub fn new(source: LightSource, intensity: f32) -> Self {
+        let (color, shape) = (Vec3::ONE, LightShape::POINT);
+        Self { name: "".into(), source, color, intensity, range: None, casts_shadow: true, shape }
+    }
+
+    /// Unit vectors along the width and the height of a flat light that faces `direction`.
+    #[must_use]
+    pub fn axes(direction: Vec3) -> [DVec3; 2] {
+        let direction = direction.as_dvec3().normalize_or(DVec3::NEG_Y);
+        let across = direction.cross(DVec3::Y);
+        // Within a thousandth of straight down, rounding would turn it about.
+        let across = if across.length_squared() > 1e-6 { across.normalize() } else { DVec3::X };
+        let up = across.cross(direction).normalize();
+        [across, up]
+    }
 }

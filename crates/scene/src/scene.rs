@@ -517,12 +517,10 @@ fn light_above(bounds: Bounds) -> Light {
     let offset = TOWARDS_LIGHT * (2.0 * radius);
     Light {
         name: "made from the bounds".into(),
-        source: LightSource::Point { position: somewhere(bounds.center() + offset) },
-        color: Vec3::ONE,
-        intensity: intensity_at(offset.length()),
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
+        ..Light::new(
+            LightSource::Point { position: somewhere(bounds.center() + offset) },
+            intensity_at(offset.length()),
+        )
     }
 }
 

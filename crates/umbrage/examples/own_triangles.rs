@@ -22,12 +22,7 @@ fn main() -> Result<(), Error> {
     let mut frame = Frame::from_triangles(vec![Vec3::ZERO; vertices as usize], triangles.collect());
     frame.lights = vec![Light {
         name: "sun".into(),
-        source: LightSource::Directional { direction: Vec3::new(-0.5, -1.0, -0.3) },
-        color: Vec3::ONE,
-        intensity: 3.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
+        ..Light::new(LightSource::Directional { direction: Vec3::new(-0.5, -1.0, -0.3) }, 3.0)
     }];
 
     let camera = Camera::look_at(Vec3::new(0.0, 1.0, 1.6), Vec3::ZERO, Vec3::Y, 0.8);

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, Vec3};
 use umbrage_rays::{Camera, LightSource, Projection, View};
-use umbrage_scene::{Frame, Light};
+use umbrage_scene::{Frame, Light, LightShape};
 
 use crate::engine::Staged;
 use crate::points::{disk, pair, triple};
@@ -51,7 +51,7 @@ impl Spread {
         if has_sun && light_radius > Light::MAX_SUN_RADIUS_DEGREES {
             return Err(Error::SunRadius);
         }
-        let has_wide_lights = staged.lights.iter().any(|light| light.radius.max(light_radius) > 0.0);
+        let has_wide_lights = staged.lights.iter().any(|light| light.shape.is_wide() || light_radius > 0.0);
         let points = (0..samples).map(|number| pair(number, Exposure::SKY));
         let has_sky = sky_shadows && samples > 1;
         let sky = has_sky.then(|| SkyLights::new(staged.surroundings, points)).flatten();
@@ -64,9 +64,9 @@ impl Spread {
         self.lens.is_some() || self.has_wide_lights || self.sky.is_some() || self.shutter_seconds > 0.0
     }
 
-    /// The radius of a light.
-    fn radius_of(&self, light: &Light) -> f32 {
-        if light.radius > 0.0 { light.radius } else { self.light_radius }
+    /// The shape of a light.
+    fn shape_of(&self, light: &Light) -> LightShape {
+        if light.shape == LightShape::POINT { LightShape::Ball(self.light_radius) } else { light.shape }
     }
 }
 
@@ -116,7 +116,7 @@ impl Exposure {
         if spread.has_wide_lights || spread.sky.is_some() {
             lights.clear();
             lights.extend(staged.lights.iter().zip((Self::FIRST_LIGHT..).step_by(2)).map(|(light, dimension)| {
-                let source = self.point_of(light.source, spread.radius_of(light), dimension);
+                let source = self.point_of(light.source, spread.shape_of(light), dimension);
                 Light { source, ..light.clone() }
             }));
             if let Some(sky) = &spread.sky {
@@ -128,31 +128,50 @@ impl Exposure {
         (exposed, samples)
     }
 
-    /// A point of a light's ball or, of a sun, of its disk in the sky.
+    /// A point of a light's shape.
     ///
-    /// From each direction a ball should look like a disk that is equally bright everywhere, as a sphere does whose surface
+    /// Those of a flat light are equally dense everywhere. From each direction a ball should look like a disk that is equally bright everywhere, as a sphere does whose surface
     /// sends light equally in all directions. So points are as dense as 1/√(1 − r²) at r of its radius: the sphere in four
     /// dimensions, seen from the side. Without anything between, irradiance is the centre's: that of a point is a field as
     /// gravity's, and the field of a ball is that of its centre (Newton's shells).
-    fn point_of(self, source: LightSource, radius: f32, dimension: u32) -> LightSource {
-        if radius <= 0.0 {
+    fn point_of(self, source: LightSource, shape: LightShape, dimension: u32) -> LightSource {
+        if !shape.is_wide() {
             return source;
         }
         let drawn = triple(self.number, dimension);
         let flat = disk(drawn.truncate());
-        let moved = |position: Vec3| {
-            let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * libm::cos(TAU * drawn.z), flat.y);
-            (position.as_dvec3() + point * f64::from(radius)).as_vec3().clamp(Vec3::MIN, Vec3::MAX)
+        // From the light's middle; `direction` is that which a flat one faces.
+        let off = |direction: Vec3| {
+            let in_plane = |point: DVec2| {
+                let [across, up] = Light::axes(direction);
+                across * point.x + up * point.y
+            };
+            match shape {
+                LightShape::Ball(radius) => {
+                    let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * libm::cos(TAU * drawn.z), flat.y);
+                    point * f64::from(radius)
+                }
+                LightShape::Disk(radius) => in_plane(flat * f64::from(radius)),
+                LightShape::Rectangle { width, height } => {
+                    in_plane((drawn.truncate() - 0.5) * DVec2::new(width.into(), height.into()))
+                }
+            }
+        };
+        let moved = |position: Vec3, direction: Vec3| {
+            (position.as_dvec3() + off(direction)).as_vec3().clamp(Vec3::MIN, Vec3::MAX)
         };
         match source {
-            LightSource::Point { position } => LightSource::Point { position: moved(position) },
+            LightSource::Point { position } => LightSource::Point { position: moved(position, Vec3::NEG_Y) },
             LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-                LightSource::Spot { position: moved(position), direction, inner_radians, outer_radians }
+                let position = moved(position, direction);
+                LightSource::Spot { position, direction, inner_radians, outer_radians }
             }
             LightSource::Directional { direction } => {
+                // A flat one is a lamp, which has a position.
+                let LightShape::Ball(degrees) = shape else { return source };
                 let along = direction.as_dvec3().normalize();
                 let (right, up) = along.any_orthonormal_pair();
-                let off = libm::tan(f64::from(radius).to_radians()) * flat;
+                let off = libm::tan(f64::from(degrees).to_radians()) * flat;
                 let direction = (along + right * off.x + up * off.y).normalize().as_vec3();
                 LightSource::Directional { direction }
             }
@@ -194,7 +213,9 @@ mod tests {
             .map(|number| {
                 let exposure = Exposure { number, is_only: false };
                 let centre = LightSource::Point { position: Vec3::ONE };
-                let LightSource::Point { position } = exposure.point_of(centre, radius, 6) else { panic!("a point") };
+                let LightSource::Point { position } = exposure.point_of(centre, LightShape::Ball(radius), 6) else {
+                    panic!("a point")
+                };
                 position - Vec3::ONE
             })
             .collect();
@@ -217,7 +238,10 @@ mod tests {
                 let mut irradiance = DVec3::ZERO;
                 for number in 0..count {
                     let exposure = Exposure { number, is_only: false };
-                    let LightSource::Point { position } = exposure.point_of(centre, 1.0, dimension) else { panic!() };
+                    let LightSource::Point { position } = exposure.point_of(centre, LightShape::Ball(1.0), dimension)
+                    else {
+                        panic!()
+                    };
                     let towards = position.as_dvec3() + DVec3::new(3.0, 6.0, 2.0);
                     irradiance += towards / towards.length().powi(3) / f64::from(count);
                 }

@@ -153,15 +153,7 @@ impl Renderer {
     /// let positions = [[-2., 0., -2.], [2., 0., -2.], [2., 0., 2.], [-2., 0., 2.], [-1., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
     /// let mut frame =
     ///     Frame::from_triangles(positions.map(Vec3::from).to_vec(), vec![[0, 2, 1], [0, 3, 2], [4, 5, 6]]);
-    /// frame.lights = vec![Light {
-    ///     name: "lamp".into(),
-    ///     source: LightSource::Point { position: Vec3::new(1.0, 3.0, 2.0) },
-    ///     color: Vec3::ONE,
-    ///     intensity: 30.0,
-    ///     range: None,
-    ///     casts_shadow: true,
-    ///     radius: 0.0,
-    /// }];
+    /// frame.lights = vec![Light::new(LightSource::Point { position: Vec3::new(1.0, 3.0, 2.0) }, 30.0)];
     ///
     /// let camera = Camera::look_at(Vec3::new(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8);
     /// let settings = Settings { width: 64, height: 48, camera: camera.into(), ..Settings::default() };

@@ -56,12 +56,8 @@ impl SkyLights {
         let (towards, irradiance) = self.drawn(point);
         Light {
             name: "surroundings".into(),
-            source: LightSource::Directional { direction: -towards },
             color: irradiance * self.scale,
-            intensity: 1.0,
-            range: None,
-            casts_shadow: true,
-            radius: 0.0,
+            ..Light::new(LightSource::Directional { direction: -towards }, 1.0)
         }
     }
 

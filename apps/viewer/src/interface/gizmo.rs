@@ -1,8 +1,11 @@
 //! Handles of lights in the picture, to be dragged.
 
+use std::f32::consts::TAU;
+
 use eframe::egui::{self, Align2, Color32, FontId, Painter, PointerButton, Pos2, Response, Stroke, vec2};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use umbrage::rays::LightSource;
+use umbrage::scene::{Light, LightShape};
 
 use crate::app::App;
 use crate::focus::Focus;
@@ -64,6 +67,7 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
             drag(&mut changed.source, part, picture, pointer, response.drag_delta(), focus);
         }
     }
+    outline(app, picture, painter);
     draw(
         &handles,
         app.lights.selected,
@@ -73,6 +77,26 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
     name_handles(app, ui, &handles);
     ui.data_mut(|data| data.insert_temp(id, grab));
     grab.is_some()
+}
+
+/// Draws the rims of flat lights.
+fn outline(app: &App, picture: &Projected, painter: &Painter) {
+    for light in app.lights.lights() {
+        let LightSource::Spot { position, direction, .. } = light.source else { continue };
+        let rim: Vec<Vec2> = match light.shape {
+            LightShape::Ball(_) => continue,
+            LightShape::Disk(radius) => (0..48).map(|i| radius * Vec2::from_angle(i as f32 / 48.0 * TAU)).collect(),
+            LightShape::Rectangle { width, height } => [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+                .map(|(x, y)| Vec2::new(x * width, y * height))
+                .to_vec(),
+        };
+        let [across, up] = Light::axes(direction).map(|axis| axis.as_vec3());
+        let on_screen = rim.iter().map(|point| picture.on_screen(position + across * point.x + up * point.y));
+        // What is behind the camera has no rim.
+        if let Some(rim) = on_screen.collect::<Option<Vec<Pos2>>>() {
+            painter.add(egui::Shape::closed_line(rim, Stroke::new(1.5, tint(light.color))));
+        }
+    }
 }
 
 /// Tells assistive programs where lights can be grabbed.

@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 use eframe::egui::{self, DragValue, Slider};
 use glam::Vec3;
 use umbrage::rays::LightSource;
-use umbrage::scene::Light;
+use umbrage::scene::{Light, LightShape};
 use umbrage::spec::LightSpec;
 
 use super::camera_panel::vector;
@@ -21,7 +21,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         for (number, light) in list.lights().to_vec().iter().enumerate() {
             ui.horizontal(|ui| {
                 let is_selected = list.selected == Some(number);
-                let name = format!("{} ({})", light_name(number, light), kind(&light.source));
+                let name = format!("{} ({})", light_name(number, light), kind(light));
                 if ui.selectable_label(is_selected, name).clicked() {
                     list.selected = (!is_selected).then_some(number);
                 }
@@ -48,9 +48,9 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     }
     ui.horizontal_wrapped(|ui| {
         let has_room = list.lights().len() < LightList::MOST;
-        for source in list.to_add(focus) {
-            if ui.add_enabled(has_room, egui::Button::new(format!("Add {}", kind(&source)))).clicked() {
-                list.add(source, focus.center);
+        for light in list.to_add(focus) {
+            if ui.add_enabled(has_room, egui::Button::new(format!("Add {}", kind(&light)))).clicked() {
+                list.add(light);
             }
         }
         if ui.add_enabled(list.is_changed, egui::Button::new("Reset")).on_hover_text("The scene's own lights").clicked()
@@ -91,11 +91,20 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
     });
     let is_sun = matches!(light.source, LightSource::Directional { .. });
     let (most, suffix) = if is_sun { (Light::MAX_SUN_RADIUS_DEGREES, "°") } else { (1e12, "") };
-    ui.horizontal(|ui| {
-        let label = ui.label("Radius").on_hover_text("Soft edges of its shadows, where a pixel has several samples").id;
-        let speed = if is_sun { 0.01 } else { 0.001 * size };
-        ui.add(DragValue::new(&mut light.radius).range(0.0..=most).speed(speed).suffix(suffix)).labelled_by(label);
-    });
+    let mut length = |name: &str, length: &mut f32| {
+        ui.horizontal(|ui| {
+            let label = ui.label(name).on_hover_text("Soft edges of its shadows, where a pixel has several samples").id;
+            let speed = if is_sun { 0.01 } else { 0.001 * size };
+            ui.add(DragValue::new(length).range(0.0..=most).speed(speed).suffix(suffix)).labelled_by(label);
+        });
+    };
+    match &mut light.shape {
+        LightShape::Ball(radius) | LightShape::Disk(radius) => length("Radius", radius),
+        LightShape::Rectangle { width, height } => {
+            length("Width", width);
+            length("Height", height);
+        }
+    }
     match &mut light.source {
         LightSource::Point { position } => vector(ui, "Position", position, size),
         LightSource::Directional { direction } => way(ui, direction),
@@ -103,7 +112,9 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
             vector(ui, "Position", position, size);
             way(ui, direction);
             let mut degrees = 2.0 * outer_radians.to_degrees();
-            if ui.add(Slider::new(&mut degrees, 0.1..=180.0).suffix("°").text("Cone")).changed() {
+            if !light.shape.is_flat()
+                && ui.add(Slider::new(&mut degrees, 0.1..=180.0).suffix("°").text("Cone")).changed()
+            {
                 *outer_radians = (0.5 * degrees).to_radians().min(FRAC_PI_2);
                 *inner_radians = LightSpec::INNER * *outer_radians;
             }

@@ -333,7 +333,7 @@ fn the_help_lists_every_key() {
 
 fn lamp(place: f32) -> Light {
     let source = LightSource::Point { position: Vec3::new(place.cos(), 1.5, place.sin()) };
-    Light { name: "".into(), source, color: Vec3::ONE, intensity: 0.3, range: None, casts_shadow: true, radius: 0.0 }
+    Light::new(source, 0.3)
 }
 
 #[test]

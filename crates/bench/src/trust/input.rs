@@ -20,9 +20,7 @@ use super::{Effort, Finding};
 pub(super) fn frame(mesh: TestMesh, light: Vec3) -> Frame {
     let mut frame = Frame::from_triangles(mesh.positions, mesh.indices);
     let source = LightSource::Point { position: light };
-    let (color, intensity) = (Vec3::ONE, 100.0);
-    frame.lights =
-        vec![Light { name: "".into(), source, color, intensity, range: None, casts_shadow: true, radius: 0.0 }];
+    frame.lights = vec![Light::new(source, 100.0)];
     frame
 }
 

@@ -1,6 +1,6 @@
 // Lights as they arrive at a point: crates/umbrage/src/shade/irradiance.rs.
 
-import package::shade::tables::{LIGHT_DIRECTIONAL, LIGHT_SPOT, ShadeLight};
+import package::shade::tables::{LIGHT_DIRECTIONAL, LIGHT_FLAT, LIGHT_SPOT, ShadeLight};
 
 struct Arriving {
     // Unit direction towards the light.
@@ -30,6 +30,8 @@ fn arriving_light(light: ShadeLight, corner: vec3<f32>, from_corner: vec3<f32>) 
         let cosine = dot(light.direction, -towards);
         let inside = clamp((cosine - light.outer_cosine) / light.cosine_span, 0.0, 1.0);
         part *= inside * inside;
+    } else if light.kind == LIGHT_FLAT {
+        part *= max(dot(light.direction, -towards), 0.0);
     }
     return Arriving(towards, light.emitted * (part / squared));
 }

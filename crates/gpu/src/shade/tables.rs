@@ -166,7 +166,7 @@ impl Default for ShadeScene {
 pub struct ShadeLight {
     /// World position; nothing for a directional light.
     pub position: [f32; 3],
-    /// [`ShadeLight::POINT`], [`ShadeLight::SPOT`] or [`ShadeLight::DIRECTIONAL`].
+    /// [`ShadeLight::POINT`], [`ShadeLight::SPOT`], [`ShadeLight::DIRECTIONAL`] or [`ShadeLight::FLAT`].
     pub kind: u32,
     /// In which the light travels, of unit length; nothing for a point light.
     pub direction: [f32; 3],
@@ -189,18 +189,20 @@ impl ShadeLight {
     pub const SPOT: u32 = 1;
     /// `kind` of parallel light.
     pub const DIRECTIONAL: u32 = 2;
+    /// `kind` of a point of a flat light, which sends as much as the cosine says to the side.
+    pub const FLAT: u32 = 3;
     /// The most lights that are shaded at once.
     pub const MOST: usize = 1024;
 
-    /// A light that sends `emitted` and fades to nothing at `range`; `None` for never.
+    /// A light that sends `emitted` and fades to nothing at `range`; `None` for never. A flat one is a spot as well.
     #[must_use]
-    pub fn new(source: &LightSource, emitted: Vec3, range: Option<f32>) -> Self {
+    pub fn new(source: &LightSource, is_flat: bool, emitted: Vec3, range: Option<f32>) -> Self {
         let light = Self { emitted: emitted.to_array(), range: range.unwrap_or(0.0), ..Self::default() };
         match *source {
             LightSource::Point { position } => Self { position: position.to_array(), kind: Self::POINT, ..light },
             LightSource::Spot { position, direction, inner_radians, outer_radians } => Self {
                 position: position.to_array(),
-                kind: Self::SPOT,
+                kind: if is_flat { Self::FLAT } else { Self::SPOT },
                 direction: direction.to_array(),
                 outer_cosine: outer_radians.cos(),
                 cosine_span: (inner_radians.cos() - outer_radians.cos()).max(1e-4),

@@ -15,6 +15,7 @@ const SURROUNDINGS_TRANSPARENT: u32 = 3u;
 const LIGHT_POINT: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;
 const LIGHT_DIRECTIONAL: u32 = 2u;
+const LIGHT_FLAT: u32 = 3u;
 const MOST_LIGHTS: u32 = 1024u;
 
 const TEXTURE_BASE_COLOR: u32 = 0u;

@@ -110,6 +110,7 @@ fn constants_are_those_of_the_shaders() {
         ("LIGHT_POINT", ShadeLight::POINT),
         ("LIGHT_SPOT", ShadeLight::SPOT),
         ("LIGHT_DIRECTIONAL", ShadeLight::DIRECTIONAL),
+        ("LIGHT_FLAT", ShadeLight::FLAT),
         ("MOST_LIGHTS", ShadeLight::MOST as u32),
         ("TEXTURE_BASE_COLOR", ShadeMaterial::BASE_COLOR as u32),
         ("TEXTURE_METALLIC_ROUGHNESS", ShadeMaterial::METALLIC_ROUGHNESS as u32),

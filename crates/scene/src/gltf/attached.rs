@@ -84,12 +84,9 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
                 let light = Light {
                     name: name.into(),
-                    source,
                     color: Vec3::from_array(json.color),
-                    intensity: json.intensity,
                     range: json.range.filter(|&range| range > 0.0 && range.is_finite()),
-                    casts_shadow: true,
-                    radius: 0.0,
+                    ..Light::new(source, json.intensity)
                 };
                 lights.push(NodeLight { node: number as u32, number: of_file, light });
             }

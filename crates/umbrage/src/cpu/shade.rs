@@ -525,13 +525,8 @@ mod tests {
             [[-2., 0., -2.], [2., 0., -2.], [2., 0., 2.], [-2., 0., 2.], [-1., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
         let triangles = vec![[0, 2, 1], [0, 3, 2], [4, 5, 6]];
         let lamp = |height: f32, intensity: f32| Light {
-            name: "".into(),
-            source: LightSource::Point { position: Vec3::new(0.1, height, 0.2) },
             color: Vec3::splat(intensity.min(1e10)),
-            intensity,
-            range: None,
-            casts_shadow: true,
-            radius: 0.0,
+            ..Light::new(LightSource::Point { position: Vec3::new(0.1, height, 0.2) }, intensity)
         };
         let clay = Material { base_color: Vec4::splat(1.0), ..Material::default() };
         let huge = f32::MAX;

@@ -150,7 +150,7 @@ fn attributes<'a>(frame: &'a Frame, rig: Option<&Rig>) -> Attributes<'a> {
 }
 
 fn light(light: &Light) -> ShadeLight {
-    ShadeLight::new(&light.source, light.color * light.intensity, light.range)
+    ShadeLight::new(&light.source, light.shape.is_flat(), light.color * light.intensity, light.range)
 }
 
 fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMaterial {

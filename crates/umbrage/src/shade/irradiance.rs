@@ -27,6 +27,9 @@ pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) ->
         LightSource::Spot { position, direction, inner_radians, outer_radians } => {
             let arriving = from_position(simd, position, light.range, emitted, points);
             let cosine = Vectors::splat(simd, -direction).dot(arriving.towards);
+            if light.shape.is_flat() {
+                return Arriving { irradiance: arriving.irradiance.scaled(cosine.max(0.0)), ..arriving };
+            }
             // KHR_lights_punctual: squared linear interpolation between the cosines of the two angles.
             let (inner, outer) = (libm::cosf(inner_radians), libm::cosf(outer_radians));
             let part = ((cosine - outer) / (inner - outer).max(1e-4)).max(0.0).min(1.0);
@@ -79,7 +82,7 @@ mod tests {
     use crate::shade::lanes::{Each, vector_of};
 
     fn light(source: LightSource, range: Option<f32>) -> Light {
-        Light { name: "".into(), source, color: Vec3::ONE, intensity: 8.0, range, casts_shadow: true, radius: 0.0 }
+        Light { range, ..Light::new(source, 8.0) }
     }
 
     /// Direction towards the light and irradiance; `None` where that is zero.

@@ -4,13 +4,14 @@ use std::str::FromStr;
 
 use glam::Vec3;
 use umbrage_rays::LightSource;
-use umbrage_scene::Light;
+use umbrage_scene::{Light, LightShape};
 
 use super::{Words, number, vector};
 
-/// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, or `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to
-/// another with the cone's full angle; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B`, `:radius=R` in world units or,
-/// of a sun, degrees, and `:noshadow`.
+/// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to another with
+/// the cone's full angle, or a flat one around a point that faces another, `rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT` or
+/// `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B`, `:radius=R` of any other than a flat
+/// one, in world units or, of a sun, degrees, and `:noshadow`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSpec {
     source: LightSource,
@@ -19,7 +20,7 @@ pub struct LightSpec {
     /// In candela or lux.
     intensity: Option<f32>,
     color: Vec3,
-    radius: f32,
+    shape: LightShape,
     casts_shadow: bool,
 }
 
@@ -30,13 +31,19 @@ impl LightSpec {
     /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
     #[must_use]
     pub fn new(source: LightSource) -> Self {
-        Self { source, target: None, intensity: None, color: Vec3::ONE, radius: 0.0, casts_shadow: true }
+        Self { source, target: None, intensity: None, color: Vec3::ONE, shape: LightShape::POINT, casts_shadow: true }
+    }
+
+    /// The same of another shape. A flat one needs [a source to one side](LightSource::to_one_side).
+    #[must_use]
+    pub fn shaped(self, shape: LightShape) -> Self {
+        Self { shape, ..self }
     }
 
     /// Whether it is more than a point.
     #[must_use]
     pub fn is_wide(&self) -> bool {
-        self.radius > 0.0
+        self.shape.is_wide()
     }
 
     /// The light in a scene around `center`.
@@ -51,15 +58,8 @@ impl LightSpec {
             }
         };
         let intensity = self.intensity.unwrap_or(bright);
-        Light {
-            name: "".into(),
-            source: self.source,
-            color: self.color,
-            intensity,
-            range: None,
-            casts_shadow: self.casts_shadow,
-            radius: self.radius,
-        }
+        let Self { color, shape, casts_shadow, .. } = *self;
+        Light { color, casts_shadow, shape, ..Light::new(self.source, intensity) }
     }
 }
 
@@ -79,6 +79,7 @@ impl TryFrom<&Light> for LightSpec {
 
     fn try_from(light: &Light) -> Result<Self, UnspeakableLight> {
         if let LightSource::Spot { inner_radians, outer_radians, .. } = light.source
+            && !light.shape.is_flat()
             && (inner_radians - Self::INNER * outer_radians).abs() > 1e-3 * outer_radians
         {
             return Err(UnspeakableLight::Softness);
@@ -86,8 +87,8 @@ impl TryFrom<&Light> for LightSpec {
         if light.range.is_some() {
             return Err(UnspeakableLight::Range);
         }
-        let Light { source, color, radius, casts_shadow, .. } = *light;
-        Ok(Self { source, target: None, intensity: Some(light.intensity), color, radius, casts_shadow })
+        let Light { source, color, shape, casts_shadow, .. } = *light;
+        Ok(Self { source, target: None, intensity: Some(light.intensity), color, shape, casts_shadow })
     }
 }
 
@@ -98,15 +99,22 @@ impl fmt::Display for LightSpec {
             LightSource::Directional { direction } => write!(f, "sun:{}", Words(direction))?,
             LightSource::Spot { position, direction, outer_radians, .. } => {
                 let target = self.target.unwrap_or(position + direction);
-                write!(f, "spot:{}:{}:{}", Words(position), Words(target), 2.0 * outer_radians.to_degrees())?;
+                let (position, target) = (Words(position), Words(target));
+                match self.shape {
+                    LightShape::Ball(_) => write!(f, "spot:{position}:{target}:{}", 2.0 * outer_radians.to_degrees())?,
+                    LightShape::Rectangle { width, height } => write!(f, "rect:{position}:{target}:{width}x{height}")?,
+                    LightShape::Disk(radius) => write!(f, "disk:{position}:{target}:{radius}")?,
+                }
             }
         }
         // Without a strength it is white.
         if let Some(intensity) = self.intensity {
             write!(f, ":{intensity}:{}", Words(self.color))?;
         }
-        if self.radius > 0.0 {
-            write!(f, ":radius={}", self.radius)?;
+        if let LightShape::Ball(radius) = self.shape
+            && radius > 0.0
+        {
+            write!(f, ":radius={radius}")?;
         }
         f.write_str(if self.casts_shadow { "" } else { ":noshadow" })
     }
@@ -121,27 +129,37 @@ impl FromStr for LightSpec {
             None => (text, true),
         };
         let (text, radius) = match text.rsplit_once(":radius=") {
-            Some((rest, radius)) => (rest, number(radius)?),
-            None => (text, 0.0),
+            Some((rest, radius)) => (rest, Some(number(radius)?)),
+            None => (text, None),
         };
+        let ball = LightShape::Ball(radius.unwrap_or(0.0));
         let parts: Vec<&str> = text.split(':').collect();
-        let (source, target, rest) = match parts[..] {
-            ["point", position, ref rest @ ..] => (LightSource::Point { position: vector(position)? }, None, rest),
+        let (source, target, shape, rest) = match parts[..] {
+            ["point", position, ref rest @ ..] => {
+                (LightSource::Point { position: vector(position)? }, None, ball, rest)
+            }
             ["sun", travel, ref rest @ ..] => {
                 let direction = direction(vector(travel)?, "a sun's direction")?;
-                (LightSource::Directional { direction }, None, rest)
+                (LightSource::Directional { direction }, None, ball, rest)
             }
             ["spot", position, target, angle, ref rest @ ..] => {
-                let (position, target) = (vector(position)?, vector(target)?);
-                let direction = direction(target - position, "the way from a spot to its target")?;
-                (spot(position, direction, number(angle)?)?, Some(target), rest)
+                let (position, target, direction) = aimed("spot", position, target)?;
+                (spot(position, direction, number(angle)?)?, Some(target), ball, rest)
+            }
+            [kind @ ("rect" | "disk"), position, target, size, ref rest @ ..] => {
+                let (position, target, direction) = aimed(kind, position, target)?;
+                (LightSource::to_one_side(position, direction), Some(target), flat(kind, size)?, rest)
             }
             _ => {
-                return Err("give point:X,Y,Z, sun:DX,DY,DZ or spot:X,Y,Z:X,Y,Z:DEGREES, then if wanted \
-                            :STRENGTH or :STRENGTH:R,G,B, then if wanted :radius=R and :noshadow"
+                return Err("give point:X,Y,Z, sun:DX,DY,DZ, spot:X,Y,Z:X,Y,Z:DEGREES, rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT or \
+                            disk:X,Y,Z:X,Y,Z:RADIUS, then if wanted :STRENGTH or :STRENGTH:R,G,B, then if wanted :radius=R \
+                            and :noshadow"
                     .to_owned());
             }
         };
+        if shape.is_flat() && radius.is_some() {
+            return Err("a flat light has no :radius=R: its size follows its target".to_owned());
+        }
         let (intensity, color) = match rest {
             [] => (None, Vec3::ONE),
             [intensity] => (Some(number(intensity)?), Vec3::ONE),
@@ -151,14 +169,33 @@ impl FromStr for LightSpec {
         if intensity.is_some_and(|intensity| intensity < 0.0) || color.min_element() < 0.0 {
             return Err("a light's strength and colour aren't below zero".to_owned());
         }
-        if radius < 0.0 {
+        if radius.is_some_and(|radius| radius < 0.0) {
             return Err("a light's radius isn't below zero".to_owned());
         }
-        if matches!(source, LightSource::Directional { .. }) && radius > Light::MAX_SUN_RADIUS_DEGREES {
+        if matches!(source, LightSource::Directional { .. }) && radius > Some(Light::MAX_SUN_RADIUS_DEGREES) {
             return Err(format!("a sun's radius is at most {} degrees", Light::MAX_SUN_RADIUS_DEGREES));
         }
-        Ok(Self { source, target, intensity, color, radius, casts_shadow })
+        Ok(Self { source, target, intensity, color, shape, casts_shadow })
     }
+}
+
+/// Where a light of this kind is, the point that it faces, and the direction of that.
+fn aimed(kind: &str, position: &str, target: &str) -> Result<(Vec3, Vec3, Vec3), String> {
+    let (position, target) = (vector(position)?, vector(target)?);
+    Ok((position, target, direction(target - position, &format!("the way from a {kind} to its target"))?))
+}
+
+/// The shape of a flat light.
+fn flat(kind: &str, size: &str) -> Result<LightShape, String> {
+    let length = |text: &str| {
+        let length = number(text)?;
+        if length < 0.0 { Err(format!("a {kind}'s size isn't below zero")) } else { Ok(length) }
+    };
+    if kind == "disk" {
+        return Ok(LightShape::Disk(length(size)?));
+    }
+    let (width, height) = size.split_once('x').ok_or_else(|| format!("`{size}` is not a size such as 2x1"))?;
+    Ok(LightShape::Rectangle { width: length(width)?, height: length(height)? })
 }
 
 fn direction(vector: Vec3, what: &str) -> Result<Vec3, String> {
@@ -213,6 +250,12 @@ mod tests {
             ("spot:0,3,0:0,3,0:60", "no length"),
             ("spot:0,3,0:0,0,0:0", "0.1 to 180"),
             ("spot:0,3,0:0,0,0", "give point:"),
+            ("rect:0,3,0:0,0,0", "give point:"),
+            ("rect:0,3,0:0,3,0:1x1", "no length"),
+            ("rect:0,3,0:0,0,0:1", "2x1"),
+            ("rect:0,3,0:0,0,0:1x-1", "below zero"),
+            ("disk:0,3,0:0,0,0:x", "`x` is not a number"),
+            ("disk:0,3,0:0,0,0:1:radius=1", "no :radius=R"),
         ] {
             let refused = text.parse::<LightSpec>().unwrap_err();
             assert!(refused.contains(why), "{text}: {refused}");
@@ -221,18 +264,11 @@ mod tests {
 
     #[test]
     fn lights_are_said_to_the_last_bit() {
-        let light = Light {
-            name: "".into(),
-            source: LightSource::Point { position: Vec3::new(0.1, -2.0, 1e-7) },
-            color: Vec3::new(1.0, 0.5, 0.25),
-            intensity: 12.3,
-            range: None,
-            casts_shadow: true,
-            radius: 0.0,
-        };
+        let source = LightSource::Point { position: Vec3::new(0.1, -2.0, 1e-7) };
+        let light = Light { color: Vec3::new(1.0, 0.5, 0.25), ..Light::new(source, 12.3) };
         let said = |light: &Light| LightSpec::try_from(light).map(|spec| spec.to_string());
         assert_eq!(said(&light).unwrap(), "point:0.1,-2,0.0000001:12.3:1,0.5,0.25");
-        let wide = Light { radius: 0.25, ..light.clone() };
+        let wide = Light { shape: LightShape::Ball(0.25), ..light.clone() };
         assert!(said(&wide).unwrap().ends_with(":radius=0.25"));
         let hidden = Light { casts_shadow: false, ..light.clone() };
         assert!(said(&hidden).unwrap().ends_with(":noshadow"));
@@ -245,8 +281,12 @@ mod tests {
             "point:0,2,0:radius=0.5",
             "sun:0,-1,0:5:1,0.5,0:radius=0.27:noshadow",
             "spot:0,3,0:0,0,0:60:3:1,1,1",
+            "rect:0,3,0:1,0,0:2x0.5:3:1,1,1:noshadow",
+            "disk:0,3,0:0,0,0:0.5",
         ] {
             let spec: LightSpec = text.parse().unwrap();
+            let light = spec.light(Vec3::ZERO);
+            assert_eq!(said(&light).unwrap().parse::<LightSpec>().unwrap().light(Vec3::ZERO), light, "{text}");
             assert_eq!(spec.to_string().parse(), Ok(spec), "{text}");
         }
     }

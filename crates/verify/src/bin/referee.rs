@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use clap::Parser;
-use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use umbrage::gpu::{DeviceLimits, Gpu};
 use umbrage::scene::{Frame, Light, Material, Materials, Mesh};
@@ -97,19 +96,7 @@ fn of_gpu(renderer: &mut Renderer, case: &Case, truth: &Truth) -> Result<(), Str
     frame.materials = Arc::new(Materials { materials: vec![of_one_side, Material::clay()], ..Materials::default() });
     let material_of_triangle = (0..case.mesh.indices.len() as u32).map(|id| case.sides.has_back(id).into()).collect();
     frame.mesh = Arc::new(Mesh { material_of_triangle, ..(*frame.mesh).clone() });
-    frame.lights = case
-        .lights
-        .iter()
-        .map(|&source| Light {
-            name: "".into(),
-            source,
-            color: Vec3::ONE,
-            intensity: 1.0,
-            range: None,
-            casts_shadow: true,
-            radius: 0.0,
-        })
-        .collect();
+    frame.lights = case.lights.iter().map(|&source| Light::new(source, 1.0)).collect();
     let settings = Settings {
         width: case.view.width,
         height: case.view.height,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::Vec3;
 use umbrage::gallery::DEMOS;
 use umbrage::rays::{Camera, LightSource, Projection};
-use umbrage::scene::{Ground, GroundSurface, Light, Scene};
+use umbrage::scene::{Ground, GroundSurface, Light, LightShape, Scene};
 use umbrage::{Background, Film, Renderer, Settings, Structure};
 use umbrage_verify::{Differences, real_scene};
 
@@ -113,12 +113,18 @@ fn samples_back_faces_and_parallel_views() {
 #[test]
 fn points_of_a_lens_of_time_of_lights_and_of_the_sky() {
     let Some(mut gpu) = renderer() else { return };
+    let source = LightSource::to_one_side(Vec3::new(0.4, 2.5, 1.0), Vec3::new(-0.6, -0.8, 0.0));
+    let panels = [LightShape::Rectangle { width: 1.5, height: 0.5 }, LightShape::Disk(0.5)]
+        .map(|shape| Light { shape, ..light(source) })
+        .to_vec();
     for name in ["demo:cloth?triangles=3000", "demo:hall?triangles=3000"] {
         let scene = umbrage::open(name).expect("a scene of the gallery");
         let sharp = Settings { samples: 3, ..sized(90, 60) };
         for settings in [
             Settings { aperture: 0.3, ..sharp.clone() },
             Settings { light_radius: 0.5, ..sharp.clone() },
+            Settings { lights: Some(panels.clone()), ..sharp.clone() },
+            Settings { lights: Some(panels.clone()), samples: 1, ..sharp.clone() },
             Settings { shutter_seconds: 0.1, ..sharp.clone() },
             Settings { sky_shadows: true, ..sharp.clone() },
             Settings { aperture: 0.2, focus: Some(1.0), light_radius: 0.5, shutter_seconds: 0.1, ..sharp },
@@ -176,8 +182,7 @@ fn listed(options: &str) -> Structure {
 }
 
 fn light(source: LightSource) -> Light {
-    let casts_shadow = true;
-    Light { name: "".into(), source, color: Vec3::ONE, intensity: 20.0, range: None, casts_shadow, radius: 0.0 }
+    Light::new(source, 20.0)
 }
 
 #[test]

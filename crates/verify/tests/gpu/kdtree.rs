@@ -77,15 +77,7 @@ fn spots_and_several_lights() {
     let Some(mut gpu) = renderer() else { return };
     let scene = umbrage::open("demo:forest?triangles=3000").expect("a scene of the gallery");
     let middle = scene.at(0.0).expect("a frame").triangles().bounds().center();
-    let light = |source, casts_shadow| Light {
-        name: "".into(),
-        source,
-        color: Vec3::ONE,
-        intensity: 20.0,
-        range: None,
-        casts_shadow,
-        radius: 0.0,
-    };
+    let light = |source, casts_shadow| Light { casts_shadow, ..Light::new(source, 20.0) };
     let position = middle + Vec3::new(0.4, 3.0, 0.7);
     let direction = (middle - position).normalize();
     let spot =
@@ -139,15 +131,7 @@ fn cloud() -> Frame {
 fn masks_sides_and_layers() {
     let Some(mut gpu) = renderer() else { return };
     let (frame, mut cpu) = (cloud(), Renderer::default());
-    let light = |source| Light {
-        name: "".into(),
-        source,
-        color: Vec3::ONE,
-        intensity: 20.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    };
+    let light = |source| Light::new(source, 20.0);
     let sun = light(LightSource::Directional { direction: Vec3::new(0.3, -0.9, 0.2).normalize() });
     let lamp = light(LightSource::Point { position: Vec3::new(0.1, 0.2, 2.0) });
     for number in 0..3 {

@@ -112,7 +112,7 @@ fn frames_of_real_scenes_pass() {
 }
 
 fn light(source: LightSource) -> Light {
-    Light { name: "".into(), source, color: Vec3::ONE, intensity: 20.0, range: None, casts_shadow: true, radius: 0.0 }
+    Light::new(source, 20.0)
 }
 
 /// A floor of two triangles and one above it.

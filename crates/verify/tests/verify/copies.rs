@@ -27,15 +27,7 @@ fn mesh(copies: u32) -> TestMesh {
 
 fn frame(mesh: &TestMesh, lights: &[LightSource]) -> Frame {
     let mut frame = Frame::from_triangles(mesh.positions.clone(), mesh.indices.clone());
-    let light = |&source| Light {
-        name: "".into(),
-        source,
-        color: Vec3::ONE,
-        intensity: 9.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    };
+    let light = |&source| Light::new(source, 9.0);
     frame.lights = lights.iter().map(light).collect();
     frame
 }

@@ -3,9 +3,9 @@
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use umbrage::rays::{Camera, LightSource, Projection};
-use umbrage::scene::{Animated, Frame, Light, Material, Materials, Mesh, Scene};
+use umbrage::scene::{Animated, Frame, Light, LightShape, Material, Materials, Mesh, Scene};
 use umbrage::{Background, Error, Film, Renderer, Settings, Structure};
 
 /// Four corners in the plane z = `z`, white without any light.
@@ -87,7 +87,7 @@ fn what_is_in_focus_is_sharp() {
 }
 
 /// A floor at y = 0, seen from below a roof that is above all that is left of x = 0, at a height of one.
-fn under_a_roof(source: LightSource, radius: f32, settings: &Settings) -> Vec<f32> {
+fn under_a_roof(source: LightSource, shape: LightShape, settings: &Settings) -> Vec<f32> {
     let flat = |least: Vec2, most: Vec2, y: f32| {
         [[least.x, least.y], [most.x, least.y], [most.x, most.y], [least.x, most.y]].map(|[x, z]| Vec3::new(x, y, z))
     };
@@ -104,15 +104,7 @@ fn under_a_roof(source: LightSource, radius: f32, settings: &Settings) -> Vec<f3
     let rows = [false, true].map(|has_roof| {
         let quads = if has_roof { vec![floor, roof] } else { vec![floor] };
         let mut frame = frame(&quads, false);
-        frame.lights = vec![Light {
-            name: "".into(),
-            source,
-            color: Vec3::ONE,
-            intensity: 5.0,
-            range: None,
-            casts_shadow: true,
-            radius,
-        }];
+        frame.lights = vec![Light { shape, ..Light::new(source, 5.0) }];
         row(&render(&frame, &settings))
     });
     rows[0].iter().zip(&rows[1]).map(|(open, roofed)| roofed / open).collect()
@@ -124,17 +116,24 @@ fn penumbras_are_as_wide_as_the_formula_says() {
     // 16 rows are 0.16 units.
     let pixels_per_unit = 100.0;
     let lamp = LightSource::Point { position: Vec3::new(0.0, 6.0, 0.0) };
-    let lit = under_a_roof(lamp, 0.75, &settings);
+    let lit = under_a_roof(lamp, LightShape::Ball(0.75), &settings);
     // The edge is 5 below the light and 1 above the floor.
     expect_disk(&lit, 150.0, 0.75 / 5.0 * pixels_per_unit, "a lamp");
     let sun = LightSource::Directional { direction: Vec3::NEG_Y };
     for degrees in [2.0_f32, 15.0, 25.0] {
-        let lit = under_a_roof(sun, degrees, &settings);
+        let lit = under_a_roof(sun, LightShape::Ball(degrees), &settings);
         expect_disk(&lit, 150.0, degrees.to_radians().tan() * pixels_per_unit, &format!("a sun of {degrees} degrees"));
     }
+    // A panel's edge is a slope as wide as the panel.
+    let panel = LightShape::Rectangle { width: 1.5, height: 0.5 };
+    let source = LightSource::to_one_side(Vec3::new(0.0, 6.0, 0.0), Vec3::NEG_Y);
+    for (column, lit) in under_a_roof(source, panel, &settings).into_iter().enumerate() {
+        let expected = ((150.0 - (column as f32 + 0.5)) / (1.5 / 5.0 * pixels_per_unit) + 0.5).clamp(0.0, 1.0);
+        assert!((lit - expected).abs() < 0.02, "{column}: {lit} for {expected}");
+    }
     // A radius that all lights have is the same.
-    let of_all = under_a_roof(lamp, 0.0, &Settings { light_radius: 0.75, ..settings.clone() });
-    assert!(of_all == under_a_roof(lamp, 0.75, &settings));
+    let of_all = under_a_roof(lamp, LightShape::POINT, &Settings { light_radius: 0.75, ..settings.clone() });
+    assert!(of_all == under_a_roof(lamp, LightShape::Ball(0.75), &settings));
 }
 
 #[test]
@@ -142,24 +141,89 @@ fn large_lamps_are_as_bright_as_points() {
     let floor =
         [Vec3::new(-9.0, 0.0, -9.0), Vec3::new(-9.0, 0.0, 9.0), Vec3::new(9.0, 0.0, 9.0), Vec3::new(9.0, 0.0, -9.0)];
     let mut frame = frame(&[floor], false);
-    let light = Light {
-        name: "".into(),
-        source: LightSource::Point { position: Vec3::new(0.3, 2.0, 0.2) },
-        color: Vec3::ONE,
-        intensity: 3.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    };
+    let light = Light::new(LightSource::Point { position: Vec3::new(0.3, 2.0, 0.2) }, 3.0);
     let camera = Camera::look_at(Vec3::new(0.0, 4.0, 6.0), Vec3::ZERO, Vec3::Y, 0.7);
     let settings = Settings { width: 40, height: 30, camera: camera.into(), ..settings(1024) };
     let [small, large] = [0.0, 1.0].map(|radius| {
-        frame.lights = vec![Light { radius, ..light.clone() }];
+        frame.lights = vec![Light { shape: LightShape::Ball(radius), ..light.clone() }];
         render(&frame, &settings)
     });
     for (small, large) in small.color.iter().zip(&large.color).filter(|(small, _)| small.w == 1.0) {
         // The floor isn't perfectly diffuse: what it mirrors differs.
         assert!((large.x / small.x - 1.0).abs() < 0.03, "{large} for {small}");
+    }
+}
+
+/// Lambert's formula: the irradiance of a floor at `point`, below all corners of a polygon of radiance one that faces it.
+fn lamberts_irradiance(point: DVec3, corners: &[DVec3]) -> f64 {
+    let towards: Vec<DVec3> = corners.iter().map(|corner| (corner - point).normalize()).collect();
+    let edges = towards.iter().zip(towards.iter().cycle().skip(1));
+    let sum: f64 = edges.map(|(one, other)| one.angle_between(*other) * one.cross(*other).normalize().y).sum();
+    0.5 * sum.abs()
+}
+
+#[test]
+fn flat_lamps_are_as_bright_as_lamberts_formula_says() {
+    let floor = [-9.0, 9.0].map(|x| Vec3::new(x, 0.0, 0.0));
+    let along = Vec3::Z * 9.0;
+    let mut frame = frame(&[[floor[0] - along, floor[0] + along, floor[1] + along, floor[1] - along]], false);
+    // As bright from everywhere: nothing is mirrored.
+    Arc::make_mut(&mut frame.materials).materials[0].ior = 1.0;
+    let camera = Camera {
+        position: Vec3::Y,
+        right: Vec3::X,
+        up: Vec3::NEG_Z,
+        forward: Vec3::NEG_Y,
+        projection: Projection::Orthographic { half_height: 3.0 },
+        ..Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, 1.0)
+    };
+    let settings = Settings { width: 40, height: 30, camera: camera.into(), ..settings(1024) };
+    let position = Vec3::new(0.3, 2.0, 0.2);
+    for (direction, shape) in [
+        (Vec3::NEG_Y, LightShape::Rectangle { width: 2.0, height: 1.0 }),
+        (Vec3::new(0.6, -0.8, 0.0), LightShape::Rectangle { width: 2.0, height: 1.0 }),
+        (Vec3::new(0.0, -0.8, 0.6), LightShape::Rectangle { width: 0.0, height: 0.0 }),
+        (Vec3::new(0.6, -0.8, 0.0), LightShape::Disk(0.8)),
+    ] {
+        let light = Light { shape, ..Light::new(LightSource::to_one_side(position, direction), 3.0) };
+        frame.lights = vec![light];
+        let film = render(&frame, &settings);
+        let middle = position.as_dvec3();
+        // The width is level, along x where the light faces straight down.
+        let across = if direction == Vec3::NEG_Y { DVec3::X } else { direction.cross(Vec3::Y).normalize().as_dvec3() };
+        let up = across.cross(direction.as_dvec3());
+        let corner = |x: f64, y: f64| middle + across * x + up * y;
+        let (corners, area): (Vec<_>, f64) = match shape {
+            LightShape::Rectangle { width, height } => {
+                // A point is as bright as a small one.
+                let (x, y) = (0.5 * f64::from(width.max(1e-2)), 0.5 * f64::from(height.max(1e-2)));
+                (vec![corner(-x, -y), corner(x, -y), corner(x, y), corner(-x, y)], 4.0 * x * y)
+            }
+            LightShape::Disk(radius) | LightShape::Ball(radius) => {
+                let radius = f64::from(radius);
+                let angles = (0..256).map(|i| f64::from(i) / 256.0 * std::f64::consts::TAU);
+                let corners = angles.map(|a| corner(radius * a.cos(), radius * a.sin())).collect();
+                (corners, std::f64::consts::PI * radius * radius)
+            }
+        };
+        let (mut largest, mut dark) = (0.0_f64, 0);
+        for (pixel, color) in (0..40 * 30).zip(&film.color) {
+            let (x, z) = (f64::from(pixel % 40) + 0.5, f64::from(pixel / 40) + 0.5);
+            let point = DVec3::new((x - 20.0) * 0.2, 0.0, (z - 15.0) * 0.2);
+            let in_front = corners.iter().filter(|corner| (point - **corner).dot(direction.as_dvec3()) > 0.05).count();
+            let expected = lamberts_irradiance(point, &corners) * 3.0 / area / std::f64::consts::PI;
+            if in_front == corners.len() {
+                largest = largest.max((f64::from(color.x) - expected).abs() / expected.max(0.01));
+            } else if corners.iter().all(|corner| (point - *corner).dot(direction.as_dvec3()) < -0.2) {
+                assert_eq!(color.truncate(), Vec3::ZERO, "behind {shape:?} at {point}");
+                dark += 1;
+            }
+        }
+        println!("{shape:?} that faces {direction}: off by {largest} at most, {dark} pixels are behind it");
+        assert!(
+            largest < 0.01 && (dark > 10) == (direction.x > 0.0 || direction.z > 0.0),
+            "{shape:?}: {largest}, {dark}"
+        );
     }
 }
 

@@ -170,12 +170,7 @@ fn a_ground_that_only_catches_shadows_shows_the_background_where_it_is_lit() {
     let mut frame = frame(&[(9.0, -1.0, ground), (-0.5, 0.0, unlit(AMBER))]);
     frame.lights.push(Light {
         name: "sun".into(),
-        source: LightSource::Directional { direction: Vec3::new(0.5, 0.0, -1.0) },
-        color: Vec3::ONE,
-        intensity: 3.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
+        ..Light::new(LightSource::Directional { direction: Vec3::new(0.5, 0.0, -1.0) }, 3.0)
     });
     for bounces in [0, 1] {
         let settings = Settings { bounces, ..settings(Background::Color(linear(BLUE))) };

@@ -307,9 +307,7 @@ fn stained_glass_colors_the_light_behind_it() {
         }
         let mut frame = maker.frame(vec![glass(1.5, stain), Material::clay()]);
         let source = LightSource::Point { position: Vec3::new(0.0, 5.0, 0.0) };
-        let (name, color) = ("lamp".into(), Vec3::ONE);
-        frame.lights =
-            vec![Light { name, source, color, intensity: 40.0, range: None, casts_shadow: true, radius: 0.0 }];
+        frame.lights = vec![Light::new(source, 40.0)];
         let camera = Camera::look_at(Vec3::new(0.1, 2.5, 0.0), Vec3::ZERO, Vec3::Z, 1.0);
         let settings = settings(camera, Vec3::ZERO, bounces);
         let view = View { camera, width: settings.width, height: settings.height };

@@ -34,15 +34,9 @@ impl Animated for Square {
         }
         frame.mesh = Arc::new(mesh);
         frame.materials = Arc::new(Materials { materials, textures: Vec::new() });
-        frame.lights.push(Light {
-            name: "sun".into(),
-            source: LightSource::Directional { direction: Vec3::NEG_Y },
-            color: Vec3::ONE,
-            intensity: 2.0,
-            range: None,
-            casts_shadow: true,
-            radius: 0.0,
-        });
+        frame
+            .lights
+            .push(Light { name: "sun".into(), ..Light::new(LightSource::Directional { direction: Vec3::NEG_Y }, 2.0) });
         Ok(())
     }
 }

@@ -40,15 +40,7 @@ fn frame(case: &Case) -> Frame {
     let material_of_triangle = (0..case.mesh.indices.len() as u32).map(|id| case.sides.has_back(id).into());
     frame.mesh = Arc::new(Mesh { material_of_triangle: material_of_triangle.collect(), ..(*frame.mesh).clone() });
     frame.materials = Arc::new(Materials { materials: vec![black, white], ..Materials::default() });
-    let light = |&source| Light {
-        name: "".into(),
-        source,
-        color: Vec3::ONE,
-        intensity: 9.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    };
+    let light = |&source| Light::new(source, 9.0);
     frame.lights = case.lights.iter().map(light).collect();
     frame
 }

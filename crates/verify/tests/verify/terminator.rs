@@ -49,15 +49,8 @@ fn scene(behind: Option<Material>) -> Frame {
     let clay = Material::clay();
     let behind = behind.unwrap_or_else(|| clay.clone());
     frame.materials = Arc::new(Materials { materials: vec![clay, behind], textures: Vec::new() });
-    frame.lights = vec![Light {
-        name: "sun".into(),
-        source: LightSource::Directional { direction: -towards_sun() },
-        color: Vec3::ONE,
-        intensity: 3.0,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    }];
+    frame.lights =
+        vec![Light { name: "sun".into(), ..Light::new(LightSource::Directional { direction: -towards_sun() }, 3.0) }];
     frame
 }
 

@@ -24,8 +24,7 @@ fn flying(seconds: f64) -> ([Vec3; 3], Camera) {
 }
 
 fn lamp(name: &str, source: LightSource) -> Light {
-    let (color, intensity, range, radius) = (Vec3::ONE, 30.0, None, 0.0);
-    Light { name: name.into(), source, color, intensity, range, casts_shadow: true, radius }
+    Light { name: name.into(), ..Light::new(source, 30.0) }
 }
 
 impl Animated for Flight {

@@ -48,15 +48,7 @@ fn panels(materials: Vec<Material>, textures: Vec<Texture>, columns: usize) -> F
 }
 
 fn light(source: LightSource, intensity: f32) -> Light {
-    Light {
-        name: "".into(),
-        source,
-        color: Vec3::new(1.0, 0.9, 0.7),
-        intensity,
-        range: None,
-        casts_shadow: true,
-        radius: 0.0,
-    }
+    Light { color: Vec3::new(1.0, 0.9, 0.7), ..Light::new(source, intensity) }
 }
 
 /// Soft random texels.

@@ -59,13 +59,8 @@ fn direction(cosine: f64, turn_degrees: f64) -> DVec3 {
 /// Light from a direction, of so much irradiance where a surface faces it.
 fn sun(from: DVec3, intensity: f64) -> Light {
     Light {
-        name: "".into(),
-        source: LightSource::Directional { direction: (-from).as_vec3() },
-        color: Vec3::ONE,
-        intensity: intensity as f32,
-        range: None,
         casts_shadow: false,
-        radius: 0.0,
+        ..Light::new(LightSource::Directional { direction: (-from).as_vec3() }, intensity as f32)
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use anyhow::{Result, ensure};
 use glam::{Quat, Vec2, Vec3};
 use umbrage::rays::{Camera, Choice as _, LightSource, Projection};
-use umbrage::scene::{Alpha, Frame, Light, TextureUse};
+use umbrage::scene::{Alpha, Frame, Light, LightShape, TextureUse};
 use umbrage::{Background, CameraChoice, Renderer, Scene, Settings, Sides, Structure, WorkCounts};
 use umbrage_verify::{Random, TestMesh};
 
@@ -94,15 +94,20 @@ impl Dice<'_> {
             _ => LightSource::Spot { position, direction, inner_radians, outer_radians: 2.0 * inner_radians },
         };
         let (range, casts_shadow) = (self.one_in(3).then(|| 5.0 * self.number().abs()), !self.one_in(4));
-        Light {
-            name: "".into(),
-            source,
-            color: self.vector(),
-            intensity: 10.0 * self.number(),
-            range,
-            casts_shadow,
-            radius: 0.0,
+        Light { color: self.vector(), range, casts_shadow, ..Light::new(source, 10.0 * self.number()) }
+    }
+
+    fn wide_light(&mut self) -> Light {
+        let mut light = self.light();
+        light.shape = match self.random.below(3) {
+            0 => LightShape::Ball(self.number()),
+            1 => LightShape::Disk(self.number()),
+            _ => LightShape::Rectangle { width: self.number(), height: self.number() },
+        };
+        if light.shape.is_flat() && !self.one_in(4) {
+            light.source = LightSource::to_one_side(self.vector() * 3.0, self.vector());
         }
+        light
     }
 
     fn camera(&mut self) -> Camera {
@@ -162,7 +167,7 @@ impl Dice<'_> {
             22 => settings.exposure_stops = self.number(),
             23 => (settings.samples, settings.aperture) = (2, self.number()),
             24 => (settings.samples, settings.light_radius) = (2, self.number().abs()),
-            25 => settings.lights = Some(vec![Light { radius: self.number(), ..self.light() }]),
+            25 => settings.lights = Some(vec![self.wide_light()]),
             _ => settings.camera = CameraChoice::Scene(self.index(2) as usize),
         }
     }
