@@ -5,8 +5,9 @@ use umbrage_scene::Light;
 
 use super::caught::Caught;
 use super::shade::Shading;
+use crate::shade::gloss::Gloss;
 use crate::shade::lanes::{BRIGHTEST, Each, Vectors};
-use crate::shade::{BlockHits, BlockRays, Gloss, SeenReflectance, Surface, arriving};
+use crate::shade::{BlockHits, BlockRays, SeenReflectance, Surface, arriving};
 
 /// What sixteen rays meet.
 pub(super) struct Met<S: Simd> {
@@ -61,13 +62,14 @@ impl<S: Simd> Met<S> {
             glass = lanes & surface.volume & surface.transmitted.is_something().to_bitmask() as u16;
             // A bent normal may mirror rays into the triangle.
             let is_outside = surface.geometric_normal.dot(leads).simd_gt(0.0);
-            let is_seen = mirrored_through.largest().simd_gt(shading.follows.least);
+            let mut is_seen = mirrored_through.largest().simd_gt(shading.follows.least);
             let mut is_followed = is_mirror & is_outside;
             if shading.follows.gloss {
-                is_followed |= match &surface.layers {
-                    Some(layers) => !is_mirror & !layers.shaped,
-                    None => !is_mirror,
-                };
+                is_followed |= is_outside | !is_mirror;
+                if let Some(layers) = &surface.layers {
+                    let of_coat = through.scaled(surface.opacity * layers.coat_albedo(simd));
+                    is_seen |= of_coat.largest().simd_gt(shading.follows.least);
+                }
             }
             mirrors = (is_followed & is_seen).to_bitmask() as u16 & lanes & !glass;
         }
@@ -173,10 +175,10 @@ impl<S: Simd> Met<S> {
     #[inline(always)]
     pub(super) fn ways(
         &self,
+        simd: S,
         rays: &BlockRays<S>,
         hits: &BlockHits<S>,
-        through: Vectors<S>,
-        passing: Vectors<S>,
+        [through, passing]: [Vectors<S>; 2],
         has_gloss: bool,
     ) -> Ways {
         let Self { surface, mirrors, glass, .. } = self;
@@ -188,7 +190,7 @@ impl<S: Simd> Met<S> {
             behind,
             volume,
             front,
-            is_smooth: surface.reflectance.is_mirror().to_bitmask() as u16 | self.coat_mirrors,
+            is_smooth: surface.reflectance.is_mirror().to_bitmask() as u16,
             mirrored: self.leads.store(),
             mirrored_through: self.mirrored_through.store(),
             passing: passing.store(),
@@ -197,7 +199,7 @@ impl<S: Simd> Met<S> {
             normal: surface.normal.store(),
             geometric_normal: surface.geometric_normal.store(),
             travelled: (rays.travelled + hits.depth).into(),
-            gloss: has_gloss.then(|| self.seen.gloss()),
+            gloss: has_gloss.then(|| self.seen.gloss(simd, surface.layers.as_ref())),
         }
     }
 }

@@ -13,9 +13,8 @@ use super::met::Ways;
 use super::shade::{Shading, Strip};
 use super::stops;
 use crate::points::pair_of_pixel;
-use crate::shade::Gloss;
 use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
-use crate::shade::gloss::{scattered, unshadowed, unshadowed_behind, visible_normal};
+use crate::shade::gloss::{Facets, Gloss, scattered};
 use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put, vector_of};
 
 /// How many surfaces one behind the other are seen through.
@@ -245,14 +244,8 @@ impl Shading<'_> {
             let (bit, media) = (1 << lane, meeting.path.media);
             if ways.mirrors & bit != 0 {
                 match &ways.gloss {
-                    Some(gloss) if ways.is_smooth & bit == 0 => {
-                        queue.extend(mirrored_roughly(&meeting, lane, ways, gloss));
-                    }
-                    _ => {
-                        let direction = vector_of(lane, &ways.mirrored).as_dvec3();
-                        let through = vector_of(lane, &ways.mirrored_through);
-                        queue.push(meeting.towards(direction, through, media, ways.travelled[lane]));
-                    }
+                    Some(gloss) => queue.extend(mirrored_by_one(&meeting, lane, ways, gloss)),
+                    None => queue.push(mirrored(&meeting, lane, ways, 1.0)),
                 }
             }
             let across = || {
@@ -282,14 +275,13 @@ impl Shading<'_> {
             [&ways.normal, &ways.geometric_normal].map(|normal| vector_of(lane, normal).as_dvec3().normalize());
         let direction = ray.direction.normalize();
         let is_smooth = ways.is_smooth >> lane & 1 == 1;
-        let roughness = ways.gloss.as_ref().filter(|_| !is_smooth).map(|gloss| f64::from(gloss.alpha[lane]));
-        let (shading_normal, mut normal) = (normal, normal);
-        if let Some(alpha) = roughness {
-            normal = visible_normal(-direction, shading_normal, alpha, path.point(Path::FACET));
-            meeting.path.blur = path.blur.max(alpha as f32);
+        let facets = ways.gloss.as_ref().filter(|_| !is_smooth).map(|gloss| gloss.facets(lane, normal));
+        let mut normal = normal;
+        if let Some(facets) = &facets {
+            normal = facets.visible(-direction, path.point(Path::FACET));
+            meeting.path.blur = path.blur.max(facets.mean_width() as f32);
         }
-        let unshadowed =
-            |to: DVec3| roughness.map_or(1.0, |alpha| unshadowed_behind(alpha, to.dot(shading_normal).abs()) as f32);
+        let unshadowed = |to: DVec3| facets.map_or(1.0, |facets| facets.unshadowed_behind(to) as f32);
         let cosine = (-direction.dot(normal)).clamp(0.0, 1.0);
         let through = vector_of(lane, &ways.surface_through);
         let transmitted = vector_of(lane, &ways.transmitted);
@@ -314,7 +306,7 @@ impl Shading<'_> {
                 }
             }
         }
-        if (is_smooth || roughness.is_some()) && mirrored.max_element() > self.follows.least {
+        if (is_smooth || facets.is_some()) && mirrored.max_element() > self.follows.least {
             let direction = direction + normal * (2.0 * cosine);
             if direction.dot(geometric_normal) > 0.0 {
                 let mirrored = mirrored * unshadowed(direction);
@@ -324,20 +316,75 @@ impl Shading<'_> {
     }
 }
 
-/// The ray that one of the small mirrors sends on that a rough surface is made of; `None` where it would go into the surface.
-fn mirrored_roughly(meeting: &Meeting, lane: usize, ways: &Ways, gloss: &Gloss) -> Option<Onward> {
-    let [normal, geometric_normal] =
-        [&ways.normal, &ways.geometric_normal].map(|normal| vector_of(lane, normal).as_dvec3().normalize());
-    let (view, alpha) = (-meeting.ray.direction.normalize(), f64::from(gloss.alpha[lane]));
-    let facet = visible_normal(view, normal, alpha, meeting.path.point(Path::FACET));
+/// The ray that a mirror sends on, of those of which such a share is sent.
+fn mirrored(meeting: &Meeting, lane: usize, ways: &Ways, share: f64) -> Onward {
+    let direction = vector_of(lane, &ways.mirrored).as_dvec3();
+    let through = vector_of(lane, &ways.mirrored_through) / share as f32;
+    meeting.towards(direction, through, meeting.path.media, ways.travelled[lane])
+}
+
+/// The ray that goes on from the coat of a surface or from what is below it, as often as they mirror much; `None` where it
+/// would go into the surface.
+fn mirrored_by_one(meeting: &Meeting, lane: usize, ways: &Ways, gloss: &Gloss) -> Option<Onward> {
+    let is_smooth = ways.is_smooth >> lane & 1 == 1;
+    let coat = gloss.coat(lane);
+    let mut point = meeting.path.point(Path::FACET);
+    let mut share = 1.0;
+    // Where both are mirrors, both are seen in one.
+    if let Some(coat) = coat.filter(|coat| !(is_smooth && coat.is_mirror)) {
+        let is_of_coat = point.x < coat.share;
+        // What is left of the number is as evenly spread.
+        (point.x, share) = if is_of_coat {
+            (point.x / coat.share, coat.share)
+        } else {
+            ((point.x - coat.share) / (1.0 - coat.share), 1.0 - coat.share)
+        };
+        if is_of_coat && !coat.is_mirror {
+            // Its bumps may face away, and mirror as much then.
+            let faces = meeting.ray.direction.dot(coat.normal) <= 0.0;
+            let normal = if faces { coat.normal } else { -coat.normal };
+            let facets = Facets::round(normal, coat.alpha.into());
+            let reflected = |_: f32| Vec3::splat(coat.part / share as f32);
+            return mirrored_roughly(meeting, lane, ways, (facets, normal), point, reflected);
+        }
+        if is_of_coat {
+            return Some(mirrored(meeting, lane, ways, share));
+        }
+    }
+    if is_smooth {
+        return Some(mirrored(meeting, lane, ways, share));
+    }
+    let normal = vector_of(lane, &ways.normal).as_dvec3().normalize();
+    let reflected = |cosine: f32| gloss.reflected(lane, cosine) / share as f32;
+    mirrored_roughly(meeting, lane, ways, (gloss.facets(lane, normal), normal), point, reflected)
+}
+
+/// The ray that one of the small mirrors sends on that a rough surface with such a normal is made of, of which each reflects so
+/// much; `None` where it would go into that surface.
+fn mirrored_roughly(
+    meeting: &Meeting,
+    lane: usize,
+    ways: &Ways,
+    (facets, normal): (Facets, DVec3),
+    point: DVec2,
+    reflected: impl Fn(f32) -> Vec3,
+) -> Option<Onward> {
+    let view = -meeting.ray.direction.normalize();
+    let facet = facets.visible(view, point);
     let cosine = view.dot(facet);
-    let direction = facet * (2.0 * cosine) - view;
-    if direction.dot(normal) <= 0.0 || direction.dot(geometric_normal) <= 0.0 {
+    let mut direction = facet * (2.0 * cosine) - view;
+    if direction.dot(normal) <= 0.0 {
         return None;
     }
-    let kept = unshadowed(alpha, view.dot(normal).max(1e-4), direction.dot(normal)) as f32;
-    let through = vector_of(lane, &ways.surface_through) * gloss.reflected(lane, cosine as f32) * kept;
+    let kept = facets.unshadowed(view, direction) as f32;
+    let geometric_normal = vector_of(lane, &ways.geometric_normal).as_dvec3().normalize();
+    let height = direction.dot(geometric_normal);
+    if height <= 0.0 {
+        // A bent normal mirrors it into the triangle: what is above stands for that, or rims would be black.
+        direction -= geometric_normal * (2.0 * height);
+    }
+    let through = vector_of(lane, &ways.surface_through) * reflected(cosine as f32) * kept;
     let mut onward = meeting.towards(direction, through, meeting.path.media, ways.travelled[lane]);
-    onward.path.blur = onward.path.blur.max(gloss.alpha[lane]);
+    onward.path.blur = onward.path.blur.max(facets.mean_width() as f32);
     Some(onward)
 }

@@ -174,7 +174,11 @@ impl Shading<'_> {
         let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]);
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing, self.follows.gloss), &mut queue.next);
+            self.go_on(
+                &meeting,
+                &met.ways(simd, &rays, &hits, [through, passing], self.follows.gloss),
+                &mut queue.next,
+            );
         }
         if self.around_light() == AroundLight::Near {
             self.look_around_from(simd, &met, through, f32x16::splat(simd, 1.0), &meeting, &mut queue.shadows);
@@ -250,7 +254,7 @@ impl Shading<'_> {
         }
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            self.go_on(&meeting, &met.ways(&rays, &hits, through, passing, self.follows.gloss), queue);
+            self.go_on(&meeting, &met.ways(simd, &rays, &hits, [through, passing], self.follows.gloss), queue);
         }
         if self.around_light() == AroundLight::Near {
             self.look_around_from(simd, &met, through, is_straight, &meeting, shadows);
@@ -379,9 +383,12 @@ impl Shading<'_> {
         }
         let mut surrounding = self.surroundings.blurred(simd, from, roughness);
         let is_mirror = surface.reflectance.is_mirror().to_bitmask() as u16;
-        // A coat that is followed leaves what is below it to the surroundings, unless that is a mirror too.
-        let followed = met.mirrors & (is_mirror | !met.coat_mirrors);
-        let followed = followed | if self.follows.gloss { met.glass } else { met.glass & is_mirror };
+        let (followed, coats_followed) = if self.follows.gloss {
+            (met.mirrors | met.glass, met.mirrors)
+        } else {
+            // A coat that is a mirror leaves what is below it to the surroundings, unless that is a mirror too.
+            (met.mirrors & (is_mirror | !met.coat_mirrors) | met.glass & is_mirror, met.coat_mirrors)
+        };
         if followed != 0 {
             surrounding = Vectors::select(mask32x16::from_bitmask(simd, followed.into()), nothing, surrounding);
         }
@@ -389,7 +396,7 @@ impl Shading<'_> {
         let irradiance = if is_even { self.surroundings.irradiance(simd, surface.normal) } else { nothing };
         let (mut ambient, mut emitted) = (seen.ambient(irradiance, surrounding), surface.emitted);
         if let Some(layers) = &surface.layers {
-            ambient += layers.ambient(simd, self.surroundings, irradiance, met.coat_mirrors);
+            ambient += layers.ambient(simd, self.surroundings, irradiance, coats_followed);
             emitted = layers.emitted(emitted);
         }
         if met.is_inside() != 0 {

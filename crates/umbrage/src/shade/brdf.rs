@@ -4,7 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
-use super::lanes::{Each, Vectors, vector_of};
+use super::gloss::Gloss;
+use super::lanes::Vectors;
 use super::layer_paint::LayerPaint;
 use super::layers::Layers;
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
@@ -43,26 +44,6 @@ pub(crate) struct SeenReflectance<S: Simd> {
     scattered_again: Vectors<S>,
     /// GGX width of highlights.
     highlight: f32x16<S>,
-}
-
-/// How surfaces mirror, lane by lane.
-pub(crate) struct Gloss {
-    /// GGX width.
-    pub(crate) alpha: Each<f32>,
-    /// Specular reflectance at normal incidence.
-    pub(crate) f0: [Each<f32>; 3],
-    /// What light that bounces several times between microfacets adds, as a factor.
-    pub(crate) scattered_again: [Each<f32>; 3],
-}
-
-impl Gloss {
-    /// How much of light a small mirror of a lane reflects that it meets with such a cosine.
-    pub(crate) fn reflected(&self, lane: usize, cosine: f32) -> Vec3 {
-        let f0 = vector_of(lane, &self.f0);
-        let missing = (1.0 - cosine).clamp(0.0, 1.0);
-        let schlick = missing * missing * missing * missing * missing;
-        (f0 + (Vec3::ONE - f0) * schlick) * vector_of(lane, &self.scattered_again)
-    }
 }
 
 /// Below this perceptual roughness a point light's highlight is narrower than a pixel and flickers.
@@ -239,11 +220,16 @@ impl<S: Simd> SeenReflectance<S> {
         self.highlight = self.highlight.max(alpha);
     }
 
-    /// How it mirrors, lane by lane.
+    /// How it mirrors, lane by lane, with its layers if it has any.
     #[inline(always)]
-    pub(crate) fn gloss(&self) -> Gloss {
-        let Reflectance { alpha, f0, .. } = self.reflectance;
-        Gloss { alpha: alpha.into(), f0: f0.store(), scattered_again: self.scattered_again.store() }
+    pub(crate) fn gloss(&self, simd: S, layers: Option<&Layers<S>>) -> Gloss {
+        let Reflectance { alpha, f0, f90, .. } = self.reflectance;
+        Gloss {
+            alpha: alpha.into(),
+            f0: f0.store(),
+            scattered_again: self.scattered_again.store(),
+            layers: layers.map(|layers| Box::new(layers.gloss(simd, f90, self.specular.largest()))),
+        }
     }
 
     /// Reflected radiance of the diffuse layer for each unit of irradiance.
@@ -285,7 +271,7 @@ mod tests {
     use fearless_simd::{Level, dispatch};
 
     use super::*;
-    use crate::shade::lanes::{LANES, put};
+    use crate::shade::lanes::{Each, LANES, put, vector_of};
 
     #[derive(Clone, Copy)]
     struct Material {

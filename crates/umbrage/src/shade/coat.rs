@@ -1,10 +1,10 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 use umbrage_scene::Clearcoat;
 
 use super::brdf::{SMOOTHEST, distribution};
-use super::lanes::Vectors;
+use super::lanes::{Each, Vectors};
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
 /// A clear lacquer as it is seen from one side: `KHR_materials_clearcoat`, which has Fresnel's term of its smooth normal rather
@@ -47,6 +47,18 @@ impl<S: Simd> Coat<S> {
     #[inline(always)]
     pub(super) fn reflection(&self) -> (Vectors<S>, f32x16<S>) {
         (self.normal.scaled(2.0 * self.view.dot(self.normal)) - self.view, self.roughness)
+    }
+
+    /// Where it is so smooth that what is around is seen in it sharply.
+    #[inline(always)]
+    pub(super) fn is_mirror(&self, simd: S) -> mask32x16<S> {
+        self.roughness.simd_le(SMOOTHEST) & self.part.simd_gt(f32x16::splat(simd, 0.0))
+    }
+
+    /// How much it mirrors, its unit normal and its GGX width, lane by lane.
+    #[inline(always)]
+    pub(super) fn store(&self) -> (Each<f32>, [Each<f32>; 3], Each<f32>) {
+        (self.part.into(), self.normal.store(), self.a2.sqrt().into())
     }
 
     /// How much of what is there it shows.

@@ -3,7 +3,7 @@ use std::f32::consts::PI;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
-use super::lanes::{Vector, Vectors};
+use super::lanes::{Each, Vector, Vectors};
 use super::specular_albedo::fifth_power;
 use super::transcendental::{cosine, exp};
 
@@ -58,6 +58,12 @@ impl<S: Simd> Film<S> {
             sum += amplitude * rec709_from_xyz(answer).scaled(f32x16::splat(simd, 2.0));
         }
         Self { part, reflected: sum.at_least_zero().at_most_one() }
+    }
+
+    /// Both, lane by lane.
+    #[inline(always)]
+    pub(super) fn store(&self) -> (Each<f32>, [Each<f32>; 3]) {
+        (self.part.into(), self.reflected.store())
     }
 
     /// What would be mirrored without the film, and what it makes of it.

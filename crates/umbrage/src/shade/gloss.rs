@@ -2,38 +2,165 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
-/// Draws the normal of a small mirror, as often as such mirrors are seen: Dupuy and Benyoub, *Sampling Visible GGX Normals with
-/// Spherical Caps*, 2023. `view` and `normal` are of unit length, on one side of the surface; `point` is in the unit square.
-pub(crate) fn visible_normal(view: DVec3, normal: DVec3, alpha: f64, point: DVec2) -> DVec3 {
-    let (right, up) = normal.any_orthonormal_pair();
-    let seen = DVec3::new(view.dot(right), view.dot(up), view.dot(normal).max(0.0));
-    let stretched = (seen * DVec3::new(alpha, alpha, 1.0)).normalize();
-    let height = (1.0 - point.y) * (1.0 + stretched.z) - stretched.z;
-    let (sine, cosine) = libm::sincos(TAU * point.x);
-    let radius = (1.0 - height * height).max(0.0).sqrt();
-    let half = DVec3::new(radius * cosine, radius * sine, height) + stretched;
-    let facet = (half * DVec3::new(alpha, alpha, 1.0)).normalize_or(DVec3::Z);
-    right * facet.x + up * facet.y + normal * facet.z
+use super::lanes::{Each, vector_of};
+
+/// How surfaces mirror, lane by lane.
+pub(crate) struct Gloss {
+    /// GGX width.
+    pub(super) alpha: Each<f32>,
+    /// Specular reflectance at normal incidence.
+    pub(super) f0: [Each<f32>; 3],
+    /// What light that bounces several times between microfacets adds, as a factor.
+    pub(super) scattered_again: [Each<f32>; 3],
+    pub(super) layers: Option<Box<GlossyLayers>>,
 }
 
-/// How much of what leaves small mirrors that are seen isn't kept back by others: Smith's shadowing for correlated heights, of
-/// light and view with such cosines to the normal.
-pub(crate) fn unshadowed(alpha: f64, view_cosine: f64, light_cosine: f64) -> f64 {
-    let [view, light] = [view_cosine, light_cosine].map(|cosine| hidden(alpha, cosine));
-    (1.0 + view) / (1.0 + view + light)
+/// What layers make of it; in lanes without one, nothing.
+pub(crate) struct GlossyLayers {
+    /// Specular reflectance at grazing angles, which is one without layers.
+    pub(super) f90: Each<f32>,
+    /// How much of light from everywhere is mirrored below a coat, in the brightest colour.
+    pub(super) albedo: Each<f32>,
+    /// How much of what is mirrored a film colours, and what that mirrors.
+    pub(super) film_part: Each<f32>,
+    pub(super) film_reflected: [Each<f32>; 3],
+    /// The lanes whose highlights are stretched, the direction of that, and GGX widths in it and across.
+    pub(super) grooves: u16,
+    pub(super) along: [Each<f32>; 3],
+    pub(super) widths: [Each<f32>; 2],
+    /// Unit normals of coats, their GGX widths, the lanes in which they are mirrors, and how much they mirror.
+    pub(super) coat_normal: [Each<f32>; 3],
+    pub(super) coat_alpha: Each<f32>,
+    pub(super) coat_mirrors: u16,
+    pub(super) coat_part: Each<f32>,
 }
 
-/// The same of light that goes through small facets of glass, where either side hides by itself.
-pub(crate) fn unshadowed_behind(alpha: f64, light_cosine: f64) -> f64 {
-    1.0 / (1.0 + hidden(alpha, light_cosine))
+/// A coat that a ray meets.
+pub(crate) struct GlossyCoat {
+    pub(crate) normal: DVec3,
+    pub(crate) alpha: f32,
+    pub(crate) is_mirror: bool,
+    /// How much it mirrors.
+    pub(crate) part: f32,
+    /// How many of the rays that go on do so from it, rather than from what is below.
+    pub(crate) share: f64,
 }
 
-/// Smith's Λ of GGX.
-fn hidden(alpha: f64, cosine: f64) -> f64 {
-    let squared = (cosine * cosine).clamp(1e-12, 1.0);
-    0.5 * ((1.0 + alpha * alpha * (1.0 - squared) / squared).sqrt() - 1.0)
+impl Gloss {
+    /// How much of light a small mirror of a lane reflects that it meets with such a cosine.
+    pub(crate) fn reflected(&self, lane: usize, cosine: f32) -> Vec3 {
+        let f0 = vector_of(lane, &self.f0);
+        let missing = (1.0 - cosine).clamp(0.0, 1.0);
+        let schlick = missing * missing * missing * missing * missing;
+        let reflected = match &self.layers {
+            Some(layers) => (f0 + (Vec3::splat(layers.f90[lane]) - f0) * schlick)
+                .lerp(vector_of(lane, &layers.film_reflected), layers.film_part[lane]),
+            None => f0 + (Vec3::ONE - f0) * schlick,
+        };
+        reflected * vector_of(lane, &self.scattered_again)
+    }
+
+    /// The small mirrors of a lane with such a unit normal.
+    pub(crate) fn facets(&self, lane: usize, normal: DVec3) -> Facets {
+        let alpha = f64::from(self.alpha[lane]);
+        let Some(layers) = self.layers.as_ref().filter(|layers| layers.grooves >> lane & 1 == 1) else {
+            return Facets::round(normal, alpha);
+        };
+        let along = vector_of(lane, &layers.along).as_dvec3();
+        match (along - normal * along.dot(normal)).try_normalize() {
+            Some(along) => {
+                Facets::stretched(normal, along, DVec2::from(layers.widths.map(|widths| f64::from(widths[lane]))))
+            }
+            None => Facets::round(normal, alpha),
+        }
+    }
+
+    /// The coat of a lane, where it has one.
+    pub(crate) fn coat(&self, lane: usize) -> Option<GlossyCoat> {
+        let layers = self.layers.as_ref().filter(|layers| layers.coat_part[lane] > 0.0)?;
+        let part = layers.coat_part[lane];
+        Some(GlossyCoat {
+            normal: vector_of(lane, &layers.coat_normal).as_dvec3().normalize(),
+            alpha: layers.coat_alpha[lane],
+            is_mirror: layers.coat_mirrors >> lane & 1 == 1,
+            part,
+            share: (part / (part + layers.albedo[lane])).into(),
+        })
+    }
+}
+
+/// The small mirrors that a rough surface is made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facets {
+    /// Unit vectors along the surface, and its normal.
+    axes: [DVec3; 3],
+    /// GGX widths along the first two.
+    widths: DVec2,
+}
+
+impl Facets {
+    /// Equally wide all around a unit normal.
+    pub(crate) fn round(normal: DVec3, alpha: f64) -> Self {
+        let (right, up) = normal.any_orthonormal_pair();
+        Self { axes: [right, up, normal], widths: DVec2::splat(alpha) }
+    }
+
+    /// With other widths in a unit direction at a right angle to the normal than across it.
+    pub(crate) fn stretched(normal: DVec3, along: DVec3, widths: DVec2) -> Self {
+        Self { axes: [along, normal.cross(along), normal], widths }
+    }
+
+    /// The width of a round surface whose facets are as many.
+    pub(crate) fn mean_width(&self) -> f64 {
+        (self.widths.x * self.widths.y).sqrt()
+    }
+
+    /// Draws the normal of one, as often as such mirrors are seen: Dupuy and Benyoub, *Sampling Visible GGX Normals with
+    /// Spherical Caps*, 2023. `view` is of unit length, on the side of the normal; `point` is in the unit square.
+    pub(crate) fn visible(&self, view: DVec3, point: DVec2) -> DVec3 {
+        let scale = self.widths.extend(1.0);
+        let seen = self.inside(view);
+        let stretched = (seen.with_z(seen.z.max(0.0)) * scale).normalize();
+        let height = (1.0 - point.y) * (1.0 + stretched.z) - stretched.z;
+        let (sine, cosine) = libm::sincos(TAU * point.x);
+        let radius = (1.0 - height * height).max(0.0).sqrt();
+        let half = DVec3::new(radius * cosine, radius * sine, height) + stretched;
+        let facet = (half * scale).normalize_or(DVec3::Z);
+        let [along, across, normal] = self.axes;
+        along * facet.x + across * facet.y + normal * facet.z
+    }
+
+    /// How much of what leaves facets that are seen isn't kept back by others: Smith's shadowing for correlated heights, of
+    /// unit directions towards the view and the light.
+    pub(crate) fn unshadowed(&self, view: DVec3, light: DVec3) -> f64 {
+        let [view, light] = [view, light].map(|way| self.hidden(way));
+        (1.0 + view) / (1.0 + view + light)
+    }
+
+    /// The same of light that goes through facets of glass, where either side hides by itself.
+    pub(crate) fn unshadowed_behind(&self, light: DVec3) -> f64 {
+        1.0 / (1.0 + self.hidden(light))
+    }
+
+    /// Smith's Λ of GGX.
+    fn hidden(&self, way: DVec3) -> f64 {
+        let cosine = way.dot(self.axes[2]);
+        let squared = (cosine * cosine).clamp(1e-12, 1.0);
+        let across = if self.widths.x == self.widths.y {
+            self.widths.x * self.widths.x * (1.0 - squared)
+        } else {
+            let DVec3 { x, y, .. } = self.inside(way) * self.widths.extend(1.0);
+            x * x + y * y
+        };
+        0.5 * ((1.0 + across / squared).sqrt() - 1.0)
+    }
+
+    /// A direction in terms of the axes.
+    fn inside(&self, way: DVec3) -> DVec3 {
+        self.axes.map(|axis| way.dot(axis)).into()
+    }
 }
 
 /// A unit direction around a normal, as often as light from there is scattered by a rough surface: evenly in the disk below.
@@ -55,11 +182,12 @@ mod tests {
         for alpha in [0.05, 0.3, 1.0] {
             for cosine in [0.1_f64, 0.5, 1.0] {
                 let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-                let normals = (0..4096).map(|number| visible_normal(view, DVec3::Z, alpha, pair(number, 0)));
+                let facets = Facets::round(DVec3::Z, alpha);
+                let normals = (0..4096).map(|number| facets.visible(view, pair(number, 0)));
                 // With the density ⟨view, facet⟩ D(facet) / (cosine (1 + Λ)) the mean of z / ⟨view, facet⟩ is that of D's own
                 // projected area, which is 1, over cosine (1 + Λ), less what faces away.
                 let mean = normals.map(|facet| facet.z / view.dot(facet)).sum::<f64>() / 4096.0;
-                let part = mean * (1.0 + hidden(alpha, cosine)) * cosine;
+                let part = mean * (1.0 + facets.hidden(view)) * cosine;
                 assert!(part < 1.02 && part > 0.5, "{alpha}, {cosine}: {part}");
             }
         }

@@ -3,7 +3,7 @@ use std::f32::consts::PI;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use super::lanes::Vectors;
+use super::lanes::{Each, Vectors};
 
 /// A highlight that is stretched in one direction along the surface: Burley's anisotropic GGX, as `KHR_materials_anisotropy`
 /// has it.
@@ -51,6 +51,13 @@ impl<S: Simd> Grooves<S> {
     #[inline(always)]
     pub(super) fn mean_roughness(&self, otherwise: f32x16<S>) -> f32x16<S> {
         self.lanes.select((self.alpha_along * self.alpha_across).sqrt().sqrt(), otherwise)
+    }
+
+    /// The lanes whose highlight is stretched, in which direction, and GGX widths in it and across, lane by lane.
+    #[inline(always)]
+    pub(super) fn store(&self) -> (u16, [Each<f32>; 3], [Each<f32>; 2]) {
+        let widths = [self.alpha_along.into(), self.alpha_across.into()];
+        (self.lanes.to_bitmask() as u16, self.along.store(), widths)
     }
 
     /// Distribution times visibility, in place of the round highlight's. The cosines are those of the normal with the half

@@ -4,12 +4,13 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
-use super::brdf::{Reflectance, SMOOTHEST};
+use super::brdf::Reflectance;
 use super::coat::Coat;
 use super::film::Film;
+use super::gloss::GlossyLayers;
 use super::grooves::Grooves;
 use super::irradiance::Arriving;
-use super::lanes::Vectors;
+use super::lanes::{LANES, Vectors};
 use super::layer_paint::LayerPaint;
 use super::sheen::Sheen;
 use crate::background::Surroundings;
@@ -23,8 +24,6 @@ pub(crate) struct Layers<S: Simd> {
     pub(super) grooves: Option<Grooves<S>>,
     /// The lanes that mirror in colours of their own.
     pub(super) tinting: mask32x16<S>,
-    /// The lanes whose small mirrors aren't those of plain materials.
-    pub(crate) shaped: mask32x16<S>,
     /// What lies on top.
     sheen: Option<Sheen<S>>,
     coat: Option<Coat<S>>,
@@ -46,9 +45,8 @@ impl<S: Simd> Layers<S> {
     ) -> Self {
         let one = f32x16::splat(simd, 1.0);
         let tinting = mask32x16::from_bitmask(simd, (paint.specular_lanes | paint.film_lanes).into());
-        let shaped = tinting | mask32x16::from_bitmask(simd, paint.grooves.lanes.into());
         let mut layers =
-            Self { film: None, grooves: None, tinting, shaped, sheen: None, coat: None, below: one, below_coat: one };
+            Self { film: None, grooves: None, tinting, sheen: None, coat: None, below: one, below_coat: one };
         if paint.grooves.lanes != 0 {
             let lanes = mask32x16::from_bitmask(simd, paint.grooves.lanes.into());
             let strength = f32x16::from_slice(simd, &paint.stretch);
@@ -104,7 +102,7 @@ impl<S: Simd> Layers<S> {
     }
 
     /// What the layers on top reflect of what is around the scene, of which so much comes to the surface; without the coat
-    /// in the lanes where it is `followed`, since it is a mirror.
+    /// in the lanes where it is `followed`.
     #[inline(always)]
     pub(crate) fn ambient(
         &self,
@@ -135,8 +133,8 @@ impl<S: Simd> Layers<S> {
         through: Vectors<S>,
     ) -> (mask32x16<S>, Vectors<S>, Vectors<S>) {
         let Some(coat) = &self.coat else { return (mask32x16::splat(simd, false), mirrored, mirrored_through) };
-        let (direction, roughness) = coat.reflection();
-        let coat_mirrors = roughness.simd_le(SMOOTHEST) & coat.part.simd_gt(0.0);
+        let (direction, _) = coat.reflection();
+        let coat_mirrors = coat.is_mirror(simd);
         let of_surface = Vectors::select(is_mirror, mirrored_through, Vectors::splat(simd, Vec3::ZERO));
         let both = of_surface + through * coat.albedo(simd);
         (
@@ -144,6 +142,42 @@ impl<S: Simd> Layers<S> {
             Vectors::select(coat_mirrors & !is_mirror, direction, mirrored),
             Vectors::select(coat_mirrors, both, mirrored_through),
         )
+    }
+
+    /// How much of what is around the coat shows; zero where there is none.
+    #[inline(always)]
+    pub(crate) fn coat_albedo(&self, simd: S) -> f32x16<S> {
+        self.coat.as_ref().map_or(f32x16::splat(simd, 0.0), |coat| coat.albedo(simd).x)
+    }
+
+    /// What they make of what small mirrors mirror, lane by lane, given what that is at grazing angles and in all.
+    #[inline(always)]
+    pub(super) fn gloss(&self, simd: S, f90: f32x16<S>, albedo: f32x16<S>) -> GlossyLayers {
+        let nothing = || ([0.0; LANES], [[0.0; LANES]; 3]);
+        let (film_part, film_reflected) = self.film.as_ref().map_or_else(nothing, Film::store);
+        let (grooves, along, widths) = match &self.grooves {
+            Some(grooves) => grooves.store(),
+            None => (0, [[0.0; LANES]; 3], [[0.0; LANES]; 2]),
+        };
+        let (mut coat_part, mut coat_normal) = nothing();
+        let (mut coat_alpha, mut coat_mirrors) = ([0.0; LANES], 0);
+        if let Some(coat) = &self.coat {
+            (coat_part, coat_normal, coat_alpha) = coat.store();
+            coat_mirrors = coat.is_mirror(simd).to_bitmask() as u16;
+        }
+        GlossyLayers {
+            f90: f90.into(),
+            albedo: albedo.into(),
+            film_part,
+            film_reflected,
+            grooves,
+            along,
+            widths,
+            coat_normal,
+            coat_alpha,
+            coat_mirrors,
+            coat_part,
+        }
     }
 
     /// What of the light that the surface emits comes through.

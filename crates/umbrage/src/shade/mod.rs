@@ -20,7 +20,7 @@ mod surface;
 mod texels;
 pub(crate) mod transcendental;
 
-pub(crate) use brdf::{Gloss, Reflectance, SMOOTHEST, SeenReflectance};
+pub(crate) use brdf::{Reflectance, SMOOTHEST, SeenReflectance};
 pub(crate) use hits::BlockHits;
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};

@@ -1,5 +1,6 @@
 //! glTF's further layers of materials: against their formulas in f64, under even light, and where they are off.
 
+mod gloss;
 mod reference;
 
 use std::f64::consts::PI;
@@ -96,15 +97,21 @@ fn lit(material: &Material, view: DVec3, light: DVec3) -> DVec3 {
 
 /// What is shown under light of radiance 1 from everywhere, that is many suns.
 fn under_suns(material: &Material, view: DVec3) -> DVec3 {
+    under_some_suns(material, view, |_| true)
+}
+
+/// What is shown under those of them that are in some directions.
+fn under_some_suns(material: &Material, view: DVec3, is_there: impl Fn(DVec3) -> bool) -> DVec3 {
     const RINGS: usize = 64;
     const STEPS: usize = 128;
     let light = |ring: usize, step: usize| {
         // Cosines are squares, so that there are many suns near the horizon, where sheen and lacquer reflect most.
         let root = (ring as f64 + 0.5) / RINGS as f64;
         let angle = (step as f64 + 0.5) / STEPS as f64 * 360.0;
-        sun(direction(root * root, angle), 4.0 * PI * root / (RINGS * STEPS) as f64)
+        (direction(root * root, angle), 4.0 * PI * root / (RINGS * STEPS) as f64)
     };
-    let lights = (0..RINGS).flat_map(|ring| (0..STEPS).map(move |step| light(ring, step))).collect();
+    let all = (0..RINGS).flat_map(|ring| (0..STEPS).map(move |step| light(ring, step)));
+    let lights = all.filter(|(from, _)| is_there(*from)).map(|(from, intensity)| sun(from, intensity)).collect();
     radiance(material, view, lights, BLACK)
 }
 
