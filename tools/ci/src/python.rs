@@ -35,7 +35,8 @@ pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
     }
     // The tests say themselves what they are without.
     let _ = install(FARM_PACKAGES);
-    run(&mut cargo_workspace(root, scope, &["build", "--lib", "--bin", COMMAND]))?;
+    // With examples, dependencies have the features that tests have made them with.
+    run(&mut cargo_workspace(root, scope, &["build", "--lib", "--examples", "--bin", COMMAND]))?;
     let package = folder.path().join("site");
     stage(root, &package)?;
     let others = std::env::var_os("PATH").unwrap_or_default();

@@ -5,7 +5,7 @@ use umbrage::Panorama;
 use super::*;
 
 /// The mean of what is seen of a square from some direction where rays from its small mirrors are followed.
-fn drawn(material: &Material, view: DVec3, background: &Background) -> DVec3 {
+fn drawn(material: &Material, view: DVec3, background: &Background, samples: u32) -> DVec3 {
     let frame = square(material);
     let up = if view.z > 0.99 { Vec3::Y } else { Vec3::Z };
     let camera = Camera::look_at((view * 4.0).as_vec3(), Vec3::ZERO, up, 0.1);
@@ -13,7 +13,7 @@ fn drawn(material: &Material, view: DVec3, background: &Background) -> DVec3 {
     let settings = Settings {
         width: 4,
         height: 4,
-        samples: 1024,
+        samples,
         bounces: 1,
         gloss: true,
         least_contribution: 0.0,
@@ -55,7 +55,7 @@ fn what_layers_mirror_is_what_suns_light_there() {
         let lowest = if material.roughness < 0.5 { 0.3 } else { 0.15 };
         for view in [direction(0.9, 30.0), direction(0.5, 200.0), direction(0.3, 100.0), direction(lowest, 10.0)] {
             let expected = under_some_suns(&material, view, |from| from.x < 0.0);
-            let drawn = drawn(&material, view, &half);
+            let drawn = drawn(&material, view, &half, 1024);
             println!("{name} from {view:.2}: {drawn:.4}, {expected:.4}");
             largest = largest.max((drawn - expected).abs().max_element());
         }
@@ -77,7 +77,7 @@ fn layers_that_are_followed_are_as_bright_under_white_surroundings() {
             for cosine in [1.0, 0.5] {
                 let view = direction(cosine, 30.0);
                 let once = radiance(&material, view, Vec::new(), WHITE);
-                let followed = drawn(&material, view, &WHITE);
+                let followed = drawn(&material, view, &WHITE, 256);
                 // Of grooves, a round highlight that covers as much stands in the table.
                 let tolerance = if is_stretched { 0.065 } else { 0.02 };
                 expect_near(followed, once, tolerance, &format!("{kind}{name}, {cosine}"));
