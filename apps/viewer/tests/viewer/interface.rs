@@ -258,6 +258,13 @@ fn lights_are_added_dragged_and_removed() {
     assert!(added != window.pixels());
     window.click("Shadows of Light 3");
     window.keep("light");
+    // A panel has a size instead of a cone, and stands in the command as one.
+    window.click("Add rectangle");
+    assert!(window.shows("Light 4 (rectangle)") && window.shows("Width") && window.shows("Height"));
+    assert!(!window.shows("Cone") && !window.shows("Radius"));
+    window.keep("panel");
+    window.press(Key::C);
+    assert!(window.shows("--light rect:"));
     window.click("Reset");
     window.keep("reset");
     assert!(!window.shows("Light 3 (point)"));
