@@ -130,10 +130,11 @@ impl Exposure {
 
     /// A point of a light's shape.
     ///
-    /// Those of a flat light are equally dense everywhere. From each direction a ball should look like a disk that is equally bright everywhere, as a sphere does whose surface
-    /// sends light equally in all directions. So points are as dense as 1/√(1 − r²) at r of its radius: the sphere in four
-    /// dimensions, seen from the side. Without anything between, irradiance is the centre's: that of a point is a field as
-    /// gravity's, and the field of a ball is that of its centre (Newton's shells).
+    /// Those of a flat light are equally dense everywhere. From each direction a ball should look like a disk that is equally
+    /// bright everywhere, as a sphere does whose surface sends light equally in all directions. So points are as dense as
+    /// 1/√(1 − r²) at r of its radius: the sphere in four dimensions, seen from the side. Without anything between, irradiance
+    /// is the centre's: that of a point is a field as gravity's, and the field of a ball is that of its centre (Newton's
+    /// shells).
     fn point_of(self, source: LightSource, shape: LightShape, dimension: u32) -> LightSource {
         if !shape.is_wide() {
             return source;

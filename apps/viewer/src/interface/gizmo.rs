@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, PointerButton, Pos2, Response, Stroke, vec2};
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use umbrage::rays::LightSource;
 use umbrage::scene::{Light, LightShape};
 
@@ -90,7 +90,7 @@ fn outline(app: &App, picture: &Projected, painter: &Painter) {
                 .map(|(x, y)| Vec2::new(x * width, y * height))
                 .to_vec(),
         };
-        let [across, up] = Light::axes(direction).map(|axis| axis.as_vec3());
+        let [across, up] = Light::axes(direction).map(DVec3::as_vec3);
         let on_screen = rim.iter().map(|point| picture.on_screen(position + across * point.x + up * point.y));
         // What is behind the camera has no rim.
         if let Some(rim) = on_screen.collect::<Option<Vec<Pos2>>>() {

@@ -36,6 +36,16 @@ fn gallery_scenes() {
 }
 
 #[test]
+fn a_million_pixels() {
+    let Some(mut gpu) = renderer() else { return };
+    // With as many triangles as they have by themselves.
+    for name in ["demo:hall", "demo:cloth"] {
+        let scene = umbrage::open(name).expect("a scene of the gallery");
+        compare(name, &mut gpu, &scene, 0.4, &sized(1024, 1024)).expect_none(name);
+    }
+}
+
+#[test]
 fn real_scenes() {
     let Some(mut gpu) = renderer() else { return };
     let names = [

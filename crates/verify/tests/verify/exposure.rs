@@ -175,7 +175,6 @@ fn flat_lamps_are_as_bright_as_lamberts_formula_says() {
         up: Vec3::NEG_Z,
         forward: Vec3::NEG_Y,
         projection: Projection::Orthographic { half_height: 3.0 },
-        ..Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, 1.0)
     };
     let settings = Settings { width: 40, height: 30, camera: camera.into(), ..settings(1024) };
     let position = Vec3::new(0.3, 2.0, 0.2);
