@@ -30,7 +30,7 @@ pub struct Settings {
     /// How long the shutter is open, in seconds from 0: half of that before the frame's moment, and half after it, but not
     /// beyond the animation's start and end. Of scenes alone.
     pub shutter_seconds: f64,
-    /// Radius of the lights that have [none of their own](Light::radius), from 0: in world units, of directional lights in
+    /// Radius of the lights that have [no shape of their own](Light::shape), from 0: in world units, of directional lights in
     /// degrees.
     pub light_radius: f32,
     /// Whether light from all around casts shadows, too: each sample has one direction of it. With a single sample, it comes
