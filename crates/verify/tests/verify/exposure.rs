@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
 use umbrage::rays::{Camera, LightSource, Projection};
-use umbrage::scene::{Animated, Frame, Light, LightShape, Material, Materials, Mesh, Scene};
+use umbrage::scene::{Animated, Frame, Light, LightShape, Material, Materials, Mesh, Scene, check_lights};
 use umbrage::{Background, Error, Film, Renderer, Settings, Structure};
 
 /// Four corners in the plane z = `z`, white without any light.
@@ -331,6 +331,23 @@ fn what_makes_no_sense_is_refused() {
         assert!(matches!(refused(Settings { focus: Some(number), ..settings(2) }), Error::Focus));
     }
     assert!(matches!(refused(Settings { shutter_seconds: 0.1, ..settings(2) }), Error::ShutterOfFrame));
+    let panel = |width| LightShape::Rectangle { width, height: 1.0 };
+    let to_one_side = LightSource::to_one_side(Vec3::ZERO, Vec3::NEG_Z);
+    let everywhere = LightSource::Point { position: Vec3::ZERO };
+    let sun = LightSource::Directional { direction: Vec3::NEG_Z };
+    for (source, shape, why) in [
+        (to_one_side, panel(-1.0), "width or height"),
+        (to_one_side, panel(f32::NAN), "width or height"),
+        (to_one_side, LightShape::Disk(f32::INFINITY), "radius"),
+        (everywhere, LightShape::Ball(-1.0), "radius"),
+        (everywhere, panel(1.0), "one side"),
+        (sun, LightShape::Disk(1.0), "one side"),
+        (sun, LightShape::Ball(46.0), "45 degrees"),
+    ] {
+        let error = check_lights(&[Light { shape, ..Light::new(source, 1.0) }]).expect_err("refused").to_string();
+        assert!(error.contains(why), "{error}");
+    }
+    assert_eq!(check_lights(&[Light { shape: panel(0.0), ..Light::new(to_one_side, 1.0) }]), Ok(()));
     let behind = Camera::look_at(Vec3::NEG_Z * 4.0, Vec3::NEG_Z * 9.0, Vec3::Y, 1.0);
     let wide = Settings { aperture: 0.1, ..settings(2) };
     assert!(matches!(refused(Settings { camera: behind.into(), ..wide.clone() }), Error::NoFocus));

@@ -5,8 +5,7 @@ use umbrage::Panorama;
 use super::*;
 
 /// The mean of what is seen of a square from some direction where rays from its small mirrors are followed.
-fn drawn(material: &Material, view: DVec3, background: &Background, samples: u32) -> DVec3 {
-    let frame = square(material);
+fn drawn(frame: &Frame, view: DVec3, background: &Background, samples: u32) -> DVec3 {
     let up = if view.z > 0.99 { Vec3::Y } else { Vec3::Z };
     let camera = Camera::look_at((view * 4.0).as_vec3(), Vec3::ZERO, up, 0.1);
     let camera = Camera { projection: Projection::Orthographic { half_height: 1e-3 }, ..camera };
@@ -22,7 +21,7 @@ fn drawn(material: &Material, view: DVec3, background: &Background, samples: u32
         lights: Some(Vec::new()),
         ..Settings::default()
     };
-    let film = Renderer::default().render_frame(&frame, &settings).expect("a frame").clone();
+    let film = Renderer::default().render_frame(frame, &settings).expect("a frame").clone();
     film.color.iter().map(|color| color.truncate().as_dvec3()).sum::<DVec3>() / 16.0
 }
 
@@ -55,7 +54,7 @@ fn what_layers_mirror_is_what_suns_light_there() {
         let lowest = if material.roughness < 0.5 { 0.3 } else { 0.15 };
         for view in [direction(0.9, 30.0), direction(0.5, 200.0), direction(0.3, 100.0), direction(lowest, 10.0)] {
             let expected = under_some_suns(&material, view, |from| from.x < 0.0);
-            let drawn = drawn(&material, view, &half, 1024);
+            let drawn = drawn(&square(&material), view, &half, 1024);
             println!("{name} from {view:.2}: {drawn:.4}, {expected:.4}");
             largest = largest.max((drawn - expected).abs().max_element());
         }
@@ -77,11 +76,21 @@ fn layers_that_are_followed_are_as_bright_under_white_surroundings() {
             for cosine in [1.0, 0.5] {
                 let view = direction(cosine, 30.0);
                 let once = radiance(&material, view, Vec::new(), WHITE);
-                let followed = drawn(&material, view, &WHITE, 256);
+                let followed = drawn(&square(&material), view, &WHITE, 256);
                 // Of grooves, a round highlight that covers as much stands in the table.
                 let tolerance = if is_stretched { 0.065 } else { 0.02 };
                 expect_near(followed, once, tolerance, &format!("{kind}{name}, {cosine}"));
             }
         }
     }
+}
+
+#[test]
+fn bumps_that_mirror_into_their_triangle_are_not_black() {
+    let metal = Material { metallic: 1.0, ..plain(Vec3::ONE, 0.3) };
+    let mut frame = square(&metal);
+    // Nearly away from the view, so that most of what it mirrors is below.
+    frame.normals = vec![direction(0.9, 180.0).as_vec3(); 4];
+    let shown = drawn(&frame, direction(0.5, 0.0), &WHITE, 64);
+    assert!((0.9..1.01).contains(&shown.x), "{shown}");
 }
