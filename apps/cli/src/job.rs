@@ -52,7 +52,7 @@ impl Job {
             (None, None) => Moments::Single(default_seconds),
         };
         let quality = Quality::new(&flags, !moments.are_several())?;
-        engine(&flags, structure, quality)?;
+        engine(&flags, structure)?;
         let are_numbered = moments.are_several() && !format.is_animation() && is_numbered(&target)?;
         for_numbered_frames(&flags, are_numbered)?;
         let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
@@ -143,11 +143,10 @@ fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Fa
 }
 
 /// Whether what is asked of the engine is its to do.
-fn engine(flags: &RenderFlags, structure: Structure, quality: Quality) -> Result<(), Failure> {
+fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     match flags.engine {
-        EngineKind::Gpu if quality.bounces > 0 => {
-            let hint = if flags.gloss { "leave out --engine or --gloss" } else { "leave out --engine or --bounces" };
-            Err(Failure::input("mirrors and glass are followed on the CPU alone", hint))
+        EngineKind::Gpu if flags.gloss => {
+            Err(Failure::input("a GPU follows smooth mirrors alone", "leave out --engine or --gloss"))
         }
         EngineKind::Gpu if flags.layers.is_some() => {
             Err(Failure::input("layers are the CPU's alone", "leave out --engine, or say --engine cpu"))

@@ -24,6 +24,7 @@ mod link;
 mod mask;
 mod memory;
 mod omit;
+mod onward;
 pub mod pose;
 pub mod primitives;
 mod recorder;
@@ -42,6 +43,7 @@ pub use kernel::{Groups, Kernel};
 pub use light::{LightGrid, LightOptions, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
+pub use onward::Onward;
 pub use recorder::{Done, Fetch, Recorder, StageTime};
 pub use wgpu;
 

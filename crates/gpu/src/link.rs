@@ -42,16 +42,17 @@ const MODULES: &[(&str, &str)] = modules! {
     "camera::" in "camera/": balance nodes settle trace work;
     "exact::" in "exact/": camera cone corners double expansion mask predicate shadow single vector;
     "grid::" in "grid/": fixed header list project projection set_up space;
-    "kdtree::" in "kdtree/": ask fit levels light line lit packet rays read records seen settle shape stack tester trail
+    "kdtree::" in "kdtree/": ask fit levels light line lit packet question rays read records seen settle shape stack tester trail
         write;
     "light::" in "light/": assign balance batches blocks cells choices choose cone depths light map points seen_point settle sort
         spread survey trace undecided;
     "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;
     "mask::" in "mask/": exact filter flags rough_point table;
+    "onward::" in "onward/": add ask count locate meet path points put_point send step;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
-    "shade::" in "shade/": attributes brdf coat develop facet film grooves hit irradiance layers microfacet painted panorama
-        rows shade sheen shown specular_albedo surface surroundings tables texture tone_map;
+    "shade::" in "shade/": attributes brdf coat develop facet film grooves hit irradiance layers meeting microfacet mirror
+        onward painted panorama reflected rows shade sheen shown specular_albedo surface surroundings tables texture tone_map;
 };
 
 /// A shader's whole text.
@@ -165,11 +166,14 @@ mod tests {
         ("blocks", "var<storage, read> blocks: array<u32>;"),
         ("bounds", "var<storage, read> bounds: array<u32>;"),
         ("header", "var<storage, read_write> header: array<u32>;"),
+        ("kd_light", "var<uniform> kd_light: KdLight;"),
         ("light", "var<uniform> light: Light;"),
         ("lit", "var<storage, read_write> lit: array<atomic<u32>>;"),
         ("masks", "var<storage, read> masks: array<u32>;"),
+        ("onward_step", "var<uniform> onward_step: OnwardStep;"),
         ("pairs", "var<storage, read> pairs: array<u32>;"),
         ("point_view", "var<uniform> point_view: PointView;"),
+        ("points", "var<storage, read_write> points: array<u32>;"),
         ("positions", "var<storage, read> positions: array<u32>;"),
         ("records", "var<storage, read_write> records: array<u32>;"),
         ("sorted", "var<storage, read> sorted: array<vec4<u32>>;"),
@@ -191,7 +195,9 @@ mod tests {
     ];
     /// Where the types of these are that modules declare.
     const TYPES_OF_STAGES: &[(&str, &str)] = &[
+        ("KdLight", "kdtree::light"),
         ("Light", "light::light"),
+        ("OnwardStep", "onward::step"),
         ("PointView", "point_view"),
         ("RoughPoint", "mask::filter"),
         ("Space", "grid::space"),
@@ -222,7 +228,9 @@ mod tests {
             }
         }
         // The stage names the types of what it declares, though the module may not.
-        let needed = TYPES_OF_STAGES.iter().filter(|(name, _)| declared.contains(name) && !text.contains(name));
+        let has =
+            |text: &str, name: &str| text.split(|letter: char| !letter.is_alphanumeric()).any(|word| word == name);
+        let needed = TYPES_OF_STAGES.iter().filter(|(name, _)| has(&declared, name) && !has(text, name));
         let imports: String = needed.map(|(name, path)| format!("import package::{path}::{{{name}}};\n")).collect();
         format!("{imports}{text}\n{declared}")
     }

@@ -109,9 +109,12 @@ pub enum Error {
     /// The library was compiled without the feature `structures`.
     #[error("{0} was left out when this was compiled: the feature `structures` has it")]
     StructureLeftOut(&'static str),
-    /// A GPU was asked to follow mirrors.
-    #[error("mirrors and glass are followed on the CPU alone: a GPU takes 0 bounces")]
-    BouncesOnGpu,
+    /// A GPU was asked to follow glass, or what is seen through.
+    #[error("a GPU follows mirrors where nothing is seen through: with glass or blended surfaces it takes 0 bounces")]
+    GlassOnGpu,
+    /// A GPU was asked to follow rough mirrors.
+    #[error("a GPU follows smooth mirrors alone: it takes no gloss")]
+    GlossOnGpu,
     /// A GPU in a browser was to be waited for: [`Renderer::render_async`](crate::Renderer::render_async) gives the page its
     /// turn.
     #[error("in a browser a GPU can't be waited for: await `render_async`")]
@@ -187,7 +190,8 @@ impl Error {
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
                 | Self::StructureLeftOut(_)
-                | Self::BouncesOnGpu
+                | Self::GlassOnGpu
+                | Self::GlossOnGpu
                 | Self::OcclusionOnGpu
                 | Self::TerminatorOnGpu
                 | Self::NoiseOnGpu

@@ -80,6 +80,11 @@ fn exact_blocked_by(
     return is_behind && exact_is_ahead(terms, shadow.ray, *edges);
 }
 
+// Whether the plane of a triangle meets the box that a point is in: rays that start at the point pass through it.
+fn exact_is_on(terms: ptr<function, ExpansionTerms>, point: ExactPoint, corners: CornerBits) -> bool {
+    return exact_side_of(terms, exact_from_corners(exact_sorted(corners).corners), point) == 0;
+}
+
 // On which side of a triangle's plane the whole box of a point is: 1 where the normal points, else −1, and 0 where the plane
 // meets the box or the triangle has none.
 fn exact_side_of(terms: ptr<function, ExpansionTerms>, corners: ExactCorners, point: ExactPoint) -> i32 {

@@ -11,7 +11,7 @@ import package::exact::vector::{
 };
 import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
 import package::kdtree::records::{
-    NO_TRIANGLE, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
+    NO_TRIANGLE, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
 };
 import package::kdtree::shape::{KdShape};
 
@@ -101,7 +101,7 @@ fn write_missed(number: u32, packed_own: u32) {
 }
 
 // Writes a line: where `ray` is in the interval, leaving out the triangle `own`, and of triangles with one side the other one
-// where it `meets_backs`. `error` is how wrong the end of the interval is as a point, on any axis.
+// where it `meets_backs`. `error` is how wrong the point is, on any axis, that it ends at or starts from.
 fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, own: u32, meets_backs: bool) {
     let to = 1u + 4u * number;
     let packed_own = own << 2u;
@@ -165,7 +165,10 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
         slope_x = f64_multiply(direction.z, slabs.inverse.y);
         slope_y = f64_multiply(direction.x, slabs.inverse.y);
     }
-    let heights = f64_multiply(f64_add(blur, f64_multiply(error, scale)), LINE_HEIGHTS);
+    var heights = F64_ZERO;
+    if KD_IS_SHADOW || !f64_is_zero(error) {
+        heights = f64_multiply(f64_add(blur, f64_multiply(error, scale)), LINE_HEIGHTS);
+    }
     let widest = max(abs(inverse.x), max(abs(inverse.y), abs(inverse.z)));
     let most_doubt = select((1.0e-6 + 4.0 * line_f32(blur)) * widest, LINE_EVERYTHING, any(is_parallel));
 
@@ -203,6 +206,7 @@ fn line(at: Invocation) {
         write_line(number, shadow.ray, F64_ZERO, t_max, point.error, own, shadow.from_point);
     } else {
         let t_min = read_number(word + RAY_T_MIN);
-        write_line(number, read_ray(word), t_min, read_number(word + RAY_T_MAX), F64_ZERO, own, false);
+        let error = read_number(word + RAY_ERROR);
+        write_line(number, read_ray(word), t_min, read_number(word + RAY_T_MAX), error, own, false);
     }
 }

@@ -43,9 +43,13 @@
 //! certain only where the line's slope against the plane times the rest of the way to the point is more than 64 times that
 //! error and blur: the predicate's own bound has 24 of them.
 //!
+//! **Rays from triangles.** A ray that starts at a point of a triangle, with an error, meets no triangle whose plane the point's
+//! box touches. So a hit is certain only where it is as far off the plane as a shadow's.
+//!
 //! **Sides and masks.** Rays go through triangles on the side that they don't have: which one it is follows from the signs of
 //! the edge functions where these are certain. Where a triangle isn't there at every point, a hit is never certain.
 
+mod light;
 #[cfg(not(target_arch = "wasm32"))]
 mod read_back;
 mod records;
@@ -54,6 +58,7 @@ mod tracer;
 mod tree;
 mod words;
 
+pub(crate) use light::KdLight;
 pub use records::KdRecords;
 #[doc(hidden)] // For frames in `umbrage-study`.
 pub use records::light_words;

@@ -6,7 +6,7 @@ import package::exact::double::{F64, F64_ZERO};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_edges, exact_t};
 import package::kdtree::records::{
-    NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
+    NO_TRIANGLE, RAY_DIRECTION, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
 };
 import package::kdtree::write::{put_header, put_number, put_vector};
 import package::point_view::{PointView, ray_of_slot};
@@ -62,6 +62,7 @@ fn rays(at: Invocation) {
         put_number(word + RAY_T_MIN, RAYS_ONE);
         put_number(word + RAY_T_MAX, F64_ZERO);
     }
+    put_number(word + RAY_ERROR, F64_ZERO);
     records[word + RECORD_OWN] = NO_TRIANGLE;
     records[word + RECORD_TAG] = slot;
 }

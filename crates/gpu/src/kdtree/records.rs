@@ -1,6 +1,8 @@
+use glam::DVec3;
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{LightSource, Ray};
 
+use crate::kernel::GROUPS_OF_ROW;
 use crate::{Buffer, Gpu, GpuError, Recorder};
 
 /// Rays, or questions about shadows, in a buffer on the GPU: 80 bytes each.
@@ -16,6 +18,8 @@ impl KdRecords {
     /// Words of the header, as in `records.wgsl`.
     pub const HEADER: u64 = 8;
     pub(super) const WORDS: usize = 20;
+    /// Where a record has the error of a ray's start, as in `records.wgsl`.
+    const ERROR: usize = 18;
     const LANES: u32 = 64;
     /// The word where workgroups for records are …
     pub const GROUPS: u32 = 1;
@@ -49,6 +53,28 @@ impl KdRecords {
             let numbers = [ray.origin, ray.direction].into_iter().flat_map(|vector| vector.to_array());
             numbers.chain([ray.t_min, ray.t_max]).for_each(|number| push(words, number));
             own
+        })
+    }
+
+    /// Takes over rays that start at points of triangles, each with its direction. They go through that triangle, and through
+    /// all whose planes the [point is on](HitPoint::is_on), without hitting them: for a tracer of rays
+    /// [from triangles](super::KdTracerOptions::from_triangles).
+    ///
+    /// # Errors
+    /// Where there are more than one buffer of the device has room for.
+    pub fn write_rays_from(
+        &mut self,
+        gpu: &Gpu,
+        rays: impl IntoIterator<Item = (HitPoint, DVec3, u32)>,
+        packet: u32,
+    ) -> Result<(), GpuError> {
+        self.write(gpu, packet, rays, |words, (point, direction, own)| {
+            let start = words.len();
+            let numbers = [point.position, direction].into_iter().flat_map(|vector| vector.to_array());
+            numbers.chain([0.0, f64::INFINITY]).for_each(|number| push(words, number));
+            words.resize(start + Self::ERROR, 0);
+            push(words, point.error);
+            Some(own)
         })
     }
 
@@ -87,11 +113,7 @@ impl KdRecords {
             self.words[start + 17] = count;
             count += 1;
         }
-        self.words[0] = count;
-        for (word, lanes) in [(Self::GROUPS, Self::LANES), (Self::PACKETS, packet.max(1))] {
-            let word = word as usize;
-            self.words[word..word + 3].copy_from_slice(&groups(count.div_ceil(lanes)));
-        }
+        self.words[..Self::HEADER as usize].copy_from_slice(&Self::header(count, packet));
         self.sizes.reserve(gpu, 4 * Self::HEADER)?;
         self.records.write(gpu, &self.words)
     }
@@ -103,6 +125,24 @@ impl KdRecords {
     pub fn reserve(&mut self, gpu: &Gpu, count: u32) -> Result<(), GpuError> {
         self.sizes.reserve(gpu, 4 * Self::HEADER)?;
         self.records.reserve(gpu, 4 * (Self::HEADER + Self::WORDS as u64 * u64::from(count)))
+    }
+
+    /// Says how many records there are that a stage writes or has written, and how many go together in packets.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    pub(crate) fn write_count(&mut self, gpu: &Gpu, count: u32, packet: u32) -> Result<(), GpuError> {
+        self.records.write_at(gpu, 0, &Self::header(count, packet))
+    }
+
+    fn header(count: u32, packet: u32) -> [u32; Self::HEADER as usize] {
+        let mut header = [0; Self::HEADER as usize];
+        header[0] = count;
+        for (word, lanes) in [(Self::GROUPS, Self::LANES), (Self::PACKETS, packet.max(1))] {
+            let word = word as usize;
+            header[word..word + 3].copy_from_slice(&groups(count.div_ceil(lanes)));
+        }
+        header
     }
 
     /// Lets dispatches take their sizes from what the header says now.
@@ -141,7 +181,5 @@ pub fn light_words(light: &LightSource) -> [u32; 4] {
 
 /// As in `dispatch.wgsl`.
 fn groups(count: u32) -> [u32; 3] {
-    const MOST: u32 = 65_535;
-    let rows = count.div_ceil(MOST);
-    [count.div_ceil(rows.max(1)), rows, 1]
+    [count.min(GROUPS_OF_ROW), count.div_ceil(GROUPS_OF_ROW), 1]
 }

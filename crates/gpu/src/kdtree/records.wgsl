@@ -13,6 +13,8 @@ const RECORD_WORDS: u32 = 20u;
 const RAY_DIRECTION: u32 = 6u;
 const RAY_T_MIN: u32 = 12u;
 const RAY_T_MAX: u32 = 14u;
+// Of a ray that starts at a point of a triangle: how wrong the point may be on any axis, in F64; zero for others.
+const RAY_ERROR: u32 = 18u;
 
 // Of a question about a shadow: the point with its error, in F64; the light, in bits of f32; what it gives, in f32.
 const SHADOW_ERROR: u32 = 6u;

@@ -4,12 +4,12 @@
 
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
-import package::exact::double::{F64, f64_equal, f64_less};
+import package::exact::double::{F64, f64_equal, f64_is_zero, f64_less};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_is_front, exact_t};
-import package::exact::shadow::{exact_blocked_by};
+import package::exact::shadow::{ExactPoint, exact_blocked_by, exact_is_on};
 import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
-import package::kdtree::records::{HIT_WORDS, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
+import package::kdtree::records::{HIT_WORDS, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHADOW_MASKED};
 
@@ -30,6 +30,9 @@ const UNDECIDED_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 
 const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
+
+// Whether rays may start at points of triangles.
+override KD_FROM_TRIANGLES: bool = false;
 
 // How many hits there was room for.
 fn undecided_count() -> u32 {
@@ -70,7 +73,13 @@ fn settle_hits(at: Invocation) {
         let ray = read_ray(word);
         var terms: ExpansionTerms;
         let edges = exact_edges(&terms, ray, corner_bits(undecided_hits[base]));
-        if edges.side != 0 && is_there(undecided_hits[base], edges, false, false) {
+        var is_hit = edges.side != 0 && is_there(undecided_hits[base], edges, false, false);
+        if KD_FROM_TRIANGLES && is_hit {
+            let error = read_number(word + RAY_ERROR);
+            let corners = corner_bits(undecided_hits[base]);
+            is_hit = f64_is_zero(error) || !exact_is_on(&terms, ExactPoint(ray.origin, error), corners);
+        }
+        if is_hit {
             let found = exact_t(&terms, ray, edges);
             if f64_less(read_number(word + RAY_T_MIN), found) && f64_less(found, read_number(word + RAY_T_MAX)) {
                 t = found;

@@ -1,11 +1,11 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
-use umbrage_rays::{Cone, KdTree, LightSource};
+use umbrage_rays::{KdTree, LightSource};
 
-use super::records::{KdRecords, light_words};
+use super::light::KdLight;
+use super::records::KdRecords;
 use super::tracer::{KdTracer, KdTracerOptions, KdTracerWork};
 use super::tree::KdNodes;
-use crate::grid::words;
 use crate::view::PointView;
 use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder, Sight};
 
@@ -47,21 +47,6 @@ pub struct KdSight {
 struct KdRays {
     packet: u32,
     sees_behind: u32,
-}
-
-/// As in `light.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-struct KdLight {
-    vector: [u32; 3],
-    is_directional: u32,
-    axis: [f32; 3],
-    has_cone: u32,
-    squared_cosine: [u32; 2],
-    casts_shadow: u32,
-    packet: u32,
-    mask: u32,
-    unused: [u32; 3],
 }
 
 /// As in `fit.wgsl`.
@@ -146,19 +131,7 @@ impl KdSight {
         self.casts_shadow.clear();
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
         for ((buffer, light), number) in self.lights.iter_mut().zip(lights).zip(0..) {
-            let cone = light.as_ref().and_then(Cone::of);
-            let [x, y, z, is_directional] = light.as_ref().map_or([0; 4], light_words);
-            let parameters = KdLight {
-                vector: [x, y, z],
-                is_directional,
-                axis: cone.map_or([0.0; 3], |cone| cone.axis.as_vec3().to_array()),
-                has_cone: u32::from(cone.is_some()),
-                squared_cosine: words(cone.map_or(0.0, |cone| cone.squared_cosine)),
-                casts_shadow: u32::from(light.is_some()),
-                packet,
-                mask: number * (slots / 32),
-                unused: [0; 3],
-            };
+            let parameters = KdLight::new(light.as_ref(), packet, number * (slots / 32));
             buffer.write(gpu, &[parameters])?;
         }
         self.records.reserve(gpu, slots)?;
@@ -278,12 +251,8 @@ mod tests {
 
     #[test]
     fn parameters_are_those_of_the_shaders() {
-        let light =
-            layout!(KdLight { vector, is_directional, axis, has_cone, squared_cosine, casts_shadow, packet, mask });
         for (path, layout) in [
             ("kdtree::rays", layout!(KdRays { packet, sees_behind })),
-            ("kdtree::ask", light.clone()),
-            ("kdtree::lit", light),
             ("kdtree::fit", layout!(KdFit { room, uses, groups })),
         ] {
             assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");

@@ -258,8 +258,20 @@ fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
     (*ray).listed = id;
 }
 
+// Whether the plane of a triangle that the ray meets so is certainly away from the points that the ray starts from and ends at.
+fn kd_is_clear(ray: ptr<function, KdRay>, meeting: KdMeeting) -> bool {
+    let from_end = min((*ray).last - meeting.upper, meeting.lower - (*ray).first) - 8.0 * KD_UNIT - 2.0 * (*ray).blur;
+    // The direction's largest component is one at least, and the inverse's then one half.
+    return from_end > 0.0 && 0.5 * meeting.steepness * from_end > (*ray).heights;
+}
+
 // Notes a triangle that may be the nearest hit.
-fn kd_note_nearest(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
+fn kd_note_nearest(ray: ptr<function, KdRay>, id: u32, tested: KdMeeting) {
+    var meeting = tested;
+    if (*ray).heights > 0.0 && !kd_is_clear(ray, meeting) {
+        // The ray may start on it.
+        meeting.is_certain = false;
+    }
     if meeting.lower > (*ray).best || id == (*ray).held || id == (*ray).listed {
         return;
     }
@@ -279,9 +291,7 @@ fn kd_note_nearest(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
 
 // Notes a triangle that may shadow the ray's point.
 fn kd_note_shadow(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
-    let from_end = min((*ray).last - meeting.upper, meeting.lower - (*ray).first) - 8.0 * KD_UNIT - 2.0 * (*ray).blur;
-    // The direction's largest component is one at least, and the inverse's then one half.
-    if meeting.is_certain && from_end > 0.0 && 0.5 * meeting.steepness * from_end > (*ray).heights {
+    if meeting.is_certain && kd_is_clear(ray, meeting) {
         (*ray).is_blocked = true;
     } else if id != (*ray).listed {
         kd_list(ray, id, meeting.lower);

@@ -14,6 +14,8 @@ pub struct KdTracerOptions {
     pub packet: Option<u32>,
     /// Whether visits are counted, which takes time.
     pub counts: bool,
+    /// Whether rays may start at points of triangles.
+    pub from_triangles: bool,
 }
 
 impl KdTracerOptions {
@@ -21,7 +23,8 @@ impl KdTracerOptions {
     pub const MOST_ENTRIES: u8 = 15;
 
     /// Single rays with a short stack of four entries.
-    pub const DEFAULT: Self = Self { traversal: KdTraversal::ShortStack(4), packet: None, counts: false };
+    pub const DEFAULT: Self =
+        Self { traversal: KdTraversal::ShortStack(4), packet: None, counts: false, from_triangles: false };
 
     /// Rays of a packet, or one.
     #[must_use]
@@ -103,12 +106,14 @@ impl KdTracer {
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let settle = |entry| Kernel::new(gpu, "kdtree::settle", entry, &[]);
+        let from_triangles = [("KD_FROM_TRIANGLES", f64::from(u8::from(options.from_triangles)))];
+        let settle_hits = Kernel::new(gpu, "kdtree::settle", "settle_hits", &from_triangles);
         Self {
             options,
             lines: both(|is_shadow| Kernel::new(gpu, "kdtree::line", "line", &[is_shadow])),
             walks: walks(gpu, options),
             size_undecided: settle("size_undecided"),
-            settle_undecided: [settle("settle_hits"), settle("settle_blocked")],
+            settle_undecided: [settle_hits, settle("settle_blocked")],
             settle_nearest: settle("settle_nearest"),
             line_words: Buffer::storage(gpu, "kd-tree lines"),
             traced: Buffer::storage(gpu, "kd-tree answers"),
@@ -123,8 +128,9 @@ impl KdTracer {
         }
     }
 
-    /// Says how rays are led from now on.
+    /// Says how rays are led from now on; where they start stays.
     pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
+        let options = KdTracerOptions { from_triangles: self.options.from_triangles, ..options };
         if options != self.options {
             self.options = options;
             self.walks = walks(gpu, options);

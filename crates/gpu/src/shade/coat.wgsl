@@ -34,6 +34,11 @@ fn coat_lit(coat: Coat, view: vec3<f32>, light: vec3<f32>) -> f32 {
     return coat.part * (ggx_distribution(coat.a2, n_h) * smith_visibility(coat.a2, n_l, coat.n_v) * n_l);
 }
 
+// Where it is so smooth that what is around is seen in it sharply.
+fn coat_is_mirror(coat: Coat) -> bool {
+    return coat.roughness <= BRDF_SMOOTHEST && coat.part > 0.0;
+}
+
 // How much of what is in its mirror direction it shows.
 fn coat_albedo(coat: Coat) -> f32 {
     let albedo = specular_albedo(coat.roughness, coat.n_v);

@@ -21,13 +21,16 @@ pub struct FilmKeeps {
     pub through: bool,
     /// What of the colour is shown as it is, in 16 bytes.
     pub flat: bool,
+    /// Where mirrors lead and how much they show, in 32 bytes.
+    pub ways: bool,
 }
 
 impl FilmKeeps {
     /// Bytes of a pixel in the buffer of all planes.
     #[must_use]
     pub fn plane_bytes(self) -> u64 {
-        16 * (1 + u64::from(self.first) + u64::from(self.through) + u64::from(self.flat))
+        let Self { first, through, flat, ways } = self;
+        16 * (1 + u64::from(first) + u64::from(through) + u64::from(flat) + 2 * u64::from(ways))
     }
 }
 
@@ -81,8 +84,15 @@ impl FilmPlanes {
     /// kept.
     #[must_use]
     pub fn flat_plane(&self) -> Option<u32> {
-        let FilmKeeps { first, through, flat } = self.keeps;
+        let FilmKeeps { first, through, flat, .. } = self.keeps;
         flat.then(|| self.pixels() * (1 + u32::from(first) + u32::from(through)))
+    }
+
+    /// Where the two planes of what mirrors lead to start, in pixels; `None` where they aren't kept.
+    #[must_use]
+    pub fn ways_plane(&self) -> Option<u32> {
+        let FilmKeeps { first, through, flat, ways } = self.keeps;
+        ways.then(|| self.pixels() * (1 + u32::from(first) + u32::from(through) + u32::from(flat)))
     }
 
     /// The planes; the first holds linear radiance and coverage, summed over the samples.

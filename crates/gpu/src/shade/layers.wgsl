@@ -48,10 +48,11 @@ fn layers_scattered(layers: Layers) -> vec3<f32> {
     return layers.sheen.color * (layers.sheen.albedo * layers.below_coat / BRDF_PI);
 }
 
-// What the layers on top reflect of what is around the scene, of which so much comes to the surface.
-fn layers_ambient(layers: Layers, view: vec3<f32>, irradiance: vec3<f32>) -> vec3<f32> {
+// What the layers on top reflect of what is around the scene, of which so much comes to the surface; without the coat where
+// that is followed.
+fn layers_ambient(layers: Layers, view: vec3<f32>, irradiance: vec3<f32>, is_coat_followed: bool) -> vec3<f32> {
     var reflected = layers_scattered(layers) * irradiance;
-    if layers.has_coat {
+    if layers.has_coat && !is_coat_followed {
         let around = surroundings_blurred(reflect(-view, layers.coat.normal), layers.coat.roughness);
         reflected += coat_albedo(layers.coat) * around;
     }

@@ -3,7 +3,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::{FilmPlanes, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, Texels};
 use crate::pose::PosedAttributes;
-use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
+use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Onward};
 
 /// The shade stage: adds each pixel's radiance at a sample to the film.
 #[derive(Debug)]
@@ -12,6 +12,8 @@ pub struct Shade {
     /// The kernel for materials with layers, compiled where one is; and whether any is.
     layered: Option<Kernel>,
     is_layered: bool,
+    /// The kernels for what is seen in mirrors, without layers and with them, compiled where any is.
+    onward: [Option<Kernel>; 2],
     rows: Kernel,
     sample: Buffer,
     scene: Buffer,
@@ -119,6 +121,7 @@ impl Shade {
             kernel: Kernel::new(gpu, "shade::shade", "shade", &[]),
             layered: None,
             is_layered: false,
+            onward: [None, None],
             rows: Kernel::new(gpu, "shade::rows", "rows", &[]),
             sample: Buffer::uniform(gpu, "shade sample"),
             scene: Buffer::uniform(gpu, "shade scene"),
@@ -252,11 +255,45 @@ impl Shade {
             first_plane: film.first_plane().unwrap_or(ShadeScene::NO_WORD),
             through_plane: film.through_plane().unwrap_or(ShadeScene::NO_WORD),
             flat_plane: film.flat_plane().unwrap_or(ShadeScene::NO_WORD),
+            ways_plane: film.ways_plane().unwrap_or(ShadeScene::NO_WORD),
             ..*sample
         };
         self.sample.write(gpu, &[sample])?;
         self.scene.write(gpu, &[self.of_scene])?;
         self.size.write(gpu, &[width, height, 0, 0])
+    }
+
+    /// Makes ready for what so many rays of a sample meet that go on from mirrors, until it is called again.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    pub fn prepare_onward(&mut self, gpu: &Gpu, sample: &ShadeSample, rays: u32) -> Result<(), GpuError> {
+        let Self { is_layered, onward, .. } = self;
+        let kernel = &mut onward[usize::from(*is_layered)];
+        kernel.get_or_insert_with(|| {
+            Kernel::new(gpu, "shade::onward", "onward", &[("LAYERS", f64::from(u8::from(*is_layered)))])
+        });
+        let sample = ShadeSample {
+            size_pixels: [rays, 1],
+            words_per_light: Onward::mask_words(rays),
+            ways_plane: rays,
+            ..*sample
+        };
+        self.sample.write(gpu, &[sample])
+    }
+
+    /// Shades what rays have met that go on, for the rays' own planes.
+    ///
+    /// # Panics
+    /// If it wasn't prepared for that.
+    pub fn record_onward(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, onward: &Onward, geometry: &Geometry) {
+        let Self { sample, scene, lights, attributes, materials, texels, is_layered, .. } = self;
+        let (positions, triangles) = (geometry.positions(), geometry.triangles());
+        let (meetings, lit, planes) = (onward.meetings(), onward.lit(), onward.planes());
+        let buffers =
+            [sample, scene, lights, meetings, lit, positions, triangles, attributes, materials, texels, planes];
+        let Some(kernel) = &self.onward[usize::from(*is_layered)] else { panic!("it was prepared for") };
+        kernel.dispatch(gpu, pass, &buffers, Groups::Flat(onward.rays().div_ceil(Self::WIDTH)));
     }
 
     /// How many workgroups the prepared layer takes.

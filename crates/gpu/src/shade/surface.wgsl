@@ -3,7 +3,7 @@
 import package::shade::attributes::{material_of, vertex_color_at};
 import package::shade::brdf::{Reflectance, reflectance_of, reflectance_view};
 import package::shade::facet::{bent_by_texture, facet_of, on_the_side_of_the_ray, smooth_normal, texel_at};
-import package::shade::hit::{hit_of, ray_direction, triangle_of};
+import package::shade::hit::{Triangle, hit_of, ray_direction, triangle_of};
 import package::shade::layers::{LAYERS, Layers};
 import package::shade::painted::{layers_at, specular_at};
 import package::shade::tables::{
@@ -40,10 +40,16 @@ struct Surface {
 
 // `across` is the ray's position in the image, as ray_across gives it.
 fn surface_at(id: u32, across: vec2<f32>) -> Surface {
-    let material = material_of(id);
     let triangle = triangle_of(id);
     let hit = hit_of(triangle, across);
-    let facet = facet_of(triangle, hit.barycentric, -ray_direction(across), hit.depth);
+    return surface_of(id, triangle, hit.barycentric, hit.depth, -ray_direction(across));
+}
+
+// At a point with these weights of the second and the third corner, `depth` away from the camera by the way that light goes,
+// as it is seen from a unit direction.
+fn surface_of(id: u32, triangle: Triangle, barycentric: vec2<f32>, depth: f32, view: vec3<f32>) -> Surface {
+    let material = material_of(id);
+    let facet = facet_of(triangle, barycentric, view, depth);
 
     var texels: array<vec4<f32>, TEXTURES>;
     for (var slot = 0u; slot < TEXTURES; slot++) {
@@ -59,8 +65,8 @@ fn surface_at(id: u32, across: vec2<f32>) -> Surface {
 
     var surface: Surface;
     surface.corner = triangle.corners[0];
-    surface.from_corner = triangle.to_second * hit.barycentric.x + triangle.to_third * hit.barycentric.y;
-    surface.depth = hit.depth;
+    surface.from_corner = triangle.to_second * barycentric.x + triangle.to_third * barycentric.y;
+    surface.depth = depth;
     surface.view = facet.view;
     surface.geometric_normal = facet.geometric_normal;
     let smooth_one = smooth_normal(facet);

@@ -15,6 +15,11 @@ fn surroundings_radiance(direction: vec3<f32>) -> vec3<f32> {
     if shade_scene.surroundings.kind == SURROUNDINGS_TRANSPARENT {
         return vec3<f32>(0.0);
     }
+    return surroundings_mirrored(direction);
+}
+
+// What is seen in a unit direction in a mirror: a transparent background is one of pictures alone.
+fn surroundings_mirrored(direction: vec3<f32>) -> vec3<f32> {
     return surroundings_around(direction, 0.05, 0.0);
 }
 

@@ -6,7 +6,7 @@ use umbrage_rays::{LightSource, Projection};
 
 use crate::Band;
 
-/// The camera rays of one sample, and which layer of surfaces they meet: 144 bytes.
+/// The camera rays of one sample, and which layer of surfaces they meet: 160 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeSample {
@@ -50,8 +50,14 @@ pub struct ShadeSample {
     pub first_row: u32,
     /// How many rows the whole image has.
     pub image_height: u32,
+    /// 1 where mirrors are followed, else 0.
+    pub follows: u32,
+    /// Less of what is seen in a mirror isn't followed.
+    pub least_contribution: f32,
+    /// Where the two planes of what mirrors lead to start, in pixels; [`ShadeScene::NO_WORD`] for none.
+    pub ways_plane: u32,
     #[doc(hidden)]
-    pub padding: [u32; 2],
+    pub padding: [u32; 3],
 }
 
 impl ShadeSample {

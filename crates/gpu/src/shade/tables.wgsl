@@ -80,6 +80,11 @@ struct ShadeSample {
     // The first of these rows, and how many the whole image has.
     first_row: u32,
     image_height: u32,
+    // Whether mirrors are followed, and what is left out of what they show where it is less.
+    follows: u32,
+    least_contribution: f32,
+    // Where the film's two planes of what mirrors lead to are, in pixels; NO_WORD where they aren't kept.
+    ways_plane: u32,
 }
 
 struct ShadeSurroundings {

@@ -41,7 +41,7 @@ fn device() -> Option<MutexGuard<'static, Device>> {
 
 /// Single rays in each way, and packets.
 fn walks() -> Vec<KdTracerOptions> {
-    let single = |traversal| KdTracerOptions { traversal, packet: None, counts: true };
+    let single = |traversal| KdTracerOptions { traversal, packet: None, counts: true, from_triangles: false };
     let packet = |traversal, lanes| KdTracerOptions { packet: Some(lanes), ..single(traversal) };
     vec![
         single(KdTraversal::Stack),
@@ -80,13 +80,18 @@ impl Scene {
 fn nearest(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> Vec<Option<Hit>> {
     let mut records = KdRecords::new(gpu);
     records.write_rays(gpu, rays.iter().copied(), tracer.options().lanes()).expect("room");
+    nearest_of(gpu, tracer, scene, &records, rays.len())
+}
+
+/// What a tracer says of so many rays on the GPU.
+fn nearest_of(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, records: &KdRecords, count: usize) -> Vec<Option<Hit>> {
     loop {
-        tracer.prepare(gpu, rays.len() as u32, 1).expect("room");
+        tracer.prepare(gpu, count as u32, 1).expect("room");
         let mut recorder = Recorder::new(gpu);
-        tracer.record_nearest(gpu, &mut recorder, &scene.geometry, &scene.nodes, &records);
+        tracer.record_nearest(gpu, &mut recorder, &scene.geometry, &scene.nodes, records);
         let done = recorder.submit_and_wait().expect("done");
         if tracer.finish(gpu, &done).expect("done") {
-            return tracer.read_hits(gpu, rays.len()).expect("read");
+            return tracer.read_hits(gpu, count).expect("read");
         }
     }
 }

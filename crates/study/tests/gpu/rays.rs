@@ -5,8 +5,9 @@ use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _};
 
 use crate::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
-use crate::{Device, Scene, blocked, check, device, free, walks};
-use umbrage_study::gpu_kdtree::KdTracerWork;
+use umbrage_study::gpu_kdtree::{KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
+
+use crate::{Device, Scene, bits, blocked, check, device, free, nearest_of, walks};
 
 #[test]
 fn nearest_hits_are_those_of_the_cpu_each_way() {
@@ -41,6 +42,62 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
         let (hits, work) = check(gpu, tracer, &flat, &of_flat);
         assert!(hits > 300 && work.undecided_hits > 300, "{hits} hits, {work:?}");
     }
+}
+
+/// Mirrors and glass ask so: what the point touches, as far as anybody can tell, isn't hit.
+#[test]
+fn rays_from_triangles_hit_what_those_of_the_cpu_do() {
+    let Some(device) = device() else { return };
+    let gpu = &device.gpu;
+    let mut random = Random(21);
+    let options = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
+    let mut tracer = KdTracer::new(gpu, options);
+    let mut touched = 0;
+    for mesh in [scene(&mut random), blocks(&mut random, 80)] {
+        let scene = Scene::new(gpu, mesh, KdTreeOptions::DEFAULT);
+        let triangles = scene.mesh.triangles();
+        let mut rays = Vec::new();
+        for reach in [0.5, 3.0, 40.0, 3e6] {
+            for step in 0..400 {
+                let mut ray = random_ray(&mut random, reach);
+                if step % 2 == 0 {
+                    // To an edge: there its neighbour's plane is as near as rounding tells.
+                    let [a, b, _] = triangles.corners(step / 2 % triangles.len() as u32).map(Vec3::as_dvec3);
+                    ray.direction = a + (b - a) * f64::from(random.point().x.abs()) - ray.origin;
+                }
+                let hit = match step % 2 {
+                    0 => Some((1.0, step / 2 % triangles.len() as u32)),
+                    _ => scene.tree.nearest(triangles, &ray, &|_| true).map(|hit| (hit.t, hit.triangle)),
+                };
+                let Some((t, id)) = hit else { continue };
+                let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
+                // Anywhere, along the triangle, and nearly along it.
+                let along = (b - a) * f64::from(random.point().x) + (c - a) * f64::from(random.point().y);
+                let direction = match step / 2 % 3 {
+                    0 => random.point().as_dvec3(),
+                    1 => along,
+                    _ => along + random.point().as_dvec3() * 1e-12,
+                };
+                rays.push((HitPoint::new(&ray, t), direction, id));
+            }
+        }
+        rays.retain(|(_, direction, _)| *direction != DVec3::ZERO);
+        let mut records = KdRecords::new(gpu);
+        records.write_rays_from(gpu, rays.iter().copied(), tracer.options().lanes()).expect("room");
+        let found = nearest_of(gpu, &mut tracer, &scene, &records, rays.len());
+        let mut hits = 0;
+        for ((point, direction, own), found) in rays.iter().zip(found) {
+            let ray = Ray::new(point.position, *direction);
+            let expected =
+                scene.tree.nearest_from(triangles, &ray, *own, &|hit| !point.is_on(triangles.corners(hit.triangle)));
+            assert_eq!(bits(found), bits(expected), "{ray:?} from {point:?} of {own}");
+            let other = scene.tree.nearest(triangles, &ray, &|hit| hit.triangle != *own);
+            hits += usize::from(expected.is_some());
+            touched += usize::from(bits(other) != bits(expected));
+        }
+        assert!(hits > 200, "{hits} hits");
+    }
+    assert!(touched > 30, "{touched} rays touch another triangle");
 }
 
 #[test]

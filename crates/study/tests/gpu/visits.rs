@@ -64,7 +64,7 @@ const MATERIALS: [KdMaterial; 1] = [KdMaterial { color: [0.7; 3], mirror: 0.5 }]
 
 /// Single rays and packets as in the paper's second table, and more.
 fn named() -> Vec<(&'static str, KdTracerOptions)> {
-    let with = |traversal, packet| KdTracerOptions { traversal, packet, counts: true };
+    let with = |traversal, packet| KdTracerOptions { traversal, packet, counts: true, from_triangles: false };
     vec![
         ("stack", with(KdTraversal::Stack, None)),
         ("restart", with(KdTraversal::Restart, None)),

@@ -350,7 +350,7 @@ impl Engine for Cpu {
 }
 
 /// Whether what is mirrored by a material may be followed.
-fn material_mirrors(material: &Material, gloss: bool) -> bool {
+pub(crate) fn material_mirrors(material: &Material, gloss: bool) -> bool {
     let Material { roughness, metallic_roughness_texture, unlit, layers, .. } = material;
     let coat_is_smooth = layers.as_ref().is_some_and(|layers| {
         let coat = &layers.clearcoat;

@@ -19,6 +19,7 @@
 mod finder;
 mod first_layer;
 mod geometry;
+mod mirrors;
 mod picture;
 mod rig;
 mod tables;
@@ -31,16 +32,18 @@ pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs};
 use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Recorder, Sight};
-use umbrage_rays::{Choice as _, LightMask, SeenPixels};
+use umbrage_rays::{Choice as _, LightMask, LightSource, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 use web_time::Instant;
 
+use crate::cpu::material_mirrors;
 use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::sampling::{Sample, Samples};
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
 use finder::{Finders, Found, Question};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
+use mirrors::{Mirrored, Mirrors, following};
 use picture::Picture;
 use rig::FrameRig;
 use tables::{Tables, sample_rays};
@@ -63,6 +66,9 @@ pub(crate) struct GpuEngine {
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
     is_see_through: bool,
+    /// What follows mirrors, made for the first frame that has any; and whether this one has.
+    mirrors: Option<Mirrors>,
+    has_mirrors: bool,
     output: Output,
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
@@ -82,7 +88,7 @@ pub(crate) struct GpuEngine {
 
 /// What is rendered at once.
 struct Turn<'a> {
-    lights: &'a [Light],
+    staged: &'a Staged<'a>,
     band: &'a Band,
     sample: &'a Sample,
     /// Whether the film is fetched after it.
@@ -145,6 +151,8 @@ impl GpuEngine {
             nothing: Buffer::storage(&gpu, "nothing seen"),
             bands: Vec::new(),
             is_see_through: false,
+            mirrors: None,
+            has_mirrors: false,
             output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -163,13 +171,14 @@ impl GpuEngine {
     /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
     /// they need, the layer isn't shaded, and all is done again with more.
     async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
+        let may_fetch = turn.is_last && !self.is_see_through && !self.has_mirrors;
         let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
-        let Turn { lights, band, sample, is_last } = *turn;
-        let sources: Vec<_> = lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect();
+        let Turn { staged, band, sample, .. } = *turn;
+        let sources = all_sources(staged.lights);
         let (sight, offset_pixels) = (Sight { is_behind: !is_first }, sample.offset_pixels);
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
+        shade.prepare(gpu, &following(staged.settings, sample_rays(band, sample)), layer, planes)?;
         for _ in 0..Self::MOST_TRIES {
             let (lights, groups) = (&sources[..], shade.groups());
             finder.prepare(gpu, &Question { geometry, band, offset_pixels, sight, lights, groups })?;
@@ -186,8 +195,7 @@ impl GpuEngine {
             if self.is_see_through {
                 finder.keep(gpu, &mut recorder)?;
             }
-            let fetch = (is_last && !self.is_see_through)
-                .then(|| FilmFetch::record(&mut recorder, planes, first, band, masks.len()));
+            let fetch = may_fetch.then(|| FilmFetch::record(&mut recorder, planes, first, band, masks.len()));
             let done = recorder.submit().await?;
             rig.finish(&done)?;
             if finder.finish(gpu, &done)? {
@@ -214,8 +222,11 @@ impl GpuEngine {
             self.planes.prepare(&self.gpu, band.size(), self.keeps(staged))?;
         }
         let is_last = self.output == Output::Film && sample.index + 1 == staged.settings.samples;
-        let turn = Turn { lights: staged.lights, band, sample, is_last };
+        let turn = Turn { staged, band, sample, is_last };
         self.layer(&turn, true, stats).await?;
+        if self.has_mirrors {
+            return self.follow_mirrors(&turn, stats).await;
+        }
         if !self.is_see_through {
             return Ok(());
         }
@@ -227,9 +238,19 @@ impl GpuEngine {
         self.shade_surroundings(band, sample, stats).await
     }
 
+    /// What mirrors show of a sample.
+    async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
+        let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
+        let Some(mirrors) = mirrors else { return Ok(()) };
+        let Turn { staged, band, sample, .. } = *turn;
+        let (geometry, seen) = (geometry.geometry(), finders.chosen().found().seen);
+        let mirrored = Mirrored { staged, band, sample, geometry, seen };
+        mirrors.follow(gpu, &mirrored, shade, planes, stats).await
+    }
+
     /// What the film keeps of a frame.
     fn keeps(&self, staged: &Staged<'_>) -> FilmKeeps {
-        FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat() }
+        FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat(), ways: self.has_mirrors }
     }
 
     /// What is around the scene, seen through all layers.
@@ -304,7 +325,8 @@ impl GpuEngine {
 impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
         match settings.structure {
-            _ if settings.bounces > 0 => Err(Error::BouncesOnGpu),
+            _ if settings.bounces > 0 && !Structure::HAS_ALL => Err(Error::StructureLeftOut("a kd-tree for mirrors")),
+            _ if settings.bounces > 0 && settings.gloss => Err(Error::GlossOnGpu),
             _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
@@ -332,7 +354,8 @@ impl Engine for GpuEngine {
 
     /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
     fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
-        if self.finders.chosen().needs_vertices() {
+        // So does the tree by which mirrors are followed.
+        if self.finders.chosen().needs_vertices() || settings.bounces > 0 {
             self.rig.leave();
             return Ok(scene.pose(seconds, frame)?);
         }
@@ -351,6 +374,11 @@ impl Engine for GpuEngine {
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
         self.is_see_through = frame.is_see_through();
+        if self.is_see_through && settings.bounces > 0 {
+            return Err(Error::GlassOnGpu);
+        }
+        self.has_mirrors =
+            settings.bounces > 0 && frame.materials.materials.iter().any(|material| material_mirrors(material, false));
         self.output = output;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
         let rig = self.rig.rig().map(Arc::as_ref);
@@ -365,6 +393,9 @@ impl Engine for GpuEngine {
         let pixel_bytes = self.keeps(staged).plane_bytes();
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
+        if self.has_mirrors && Structure::HAS_ALL {
+            self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame)?;
+        }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
         Ok(())
     }
@@ -437,14 +468,20 @@ impl Engine for GpuEngine {
         stats.shadow_rays = self.shadow_rays;
         stats.count_settled(self.settled.map(Some));
         let [triangles, points, pixels] = self.finders.chosen().bytes();
-        stats.structure_bytes = triangles as usize;
+        let [triangles_in_mirrors, rays] = self.mirrors.as_ref().map_or([0; 2], Mirrors::bytes);
+        stats.structure_bytes = (triangles + triangles_in_mirrors) as usize;
         stats.point_bytes = points as usize;
         stats.frame_bytes += self.rig.bytes() as usize;
         let film = self.planes.planes().bytes() + self.planes.triangle().bytes();
-        stats.pixel_bytes += (pixels + film + self.picture.bytes()) as usize;
+        stats.pixel_bytes += (pixels + rays + film + self.picture.bytes()) as usize;
         stats.count_omitted(&self.rig.omitted(frame));
         stats.uploaded_bytes = self.gpu.uploaded_bytes() - self.uploaded_before;
     }
+}
+
+/// Where lights are; `None` for one that nothing keeps away.
+fn all_sources(lights: &[Light]) -> Vec<Option<LightSource>> {
+    lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect()
 }
 
 /// The least linear value of each level of an eight-bit channel of a picture.

@@ -8,6 +8,7 @@ mod common;
 mod failures;
 mod frames;
 mod kdtree;
+mod mirrors;
 mod own_frames;
 mod pose;
 mod shade;

@@ -65,7 +65,7 @@ impl KdGpuFlags {
             for (of_paper, primary, ways, bounces) in experiments.clone() {
                 for &(traversal, packet) in ways {
                     let sceneries = bounces.clone().map(|bounces| KdScenery { bounces, primary, ..trial.scenery });
-                    let options = KdTracerOptions { traversal, packet, counts: false };
+                    let options = KdTracerOptions { traversal, packet, counts: false, from_triangles: false };
                     rendered.set_options(&gpu, options);
                     let timed = sceneries.clone().map(|scenery| {
                         let times = trial.render(&gpu, &mut rendered, &scenery, self.common.rounds)?;

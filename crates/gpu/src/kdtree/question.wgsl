@@ -1,0 +1,32 @@
+// Questions about shadows of the light `kd_light`, into the buffer `records`; a stage declares both.
+
+import package::exact::cone::{exact_is_in_cone};
+import package::exact::shadow::{ExactPoint};
+import package::kdtree::records::{
+    NO_TRIANGLE, RECORD_OWN, RECORD_TAG, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT,
+};
+import package::kdtree::write::{put_number, put_vector};
+import stage::{kd_light, records};
+
+// Asks nothing about what isn't there.
+fn put_no_question(word: u32) {
+    records[word + RECORD_OWN] = NO_TRIANGLE;
+    records[word + RECORD_TAG] = NO_TRIANGLE;
+}
+
+// Asks about a point of a triangle, unless it is beside the light's cone.
+fn put_question(word: u32, point: ExactPoint, triangle: u32, tag: u32) {
+    records[word + RECORD_OWN] = triangle;
+    records[word + RECORD_TAG] = NO_TRIANGLE;
+    if kd_light.has_cone != 0u
+        && !exact_is_in_cone(point.position, kd_light.vector, kd_light.axis, kd_light.squared_cosine) {
+        return;
+    }
+    put_vector(word, point.position);
+    put_number(word + SHADOW_ERROR, point.error);
+    for (var axis = 0u; axis < 3u; axis++) {
+        records[word + SHADOW_LIGHT + axis] = kd_light.vector[axis];
+    }
+    records[word + SHADOW_IS_DIRECTIONAL] = kd_light.is_directional;
+    records[word + RECORD_TAG] = tag;
+}

@@ -1,0 +1,28 @@
+// Stage `add`: what rays have shown, to the film. Rays are in the order of their pixels, and the first of a pixel's adds what
+// all of them have.
+
+import package::dispatch::{Invocation, flat_index};
+import package::onward::path::{OnwardPath};
+import package::onward::step::{OnwardStep};
+
+@group(0) @binding(0) var<uniform> onward_step: OnwardStep;
+@group(0) @binding(1) var<storage, read> planes: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> paths: array<OnwardPath>;
+@group(0) @binding(3) var<storage, read_write> film: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn add(at: Invocation) {
+    let first = flat_index(at, 64u);
+    if first >= onward_step.count {
+        return;
+    }
+    let pixel = paths[first].pixel;
+    if first > 0u && paths[first - 1u].pixel == pixel {
+        return;
+    }
+    var sum = film[pixel];
+    for (var number = first; number < onward_step.count && paths[number].pixel == pixel; number++) {
+        sum += planes[number];
+    }
+    film[pixel] = sum;
+}

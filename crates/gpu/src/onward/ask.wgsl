@@ -1,0 +1,25 @@
+// Stage `ask`: for each point in a light's reach, whether anything is between.
+
+import package::dispatch::{Invocation, flat_index};
+import package::kdtree::light::{KdLight};
+import package::kdtree::question::{put_no_question, put_question};
+import package::kdtree::records::{NO_TRIANGLE, RECORDS_COUNT, record_start};
+import package::onward::points::{POINT_TRIANGLE, POINT_WORDS, read_exact_point};
+
+@group(0) @binding(0) var<uniform> kd_light: KdLight;
+@group(0) @binding(1) var<storage, read> points: array<u32>;
+@group(0) @binding(2) var<storage, read_write> records: array<u32>;
+
+@compute @workgroup_size(64)
+fn ask(at: Invocation) {
+    let number = flat_index(at, 64u);
+    if number >= records[RECORDS_COUNT] {
+        return;
+    }
+    let id = points[number * POINT_WORDS + POINT_TRIANGLE];
+    if id == NO_TRIANGLE {
+        put_no_question(record_start(number));
+        return;
+    }
+    put_question(record_start(number), read_exact_point(number), id, number);
+}

@@ -1,0 +1,23 @@
+// Stage `count`: how many rays go on from each of a generation. Their sums are where those are written, so that rays stay in
+// the order of their pixels.
+
+import package::dispatch::{Invocation, flat_index};
+import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, second_way};
+
+@group(0) @binding(0) var<uniform> onward_step: OnwardStep;
+@group(0) @binding(1) var<storage, read> planes: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read_write> starts: array<u32>;
+
+@compute @workgroup_size(64)
+fn count(at: Invocation) {
+    let number = flat_index(at, 64u);
+    if number >= onward_step.count {
+        return;
+    }
+    let index = index_in_planes(number);
+    var rays = 0u;
+    if index != NOWHERE {
+        rays = u32(planes[second_way(index)].w > 0.0);
+    }
+    starts[number] = rays;
+}

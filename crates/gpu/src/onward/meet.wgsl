@@ -1,0 +1,51 @@
+// Stage `meet`: what rays have met, as lights and shading ask for it.
+
+import package::dispatch::{Invocation, flat_index};
+import package::exact::double::{F64, f64_to_f32_bits};
+import package::exact::shadow::{exact_point};
+import package::kdtree::read::{read_ray};
+import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, record_start};
+import package::onward::path::{OnwardPath};
+import package::onward::put_point::{put_point};
+import package::onward::points::{POINT_PIXEL, POINT_TRIANGLE, POINT_WORDS};
+import package::shade::meeting::{
+    MEETING_DEPTH, MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
+};
+
+@group(0) @binding(0) var<storage, read> records: array<u32>;
+@group(0) @binding(1) var<storage, read> hits: array<u32>;
+@group(0) @binding(2) var<storage, read> paths: array<OnwardPath>;
+@group(0) @binding(3) var<storage, read_write> points: array<u32>;
+@group(0) @binding(4) var<storage, read_write> meetings: array<u32>;
+
+@compute @workgroup_size(64)
+fn meet(at: Invocation) {
+    let number = flat_index(at, 64u);
+    if number >= records[RECORDS_COUNT] {
+        return;
+    }
+    let ray = read_ray(record_start(number));
+    let hit = number * HIT_WORDS;
+    let id = hits[hit];
+    let path = paths[number];
+    points[number * POINT_WORDS + POINT_TRIANGLE] = id;
+    points[number * POINT_WORDS + POINT_PIXEL] = path.pixel;
+    let to = number * MEETING_WORDS;
+    meetings[to] = id;
+    if id != NO_TRIANGLE {
+        let t = F64(hits[hit + 2u], hits[hit + 3u]);
+        put_point(number, exact_point(ray, t), id, path.pixel);
+        meetings[to + MEETING_WEIGHTS] = hits[hit + 4u];
+        meetings[to + MEETING_WEIGHTS + 1u] = hits[hit + 5u];
+        meetings[to + MEETING_DEPTH] = f64_to_f32_bits(t);
+    }
+    let along = vec3<u32>(
+        f64_to_f32_bits(ray.direction.x), f64_to_f32_bits(ray.direction.y), f64_to_f32_bits(ray.direction.z),
+    );
+    let view = bitcast<vec3<u32>>(-normalize(bitcast<vec3<f32>>(along)));
+    for (var axis = 0u; axis < 3u; axis++) {
+        meetings[to + MEETING_VIEW + axis] = view[axis];
+        meetings[to + MEETING_THROUGH + axis] = bitcast<u32>(path.through[axis]);
+    }
+    meetings[to + MEETING_TRAVELLED] = bitcast<u32>(path.travelled);
+}

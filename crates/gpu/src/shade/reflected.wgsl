@@ -1,0 +1,101 @@
+// What surfaces send along a ray: crates/umbrage/src/cpu/met.rs.
+
+import package::shade::brdf::{reflectance_ambient, reflectance_diffuse, reflectance_evaluate, reflectance_view};
+import package::shade::irradiance::{arriving_light};
+import package::shade::layers::{LAYERS, layers_ambient, layers_lit, layers_scattered, layers_surrounding};
+import package::shade::mirror::{Mirror};
+import package::shade::surface::{Surface};
+import package::shade::surroundings::{surroundings_irradiance};
+import package::shade::tables::{shade_lights, shade_lit, shade_sample, shade_scene};
+
+// In place of no light at all, so that the darkest surfaces are whole.
+const LEAST_IRRADIANCE: f32 = 1e-30;
+// So that sums are finite.
+const MOST_IRRADIANCE: f32 = 1e30;
+
+// Radiance that a surface sends along the ray, by itself and from the lights that reach it, without what is followed in a
+// mirror.
+fn reflected(surface: Surface, slot: u32, mirror: Mirror) -> vec3<f32> {
+    if surface.is_unlit {
+        return surface.base_color;
+    }
+    let normal = surface.normal;
+    let view = surface.view;
+    let n_v = dot(normal, view);
+    let irradiance = ambient_irradiance(normal);
+    var around = vec3<f32>(0.0);
+    if !mirror.is_of_surface {
+        around = layers_surrounding(surface.layers, surface.reflectance.roughness, normal, view);
+    }
+    let seen_around = reflectance_view(surface.reflectance, max(n_v, 0.0), surface.layers);
+    var ambient = reflectance_ambient(surface.reflectance, seen_around, irradiance, around);
+    var emitted = surface.emitted;
+    if LAYERS && surface.layers.is_there {
+        ambient += layers_ambient(surface.layers, view, irradiance, mirror.is_of_coat);
+        emitted *= surface.layers.below_coat;
+    }
+    let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4), surface.layers);
+    var radiance = emitted + ambient * surface.ambient_occlusion;
+    for (var light = 0u; light < shade_scene.light_count; light++) {
+        if !is_lit(light, slot) {
+            continue;
+        }
+        let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
+        // Light from behind the triangle lights its other side, whatever the bent normal says.
+        if dot(surface.geometric_normal, arriving.towards) > 0.0 {
+            let irradiance = arriving.irradiance * max(dot(normal, arriving.towards), 0.0);
+            if is_of_sky(light) {
+                var scattered = reflectance_diffuse(surface.reflectance, seen);
+                if LAYERS && surface.layers.is_there {
+                    scattered += layers_scattered(surface.layers);
+                }
+                radiance += scattered * irradiance;
+            } else {
+                let layers = surface.layers;
+                let towards = arriving.towards;
+                radiance += reflectance_evaluate(surface.reflectance, seen, normal, view, towards, layers) * irradiance;
+                if LAYERS && layers.is_there {
+                    radiance += layers_lit(layers, view, towards) * arriving.irradiance;
+                }
+            }
+        }
+    }
+    return radiance;
+}
+
+// Which part of its light reaches a surface of which only shadows are seen: crates/umbrage/src/cpu/caught.rs.
+fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
+    var light_sum = ambient_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
+    // The sky's lights have as much in all.
+    var all_light = surroundings_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
+    for (var light = 0u; light < shade_scene.light_count; light++) {
+        let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
+        let facing = arriving.irradiance * dot(surface.normal, arriving.towards);
+        let irradiance = clamp(facing, vec3<f32>(0.0), vec3<f32>(MOST_IRRADIANCE));
+        if !is_of_sky(light) {
+            all_light += irradiance;
+        }
+        if is_lit(light, slot) && dot(surface.geometric_normal, arriving.towards) > 0.0 {
+            light_sum += irradiance;
+        }
+    }
+    return light_sum / all_light;
+}
+
+// From all around, unless it comes by lights.
+fn ambient_irradiance(normal: vec3<f32>) -> vec3<f32> {
+    if shade_scene.sky_light_count > 0u {
+        return vec3<f32>(0.0);
+    }
+    return surroundings_irradiance(normal);
+}
+
+// Whether a light is that from all around in one direction.
+fn is_of_sky(light: u32) -> bool {
+    return light + shade_scene.sky_light_count >= shade_scene.light_count;
+}
+
+fn is_lit(light: u32, slot: u32) -> bool {
+    let word = shade_lit[light * shade_sample.words_per_light + slot / 32u];
+    return ((word >> (slot % 32u)) & 1u) == 1u;
+}
