@@ -48,11 +48,12 @@ const MODULES: &[(&str, &str)] = modules! {
         spread survey trace undecided;
     "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;
     "mask::" in "mask/": exact filter flags rough_point table;
-    "onward::" in "onward/": add ask count locate meet path points put_point send step;
+    "onward::" in "onward/": add ask count locate media meet path points put_point send step tinted way;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
-    "shade::" in "shade/": attributes brdf coat develop facet film grooves hit irradiance layers meeting microfacet mirror
-        onward painted panorama reflected rows shade sheen shown specular_albedo surface surroundings tables texture tone_map;
+    "shade::" in "shade/": attributes brdf coat develop facet film glass grooves hit irradiance layers meeting microfacet
+        onward painted panorama reflected rows shade sheen shown specular_albedo surface surroundings tables texture tint
+        tone_map ways;
 };
 
 /// A shader's whole text.
@@ -173,6 +174,7 @@ mod tests {
         ("onward_step", "var<uniform> onward_step: OnwardStep;"),
         ("pairs", "var<storage, read> pairs: array<u32>;"),
         ("point_view", "var<uniform> point_view: PointView;"),
+        ("planes", "var<storage, read> planes: array<vec4<f32>>;"),
         ("points", "var<storage, read_write> points: array<u32>;"),
         ("positions", "var<storage, read> positions: array<u32>;"),
         ("records", "var<storage, read_write> records: array<u32>;"),

@@ -109,9 +109,6 @@ pub enum Error {
     /// The library was compiled without the feature `structures`.
     #[error("{0} was left out when this was compiled: the feature `structures` has it")]
     StructureLeftOut(&'static str),
-    /// A GPU was asked to follow glass, or what is seen through.
-    #[error("a GPU follows mirrors where nothing is seen through: with glass or blended surfaces it takes 0 bounces")]
-    GlassOnGpu,
     /// A GPU was asked to follow rough mirrors.
     #[error("a GPU follows smooth mirrors alone: it takes no gloss")]
     GlossOnGpu,
@@ -190,7 +187,6 @@ impl Error {
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
                 | Self::StructureLeftOut(_)
-                | Self::GlassOnGpu
                 | Self::GlossOnGpu
                 | Self::OcclusionOnGpu
                 | Self::TerminatorOnGpu

@@ -16,12 +16,14 @@ pub(crate) struct KdLight {
     casts_shadow: u32,
     packet: u32,
     mask: u32,
-    unused: [u32; 3],
+    tints: u32,
+    unused: [u32; 2],
 }
 
 impl KdLight {
-    /// `None` for a light that nothing keeps away. Its bits start at the word `mask`, and questions go in packets of so many.
-    pub(crate) fn new(light: Option<&LightSource>, packet: u32, mask: u32) -> Self {
+    /// `None` for a light that nothing keeps away. Its bits start at the word `mask`, what says how much of lights comes through
+    /// at the word `tints`, and questions go in packets of so many.
+    pub(crate) fn new(light: Option<&LightSource>, packet: u32, mask: u32, tints: u32) -> Self {
         let cone = light.and_then(Cone::of);
         let [x, y, z, is_directional] = light.map_or([0; 4], light_words);
         Self {
@@ -33,7 +35,8 @@ impl KdLight {
             casts_shadow: u32::from(light.is_some()),
             packet,
             mask,
-            unused: [0; 3],
+            tints,
+            unused: [0; 2],
         }
     }
 }
@@ -46,9 +49,18 @@ mod tests {
 
     #[test]
     fn parameters_are_those_of_the_shaders() {
-        let light =
-            layout!(KdLight { vector, is_directional, axis, has_cone, squared_cosine, casts_shadow, packet, mask });
-        for path in ["kdtree::ask", "kdtree::lit", "onward::ask"] {
+        let light = layout!(KdLight {
+            vector,
+            is_directional,
+            axis,
+            has_cone,
+            squared_cosine,
+            casts_shadow,
+            packet,
+            mask,
+            tints
+        });
+        for path in ["kdtree::ask", "kdtree::lit", "onward::ask", "onward::tinted"] {
             assert_eq!(differences(&module(&link(path)), &light), [""; 0], "{path}");
         }
     }

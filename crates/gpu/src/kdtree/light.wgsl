@@ -13,4 +13,6 @@ struct KdLight {
     packet: u32,
     // Where its bits start, in words.
     mask: u32,
+    // Where the words start that say how much of lights comes through what is before points.
+    tints: u32,
 }

@@ -4,10 +4,11 @@
 
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
-import package::exact::double::{F64, f64_equal, f64_is_zero, f64_less};
+import package::exact::double::{F64, f64_equal, f64_is_zero, f64_less, f64_to_f32_bits};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::exact::shadow::{ExactPoint, exact_blocked_by, exact_is_on};
+import package::exact::vector::{f64_vector_from_f32_bits, f64_vector_subtract};
 import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
 import package::kdtree::records::{HIT_WORDS, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
 import package::mask::exact::{is_there_exactly};
@@ -143,4 +144,43 @@ fn settle_blocked(at: Invocation) {
     if exact_blocked_by(&terms, shadow, corner_bits(id), &edges) && is_there(id, edges, shadow.from_point, true) {
         atomicOr(&traced[4u * number], 1u);
     }
+}
+
+// Whether light to a point passes through the triangle of a listed hit, where, and how far from the point, below zero where the
+// back is on the light's side.
+@compute @workgroup_size(64)
+fn settle_passed(at: Invocation) {
+    let index = flat_index(at, RECORD_LANES);
+    if index >= undecided_count() {
+        return;
+    }
+    let base = UNDECIDED_FIRST + index * UNDECIDED_WORDS;
+    let word = record_start(undecided_hits[base + 1u]);
+    let shadow = read_shadow(word, read_point(word));
+    var terms: ExpansionTerms;
+    var edges: ExactEdges;
+    let id = undecided_hits[base];
+    let corners = corner_bits(id);
+    undecided_hits[base + 4u] = 0u;
+    if !exact_blocked_by(&terms, shadow, corners, &edges) {
+        return;
+    }
+    // From the light.
+    let is_front = exact_is_front(edges) != shadow.from_point;
+    if !is_front && (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u {
+        return;
+    }
+    let weights = exact_barycentric(edges);
+    let a = bitcast<vec3<f32>>(corners.a);
+    let to_second = bitcast<vec3<f32>>(corners.b) - a;
+    let to_third = bitcast<vec3<f32>>(corners.c) - a;
+    let from_point = f64_vector_subtract(f64_vector_from_f32_bits(corners.a), shadow.point.position);
+    let first = bitcast<vec3<f32>>(
+        vec3<u32>(f64_to_f32_bits(from_point.x), f64_to_f32_bits(from_point.y), f64_to_f32_bits(from_point.z)),
+    );
+    let crossing = first + to_second * bitcast<f32>(weights.x) + to_third * bitcast<f32>(weights.y);
+    undecided_hits[base + 4u] = 1u;
+    undecided_hits[base + 5u] = bitcast<u32>(select(-1.0, 1.0, is_front) * length(crossing));
+    undecided_hits[base + 6u] = weights.x;
+    undecided_hits[base + 7u] = weights.y;
 }

@@ -131,7 +131,7 @@ impl KdSight {
         self.casts_shadow.clear();
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
         for ((buffer, light), number) in self.lights.iter_mut().zip(lights).zip(0..) {
-            let parameters = KdLight::new(light.as_ref(), packet, number * (slots / 32));
+            let parameters = KdLight::new(light.as_ref(), packet, number * (slots / 32), 0);
             buffer.write(gpu, &[parameters])?;
         }
         self.records.reserve(gpu, slots)?;

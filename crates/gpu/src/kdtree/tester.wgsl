@@ -18,6 +18,8 @@ import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHAD
 override KD_COUNTS: bool = false;
 // Whether it is asked what blocks the way to a light; else, what is hit first.
 override KD_IS_SHADOW: bool = false;
+// Whether it is asked what light passes through on that way: all of it is listed.
+override KD_IS_PASSED: bool = false;
 
 const UNDECIDED_COUNT: u32 = 0u;
 // How many of them are certain: the predicate only has to say where.
@@ -316,7 +318,11 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
             (*ray).visits.z += 1u;
         }
         let kind = triangles[id].w;
-        if KD_IS_SHADOW && (kind & TRIANGLE_SHADOWLESS) != 0u {
+        let lets_light_through = (kind & (TRIANGLE_SHADOWLESS | TRIANGLE_SHADOW_MASKED)) != 0u;
+        if KD_IS_PASSED && !lets_light_through {
+            continue;
+        }
+        if KD_IS_SHADOW && !KD_IS_PASSED && (kind & TRIANGLE_SHADOWLESS) != 0u {
             continue;
         }
         var meeting = kd_meet(ray, id);
@@ -327,7 +333,11 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
         if (kind & select(TRIANGLE_MASKED, TRIANGLE_SHADOW_MASKED, KD_IS_SHADOW)) != 0u {
             meeting.is_certain = false;
         }
-        if KD_IS_SHADOW {
+        if KD_IS_PASSED {
+            if id != (*ray).listed {
+                kd_list(ray, id, meeting.lower);
+            }
+        } else if KD_IS_SHADOW {
             kd_note_shadow(ray, id, meeting);
             if (*ray).is_blocked {
                 return;

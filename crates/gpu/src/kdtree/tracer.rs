@@ -44,6 +44,14 @@ impl Default for KdTracerOptions {
 enum Question {
     Nearest,
     Blocked,
+    Passed,
+}
+
+/// What finds all that light passes through, compiled for the first who asks.
+#[derive(Debug)]
+struct PassedKernels {
+    walk: Kernel,
+    settle: Kernel,
 }
 
 /// Answers rays on the GPU: the stages `line`, `nearest` or `blocked`, and `settle`.
@@ -55,6 +63,7 @@ pub struct KdTracer {
     size_undecided: Kernel,
     settle_undecided: [Kernel; 2],
     settle_nearest: Kernel,
+    passed: Option<PassedKernels>,
     line_words: Buffer,
     /// Four words for each ray.
     traced: Buffer,
@@ -115,6 +124,7 @@ impl KdTracer {
             size_undecided: settle("size_undecided"),
             settle_undecided: [settle_hits, settle("settle_blocked")],
             settle_nearest: settle("settle_nearest"),
+            passed: None,
             line_words: Buffer::storage(gpu, "kd-tree lines"),
             traced: Buffer::storage(gpu, "kd-tree answers"),
             undecided: Buffer::storage(gpu, "kd-tree undecided hits"),
@@ -134,6 +144,7 @@ impl KdTracer {
         if options != self.options {
             self.options = options;
             self.walks = walks(gpu, options);
+            self.passed = None;
         }
     }
 
@@ -194,6 +205,27 @@ impl KdTracer {
         self.record(gpu, recorder, geometry, tree, questions, Question::Blocked);
     }
 
+    /// Records the questions what that lets light through is between points and a light: a list for each, in
+    /// [`KdTracer::passed`], that begins where the second word of [`KdTracer::shadows`] says.
+    ///
+    /// # Panics
+    /// If it is recorded more often than was prepared for.
+    pub(crate) fn record_passed(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        tree: &KdNodes,
+        questions: &KdRecords,
+    ) {
+        let options = self.options;
+        self.passed.get_or_insert_with(|| PassedKernels {
+            walk: walk(gpu, options, &[("KD_IS_SHADOW", 1.0), ("KD_IS_PASSED", 1.0)]),
+            settle: Kernel::new(gpu, "kdtree::settle", "settle_passed", &[]),
+        });
+        self.record(gpu, recorder, geometry, tree, questions, Question::Passed);
+    }
+
     fn record(
         &mut self,
         gpu: &Gpu,
@@ -206,9 +238,10 @@ impl KdTracer {
         let use_index = self.asked.len() as u32;
         assert!(use_index < self.most_uses, "{use_index} uses were prepared for");
         self.asked.push(question);
-        let (which, walk) = match question {
-            Question::Nearest => (0, "nearest"),
-            Question::Blocked => (1, "blocked"),
+        let ([line, walk, settle], name) = match (question, &self.passed) {
+            (Question::Nearest, _) => ([&self.lines[0], &self.walks[0], &self.settle_undecided[0]], "nearest"),
+            (Question::Passed, Some(passed)) => ([&self.lines[1], &passed.walk, &passed.settle], "passed"),
+            _ => ([&self.lines[1], &self.walks[1], &self.settle_undecided[1]], "blocked"),
         };
         rays.record_sizes(recorder);
         let groups = Groups::Indirect(rays.sizes(), KdRecords::GROUPS);
@@ -217,7 +250,7 @@ impl KdTracer {
         // Where there are no rays no invocation says so.
         recorder.clear_words(&self.line_words, 4);
         let buffers = [tree.shape(), rays.buffer(), &self.line_words];
-        recorder.stage("line", |pass| self.lines[which].dispatch(gpu, pass, &buffers, groups));
+        recorder.stage("line", |pass| line.dispatch(gpu, pass, &buffers, groups));
         let buffers = [
             tree.shape(),
             tree.nodes(),
@@ -229,14 +262,14 @@ impl KdTracer {
             &self.undecided,
         ];
         let walk_groups = if self.options.packet.is_some() { packets } else { groups };
-        recorder.stage(walk, |pass| self.walks[which].dispatch(gpu, pass, &buffers, walk_groups));
+        recorder.stage(name, |pass| walk.dispatch(gpu, pass, &buffers, walk_groups));
         let (triangles, positions, masks) = (geometry.triangles(), geometry.positions(), geometry.masks().buffer());
         let buffers = [rays.buffer(), triangles, positions, &self.traced, &self.undecided, &self.hits, masks];
         recorder.stage("settle", |pass| self.size_undecided.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
         recorder.copy_words(&self.undecided, &self.undecided_sizes, Self::UNDECIDED_HEADER);
         recorder.stage("settle", |pass| {
             let undecided = Groups::Indirect(&self.undecided_sizes, Self::UNDECIDED_GROUPS);
-            self.settle_undecided[which].dispatch(gpu, pass, &buffers, undecided);
+            settle.dispatch(gpu, pass, &buffers, undecided);
             if question == Question::Nearest {
                 self.settle_nearest.dispatch(gpu, pass, &buffers, groups);
             }
@@ -260,7 +293,7 @@ impl KdTracer {
             let long = |word: usize| u64::from(needs[word]) | u64::from(needs[word + 1]) << 32;
             let count = |index: usize| long(8 + 2 * index);
             self.work.push(KdTracerWork {
-                is_shadow: *question == Question::Blocked,
+                is_shadow: *question != Question::Nearest,
                 undecided_hits: needs[0] - needs[4],
                 visits: Counts {
                     rays: needs[5].into(),
@@ -300,6 +333,11 @@ impl KdTracer {
         &self.traced
     }
 
+    /// What [`KdTracer::record_passed`] lists: 16 words, then eight for each (`settle.wgsl`).
+    pub(crate) fn passed(&self) -> &Buffer {
+        &self.undecided
+    }
+
     /// What each use has needed: how many hits were left undecided, at the start of its header.
     pub(super) fn needs(&self) -> &Buffer {
         &self.needs
@@ -320,6 +358,11 @@ impl KdTracer {
 
 /// The kernels for nearest hits and for shadows.
 fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
+    both(|is_shadow| walk(gpu, options, &[is_shadow]))
+}
+
+/// The kernel for what constants say is asked.
+fn walk(gpu: &Gpu, options: KdTracerOptions, asked: &[(&str, f64)]) -> Kernel {
     let (entries, pushes_down) = match options.traversal {
         KdTraversal::Stack => (KdTracerOptions::MOST_ENTRIES, true),
         KdTraversal::Restart => (0, false),
@@ -334,7 +377,7 @@ fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
         KdTracerOptions { traversal: KdTraversal::Stack, .. } => ("kdtree::stack", "by_stack", &[]),
         _ => ("kdtree::trail", "by_trail", &short),
     };
-    both(|is_shadow| Kernel::new(gpu, path, entry, &[constants, &[counts, is_shadow]].concat()))
+    Kernel::new(gpu, path, entry, &[constants, &[counts], asked].concat())
 }
 
 /// What `kernel` makes for nearest hits and for shadows, given the constant that says which.

@@ -3,7 +3,7 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::onward::path::{OnwardPath};
-import package::onward::step::{OnwardStep};
+import package::onward::step::{NOWHERE, OnwardStep};
 
 @group(0) @binding(0) var<uniform> onward_step: OnwardStep;
 @group(0) @binding(1) var<storage, read> planes: array<vec4<f32>>;
@@ -20,9 +20,17 @@ fn add(at: Invocation) {
     if first > 0u && paths[first - 1u].pixel == pixel {
         return;
     }
-    var sum = film[pixel];
+    let has_flat = onward_step.flat_plane != NOWHERE;
+    var sum = vec4<f32>(0.0);
+    var flat_sum = vec4<f32>(0.0);
     for (var number = first; number < onward_step.count && paths[number].pixel == pixel; number++) {
         sum += planes[number];
+        if has_flat {
+            flat_sum += planes[onward_step.flat_plane + number];
+        }
     }
-    film[pixel] = sum;
+    film[pixel] += sum;
+    if has_flat {
+        film[onward_step.flat_plane_of_film + pixel] += flat_sum;
+    }
 }

@@ -2,7 +2,8 @@
 // the order of their pixels.
 
 import package::dispatch::{Invocation, flat_index};
-import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, second_way};
+import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, way_bits};
+import package::onward::way::{way_count};
 
 @group(0) @binding(0) var<uniform> onward_step: OnwardStep;
 @group(0) @binding(1) var<storage, read> planes: array<vec4<f32>>;
@@ -17,7 +18,7 @@ fn count(at: Invocation) {
     let index = index_in_planes(number);
     var rays = 0u;
     if index != NOWHERE {
-        rays = u32(planes[second_way(index)].w > 0.0);
+        rays = way_count(way_bits(index));
     }
     starts[number] = rays;
 }

@@ -1,12 +1,15 @@
-// Stage `locate`: where the camera's rays go on from, of those that do.
+// Stage `locate`: where the camera's rays meet what they see. Where they go straight on, they are kept too.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_edges, exact_t};
 import package::exact::shadow::{exact_point};
+import package::kdtree::records::{NO_TRIANGLE, RAY_DIRECTION, record_start};
+import package::kdtree::write::{put_vector};
+import package::onward::points::{POINT_TRIANGLE, POINT_WORDS};
 import package::onward::put_point::{put_point};
-import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, second_way};
+import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, way_bits};
 import package::point_view::{PointView, ray_of_slot};
 
 @group(0) @binding(0) var<uniform> onward_step: OnwardStep;
@@ -16,6 +19,7 @@ import package::point_view::{PointView, ray_of_slot};
 @group(0) @binding(4) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> positions: array<u32>;
 @group(0) @binding(6) var<storage, read_write> points: array<u32>;
+@group(0) @binding(7) var<storage, read_write> records: array<u32>;
 
 @compute @workgroup_size(64)
 fn locate(at: Invocation) {
@@ -24,14 +28,25 @@ fn locate(at: Invocation) {
         return;
     }
     let pixel = index_in_planes(slot);
-    if pixel == NOWHERE {
+    let has_all_ways = onward_step.has_all_ways != 0u;
+    var id = NO_TRIANGLE;
+    if pixel != NOWHERE {
+        // Where something is seen through all of them are asked about; this comes before shading then.
+        if has_all_ways || way_bits(pixel) != 0u {
+            id = seen[slot];
+        }
+    }
+    points[slot * POINT_WORDS + POINT_TRIANGLE] = id;
+    if id == NO_TRIANGLE {
         return;
     }
-    if planes[second_way(pixel)].w > 0.0 {
-        let ray = ray_of_slot(slot);
-        let id = seen[slot];
-        var terms: ExpansionTerms;
-        let t = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(id)));
-        put_point(slot, exact_point(ray, t), id, pixel);
+    let ray = ray_of_slot(slot);
+    var terms: ExpansionTerms;
+    let t = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(id)));
+    put_point(slot, exact_point(ray, t), t, id, pixel);
+    if has_all_ways {
+        let word = record_start(slot);
+        put_vector(word, ray.origin);
+        put_vector(word + RAY_DIRECTION, ray.direction);
     }
 }

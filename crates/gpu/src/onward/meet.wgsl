@@ -1,15 +1,16 @@
 // Stage `meet`: what rays have met, as lights and shading ask for it.
 
 import package::dispatch::{Invocation, flat_index};
-import package::exact::double::{F64, f64_to_f32_bits};
+import package::exact::double::{F64, f64_subtract, f64_to_f32_bits};
 import package::exact::shadow::{exact_point};
-import package::kdtree::read::{read_ray};
-import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, record_start};
+import package::kdtree::read::{read_number, read_ray};
+import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RAY_T_MIN, RECORDS_COUNT, record_start};
 import package::onward::path::{OnwardPath};
-import package::onward::put_point::{put_point};
 import package::onward::points::{POINT_PIXEL, POINT_TRIANGLE, POINT_WORDS};
+import package::onward::put_point::{put_point};
 import package::shade::meeting::{
-    MEETING_DEPTH, MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
+    MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_THROUGH,
+    MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
 };
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
@@ -30,22 +31,29 @@ fn meet(at: Invocation) {
     let path = paths[number];
     points[number * POINT_WORDS + POINT_TRIANGLE] = id;
     points[number * POINT_WORDS + POINT_PIXEL] = path.pixel;
+    let along = bitcast<vec3<f32>>(vec3<u32>(
+        f64_to_f32_bits(ray.direction.x), f64_to_f32_bits(ray.direction.y), f64_to_f32_bits(ray.direction.z),
+    ));
     let to = number * MEETING_WORDS;
     meetings[to] = id;
     if id != NO_TRIANGLE {
         let t = F64(hits[hit + 2u], hits[hit + 3u]);
-        put_point(number, exact_point(ray, t), id, path.pixel);
+        put_point(number, exact_point(ray, t), t, id, path.pixel);
         meetings[to + MEETING_WEIGHTS] = hits[hit + 4u];
         meetings[to + MEETING_WEIGHTS + 1u] = hits[hit + 5u];
         meetings[to + MEETING_DEPTH] = f64_to_f32_bits(t);
+        let since = f64_subtract(t, read_number(record_start(number) + RAY_T_MIN));
+        meetings[to + MEETING_INSIDE] = bitcast<u32>(bitcast<f32>(f64_to_f32_bits(since)) * length(along));
     }
-    let along = vec3<u32>(
-        f64_to_f32_bits(ray.direction.x), f64_to_f32_bits(ray.direction.y), f64_to_f32_bits(ray.direction.z),
-    );
-    let view = bitcast<vec3<u32>>(-normalize(bitcast<vec3<f32>>(along)));
+    let view = bitcast<vec3<u32>>(-normalize(along));
     for (var axis = 0u; axis < 3u; axis++) {
         meetings[to + MEETING_VIEW + axis] = view[axis];
         meetings[to + MEETING_THROUGH + axis] = bitcast<u32>(path.through[axis]);
     }
     meetings[to + MEETING_TRAVELLED] = bitcast<u32>(path.travelled);
+    for (var index = 0u; index < 4u; index++) {
+        meetings[to + MEETING_MEDIA + index] = path.media.materials[index];
+    }
+    meetings[to + MEETING_MEDIA_COUNT] = path.media.count;
+    meetings[to + MEETING_BOUNCES] = path.bounces;
 }

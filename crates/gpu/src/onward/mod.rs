@@ -1,25 +1,36 @@
-//! Rays that go on from mirrors, generation by generation: `umbrage/src/cpu/onward.rs`, through a kd-tree.
+//! Rays that go on from mirrors, through glass and straight on behind what is seen through, generation by generation:
+//! `umbrage/src/cpu/onward.rs`, through a kd-tree.
 //!
-//! Shading leaves two planes beside the film, which say where each pixel's mirror leads. `count` and a scan give the rays that
-//! follow from these their places, in the order of their pixels; `locate` finds where on their triangles those of the camera's
-//! rays start, as exactly as a ray's hit; `send` writes them. The tracer of `kdtree` finds what they hit: not their own
-//! triangle, nor any whose plane their start can't be told from. `meet` has that ready for lights (`ask`, the tracer again, and
-//! the kd-tree's `lit`) and for shading, whose rays have planes of their own: a colour, which `add` sums up for each pixel in
-//! the order of the rays, and where the next mirror leads.
+//! Shading leaves planes beside the film (`way.wgsl`), which say where light comes to each pixel from. `count` and a scan give the
+//! rays that follow from these their numbers, in the order of their pixels; `locate` finds where the camera's rays have met
+//! their triangles, as exactly as a ray's hit; `send` writes them. The tracer of `kdtree` finds what they hit: where they start
+//! on a triangle, neither that nor any whose plane their start can't be told from. `meet` has that ready for lights and for
+//! shading, whose rays have planes of their own: a colour, which `add` sums up for each pixel in the order of the rays, and
+//! where light comes from.
+//!
+//! Lights (`lights`) are asked about by `ask`, the tracer again and the kd-tree's `lit`. Where something is seen through, the
+//! tracer lists what their light passes through, shading's `tint` says what is left of it, and `tinted` keeps that. Of what the
+//! camera sees, the engine's structure has found which lights reach it; so only colours are asked for.
 //!
 //! The CPU asks how many rays a generation has, and so makes room for that many.
 
-use bytemuck::{Pod, Zeroable};
+mod lights;
+mod step;
+
 use glam::DVec2;
 use umbrage_rays::{KdTree, LightSource};
 
-use crate::kdtree::{KdLight, KdNodes, KdRecords, KdTracer, KdTracerOptions};
+use crate::kdtree::{KdNodes, KdTracer, KdTracerOptions};
 use crate::primitives::Scan;
+use crate::shade::{FilmPlanes, Shade, ShadeScene};
 use crate::view::PointView;
-use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Kernel, Recorder};
+use lights::{Asked, OnwardLights};
+pub(crate) use lights::{mask_words, tints_word};
+use step::{OnwardStep, Step};
 
-/// Follows rays that go on from mirrors: a generation at a time, which is [counted](Onward::record_count),
-/// [traced](Onward::record_rays), shaded by [`Shade`](crate::shade::Shade) and [added](Onward::record_add) to the film.
+/// Follows rays that go on: a generation at a time, which is [counted](Onward::record_count), [traced](Onward::record_rays),
+/// shaded by [`Shade`] and [added](Onward::record_add) to the film.
 #[derive(Debug)]
 pub struct Onward {
     nodes: KdNodes,
@@ -29,71 +40,28 @@ pub struct Onward {
     locate: Kernel,
     send: Kernel,
     meet: Kernel,
-    ask: Kernel,
-    light: Kernel,
     add: Kernel,
     point_view: Buffer,
     /// The generation from which rays go on, and that of these rays.
     from: Step,
     rays: Step,
     starts: Buffer,
-    paths: Buffer,
-    records: KdRecords,
-    questions: KdRecords,
-    /// One for each light: all are in use in one submission.
-    lights: Vec<Buffer>,
-    /// For each light whether anything keeps it away.
-    casts_shadow: Vec<bool>,
+    lights: OnwardLights,
     meetings: Buffer,
-    lit: Buffer,
     /// What the rays of a generation show.
     planes: Buffer,
     total: Fetch,
-}
-
-/// A generation of rays.
-#[derive(Debug)]
-struct Step {
-    parameters: Buffer,
-    /// Where they have met something.
-    points: Buffer,
-    count: u32,
-    is_first: bool,
-}
-
-/// As in `step.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-struct OnwardStep {
-    count: u32,
-    is_first: u32,
-    size: [u32; 2],
-    ways_plane: u32,
-    unused: u32,
-}
-
-impl Step {
-    const POINT_BYTES: u64 = 40;
-
-    fn new(gpu: &Gpu) -> Self {
-        let (parameters, points) = (Buffer::uniform(gpu, "generation"), Buffer::storage(gpu, "points of rays"));
-        Self { parameters, points, count: 0, is_first: false }
-    }
-
-    fn write(&mut self, gpu: &Gpu, parameters: OnwardStep) -> Result<(), GpuError> {
-        (self.count, self.is_first) = (parameters.count, parameters.is_first != 0);
-        self.parameters.write(gpu, &[parameters])?;
-        self.points.reserve(gpu, Self::POINT_BYTES * u64::from(self.count))
-    }
-
-    fn groups(&self) -> Groups<'_> {
-        Groups::Flat(self.count.div_ceil(64))
-    }
+    /// Of the film.
+    ways: u32,
+    flat_plane_of_film: u32,
 }
 
 impl Onward {
-    const PATH_BYTES: u64 = 32;
-    const MEETING_BYTES: u64 = 44;
+    /// How many planes say where mirrors lead.
+    pub const MIRRORS: u32 = 2;
+    /// How many planes say where light comes from where something is seen through.
+    pub const ALL_WAYS: u32 = 6;
+    const MEETING_BYTES: u64 = 72;
     const PLANE_BYTES: u64 = 16;
     const OPTIONS: KdTracerOptions = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
 
@@ -109,22 +77,17 @@ impl Onward {
             locate: kernel("onward::locate", "locate"),
             send: kernel("onward::send", "send"),
             meet: kernel("onward::meet", "meet"),
-            ask: kernel("onward::ask", "ask"),
-            light: kernel("kdtree::lit", "lit"),
             add: kernel("onward::add", "add"),
             point_view: Buffer::uniform(gpu, "view of points"),
             from: Step::new(gpu),
             rays: Step::new(gpu),
             starts: Buffer::storage(gpu, "starts of rays"),
-            paths: Buffer::storage(gpu, "paths"),
-            records: KdRecords::new(gpu),
-            questions: KdRecords::new(gpu),
-            lights: Vec::new(),
-            casts_shadow: Vec::new(),
+            lights: OnwardLights::new(gpu),
             meetings: Buffer::storage(gpu, "meetings"),
-            lit: Buffer::storage(gpu, "lit in mirrors"),
             planes: Buffer::storage(gpu, "film of rays"),
             total: Fetch::default(),
+            ways: 0,
+            flat_plane_of_film: ShadeScene::NO_WORD,
         }
     }
 
@@ -136,17 +99,37 @@ impl Onward {
         self.nodes.write(gpu, tree)
     }
 
-    /// Makes ready to go on from the camera's rays through some rows of an image, whose mirrors are in two planes of the film
-    /// from the pixel `ways_plane` on.
+    /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
-    pub fn start(&mut self, gpu: &Gpu, band: &Band, offset_pixels: DVec2, ways_plane: u32) -> Result<(), GpuError> {
+    pub fn start(&mut self, gpu: &Gpu, band: &Band, offset_pixels: DVec2, film: &FilmPlanes) -> Result<(), GpuError> {
         let count = band.order().slots() as u32;
         self.point_view.write(gpu, &[PointView::new(band, offset_pixels)])?;
-        let step = OnwardStep { count, is_first: 1, size: band.size(), ways_plane, unused: 0 };
+        self.ways = film.ways();
+        self.flat_plane_of_film = film.flat_plane().unwrap_or(ShadeScene::NO_WORD);
+        let ways_plane = film.ways_plane().unwrap_or(ShadeScene::NO_WORD);
+        let step = OnwardStep { is_first: 1, size: band.size(), ways_plane, ..self.step(count) };
         self.from.write(gpu, step)?;
         self.prepare_count(gpu)
+    }
+
+    /// Some rays and their planes.
+    fn step(&self, count: u32) -> OnwardStep {
+        let has_flat = self.flat_plane_of_film != ShadeScene::NO_WORD;
+        OnwardStep {
+            count,
+            is_first: 0,
+            size: [count, 1],
+            ways_plane: count * (1 + u32::from(has_flat)),
+            has_all_ways: u32::from(self.has_all_ways()),
+            flat_plane: if has_flat { count } else { ShadeScene::NO_WORD },
+            flat_plane_of_film: self.flat_plane_of_film,
+        }
+    }
+
+    fn has_all_ways(&self) -> bool {
+        self.ways == Self::ALL_WAYS
     }
 
     fn prepare_count(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
@@ -154,7 +137,65 @@ impl Onward {
         self.scan.prepare(gpu, self.from.count)
     }
 
-    /// Records how many rays go on from a generation, whose planes these are: the film's, or [its own](Onward::planes).
+    /// Makes ready to find what colours light takes on its way to what the camera sees.
+    ///
+    /// # Errors
+    /// Where something needs more than one buffer of the device has room for.
+    pub fn prepare_tints(&mut self, gpu: &Gpu, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
+        let Self { from, lights: of_lights, tracer, .. } = self;
+        of_lights.prepare(gpu, from.count, lights, true, Self::OPTIONS.lanes())?;
+        tracer.prepare(gpu, from.count, of_lights.uses(true, true))
+    }
+
+    /// Records what the camera's rays have met, and what colours light takes on its way there; `seen` and `lit` are what it sees
+    /// and which lights reach that.
+    pub fn record_tints(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        geometry: &Geometry,
+        [film, seen, lit]: [&Buffer; 3],
+        shade: &Shade,
+    ) {
+        recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
+        let asked = Asked { geometry, nodes: &self.nodes, tints: Some(shade) };
+        self.lights.record(gpu, recorder, &mut self.tracer, &self.from, &asked, Some(lit));
+    }
+
+    fn record_locate(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        geometry: &Geometry,
+        [film, seen]: [&Buffer; 2],
+    ) {
+        let Self { from, point_view, .. } = self;
+        let (triangles, positions) = (geometry.triangles(), geometry.positions());
+        let records = from.records.buffer();
+        let buffers = [&from.parameters, point_view, film, seen, triangles, positions, &from.points, records];
+        self.locate.dispatch(gpu, pass, &buffers, from.groups());
+    }
+
+    /// Where [`Onward::lit`] has the colours of what the camera sees, behind the bits of so many lights.
+    #[must_use]
+    pub fn first_tints_word(&self, lights: usize) -> u32 {
+        tints_word(self.from.count, lights)
+    }
+
+    /// Looks at what tints needed that are done. Where there was too little room, it makes more and answers false: then they have
+    /// to be [recorded](Onward::record_tints) again.
+    ///
+    /// # Errors
+    /// Where the device is lost, or something needs more than one buffer of it has room for.
+    pub fn finish_tints(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
+        let fits = self.tracer.finish(gpu, done)?;
+        if !fits {
+            self.tracer.prepare(gpu, self.from.count, self.lights.uses(true, true))?;
+        }
+        Ok(fits)
+    }
+
+    /// Records how many rays go on from a generation, whose planes these are: the film's, or its own.
     pub fn record_count(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, film: &Buffer) {
         let Self { from, starts, .. } = self;
         let planes = if from.is_first { film } else { &self.planes };
@@ -178,31 +219,12 @@ impl Onward {
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
     pub fn prepare(&mut self, gpu: &Gpu, rays: u32, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
-        let step = OnwardStep { count: rays, is_first: 0, size: [rays, 1], ways_plane: rays, unused: 0 };
+        let (step, packet, has_tints) = (self.step(rays), Self::OPTIONS.lanes(), self.has_all_ways());
         self.rays.write(gpu, step)?;
-        let (packet, words) = (Self::OPTIONS.lanes(), Self::mask_words(rays));
-        for records in [&mut self.records, &mut self.questions] {
-            records.reserve(gpu, rays)?;
-            records.write_count(gpu, rays, packet)?;
-        }
-        self.paths.reserve(gpu, Self::PATH_BYTES * u64::from(rays))?;
+        self.rays.records.write_count(gpu, rays, packet)?;
         self.meetings.reserve(gpu, Self::MEETING_BYTES * u64::from(rays))?;
-        self.lit.reserve(gpu, 4 * u64::from(words) * lights.len() as u64)?;
-        while self.lights.len() < lights.len() {
-            self.lights.push(Buffer::uniform(gpu, "light"));
-        }
-        for ((buffer, light), number) in self.lights.iter_mut().zip(lights).zip(0..) {
-            buffer.write(gpu, &[KdLight::new(light.as_ref(), packet, number * words)])?;
-        }
-        self.casts_shadow.clear();
-        self.casts_shadow.extend(lights.iter().map(Option::is_some));
-        let uses = 1 + self.casts_shadow.iter().filter(|casts| **casts).count() as u32;
-        self.tracer.prepare(gpu, rays, uses)
-    }
-
-    /// Words of a light's mask, whole workgroups of rays.
-    pub(crate) fn mask_words(rays: u32) -> u32 {
-        2 * rays.div_ceil(64)
+        self.lights.prepare(gpu, rays, lights, has_tints, packet)?;
+        self.tracer.prepare(gpu, rays, 1 + self.lights.uses(has_tints, false))
     }
 
     /// Records the rays, what they hit, and which lights reach it. `film` and `seen` are what the camera's rays have shown.
@@ -212,30 +234,25 @@ impl Onward {
         recorder: &mut Recorder<'_>,
         geometry: &Geometry,
         [film, seen]: [&Buffer; 2],
+        shade: &Shade,
     ) {
-        let Self { from, rays, starts, paths, records, questions, tracer, nodes, meetings, .. } = self;
+        let has_all_ways = self.has_all_ways();
+        if self.from.is_first && !has_all_ways {
+            recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
+        }
+        let Self { from, rays, starts, tracer, nodes, meetings, .. } = self;
         let planes = if from.is_first { film } else { &self.planes };
-        let (triangles, positions) = (geometry.triangles(), geometry.positions());
         recorder.stage("send", |pass| {
-            if from.is_first {
-                let buffers = [&from.parameters, &self.point_view, planes, seen, triangles, positions, &from.points];
-                self.locate.dispatch(gpu, pass, &buffers, from.groups());
-            }
-            let buffers = [&from.parameters, planes, starts, &from.points, records.buffer(), paths];
+            let [of_rays, before] = [&*rays, &*from].map(|step| [step.records.buffer(), &step.paths]);
+            let buffers =
+                [&from.parameters, planes, starts, &from.points, of_rays[0], of_rays[1], before[0], before[1]];
             self.send.dispatch(gpu, pass, &buffers, from.groups());
         });
-        tracer.record_nearest(gpu, recorder, geometry, nodes, records);
-        let buffers = [records.buffer(), tracer.hits(), paths, &rays.points, meetings];
+        tracer.record_nearest(gpu, recorder, geometry, nodes, &rays.records);
+        let buffers = [rays.records.buffer(), tracer.hits(), &rays.paths, &rays.points, meetings];
         recorder.stage("meet", |pass| self.meet.dispatch(gpu, pass, &buffers, rays.groups()));
-        for (light, casts_shadow) in self.lights.iter().zip(&self.casts_shadow) {
-            let buffers = [light, &rays.points, questions.buffer()];
-            recorder.stage("ask", |pass| self.ask.dispatch(gpu, pass, &buffers, rays.groups()));
-            if *casts_shadow {
-                tracer.record_blocked(gpu, recorder, geometry, nodes, questions);
-            }
-            let buffers = [light, questions.buffer(), tracer.shadows(), &self.lit];
-            recorder.stage("lit", |pass| self.light.dispatch(gpu, pass, &buffers, rays.groups()));
-        }
+        let asked = Asked { geometry, nodes, tints: has_all_ways.then_some(shade) };
+        self.lights.record(gpu, recorder, tracer, rays, &asked, None);
     }
 
     /// Looks at what the rays needed that are done, and makes room for what they show. Where the tracer had too little room, it
@@ -247,9 +264,10 @@ impl Onward {
         let fits = self.tracer.finish(gpu, done)?;
         if fits {
             // Only now: the last generation's planes said where these rays go.
-            self.planes.reserve(gpu, 3 * Self::PLANE_BYTES * u64::from(self.rays.count))?;
+            let planes = 1 + u64::from(self.flat_plane_of_film != ShadeScene::NO_WORD) + u64::from(self.ways);
+            self.planes.reserve(gpu, planes * Self::PLANE_BYTES * u64::from(self.rays.count))?;
         } else {
-            let uses = 1 + self.casts_shadow.iter().filter(|casts| **casts).count() as u32;
+            let uses = 1 + self.lights.uses(self.has_all_ways(), false);
             self.tracer.prepare(gpu, self.rays.count, uses)?;
         }
         Ok(fits)
@@ -257,8 +275,8 @@ impl Onward {
 
     /// Records that the film's pixels get what the rays show.
     pub fn record_add(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, film: &Buffer) {
-        let Self { rays, planes, paths, .. } = self;
-        let buffers = [&rays.parameters, planes, paths, film];
+        let Self { rays, planes, .. } = self;
+        let buffers = [&rays.parameters, planes, &rays.paths, film];
         recorder.stage("add", |pass| self.add.dispatch(gpu, pass, &buffers, rays.groups()));
     }
 
@@ -271,22 +289,26 @@ impl Onward {
         self.prepare_count(gpu)
     }
 
-    /// How many rays there are.
-    pub(crate) fn rays(&self) -> u32 {
-        self.rays.count
+    /// How many rays there are, and how shading knows them: where their planes are, and where it says what colours light takes.
+    pub(crate) fn shaded(&self, lights: usize) -> OnwardPlanes {
+        let Self { rays, .. } = self;
+        let OnwardStep { ways_plane, flat_plane, .. } = self.step(rays.count);
+        let tints_word = if self.has_all_ways() { tints_word(rays.count, lights) } else { ShadeScene::NO_WORD };
+        OnwardPlanes { rays: rays.count, ways_plane, ways: self.ways, flat_plane, tints_word }
     }
 
-    /// What they have met, as shading reads it.
+    /// What the rays have met, as shading reads it.
     pub(crate) fn meetings(&self) -> &Buffer {
         &self.meetings
     }
 
-    /// For each light a bit a ray.
-    pub(crate) fn lit(&self) -> &Buffer {
-        &self.lit
+    /// Which lights reach what was asked about last: for each a bit a ray, then colours.
+    #[must_use]
+    pub fn lit(&self) -> &Buffer {
+        &self.lights.lit
     }
 
-    /// Where shading says what they show, and where they go on: three planes of four f32 a ray.
+    /// Where shading says what the rays show, and where they go on.
     pub(crate) fn planes(&self) -> &Buffer {
         &self.planes
     }
@@ -294,24 +316,18 @@ impl Onward {
     /// Bytes on the GPU for triangles, and for rays under way.
     #[must_use]
     pub fn bytes(&self) -> [u64; 2] {
-        let Self { from, rays, starts, paths, records, questions, meetings, lit, planes, .. } = self;
-        let (records, questions) = (records.buffer(), questions.buffer());
-        let buffers = [&from.points, &rays.points, starts, paths, records, questions, meetings, lit, planes];
-        [self.nodes.bytes(), self.tracer.bytes() + buffers.into_iter().map(Buffer::bytes).sum::<u64>()]
+        let Self { from, rays, starts, meetings, planes, lights, .. } = self;
+        let buffers = [starts, meetings, planes].into_iter().map(Buffer::bytes).sum::<u64>();
+        [self.nodes.bytes(), self.tracer.bytes() + from.bytes() + rays.bytes() + lights.bytes() + buffers]
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layout::{differences, layout, module};
-    use crate::link::link;
-
-    #[test]
-    fn parameters_are_those_of_the_shaders() {
-        let layout = layout!(OnwardStep { count, is_first, size, ways_plane });
-        for path in ["onward::count", "onward::locate", "onward::send", "onward::add"] {
-            assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");
-        }
-    }
+/// What shading has to know of rays that go on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OnwardPlanes {
+    pub(crate) rays: u32,
+    pub(crate) ways_plane: u32,
+    pub(crate) ways: u32,
+    pub(crate) flat_plane: u32,
+    pub(crate) tints_word: u32,
 }

@@ -5,10 +5,11 @@ import package::exact::shadow::{ExactPoint};
 import package::exact::vector::{F64Vector};
 import stage::{points};
 
-// The point and its error in F64, the triangle that it is on, and the pixel that shows it.
+// The point, its error and the ray's t, in F64, the triangle that it is on, and the pixel that shows it.
+const POINT_T: u32 = 10u;
 const POINT_TRIANGLE: u32 = 8u;
 const POINT_PIXEL: u32 = 9u;
-const POINT_WORDS: u32 = 10u;
+const POINT_WORDS: u32 = 12u;
 
 fn point_number(word: u32) -> F64 {
     return F64(points[word], points[word + 1u]);

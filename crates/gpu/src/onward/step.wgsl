@@ -1,7 +1,7 @@
 // A generation of rays, and the planes of what it has shown. The first are the camera's: those of a slot each.
 
 import package::tile_order::{pixel_of_slot};
-import stage::{onward_step};
+import stage::{onward_step, planes};
 
 struct OnwardStep {
     // How many rays or slots there are.
@@ -9,9 +9,12 @@ struct OnwardStep {
     is_first: u32,
     // Columns and rows of planes: those of the pixels, or one row of rays.
     size: vec2<u32>,
-    // Where the first of two planes begins: a mirror's direction and how far it is from there to the camera; then how much
-    // of what is there reaches it, and whether that is followed.
+    // Where the planes of its ways begin, and whether they are all of them.
     ways_plane: u32,
+    has_all_ways: u32,
+    // Where in the rays' planes, and in the film's, is what is shown as it is; NOWHERE where that isn't kept.
+    flat_plane: u32,
+    flat_plane_of_film: u32,
 }
 
 const NOWHERE: u32 = 0xffffffffu;
@@ -25,7 +28,12 @@ fn index_in_planes(number: u32) -> u32 {
     return select(NOWHERE, column_and_row.y * onward_step.size.x + column_and_row.x, all(column_and_row < onward_step.size));
 }
 
-// Where the planes say how much is followed.
-fn second_way(index: u32) -> u32 {
-    return onward_step.ways_plane + onward_step.size.x * onward_step.size.y + index;
+// What one of the planes of ways says.
+fn way_at(index: u32, plane: u32) -> vec4<f32> {
+    return planes[onward_step.ways_plane + plane * onward_step.size.x * onward_step.size.y + index];
+}
+
+// Which ways there are.
+fn way_bits(index: u32) -> u32 {
+    return u32(way_at(index, 1u).w);
 }

@@ -21,8 +21,9 @@ pub struct FilmKeeps {
     pub through: bool,
     /// What of the colour is shown as it is, in 16 bytes.
     pub flat: bool,
-    /// Where mirrors lead and how much they show, in 32 bytes.
-    pub ways: bool,
+    /// Planes that say where light comes from that is followed, of 16 bytes: none, [`Onward::MIRRORS`](crate::Onward::MIRRORS)
+    /// or [`Onward::ALL_WAYS`](crate::Onward::ALL_WAYS).
+    pub ways: u32,
 }
 
 impl FilmKeeps {
@@ -30,7 +31,7 @@ impl FilmKeeps {
     #[must_use]
     pub fn plane_bytes(self) -> u64 {
         let Self { first, through, flat, ways } = self;
-        16 * (1 + u64::from(first) + u64::from(through) + u64::from(flat) + 2 * u64::from(ways))
+        16 * (1 + u64::from(first) + u64::from(through) + u64::from(flat) + u64::from(ways))
     }
 }
 
@@ -88,11 +89,17 @@ impl FilmPlanes {
         flat.then(|| self.pixels() * (1 + u32::from(first) + u32::from(through)))
     }
 
-    /// Where the two planes of what mirrors lead to start, in pixels; `None` where they aren't kept.
+    /// How many planes say where light comes from that is followed.
+    #[must_use]
+    pub fn ways(&self) -> u32 {
+        self.keeps.ways
+    }
+
+    /// Where these planes start, in pixels; `None` where there are none.
     #[must_use]
     pub fn ways_plane(&self) -> Option<u32> {
         let FilmKeeps { first, through, flat, ways } = self.keeps;
-        ways.then(|| self.pixels() * (1 + u32::from(first) + u32::from(through) + u32::from(flat)))
+        (ways > 0).then(|| self.pixels() * (1 + u32::from(first) + u32::from(through) + u32::from(flat)))
     }
 
     /// The planes; the first holds linear radiance and coverage, summed over the samples.

@@ -1,16 +1,19 @@
-// Shades what rays from mirrors have met: crates/umbrage/src/cpu/shade.rs. `shade_seen` has the meetings, and the film is
-// that of the rays, with a colour and two planes for the mirrors that they meet.
+// Shades what rays have met that go on: crates/umbrage/src/cpu/shade.rs. `shade_seen` has the meetings, and the film is that of
+// the rays, with a colour and planes of ways from what they have met.
 
 import package::dispatch::{Invocation, flat_index};
+import package::onward::media::{Media, OPEN_AIR, media_innermost};
+import package::shade::glass::{attenuation};
 import package::shade::hit::{triangle_of};
 import package::shade::meeting::{
-    MEETING_DEPTH, MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
+    MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_THROUGH,
+    MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
 };
-import package::shade::mirror::{Mirror, mirror_of, mirror_ways};
 import package::shade::reflected::{caught_light, reflected};
 import package::shade::surface::{surface_of};
-import package::shade::surroundings::{surroundings_mirrored};
-import package::shade::tables::{NO_TRIANGLE, shade_film, shade_sample, shade_seen};
+import package::shade::surroundings::{surroundings_are_flat, surroundings_mirrored, surroundings_radiance};
+import package::shade::tables::{NO_TRIANGLE, NO_WORD, shade_film, shade_sample, shade_seen};
+import package::shade::ways::{Ways, keep_ways, ways_of};
 
 @compute @workgroup_size(64)
 fn onward(at: Invocation) {
@@ -21,40 +24,70 @@ fn onward(at: Invocation) {
     }
     let word = number * MEETING_WORDS;
     let id = shade_seen[word];
-    let view = vec3<f32>(
-        meeting_number(word + MEETING_VIEW),
-        meeting_number(word + MEETING_VIEW + 1u),
-        meeting_number(word + MEETING_VIEW + 2u),
-    );
-    let through = vec3<f32>(
-        meeting_number(word + MEETING_THROUGH),
-        meeting_number(word + MEETING_THROUGH + 1u),
-        meeting_number(word + MEETING_THROUGH + 2u),
-    );
-    var mirror: Mirror;
-    var color: vec3<f32>;
+    let view = meeting_vector(word + MEETING_VIEW);
+    let bounces = shade_seen[word + MEETING_BOUNCES];
+    // What is seen in mirrors hides nothing of the background.
+    let is_straight = bounces == 0u;
+    var through = meeting_vector(word + MEETING_THROUGH);
     var travelled = meeting_number(word + MEETING_TRAVELLED);
+    var around = surroundings_mirrored(-view);
+    if is_straight {
+        around = surroundings_radiance(-view);
+    }
+    var ways: Ways;
+    var material = 0u;
+    var color = around * through;
+    var coverage = 0.0;
+    // How much of the pixel is shown as it is.
+    var flat_part = 0.0;
     if id == NO_TRIANGLE {
-        color = surroundings_mirrored(-view) * through;
+        flat_part = select(0.0, mean_of(through), surroundings_are_flat());
     } else {
+        let media = meeting_media(word);
+        let medium = media_innermost(media);
+        if medium != OPEN_AIR {
+            through *= attenuation(medium, meeting_number(word + MEETING_INSIDE));
+        }
         let weights = vec2<f32>(meeting_number(word + MEETING_WEIGHTS), meeting_number(word + MEETING_WEIGHTS + 1u));
         travelled += meeting_number(word + MEETING_DEPTH);
         let surface = surface_of(id, triangle_of(id), weights, travelled, view);
         if surface.catches_shadows {
-            color = surroundings_mirrored(-view) * through * caught_light(surface, number);
+            let bare = through * caught_light(surface, number);
+            color = around * bare;
+            coverage = mean_of(through - bare);
+            flat_part = select(0.0, mean_of(bare), surroundings_are_flat());
         } else {
             let part = through * surface.opacity;
-            mirror = mirror_of(surface, part);
-            color = reflected(surface, number, mirror) * part;
+            ways = ways_of(surface, through, bounces, media);
+            material = surface.material;
+            color = reflected(surface, number, ways) * part;
+            coverage = mean_of(through - ways.passing);
+            flat_part = select(0.0, mean_of(part), surface.is_unlit);
         }
     }
-    // What is seen in mirrors hides nothing of the background.
-    shade_film[number] = vec4<f32>(color, 0.0);
-    let ways = mirror_ways(mirror, travelled);
-    shade_film[shade_sample.ways_plane + number] = ways[0];
-    shade_film[shade_sample.ways_plane + count + number] = ways[1];
+    shade_film[number] = vec4<f32>(color, select(0.0, coverage, is_straight));
+    if shade_sample.flat_plane != NO_WORD {
+        let is_flat = is_straight && flat_part > 0.0;
+        shade_film[shade_sample.flat_plane + number] =
+            select(vec4<f32>(0.0), vec4<f32>(color, flat_part), is_flat);
+    }
+    keep_ways(ways, material, travelled, number, count);
+}
+
+fn mean_of(color: vec3<f32>) -> f32 {
+    return (color.x + color.y + color.z) / 3.0;
 }
 
 fn meeting_number(word: u32) -> f32 {
     return bitcast<f32>(shade_seen[word]);
+}
+
+fn meeting_vector(word: u32) -> vec3<f32> {
+    return vec3<f32>(meeting_number(word), meeting_number(word + 1u), meeting_number(word + 2u));
+}
+
+fn meeting_media(word: u32) -> Media {
+    let first = word + MEETING_MEDIA;
+    let materials = vec4<u32>(shade_seen[first], shade_seen[first + 1u], shade_seen[first + 2u], shade_seen[first + 3u]);
+    return Media(materials, shade_seen[word + MEETING_MEDIA_COUNT]);
 }

@@ -3,44 +3,45 @@
 import package::shade::brdf::{reflectance_ambient, reflectance_diffuse, reflectance_evaluate, reflectance_view};
 import package::shade::irradiance::{arriving_light};
 import package::shade::layers::{LAYERS, layers_ambient, layers_lit, layers_scattered, layers_surrounding};
-import package::shade::mirror::{Mirror};
+import package::shade::ways::{Ways};
 import package::shade::surface::{Surface};
 import package::shade::surroundings::{surroundings_irradiance};
-import package::shade::tables::{shade_lights, shade_lit, shade_sample, shade_scene};
+import package::shade::tables::{NO_WORD, shade_lights, shade_lit, shade_sample, shade_scene};
 
 // In place of no light at all, so that the darkest surfaces are whole.
 const LEAST_IRRADIANCE: f32 = 1e-30;
 // So that sums are finite.
 const MOST_IRRADIANCE: f32 = 1e30;
 
-// Radiance that a surface sends along the ray, by itself and from the lights that reach it, without what is followed in a
-// mirror.
-fn reflected(surface: Surface, slot: u32, mirror: Mirror) -> vec3<f32> {
+// Radiance that a surface sends along the ray, by itself and from the lights that reach it, without what is followed.
+fn reflected(surface: Surface, slot: u32, ways: Ways) -> vec3<f32> {
     if surface.is_unlit {
         return surface.base_color;
     }
     let normal = surface.normal;
     let view = surface.view;
+    if ways.is_inside {
+        return emitted_at(surface);
+    }
     let n_v = dot(normal, view);
     let irradiance = ambient_irradiance(normal);
     var around = vec3<f32>(0.0);
-    if !mirror.is_of_surface {
+    if !ways.is_of_surface {
         around = layers_surrounding(surface.layers, surface.reflectance.roughness, normal, view);
     }
     let seen_around = reflectance_view(surface.reflectance, max(n_v, 0.0), surface.layers);
     var ambient = reflectance_ambient(surface.reflectance, seen_around, irradiance, around);
-    var emitted = surface.emitted;
     if LAYERS && surface.layers.is_there {
-        ambient += layers_ambient(surface.layers, view, irradiance, mirror.is_of_coat);
-        emitted *= surface.layers.below_coat;
+        ambient += layers_ambient(surface.layers, view, irradiance, ways.is_of_coat);
     }
     let seen = reflectance_view(surface.reflectance, max(n_v, 1e-4), surface.layers);
-    var radiance = emitted + ambient * surface.ambient_occlusion;
+    var radiance = emitted_at(surface) + ambient * surface.ambient_occlusion;
     for (var light = 0u; light < shade_scene.light_count; light++) {
         if !is_lit(light, slot) {
             continue;
         }
-        let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
+        var arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
+        arriving.irradiance *= tint_of(light, slot);
         // Light from behind the triangle lights its other side, whatever the bent normal says.
         if dot(surface.geometric_normal, arriving.towards) > 0.0 {
             let irradiance = arriving.irradiance * max(dot(normal, arriving.towards), 0.0);
@@ -63,6 +64,13 @@ fn reflected(surface: Surface, slot: u32, mirror: Mirror) -> vec3<f32> {
     return radiance;
 }
 
+fn emitted_at(surface: Surface) -> vec3<f32> {
+    if LAYERS && surface.layers.is_there {
+        return surface.emitted * surface.layers.below_coat;
+    }
+    return surface.emitted;
+}
+
 // Which part of its light reaches a surface of which only shadows are seen: crates/umbrage/src/cpu/caught.rs.
 fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
     var light_sum = ambient_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
@@ -76,7 +84,7 @@ fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
             all_light += irradiance;
         }
         if is_lit(light, slot) && dot(surface.geometric_normal, arriving.towards) > 0.0 {
-            light_sum += irradiance;
+            light_sum += irradiance * tint_of(light, slot);
         }
     }
     return light_sum / all_light;
@@ -98,4 +106,13 @@ fn is_of_sky(light: u32) -> bool {
 fn is_lit(light: u32, slot: u32) -> bool {
     let word = shade_lit[light * shade_sample.words_per_light + slot / 32u];
     return ((word >> (slot % 32u)) & 1u) == 1u;
+}
+
+// How much of a light comes through what is before a surface that it reaches, of red, green and blue.
+fn tint_of(light: u32, slot: u32) -> vec3<f32> {
+    if shade_sample.tints_word == NO_WORD {
+        return vec3<f32>(1.0);
+    }
+    let word = shade_sample.tints_word + 2u * (light * shade_sample.words_per_light * 32u + slot);
+    return vec3<f32>(unpack2x16unorm(shade_lit[word]), unpack2x16unorm(shade_lit[word + 1u]).x);
 }

@@ -5,12 +5,16 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::shade::hit::{ray_across, ray_direction};
-import package::shade::mirror::{Mirror, mirror_of, mirror_ways};
+import package::onward::media::{Media};
 import package::shade::reflected::{caught_light, reflected};
 import package::shade::surface::{surface_at};
 import package::shade::surroundings::{surroundings_are_flat, surroundings_radiance};
 import package::shade::tables::{NO_TRIANGLE, NO_WORD, shade_film, shade_sample, shade_seen};
+import package::shade::ways::{Ways, keep_ways, passing_at, ways_of};
 import package::tile_order::{pixel_of_slot};
+
+// Whether rays go on from what is seen, so that what is behind isn't seen in another layer.
+override FOLLOWS: bool = false;
 
 @compute @workgroup_size(64)
 fn shade(at: Invocation) {
@@ -34,7 +38,8 @@ fn shade(at: Invocation) {
     var is_through = any(through != vec3<f32>(0.0));
     // Normal and depth.
     var first = vec4<f32>(0.0, 0.0, 0.0, shade_sample.miss_depth);
-    var mirror: Mirror;
+    var ways: Ways;
+    var material = 0u;
     if id != NO_TRIANGLE && max(through.x, max(through.y, through.z)) > 0.0 {
         let surface = surface_at(id, across);
         if surface.catches_shadows {
@@ -42,27 +47,33 @@ fn shade(at: Invocation) {
             is_through = false;
         } else {
             let part = through * surface.opacity;
-            mirror = mirror_of(surface, part);
-            color = reflected(surface, slot, mirror) * part;
+            if FOLLOWS {
+                ways = ways_of(surface, through, 0u, Media());
+                material = surface.material;
+            }
+            color = reflected(surface, slot, ways) * part;
             if surface.is_unlit {
                 flat_color = vec4<f32>(color, mean(part));
             }
-            through *= mix(vec3<f32>(1.0), surface.transmitted, surface.opacity);
+            if FOLLOWS {
+                through = ways.passing;
+            } else {
+                through *= passing_at(surface);
+            }
             is_through = any(through != vec3<f32>(0.0));
         }
         first = vec4<f32>(surface.normal, surface.depth);
     }
-    if shade_sample.ways_plane != NO_WORD {
-        let ways = mirror_ways(mirror, first.w);
-        shade_film[shade_sample.ways_plane + pixel] = ways[0];
-        shade_film[shade_sample.ways_plane + size.x * size.y + pixel] = ways[1];
+    if FOLLOWS {
+        keep_ways(ways, material, first.w, pixel, size.x * size.y);
     }
     if !is_through && shade_sample.is_last_layer == 0u {
         shade_seen[slot] = NO_TRIANGLE;
     }
     var coverage = 0.0;
     if shade_sample.is_last_layer != 0u {
-        if any(through != vec3<f32>(0.0)) {
+        // Where a surface is seen through whose ways are followed, they lead to what is around.
+        if any(through != vec3<f32>(0.0)) && ways.bits == 0u {
             let around = surroundings_radiance(ray_direction(across)) * through;
             color += around;
             if surroundings_are_flat() {

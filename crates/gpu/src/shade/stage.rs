@@ -2,18 +2,24 @@ use bytemuck::Pod;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::{FilmPlanes, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, Texels};
+use crate::onward::{OnwardPlanes, mask_words};
 use crate::pose::PosedAttributes;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Onward};
 
 /// The shade stage: adds each pixel's radiance at a sample to the film.
 #[derive(Debug)]
 pub struct Shade {
-    kernel: Kernel,
-    /// The kernel for materials with layers, compiled where one is; and whether any is.
-    layered: Option<Kernel>,
+    /// The kernels without layers and with them, for films without ways and with them, compiled where they are needed.
+    kernels: [[Option<Kernel>; 2]; 2],
+    /// Whether any material has layers, and whether the film has ways.
     is_layered: bool,
+    follows: bool,
     /// The kernels for what is seen in mirrors, without layers and with them, compiled where any is.
     onward: [Option<Kernel>; 2],
+    /// What is left of light that passes through something, compiled where any does.
+    tint: Option<Kernel>,
+    /// What a kernel gets that writes no film.
+    nothing: Buffer,
     rows: Kernel,
     sample: Buffer,
     scene: Buffer,
@@ -118,10 +124,12 @@ impl Shade {
     /// Where the device has no memory for the tables.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let mut shade = Self {
-            kernel: Kernel::new(gpu, "shade::shade", "shade", &[]),
-            layered: None,
+            kernels: [[Some(shade_kernel(gpu, [false; 2])), None], [None, None]],
             is_layered: false,
+            follows: false,
             onward: [None, None],
+            tint: None,
+            nothing: Buffer::storage(gpu, "no film"),
             rows: Kernel::new(gpu, "shade::rows", "rows", &[]),
             sample: Buffer::uniform(gpu, "shade sample"),
             scene: Buffer::uniform(gpu, "shade scene"),
@@ -145,9 +153,6 @@ impl Shade {
     /// Where they are more than the device allows in one buffer.
     pub fn set_materials(&mut self, gpu: &Gpu, materials: &[ShadeMaterial], texels: &Texels) -> Result<(), GpuError> {
         self.is_layered = materials.iter().any(|material| material.layer_bits != 0);
-        if self.is_layered && self.layered.is_none() {
-            self.layered = Some(Kernel::new(gpu, "shade::shade", "shade", &[("LAYERS", 1.0)]));
-        }
         self.materials.write(gpu, materials)?;
         self.texels.write(gpu, texels.words())
     }
@@ -246,6 +251,10 @@ impl Shade {
         assert_eq!(film.size(), [width, height], "a film of the image's size");
         assert!(film.through_plane().is_some() || (layer.is_first && layer.is_last), "a film for several layers");
         self.slots = umbrage_rays::TileOrder::new(width, height).slots() as u32;
+        self.follows = film.ways() > 0;
+        let variant = [self.is_layered, self.follows];
+        self.kernels[usize::from(variant[0])][usize::from(variant[1])]
+            .get_or_insert_with(|| shade_kernel(gpu, variant));
         self.is_start_of_film = layer.is_of_first_sample && layer.is_first;
         let sample = ShadeSample {
             words_per_light: self.slots / 32,
@@ -256,6 +265,7 @@ impl Shade {
             through_plane: film.through_plane().unwrap_or(ShadeScene::NO_WORD),
             flat_plane: film.flat_plane().unwrap_or(ShadeScene::NO_WORD),
             ways_plane: film.ways_plane().unwrap_or(ShadeScene::NO_WORD),
+            ways_count: film.ways(),
             ..*sample
         };
         self.sample.write(gpu, &[sample])?;
@@ -263,23 +273,44 @@ impl Shade {
         self.size.write(gpu, &[width, height, 0, 0])
     }
 
-    /// Makes ready for what so many rays of a sample meet that go on from mirrors, until it is called again.
+    /// Makes ready for what a generation of a sample's rays meets that go on, and for the colours of light on its way there, until
+    /// it is called again.
     ///
     /// # Errors
     /// Where the device has reported an error.
-    pub fn prepare_onward(&mut self, gpu: &Gpu, sample: &ShadeSample, rays: u32) -> Result<(), GpuError> {
+    pub fn prepare_onward(&mut self, gpu: &Gpu, sample: &ShadeSample, onward: &Onward) -> Result<(), GpuError> {
+        let lights = self.of_scene.light_count as usize;
+        let OnwardPlanes { rays, ways_plane, ways, flat_plane, tints_word } = onward.shaded(lights);
         let Self { is_layered, onward, .. } = self;
-        let kernel = &mut onward[usize::from(*is_layered)];
-        kernel.get_or_insert_with(|| {
-            Kernel::new(gpu, "shade::onward", "onward", &[("LAYERS", f64::from(u8::from(*is_layered)))])
-        });
+        onward[usize::from(*is_layered)]
+            .get_or_insert_with(|| Kernel::new(gpu, "shade::onward", "onward", &[layers(*is_layered)]));
+        self.prepare_tint(gpu);
         let sample = ShadeSample {
             size_pixels: [rays, 1],
-            words_per_light: Onward::mask_words(rays),
-            ways_plane: rays,
+            words_per_light: mask_words(rays),
+            ways_plane,
+            ways_count: ways,
+            flat_plane,
+            tints_word,
             ..*sample
         };
         self.sample.write(gpu, &[sample])
+    }
+
+    /// Makes ready for the colours that light takes on its way to what the camera sees of a band, before that is shaded.
+    ///
+    /// # Errors
+    /// Where the device has reported an error.
+    pub fn prepare_first_tints(&mut self, gpu: &Gpu, sample: &ShadeSample) -> Result<(), GpuError> {
+        self.prepare_tint(gpu);
+        let [width, height] = sample.size_pixels;
+        let slots = umbrage_rays::TileOrder::new(width, height).slots() as u32;
+        self.scene.write(gpu, &[self.of_scene])?;
+        self.sample.write(gpu, &[ShadeSample { size_pixels: [slots, 1], ..*sample }])
+    }
+
+    fn prepare_tint(&mut self, gpu: &Gpu) {
+        self.tint.get_or_insert_with(|| Kernel::new(gpu, "shade::tint", "tint", &[]));
     }
 
     /// Shades what rays have met that go on, for the rays' own planes.
@@ -287,13 +318,31 @@ impl Shade {
     /// # Panics
     /// If it wasn't prepared for that.
     pub fn record_onward(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, onward: &Onward, geometry: &Geometry) {
-        let Self { sample, scene, lights, attributes, materials, texels, is_layered, .. } = self;
+        let Some(kernel) = &self.onward[usize::from(self.is_layered)] else { panic!("it was prepared for") };
+        let buffers = self.buffers(geometry, [onward.meetings(), onward.lit(), onward.planes()]);
+        let rays = onward.shaded(0).rays;
+        kernel.dispatch(gpu, pass, &buffers, Groups::Flat(rays.div_ceil(Self::WIDTH)));
+    }
+
+    /// Records what is left of light that has passed through something: a list of that, and where each point's begins.
+    pub(crate) fn record_tint(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        geometry: &Geometry,
+        [passed, of_points]: [&Buffer; 2],
+        points: u32,
+    ) {
+        let Some(kernel) = &self.tint else { panic!("it was prepared for") };
+        // It writes no film.
+        let buffers = self.buffers(geometry, [passed, of_points, &self.nothing]);
+        kernel.dispatch(gpu, pass, &buffers, Groups::Flat(points.div_ceil(Self::WIDTH)));
+    }
+
+    fn buffers<'a>(&'a self, geometry: &'a Geometry, [seen, lit, film]: [&'a Buffer; 3]) -> [&'a Buffer; 11] {
+        let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let (meetings, lit, planes) = (onward.meetings(), onward.lit(), onward.planes());
-        let buffers =
-            [sample, scene, lights, meetings, lit, positions, triangles, attributes, materials, texels, planes];
-        let Some(kernel) = &self.onward[usize::from(*is_layered)] else { panic!("it was prepared for") };
-        kernel.dispatch(gpu, pass, &buffers, Groups::Flat(onward.rays().div_ceil(Self::WIDTH)));
+        [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film]
     }
 
     /// How many workgroups the prepared layer takes.
@@ -319,7 +368,19 @@ impl Shade {
         if self.is_start_of_film && film.first_plane().is_some() {
             self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
         }
-        let kernel = self.layered.as_ref().filter(|_| self.is_layered).unwrap_or(&self.kernel);
+        let Some(kernel) = &self.kernels[usize::from(self.is_layered)][usize::from(self.follows)] else {
+            panic!("it was prepared for")
+        };
         kernel.dispatch(gpu, pass, &buffers, groups);
     }
+}
+
+/// A kernel for what the camera sees, whether materials have layers and whether rays go on.
+fn shade_kernel(gpu: &Gpu, [is_layered, follows]: [bool; 2]) -> Kernel {
+    Kernel::new(gpu, "shade::shade", "shade", &[layers(is_layered), ("FOLLOWS", f64::from(u8::from(follows)))])
+}
+
+/// Whether materials have layers, as kernels know it.
+fn layers(are_there: bool) -> (&'static str, f64) {
+    ("LAYERS", f64::from(u8::from(are_there)))
 }

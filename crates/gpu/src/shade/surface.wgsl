@@ -1,7 +1,7 @@
 // A point of a surface with everything that shading needs: crates/umbrage/src/shade/surface.rs.
 
 import package::shade::attributes::{material_of, vertex_color_at};
-import package::shade::brdf::{Reflectance, reflectance_of, reflectance_view};
+import package::shade::brdf::{Reflectance, reflectance_of};
 import package::shade::facet::{bent_by_texture, facet_of, on_the_side_of_the_ray, smooth_normal, texel_at};
 import package::shade::hit::{Triangle, hit_of, ray_direction, triangle_of};
 import package::shade::layers::{LAYERS, Layers};
@@ -27,11 +27,15 @@ struct Surface {
     base_color: vec3<f32>,
     // How much of what is behind the surface hides; 1 but for blended materials.
     opacity: f32,
-    // What passes through of the light from behind, where the surface is opaque otherwise.
+    // What passes through of the light from behind, where the surface is opaque otherwise, but for what it mirrors.
     transmitted: vec3<f32>,
     emitted: vec3<f32>,
     // How much of the light from all around arrives, 0 … 1.
     ambient_occlusion: f32,
+    material: u32,
+    // Whether a volume of glass begins or ends, and whether the front of the triangle is seen.
+    is_volume: bool,
+    is_front: bool,
     is_unlit: bool,
     // Whether only the shadows on it are seen.
     catches_shadows: bool,
@@ -83,11 +87,9 @@ fn surface_of(id: u32, triangle: Triangle, barycentric: vec2<f32>, depth: f32, v
     surface.base_color = base_color.xyz;
     surface.opacity = select(1.0, clamp(base_color.w, 0.0, 1.0), shade_materials[material].is_blended != 0u);
     surface.transmitted = base_color.xyz * transmission;
-    if transmission > 0.0 {
-        // What the surface mirrors doesn't pass.
-        let n_v = max(dot(surface.normal, surface.view), 1e-4);
-        surface.transmitted *= reflectance_view(surface.reflectance, n_v, surface.layers).entering;
-    }
+    surface.material = material;
+    surface.is_volume = shade_materials[material].bounds_volume != 0u;
+    surface.is_front = facet.facing > 0.0;
     surface.emitted = shade_materials[material].emissive * texels[TEXTURE_EMISSIVE].xyz;
     surface.ambient_occlusion = 1.0 + shade_materials[material].occlusion_strength * (occlusion - 1.0);
     surface.is_unlit = shade_materials[material].is_unlit != 0u;

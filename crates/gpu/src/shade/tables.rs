@@ -50,14 +50,19 @@ pub struct ShadeSample {
     pub first_row: u32,
     /// How many rows the whole image has.
     pub image_height: u32,
-    /// 1 where mirrors are followed, else 0.
-    pub follows: u32,
-    /// Less of what is seen in a mirror isn't followed.
+    /// How many mirrors and surfaces of glass in a row are followed.
+    pub bounces: u32,
+    /// Less of what they show isn't followed.
     pub least_contribution: f32,
-    /// Where the two planes of what mirrors lead to start, in pixels; [`ShadeScene::NO_WORD`] for none.
+    /// Where the planes of where light comes from start, in pixels; [`ShadeScene::NO_WORD`] for none.
     pub ways_plane: u32,
+    /// How many these are.
+    pub ways_count: u32,
+    /// Where it is in the lights' masks what of each comes through what is before surfaces; [`ShadeScene::NO_WORD`] where all of
+    /// it does.
+    pub tints_word: u32,
     #[doc(hidden)]
-    pub padding: [u32; 3],
+    pub padding: u32,
 }
 
 impl ShadeSample {
@@ -88,6 +93,7 @@ impl ShadeSample {
             first_row: band.rows.start,
             image_height: view.height,
             miss_depth: f32::INFINITY,
+            tints_word: ShadeScene::NO_WORD,
             ..Self::default()
         }
     }
@@ -247,10 +253,18 @@ pub struct ShadeMaterial {
     pub is_unlit: u32,
     /// 1 where only the shadows on it are seen, else 0.
     pub catches_shadows: u32,
+    /// 1 where it is the surface of a body of glass, else 0.
+    pub bounds_volume: u32,
+    /// How far apart colours are refracted there: `KHR_materials_dispersion`.
+    pub dispersion: f32,
+    /// After how far in it light has its colour, in world units; 0 where it never does.
+    pub attenuation_distance: f32,
+    /// The least opacity that is there, where that depends on it; else 0.
+    pub mask_cutoff: f32,
+    /// The colour that is left of white light then.
+    pub attenuation_color: [f32; 3],
     /// Which of the layers it has: a sum of [`ShadeLayers::SPECULAR`] …
     pub layer_bits: u32,
-    #[doc(hidden)]
-    pub padding: [u32; 3],
     /// What lies on its surface and in it.
     pub layers: ShadeLayers,
     /// By use: [`ShadeMaterial::BASE_COLOR`] …

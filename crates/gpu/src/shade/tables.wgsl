@@ -80,11 +80,14 @@ struct ShadeSample {
     // The first of these rows, and how many the whole image has.
     first_row: u32,
     image_height: u32,
-    // Whether mirrors are followed, and what is left out of what they show where it is less.
-    follows: u32,
+    // How many mirrors and surfaces of glass in a row are followed, and what isn't of what they show since it is less.
+    bounces: u32,
     least_contribution: f32,
-    // Where the film's two planes of what mirrors lead to are, in pixels; NO_WORD where they aren't kept.
+    // Where the film's planes of ways are, in pixels, and how many; NO_WORD where they aren't kept.
     ways_plane: u32,
+    ways_count: u32,
+    // Where in shade_lit it says how much of lights comes through what is before surfaces; NO_WORD where all of it does.
+    tints_word: u32,
 }
 
 struct ShadeSurroundings {
@@ -135,6 +138,14 @@ struct ShadeMaterial {
     is_blended: u32,
     is_unlit: u32,
     catches_shadows: u32,
+    // Whether it is the surface of a body of glass; how far apart colours are refracted there, and what colour is left of
+    // light after some distance, which is 0 where all is.
+    bounds_volume: u32,
+    dispersion: f32,
+    attenuation_distance: f32,
+    // Less opaque points aren't there, unless it is 0.
+    mask_cutoff: f32,
+    attenuation_color: vec3<f32>,
     // Which layers it has: LAYER_SPECULAR …
     layer_bits: u32,
     layers: ShadeLayers,

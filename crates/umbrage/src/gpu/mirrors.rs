@@ -38,6 +38,38 @@ impl Mirrors {
         self.onward.build(gpu, &self.tree)
     }
 
+    /// Finds what colours light takes on its way to what a sample's camera rays see, where something is seen through, and which
+    /// lights reach it: where that is.
+    pub(super) async fn tint(
+        &mut self,
+        gpu: &Gpu,
+        mirrored: &Mirrored<'_>,
+        lit: &Buffer,
+        shade: &mut Shade,
+        planes: &FilmPlanes,
+        stats: &mut Stats,
+    ) -> Result<(), GpuError> {
+        let Self { onward, .. } = self;
+        let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
+        onward.start(gpu, band, sample.offset_pixels, planes)?;
+        onward.prepare_tints(gpu, &all_sources(staged.lights))?;
+        shade.prepare_first_tints(gpu, &sample_rays(band, sample))?;
+        loop {
+            let mut recorder = Recorder::new(gpu);
+            onward.record_tints(gpu, &mut recorder, geometry, [planes.planes(), seen, lit], shade);
+            let done = recorder.submit().await?;
+            if onward.finish_tints(gpu, &done)? {
+                done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+                return Ok(());
+            }
+        }
+    }
+
+    /// Which lights reach what the camera sees, and where that says in what colours.
+    pub(super) fn tinted(&self, lights: usize) -> (&Buffer, u32) {
+        (self.onward.lit(), self.onward.first_tints_word(lights))
+    }
+
     /// Adds to the film what mirrors show, generation by generation.
     pub(super) async fn follow(
         &mut self,
@@ -49,11 +81,13 @@ impl Mirrors {
     ) -> Result<(), GpuError> {
         let Self { onward, .. } = self;
         let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
-        let Some(ways_plane) = planes.ways_plane() else { return Ok(()) };
         let film = planes.planes();
         let sources: Vec<Option<LightSource>> = all_sources(staged.lights);
-        onward.start(gpu, band, sample.offset_pixels, ways_plane)?;
-        for bounce in 1..=staged.settings.bounces {
+        let of_rays = following(staged.settings, sample_rays(band, sample));
+        if planes.ways() != Onward::ALL_WAYS {
+            onward.start(gpu, band, sample.offset_pixels, planes)?;
+        }
+        loop {
             let mut recorder = Recorder::new(gpu);
             onward.record_count(gpu, &mut recorder, film);
             let done = recorder.submit().await?;
@@ -62,18 +96,16 @@ impl Mirrors {
                 break;
             }
             onward.prepare(gpu, rays, &sources)?;
+            shade.prepare_onward(gpu, &of_rays, onward)?;
             loop {
                 let mut recorder = Recorder::new(gpu);
-                onward.record_rays(gpu, &mut recorder, geometry, [film, seen]);
+                onward.record_rays(gpu, &mut recorder, geometry, [film, seen], shade);
                 let done = recorder.submit().await?;
                 if onward.finish(gpu, &done)? {
                     done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
                     break;
                 }
             }
-            let follows = u32::from(bounce < staged.settings.bounces);
-            let of_rays = ShadeSample { follows, ..following(staged.settings, sample_rays(band, sample)) };
-            shade.prepare_onward(gpu, &of_rays, rays)?;
             let mut recorder = Recorder::new(gpu);
             recorder.stage("shade", |pass| shade.record_onward(gpu, pass, onward, geometry));
             onward.record_add(gpu, &mut recorder, film);
@@ -91,5 +123,6 @@ impl Mirrors {
 
 /// The rays of a sample, some of which go on.
 pub(super) fn following(settings: &Settings, sample: ShadeSample) -> ShadeSample {
-    ShadeSample { follows: u32::from(settings.bounces > 0), least_contribution: settings.least_contribution, ..sample }
+    let Settings { bounces, least_contribution, .. } = *settings;
+    ShadeSample { bounces, least_contribution, ..sample }
 }

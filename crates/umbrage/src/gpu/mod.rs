@@ -30,8 +30,8 @@ use std::sync::Arc;
 pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
-use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs};
-use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Recorder, Sight};
+use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample};
+use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Onward, Recorder, Sight};
 use umbrage_rays::{Choice as _, LightMask, LightSource, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 use web_time::Instant;
@@ -65,10 +65,11 @@ pub(crate) struct GpuEngine {
     nothing: Buffer,
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
+    /// Whether layers of surfaces are seen one behind the other.
     is_see_through: bool,
-    /// What follows mirrors, made for the first frame that has any; and whether this one has.
+    /// What follows mirrors and glass, made for the first frame that has any; and how many planes say where this one's lead.
     mirrors: Option<Mirrors>,
-    has_mirrors: bool,
+    ways: u32,
     output: Output,
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
@@ -152,7 +153,7 @@ impl GpuEngine {
             bands: Vec::new(),
             is_see_through: false,
             mirrors: None,
-            has_mirrors: false,
+            ways: 0,
             output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -171,7 +172,8 @@ impl GpuEngine {
     /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
     /// they need, the layer isn't shaded, and all is done again with more.
     async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
-        let may_fetch = turn.is_last && !self.is_see_through && !self.has_mirrors;
+        let (may_fetch, shades) =
+            (turn.is_last && !self.is_see_through && self.ways == 0, self.ways != Onward::ALL_WAYS);
         let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
         let Turn { staged, band, sample, .. } = *turn;
@@ -191,7 +193,9 @@ impl GpuEngine {
             let (positions, triangles) = (geometry.positions(), geometry.triangles());
             let Found { seen, lit, .. } = finder.found();
             let inputs = ShadeInputs { seen, lit, positions, triangles };
-            recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, finder.groups()));
+            if shades {
+                recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, finder.groups()));
+            }
             if self.is_see_through {
                 finder.keep(gpu, &mut recorder)?;
             }
@@ -224,7 +228,10 @@ impl GpuEngine {
         let is_last = self.output == Output::Film && sample.index + 1 == staged.settings.samples;
         let turn = Turn { staged, band, sample, is_last };
         self.layer(&turn, true, stats).await?;
-        if self.has_mirrors {
+        if self.ways == Onward::ALL_WAYS {
+            self.shade_tinted(&turn, stats).await?;
+        }
+        if self.ways > 0 {
             return self.follow_mirrors(&turn, stats).await;
         }
         if !self.is_see_through {
@@ -238,7 +245,27 @@ impl GpuEngine {
         self.shade_surroundings(band, sample, stats).await
     }
 
-    /// What mirrors show of a sample.
+    /// Shades what the camera sees in light that takes colours on its way.
+    async fn shade_tinted(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
+        let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
+        let Some(mirrors) = mirrors else { return Ok(()) };
+        let Turn { staged, band, sample, .. } = *turn;
+        let geometry = geometry.geometry();
+        let Found { seen, lit, .. } = finders.chosen().found();
+        let mirrored = Mirrored { staged, band, sample, geometry, seen };
+        mirrors.tint(gpu, &mirrored, lit, shade, planes, stats).await?;
+        let (lit, tints_word) = mirrors.tinted(staged.lights.len());
+        let rays = ShadeSample { tints_word, ..following(staged.settings, sample_rays(band, sample)) };
+        shade.prepare(gpu, &rays, Layer::only(sample.index == 0), planes)?;
+        let (positions, triangles) = (geometry.positions(), geometry.triangles());
+        let inputs = ShadeInputs { seen, lit, positions, triangles };
+        let mut recorder = Recorder::new(gpu);
+        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
+        recorder.submit().await?.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+        Ok(())
+    }
+
+    /// What mirrors and glass show of a sample.
     async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
         let Some(mirrors) = mirrors else { return Ok(()) };
@@ -250,7 +277,7 @@ impl GpuEngine {
 
     /// What the film keeps of a frame.
     fn keeps(&self, staged: &Staged<'_>) -> FilmKeeps {
-        FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat(), ways: self.has_mirrors }
+        FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat(), ways: self.ways }
     }
 
     /// What is around the scene, seen through all layers.
@@ -373,12 +400,13 @@ impl Engine for GpuEngine {
     /// Brings what is new of a frame to the GPU.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
-        self.is_see_through = frame.is_see_through();
-        if self.is_see_through && settings.bounces > 0 {
-            return Err(Error::GlassOnGpu);
-        }
-        self.has_mirrors =
-            settings.bounces > 0 && frame.materials.materials.iter().any(|material| material_mirrors(material, false));
+        let follows = settings.bounces > 0;
+        self.is_see_through = frame.is_see_through() && !follows;
+        self.ways = match frame.is_see_through() {
+            true if follows => Onward::ALL_WAYS,
+            false if follows && has_mirrors(frame) => Onward::MIRRORS,
+            _ => 0,
+        };
         self.output = output;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
         let rig = self.rig.rig().map(Arc::as_ref);
@@ -393,7 +421,7 @@ impl Engine for GpuEngine {
         let pixel_bytes = self.keeps(staged).plane_bytes();
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
-        if self.has_mirrors && Structure::HAS_ALL {
+        if self.ways > 0 && Structure::HAS_ALL {
             self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame)?;
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
@@ -477,6 +505,11 @@ impl Engine for GpuEngine {
         stats.count_omitted(&self.rig.omitted(frame));
         stats.uploaded_bytes = self.gpu.uploaded_bytes() - self.uploaded_before;
     }
+}
+
+/// Whether any surface is a mirror.
+fn has_mirrors(frame: &Frame) -> bool {
+    frame.materials.materials.iter().any(|material| material_mirrors(material, false))
 }
 
 /// Where lights are; `None` for one that nothing keeps away.

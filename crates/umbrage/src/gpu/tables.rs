@@ -10,7 +10,8 @@ use umbrage_gpu::shade::{
 use umbrage_gpu::{Band, Gpu, GpuError};
 use umbrage_scene::rig::Rig;
 use umbrage_scene::{
-    Alpha, ColorSpace, Filter, Frame, Layers, Light, Material, Materials, Mesh, Specular, Texture, TextureUse, Wrap,
+    Alpha, ColorSpace, Filter, Frame, Layers, Light, Material, Materials, Mesh, Specular, Texture, TextureUse, Volume,
+    Wrap,
 };
 
 use crate::background::Surroundings;
@@ -180,11 +181,22 @@ fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMa
         is_blended: u32::from(material.alpha == Alpha::Blend),
         is_unlit: u32::from(material.unlit),
         catches_shadows: u32::from(material.catches_shadows),
+        bounds_volume: u32::from(material.bounds_volume()),
+        dispersion: material.dispersion,
+        attenuation_distance: attenuation_distance(&material.volume),
+        mask_cutoff: if let Alpha::Mask { cutoff } = material.alpha { cutoff } else { 0.0 },
+        attenuation_color: material.volume.attenuation_color.to_array(),
         layer_bits: layer_bits(material),
         layers: material.layers.as_ref().map_or_else(ShadeLayers::default, |layers| shade_layers(layers)),
         textures: uses,
-        ..ShadeMaterial::default()
     }
+}
+
+/// After how far light has the colour of a volume; 0 where it never does.
+fn attenuation_distance(volume: &Volume) -> f32 {
+    let Volume { attenuation_distance, attenuation_color, .. } = *volume;
+    let is_clear = attenuation_color == Vec3::ONE || !attenuation_distance.is_finite();
+    if is_clear { 0.0 } else { attenuation_distance.max(f32::MIN_POSITIVE) }
 }
 
 fn layer_bits(material: &Material) -> u32 {

@@ -29,7 +29,7 @@ impl Developer {
             umbrage::ToneMap::Clip => ToneMap::Clip,
         };
         // On a GPU the film has all planes, and sums over the samples.
-        let keeps = FilmKeeps { first: true, through: true, flat: !film.flat.is_empty(), ways: false };
+        let keeps = FilmKeeps { first: true, through: true, flat: !film.flat.is_empty(), ways: 0 };
         planes.prepare(gpu, [film.width, film.height], keeps).expect("room");
         let sums = |means: &[Vec4]| -> Vec<[f32; 4]> {
             means.iter().map(|mean| (*mean * settings.samples as f32).to_array()).collect()

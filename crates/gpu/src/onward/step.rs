@@ -1,0 +1,84 @@
+use bytemuck::{Pod, Zeroable};
+
+use crate::kdtree::KdRecords;
+use crate::{Buffer, Gpu, GpuError, Groups};
+
+/// A generation of rays: the camera's, or some that go on.
+#[derive(Debug)]
+pub(super) struct Step {
+    pub(super) parameters: Buffer,
+    pub(super) records: KdRecords,
+    pub(super) paths: Buffer,
+    /// Where they have met something.
+    pub(super) points: Buffer,
+    pub(super) count: u32,
+    pub(super) is_first: bool,
+}
+
+/// As in `step.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct OnwardStep {
+    pub(super) count: u32,
+    pub(super) is_first: u32,
+    pub(super) size: [u32; 2],
+    pub(super) ways_plane: u32,
+    pub(super) has_all_ways: u32,
+    pub(super) flat_plane: u32,
+    pub(super) flat_plane_of_film: u32,
+}
+
+impl Step {
+    const POINT_BYTES: u64 = 48;
+    const PATH_BYTES: u64 = 64;
+
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self {
+            parameters: Buffer::uniform(gpu, "generation"),
+            records: KdRecords::new(gpu),
+            paths: Buffer::storage(gpu, "paths"),
+            points: Buffer::storage(gpu, "points of rays"),
+            count: 0,
+            is_first: false,
+        }
+    }
+
+    /// Makes room.
+    pub(super) fn write(&mut self, gpu: &Gpu, parameters: OnwardStep) -> Result<(), GpuError> {
+        (self.count, self.is_first) = (parameters.count, parameters.is_first != 0);
+        self.parameters.write(gpu, &[parameters])?;
+        self.points.reserve(gpu, Self::POINT_BYTES * u64::from(self.count))?;
+        // The camera's rays are only kept where they go straight on, and have no paths.
+        let [records, paths] = match (self.is_first, parameters.has_all_ways) {
+            (true, 0) => [0, 1],
+            (true, _) => [self.count, 1],
+            (false, _) => [self.count; 2],
+        };
+        self.records.reserve(gpu, records)?;
+        self.paths.reserve(gpu, Self::PATH_BYTES * u64::from(paths))
+    }
+
+    pub(super) fn groups(&self) -> Groups<'_> {
+        Groups::Flat(self.count.div_ceil(64))
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        [self.records.buffer(), &self.paths, &self.points].into_iter().map(Buffer::bytes).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{differences, layout, module};
+    use crate::link::link;
+
+    #[test]
+    fn parameters_are_those_of_the_shaders() {
+        let layout =
+            layout!(OnwardStep { count, is_first, size, ways_plane, has_all_ways, flat_plane, flat_plane_of_film });
+        for path in ["onward::count", "onward::locate", "onward::send", "onward::add"] {
+            assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");
+        }
+    }
+}

@@ -1,0 +1,33 @@
+// Stage `tinted`: how much of a light comes to each point through what is before it, after the bits of all lights.
+
+import package::dispatch::{Invocation, flat_index};
+import package::kdtree::light::{KdLight};
+
+@group(0) @binding(0) var<uniform> kd_light: KdLight;
+@group(0) @binding(1) var<storage, read> records: array<u32>;
+@group(0) @binding(2) var<storage, read> traced: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> undecided_hits: array<u32>;
+@group(0) @binding(4) var<storage, read_write> lit_words: array<u32>;
+
+// As `shade/tint.wgsl` has them.
+const LIST_FIRST: u32 = 16u;
+const LIST_WORDS: u32 = 8u;
+
+@compute @workgroup_size(64)
+fn tinted(at: Invocation) {
+    let number = flat_index(at, 64u);
+    // How many records there are.
+    if number >= records[0] {
+        return;
+    }
+    var left = vec2<u32>(0xffffffffu, 0x0000ffffu);
+    let room = (arrayLength(&undecided_hits) - LIST_FIRST) / LIST_WORDS;
+    if kd_light.casts_shadow != 0u && traced[number].y < room {
+        let base = LIST_FIRST + traced[number].y * LIST_WORDS;
+        left = vec2<u32>(undecided_hits[base + 3u], undecided_hits[base + 5u]);
+    }
+    // A word of bits has 32 points, of two words each.
+    let word = kd_light.tints + 64u * kd_light.mask + 2u * number;
+    lit_words[word] = left.x;
+    lit_words[word + 1u] = left.y;
+}
