@@ -18,7 +18,7 @@ import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHAD
 override KD_COUNTS: bool = false;
 // Whether it is asked what blocks the way to a light; else, what is hit first.
 override KD_IS_SHADOW: bool = false;
-// Whether it is asked what light passes through on that way: all of it is listed.
+// Whether it is asked what is on that way of a tree of what lets light through: all of it is listed.
 override KD_IS_PASSED: bool = false;
 
 const UNDECIDED_COUNT: u32 = 0u;
@@ -318,10 +318,6 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
             (*ray).visits.z += 1u;
         }
         let kind = triangles[id].w;
-        let lets_light_through = (kind & (TRIANGLE_SHADOWLESS | TRIANGLE_SHADOW_MASKED)) != 0u;
-        if KD_IS_PASSED && !lets_light_through {
-            continue;
-        }
         if KD_IS_SHADOW && !KD_IS_PASSED && (kind & TRIANGLE_SHADOWLESS) != 0u {
             continue;
         }

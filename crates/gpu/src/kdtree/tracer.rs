@@ -205,8 +205,7 @@ impl KdTracer {
         self.record(gpu, recorder, geometry, tree, questions, Question::Blocked);
     }
 
-    /// Records the questions what that lets light through is between points and a light: a list for each, in
-    /// [`KdTracer::passed`], that begins where the second word of [`KdTracer::shadows`] says.
+    /// Records the questions what of a tree's triangles is between points and a light: a list for each, in [`KdTracer::passed`], that begins where the second word of [`KdTracer::shadows`] says.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.

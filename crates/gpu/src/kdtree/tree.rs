@@ -86,12 +86,26 @@ impl KdNodes {
     /// # Errors
     /// Where it needs more than one buffer of the device has room for.
     pub fn write(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
+        self.write_nodes(gpu, tree)?;
+        self.ids.write(gpu, tree.ids())
+    }
+
+    /// As [`KdNodes::write`], of a tree of some triangles, which have these ids in the whole scene.
+    ///
+    /// # Errors
+    /// As [`KdNodes::write`].
+    pub(crate) fn write_some(&mut self, gpu: &Gpu, tree: &KdTree, ids: &[u32]) -> Result<(), GpuError> {
+        self.write_nodes(gpu, tree)?;
+        let ids: Vec<u32> = tree.ids().iter().map(|&id| ids[id as usize]).collect();
+        self.ids.write(gpu, &ids)
+    }
+
+    fn write_nodes(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
         let form = write_words(tree, &mut self.words);
         let largest = largest(form);
         self.reach = if largest.is_finite() { largest } else { 0.0 };
         self.shape.write(gpu, &[KdShape::new(form)])?;
-        self.nodes.write(gpu, &self.words)?;
-        self.ids.write(gpu, tree.ids())
+        self.nodes.write(gpu, &self.words)
     }
 
     /// Bytes on the GPU.

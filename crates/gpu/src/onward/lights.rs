@@ -25,8 +25,8 @@ pub(super) struct OnwardLights {
 pub(super) struct Asked<'a> {
     pub(super) geometry: &'a Geometry,
     pub(super) nodes: &'a KdNodes,
-    /// What says what colours are left of light that passes through something.
-    pub(super) tints: Option<&'a Shade>,
+    /// What says what colours are left of light that passes through something, and the tree of that.
+    pub(super) tints: Option<(&'a Shade, &'a KdNodes)>,
 }
 
 impl OnwardLights {
@@ -101,9 +101,9 @@ impl OnwardLights {
                 let buffers = [light, questions.buffer(), tracer.shadows(), lit];
                 recorder.stage("lit", |pass| self.light.dispatch(gpu, pass, &buffers, step.groups()));
             }
-            let Some(shade) = tints else { continue };
+            let Some((shade, passed)) = tints else { continue };
             if casts_shadow {
-                tracer.record_passed(gpu, recorder, geometry, nodes, questions);
+                tracer.record_passed(gpu, recorder, geometry, passed, questions);
                 let of_points = [tracer.passed(), tracer.shadows()];
                 recorder.stage("tint", |pass| shade.record_tint(gpu, pass, geometry, of_points, step.count));
             }

@@ -34,6 +34,8 @@ use step::{OnwardStep, Step};
 #[derive(Debug)]
 pub struct Onward {
     nodes: KdNodes,
+    /// Of what lets light through.
+    passed: KdNodes,
     tracer: KdTracer,
     count: Kernel,
     scan: Scan,
@@ -71,6 +73,7 @@ impl Onward {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
         Self {
             nodes: KdNodes::new(gpu),
+            passed: KdNodes::new(gpu),
             tracer: KdTracer::new(gpu, Self::OPTIONS),
             count: kernel("onward::count", "count"),
             scan: Scan::new(gpu),
@@ -97,6 +100,14 @@ impl Onward {
     /// Where it needs more than one buffer of the device has room for.
     pub fn build(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
         self.nodes.write(gpu, tree)
+    }
+
+    /// Takes over the tree of those of a frame's triangles that let light through, which have these ids in the whole frame.
+    ///
+    /// # Errors
+    /// Where it needs more than one buffer of the device has room for.
+    pub fn build_passed(&mut self, gpu: &Gpu, tree: &KdTree, ids: &[u32]) -> Result<(), GpuError> {
+        self.passed.write_some(gpu, tree, ids)
     }
 
     /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says.
@@ -158,7 +169,7 @@ impl Onward {
         shade: &Shade,
     ) {
         recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
-        let asked = Asked { geometry, nodes: &self.nodes, tints: Some(shade) };
+        let asked = Asked { geometry, nodes: &self.nodes, tints: Some((shade, &self.passed)) };
         self.lights.record(gpu, recorder, &mut self.tracer, &self.from, &asked, Some(lit));
     }
 
@@ -240,7 +251,7 @@ impl Onward {
         if self.from.is_first && !has_all_ways {
             recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
         }
-        let Self { from, rays, starts, tracer, nodes, meetings, .. } = self;
+        let Self { from, rays, starts, tracer, nodes, passed, meetings, .. } = self;
         let planes = if from.is_first { film } else { &self.planes };
         recorder.stage("send", |pass| {
             let [of_rays, before] = [&*rays, &*from].map(|step| [step.records.buffer(), &step.paths]);
@@ -251,7 +262,7 @@ impl Onward {
         tracer.record_nearest(gpu, recorder, geometry, nodes, &rays.records);
         let buffers = [rays.records.buffer(), tracer.hits(), &rays.paths, &rays.points, meetings];
         recorder.stage("meet", |pass| self.meet.dispatch(gpu, pass, &buffers, rays.groups()));
-        let asked = Asked { geometry, nodes, tints: has_all_ways.then_some(shade) };
+        let asked = Asked { geometry, nodes, tints: has_all_ways.then_some((shade, passed)) };
         self.lights.record(gpu, recorder, tracer, rays, &asked, None);
     }
 
@@ -318,7 +329,7 @@ impl Onward {
     pub fn bytes(&self) -> [u64; 2] {
         let Self { from, rays, starts, meetings, planes, lights, .. } = self;
         let buffers = [starts, meetings, planes].into_iter().map(Buffer::bytes).sum::<u64>();
-        [self.nodes.bytes(), self.tracer.bytes() + from.bytes() + rays.bytes() + lights.bytes() + buffers]
+        [self.nodes.bytes() + self.passed.bytes(), self.tracer.bytes() + from.bytes() + rays.bytes() + lights.bytes() + buffers]
     }
 }
 

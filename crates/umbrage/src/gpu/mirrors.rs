@@ -1,7 +1,7 @@
 use umbrage_gpu::shade::{FilmPlanes, Shade, ShadeSample};
 use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, Recorder};
-use umbrage_rays::{KdTree, LightSource, SimdLevel};
-use umbrage_scene::Frame;
+use umbrage_rays::{KdTree, LightSource, SimdLevel, Triangles};
+use umbrage_scene::{Frame, Mesh, OpaquePart};
 
 use super::all_sources;
 use super::tables::sample_rays;
@@ -13,6 +13,8 @@ use crate::{Settings, Stats};
 #[derive(Debug)]
 pub(super) struct Mirrors {
     tree: KdTree,
+    /// Of what lets light through.
+    passed: KdTree,
     onward: Onward,
 }
 
@@ -29,13 +31,25 @@ pub(super) struct Mirrored<'a> {
 impl Mirrors {
     /// Kernels take long to compile, so it is made when a frame has mirrors.
     pub(super) fn new(gpu: &Gpu) -> Self {
-        Self { tree: KdTree::with_level(SimdLevel::default()), onward: Onward::new(gpu) }
+        let tree = || KdTree::with_level(SimdLevel::default());
+        Self { tree: tree(), passed: tree(), onward: Onward::new(gpu) }
     }
 
-    /// Rebuilds the tree.
+    /// Rebuilds the trees.
     pub(super) fn build(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
         self.tree.build(frame.triangles());
-        self.onward.build(gpu, &self.tree)
+        self.onward.build(gpu, &self.tree)?;
+        if !frame.is_see_through() {
+            return Ok(());
+        }
+        let Mesh { triangles, material_of_triangle, .. } = &*frame.mesh;
+        let lets_light_through: Vec<bool> =
+            frame.materials.materials.iter().map(|material| material.shadow_part() != OpaquePart::All).collect();
+        let is_some = |id: &u32| lets_light_through[material_of_triangle[*id as usize] as usize];
+        let ids: Vec<u32> = (0..triangles.len() as u32).filter(is_some).collect();
+        let indices: Vec<[u32; 3]> = ids.iter().map(|&id| triangles[id as usize]).collect();
+        self.passed.build(Triangles { positions: &frame.positions, indices: &indices });
+        self.onward.build_passed(gpu, &self.passed, &ids)
     }
 
     /// Finds what colours light takes on its way to what a sample's camera rays see, where something is seen through, and which
