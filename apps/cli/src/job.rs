@@ -145,9 +145,6 @@ fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Fa
 /// Whether what is asked of the engine is its to do.
 fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     match flags.engine {
-        EngineKind::Gpu if flags.gloss => {
-            Err(Failure::input("a GPU follows smooth mirrors alone", "leave out --engine or --gloss"))
-        }
         EngineKind::Gpu if flags.layers.is_some() => {
             Err(Failure::input("layers are the CPU's alone", "leave out --engine, or say --engine cpu"))
         }

@@ -51,7 +51,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "onward::" in "onward/": add ask count locate media meet path points put_point send step tinted way;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
-    "shade::" in "shade/": attributes brdf coat develop facet film glass grooves hit irradiance layers meeting microfacet
+    "shade::" in "shade/": attributes brdf coat develop drawn facet film glass gloss grooves hit irradiance layers meeting microfacet
         onward painted panorama reflected rows shade sheen shown specular_albedo surface surroundings tables texture tint
         tone_map ways;
 };

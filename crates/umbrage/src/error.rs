@@ -109,9 +109,6 @@ pub enum Error {
     /// The library was compiled without the feature `structures`.
     #[error("{0} was left out when this was compiled: the feature `structures` has it")]
     StructureLeftOut(&'static str),
-    /// A GPU was asked to follow rough mirrors.
-    #[error("a GPU follows smooth mirrors alone: it takes no gloss")]
-    GlossOnGpu,
     /// A GPU in a browser was to be waited for: [`Renderer::render_async`](crate::Renderer::render_async) gives the page its
     /// turn.
     #[error("in a browser a GPU can't be waited for: await `render_async`")]
@@ -187,7 +184,6 @@ impl Error {
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
                 | Self::StructureLeftOut(_)
-                | Self::GlossOnGpu
                 | Self::OcclusionOnGpu
                 | Self::TerminatorOnGpu
                 | Self::NoiseOnGpu

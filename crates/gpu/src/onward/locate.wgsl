@@ -10,6 +10,7 @@ import package::kdtree::write::{put_vector};
 import package::onward::points::{POINT_TRIANGLE, POINT_WORDS};
 import package::onward::put_point::{put_point};
 import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, way_bits};
+import package::onward::way::{ALL_WAYS};
 import package::point_view::{PointView, ray_of_slot};
 
 @group(0) @binding(0) var<uniform> onward_step: OnwardStep;
@@ -28,11 +29,11 @@ fn locate(at: Invocation) {
         return;
     }
     let pixel = index_in_planes(slot);
-    let has_all_ways = onward_step.has_all_ways != 0u;
+    let has_tints = onward_step.has_tints != 0u;
     var id = NO_TRIANGLE;
     if pixel != NOWHERE {
-        // Where something is seen through all of them are asked about; this comes before shading then.
-        if has_all_ways || way_bits(pixel) != 0u {
+        // Where light takes colours all of them are asked about; this comes before shading then.
+        if has_tints || way_bits(pixel) != 0u {
             id = seen[slot];
         }
     }
@@ -44,7 +45,7 @@ fn locate(at: Invocation) {
     var terms: ExpansionTerms;
     let t = exact_t(&terms, ray, exact_edges(&terms, ray, corner_bits(id)));
     put_point(slot, exact_point(ray, t), t, id, pixel);
-    if has_all_ways {
+    if onward_step.ways >= ALL_WAYS {
         let word = record_start(slot);
         put_vector(word, ray.origin);
         put_vector(word + RAY_DIRECTION, ray.direction);

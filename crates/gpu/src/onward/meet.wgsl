@@ -9,8 +9,8 @@ import package::onward::path::{OnwardPath};
 import package::onward::points::{POINT_PIXEL, POINT_TRIANGLE, POINT_WORDS};
 import package::onward::put_point::{put_point};
 import package::shade::meeting::{
-    MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_THROUGH,
-    MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
+    MEETING_BLUR, MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_PIXEL,
+    MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
 };
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
@@ -56,4 +56,6 @@ fn meet(at: Invocation) {
     }
     meetings[to + MEETING_MEDIA_COUNT] = path.media.count;
     meetings[to + MEETING_BOUNCES] = path.bounces;
+    meetings[to + MEETING_PIXEL] = path.pixel;
+    meetings[to + MEETING_BLUR] = bitcast<u32>(path.blur);
 }

@@ -53,6 +53,8 @@ pub struct Onward {
     /// What the rays of a generation show.
     planes: Buffer,
     total: Fetch,
+    /// Whether light takes colours on its way.
+    has_tints: bool,
     /// Of the film.
     ways: u32,
     flat_plane_of_film: u32,
@@ -63,7 +65,9 @@ impl Onward {
     pub const MIRRORS: u32 = 2;
     /// How many planes say where light comes from where something is seen through.
     pub const ALL_WAYS: u32 = 6;
-    const MEETING_BYTES: u64 = 72;
+    /// How many planes say where light comes from where rough surfaces are followed too.
+    pub const GLOSSY_WAYS: u32 = 7;
+    const MEETING_BYTES: u64 = 80;
     const PLANE_BYTES: u64 = 16;
     const OPTIONS: KdTracerOptions = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
 
@@ -89,6 +93,7 @@ impl Onward {
             meetings: Buffer::storage(gpu, "meetings"),
             planes: Buffer::storage(gpu, "film of rays"),
             total: Fetch::default(),
+            has_tints: false,
             ways: 0,
             flat_plane_of_film: ShadeScene::NO_WORD,
         }
@@ -110,14 +115,22 @@ impl Onward {
         self.passed.write_some(gpu, tree, ids)
     }
 
-    /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says.
+    /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says, in light that
+    /// takes colours on its way or doesn't.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
-    pub fn start(&mut self, gpu: &Gpu, band: &Band, offset_pixels: DVec2, film: &FilmPlanes) -> Result<(), GpuError> {
+    pub fn start(
+        &mut self,
+        gpu: &Gpu,
+        band: &Band,
+        offset_pixels: DVec2,
+        film: &FilmPlanes,
+        has_tints: bool,
+    ) -> Result<(), GpuError> {
         let count = band.order().slots() as u32;
         self.point_view.write(gpu, &[PointView::new(band, offset_pixels)])?;
-        self.ways = film.ways();
+        (self.ways, self.has_tints) = (film.ways(), has_tints);
         self.flat_plane_of_film = film.flat_plane().unwrap_or(ShadeScene::NO_WORD);
         let ways_plane = film.ways_plane().unwrap_or(ShadeScene::NO_WORD);
         let step = OnwardStep { is_first: 1, size: band.size(), ways_plane, ..self.step(count) };
@@ -133,14 +146,12 @@ impl Onward {
             is_first: 0,
             size: [count, 1],
             ways_plane: count * (1 + u32::from(has_flat)),
-            has_all_ways: u32::from(self.has_all_ways()),
+            ways: self.ways,
+            has_tints: u32::from(self.has_tints),
             flat_plane: if has_flat { count } else { ShadeScene::NO_WORD },
             flat_plane_of_film: self.flat_plane_of_film,
+            unused: 0,
         }
-    }
-
-    fn has_all_ways(&self) -> bool {
-        self.ways == Self::ALL_WAYS
     }
 
     fn prepare_count(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
@@ -230,7 +241,7 @@ impl Onward {
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
     pub fn prepare(&mut self, gpu: &Gpu, rays: u32, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
-        let (step, packet, has_tints) = (self.step(rays), Self::OPTIONS.lanes(), self.has_all_ways());
+        let (step, packet, has_tints) = (self.step(rays), Self::OPTIONS.lanes(), self.has_tints);
         self.rays.write(gpu, step)?;
         self.rays.records.write_count(gpu, rays, packet)?;
         self.meetings.reserve(gpu, Self::MEETING_BYTES * u64::from(rays))?;
@@ -247,8 +258,8 @@ impl Onward {
         [film, seen]: [&Buffer; 2],
         shade: &Shade,
     ) {
-        let has_all_ways = self.has_all_ways();
-        if self.from.is_first && !has_all_ways {
+        let has_tints = self.has_tints;
+        if self.from.is_first && !has_tints {
             recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
         }
         let Self { from, rays, starts, tracer, nodes, passed, meetings, .. } = self;
@@ -262,7 +273,7 @@ impl Onward {
         tracer.record_nearest(gpu, recorder, geometry, nodes, &rays.records);
         let buffers = [rays.records.buffer(), tracer.hits(), &rays.paths, &rays.points, meetings];
         recorder.stage("meet", |pass| self.meet.dispatch(gpu, pass, &buffers, rays.groups()));
-        let asked = Asked { geometry, nodes, tints: has_all_ways.then_some((shade, passed)) };
+        let asked = Asked { geometry, nodes, tints: has_tints.then_some((shade, passed)) };
         self.lights.record(gpu, recorder, tracer, rays, &asked, None);
     }
 
@@ -278,7 +289,7 @@ impl Onward {
             let planes = 1 + u64::from(self.flat_plane_of_film != ShadeScene::NO_WORD) + u64::from(self.ways);
             self.planes.reserve(gpu, planes * Self::PLANE_BYTES * u64::from(self.rays.count))?;
         } else {
-            let uses = 1 + self.lights.uses(self.has_all_ways(), false);
+            let uses = 1 + self.lights.uses(self.has_tints, false);
             self.tracer.prepare(gpu, self.rays.count, uses)?;
         }
         Ok(fits)
@@ -304,7 +315,7 @@ impl Onward {
     pub(crate) fn shaded(&self, lights: usize) -> OnwardPlanes {
         let Self { rays, .. } = self;
         let OnwardStep { ways_plane, flat_plane, .. } = self.step(rays.count);
-        let tints_word = if self.has_all_ways() { tints_word(rays.count, lights) } else { ShadeScene::NO_WORD };
+        let tints_word = if self.has_tints { tints_word(rays.count, lights) } else { ShadeScene::NO_WORD };
         OnwardPlanes { rays: rays.count, ways_plane, ways: self.ways, flat_plane, tints_word }
     }
 
@@ -329,7 +340,10 @@ impl Onward {
     pub fn bytes(&self) -> [u64; 2] {
         let Self { from, rays, starts, meetings, planes, lights, .. } = self;
         let buffers = [starts, meetings, planes].into_iter().map(Buffer::bytes).sum::<u64>();
-        [self.nodes.bytes() + self.passed.bytes(), self.tracer.bytes() + from.bytes() + rays.bytes() + lights.bytes() + buffers]
+        [
+            self.nodes.bytes() + self.passed.bytes(),
+            self.tracer.bytes() + from.bytes() + rays.bytes() + lights.bytes() + buffers,
+        ]
     }
 }
 

@@ -15,4 +15,6 @@ struct OnwardPath {
     bounces: u32,
     // Through how many surfaces it comes to the last of these.
     layers: u32,
+    // The largest GGX width of rough surfaces by which it comes.
+    blur: f32,
 }

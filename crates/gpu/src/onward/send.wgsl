@@ -12,7 +12,7 @@ import package::onward::path::{OnwardPath};
 import package::onward::points::{POINT_PIXEL, POINT_T, POINT_TRIANGLE, POINT_WORDS, point_number, read_exact_point};
 import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, way_at, way_bits};
 import package::onward::way::{
-    WAY_ALL_COLORS, WAY_BEHIND, WAY_CROSSES, WAY_FRONT, WAY_MIRROR, WAY_RED,
+    ALL_WAYS, GLOSSY_WAYS, WAY_ALL_COLORS, WAY_BEHIND, WAY_CROSSES, WAY_FRONT, WAY_MIRROR, WAY_RED,
 };
 
 @group(0) @binding(0) var<uniform> onward_step: OnwardStep;
@@ -44,18 +44,22 @@ fn send(at: Invocation) {
         return;
     }
     var before: OnwardPath;
+    var blur = 0.0;
     if onward_step.is_first == 0u {
         before = paths_before[number];
+    }
+    if onward_step.ways == GLOSSY_WAYS {
+        blur = way_at(index, ALL_WAYS).x;
     }
     before.pixel = points[number * POINT_WORDS + POINT_PIXEL];
     var ray = starts[number];
     let first = way_at(index, 0u);
     let second = way_at(index, 1u);
     if (bits & WAY_MIRROR) != 0u {
-        start_at(number, ray, before, first.xyz, second.xyz, first.w, before.media);
+        start_at(number, ray, before, Start(first.xyz, first.w, second.xyz, before.media, blur));
         ray += 1u;
     }
-    if onward_step.has_all_ways == 0u {
+    if onward_step.ways < ALL_WAYS {
         return;
     }
     let third = way_at(index, 2u);
@@ -71,7 +75,7 @@ fn send(at: Invocation) {
         ray += 1u;
     }
     if (bits & WAY_ALL_COLORS) != 0u {
-        start_at(number, ray, before, way_at(index, 3u).xyz, way_at(index, 4u).xyz, first.w, across);
+        start_at(number, ray, before, Start(way_at(index, 3u).xyz, first.w, way_at(index, 4u).xyz, across, blur));
         ray += 1u;
     }
     for (var color = 0u; color < 3u; color++) {
@@ -79,32 +83,35 @@ fn send(at: Invocation) {
             let refracted = way_at(index, 3u + color);
             var through = vec3<f32>(0.0);
             through[color] = refracted.w;
-            start_at(number, ray, before, refracted.xyz, through, first.w, across);
+            start_at(number, ray, before, Start(refracted.xyz, first.w, through, across, blur));
             ray += 1u;
         }
     }
 }
 
-// A ray from a point of a triangle.
-fn start_at(
-    number: u32,
-    ray: u32,
-    before: OnwardPath,
+// How a ray starts at a point of a triangle.
+struct Start {
     direction: vec3<f32>,
-    through: vec3<f32>,
+    // How far it is from there to the camera.
     travelled: f32,
+    // How much of the light along it reaches that.
+    through: vec3<f32>,
     media: Media,
-) {
+    blur: f32,
+}
+
+fn start_at(number: u32, ray: u32, before: OnwardPath, start: Start) {
     let point = read_exact_point(number);
     let word = record_start(ray);
     put_vector(word, point.position);
-    put_vector(word + RAY_DIRECTION, f64_vector_from_f32_bits(bitcast<vec3<u32>>(direction)));
+    put_vector(word + RAY_DIRECTION, f64_vector_from_f32_bits(bitcast<vec3<u32>>(start.direction)));
     put_number(word + RAY_T_MIN, F64_ZERO);
     put_number(word + RAY_T_MAX, SEND_INFINITE);
     put_number(word + RAY_ERROR, point.error);
     records[word + RECORD_OWN] = points[number * POINT_WORDS + POINT_TRIANGLE];
     records[word + RECORD_TAG] = before.pixel;
-    paths[ray] = OnwardPath(through, travelled, media, before.pixel, before.bounces + 1u, 0u);
+    paths[ray] = 
+        OnwardPath(start.through, start.travelled, start.media, before.pixel, before.bounces + 1u, 0u, start.blur);
 }
 
 // The same ray from behind what it has met.

@@ -1,5 +1,6 @@
 use bytemuck::{Pod, Zeroable};
 
+use super::Onward;
 use crate::kdtree::KdRecords;
 use crate::{Buffer, Gpu, GpuError, Groups};
 
@@ -23,9 +24,11 @@ pub(super) struct OnwardStep {
     pub(super) is_first: u32,
     pub(super) size: [u32; 2],
     pub(super) ways_plane: u32,
-    pub(super) has_all_ways: u32,
+    pub(super) ways: u32,
+    pub(super) has_tints: u32,
     pub(super) flat_plane: u32,
     pub(super) flat_plane_of_film: u32,
+    pub(super) unused: u32,
 }
 
 impl Step {
@@ -49,10 +52,10 @@ impl Step {
         self.parameters.write(gpu, &[parameters])?;
         self.points.reserve(gpu, Self::POINT_BYTES * u64::from(self.count))?;
         // The camera's rays are only kept where they go straight on, and have no paths.
-        let [records, paths] = match (self.is_first, parameters.has_all_ways) {
-            (true, 0) => [0, 1],
-            (true, _) => [self.count, 1],
-            (false, _) => [self.count; 2],
+        let [records, paths] = match self.is_first {
+            true if parameters.ways < Onward::ALL_WAYS => [0, 1],
+            true => [self.count, 1],
+            false => [self.count; 2],
         };
         self.records.reserve(gpu, records)?;
         self.paths.reserve(gpu, Self::PATH_BYTES * u64::from(paths))
@@ -76,7 +79,7 @@ mod tests {
     #[test]
     fn parameters_are_those_of_the_shaders() {
         let layout =
-            layout!(OnwardStep { count, is_first, size, ways_plane, has_all_ways, flat_plane, flat_plane_of_film });
+            layout!(OnwardStep { count, is_first, size, ways_plane, ways, has_tints, flat_plane, flat_plane_of_film });
         for path in ["onward::count", "onward::locate", "onward::send", "onward::add"] {
             assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");
         }

@@ -4,6 +4,7 @@
 // reaches it, and WAY_… added up. Where something is seen through there are four more: how much of what is straight behind
 // reaches the camera, and the number of the surface's material; then where light is refracted to, of red, green and blue, each
 // with how much of it reaches the camera. Where all colours go one way, the second of these three has how much of each does.
+// Where rough surfaces are followed, there is one more, with the largest GGX width by which light comes along these ways.
 
 const WAY_MIRROR: u32 = 1u;
 const WAY_BEHIND: u32 = 2u;
@@ -19,6 +20,7 @@ const WAY_BLUE: u32 = 128u;
 // The planes of mirrors alone, and all of them.
 const WAYS_OF_MIRRORS: u32 = 2u;
 const ALL_WAYS: u32 = 6u;
+const GLOSSY_WAYS: u32 = 7u;
 
 fn way_count(bits: u32) -> u32 {
     return countOneBits(bits & (WAY_MIRROR | WAY_BEHIND | WAY_ALL_COLORS | WAY_RED | WAY_GREEN | WAY_BLUE));

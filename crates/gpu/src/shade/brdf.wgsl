@@ -27,6 +27,15 @@ struct ReflectanceView {
     scattered_again: vec3<f32>,
 }
 
+// How much of light a small mirror reflects that meets it with such a cosine.
+fn reflectance_of_facet(reflectance: Reflectance, seen: ReflectanceView, cosine: f32, layers: Layers) -> vec3<f32> {
+    var fresnel = fresnel_schlick(reflectance.f0, reflectance.f90, cosine);
+    if LAYERS && layers.film > 0.0 {
+        fresnel = mix(fresnel, layers.film_reflected, layers.film);
+    }
+    return fresnel * seen.scattered_again;
+}
+
 // `transmission` is the part of the diffuse reflection that passes through instead.
 fn reflectance_of(base_color: vec3<f32>, metallic: f32, roughness: f32, ior: f32, transmission: f32) -> Reflectance {
     let ratio = (ior - 1.0) / (ior + 1.0);

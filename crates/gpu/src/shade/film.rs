@@ -21,8 +21,8 @@ pub struct FilmKeeps {
     pub through: bool,
     /// What of the colour is shown as it is, in 16 bytes.
     pub flat: bool,
-    /// Planes that say where light comes from that is followed, of 16 bytes: none, [`Onward::MIRRORS`](crate::Onward::MIRRORS)
-    /// or [`Onward::ALL_WAYS`](crate::Onward::ALL_WAYS).
+    /// Planes that say where light comes from that is followed, of 16 bytes: none, [`Onward::MIRRORS`](crate::Onward::MIRRORS),
+    /// [`Onward::ALL_WAYS`](crate::Onward::ALL_WAYS) or [`Onward::GLOSSY_WAYS`](crate::Onward::GLOSSY_WAYS).
     pub ways: u32,
 }
 

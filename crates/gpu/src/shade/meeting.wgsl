@@ -13,4 +13,7 @@ const MEETING_MEDIA: u32 = 12u;
 const MEETING_MEDIA_COUNT: u32 = 16u;
 // By how many mirrors and surfaces of glass it comes.
 const MEETING_BOUNCES: u32 = 17u;
-const MEETING_WORDS: u32 = 18u;
+// The pixel that shows it, and the largest GGX width of rough surfaces by which it comes, in f32.
+const MEETING_PIXEL: u32 = 18u;
+const MEETING_BLUR: u32 = 19u;
+const MEETING_WORDS: u32 = 20u;

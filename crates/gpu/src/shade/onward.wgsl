@@ -6,14 +6,14 @@ import package::onward::media::{Media, OPEN_AIR, media_innermost};
 import package::shade::glass::{attenuation};
 import package::shade::hit::{triangle_of};
 import package::shade::meeting::{
-    MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_THROUGH,
-    MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
+    MEETING_BLUR, MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_PIXEL,
+    MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
 };
 import package::shade::reflected::{caught_light, reflected};
 import package::shade::surface::{surface_of};
 import package::shade::surroundings::{surroundings_are_flat, surroundings_mirrored, surroundings_radiance};
 import package::shade::tables::{NO_TRIANGLE, NO_WORD, shade_film, shade_sample, shade_seen};
-import package::shade::ways::{Ways, keep_ways, ways_of};
+import package::shade::ways::{Route, Ways, keep_ways, ways_of};
 
 @compute @workgroup_size(64)
 fn onward(at: Invocation) {
@@ -50,7 +50,7 @@ fn onward(at: Invocation) {
         }
         let weights = vec2<f32>(meeting_number(word + MEETING_WEIGHTS), meeting_number(word + MEETING_WEIGHTS + 1u));
         travelled += meeting_number(word + MEETING_DEPTH);
-        let surface = surface_of(id, triangle_of(id), weights, travelled, view);
+        var surface = surface_of(id, triangle_of(id), weights, travelled, view);
         if surface.catches_shadows {
             let bare = through * caught_light(surface, number);
             color = around * bare;
@@ -58,8 +58,11 @@ fn onward(at: Invocation) {
             flat_part = select(0.0, mean_of(bare), surroundings_are_flat());
         } else {
             let part = through * surface.opacity;
-            ways = ways_of(surface, through, bounces, media);
+            let blur = meeting_number(word + MEETING_BLUR);
+            ways = ways_of(surface, Route(through, bounces, blur, shade_seen[word + MEETING_PIXEL], media));
             material = surface.material;
+            // Of narrower highlights, few paths would find much light, which makes bright specks.
+            surface.reflectance.alpha = max(surface.reflectance.alpha, blur);
             color = reflected(surface, number, ways) * part;
             coverage = mean_of(through - ways.passing);
             flat_part = select(0.0, mean_of(part), surface.is_unlit);

@@ -10,7 +10,7 @@ import package::shade::reflected::{caught_light, reflected};
 import package::shade::surface::{surface_at};
 import package::shade::surroundings::{surroundings_are_flat, surroundings_radiance};
 import package::shade::tables::{NO_TRIANGLE, NO_WORD, shade_film, shade_sample, shade_seen};
-import package::shade::ways::{Ways, keep_ways, passing_at, ways_of};
+import package::shade::ways::{Route, Ways, keep_ways, passing_at, ways_of};
 import package::tile_order::{pixel_of_slot};
 
 // Whether rays go on from what is seen, so that what is behind isn't seen in another layer.
@@ -48,7 +48,7 @@ fn shade(at: Invocation) {
         } else {
             let part = through * surface.opacity;
             if FOLLOWS {
-                ways = ways_of(surface, through, 0u, Media());
+                ways = ways_of(surface, Route(through, 0u, 0.0, pixel, Media()));
                 material = surface.material;
             }
             color = reflected(surface, slot, ways) * part;

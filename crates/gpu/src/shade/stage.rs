@@ -9,13 +9,14 @@ use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Onward};
 /// The shade stage: adds each pixel's radiance at a sample to the film.
 #[derive(Debug)]
 pub struct Shade {
-    /// The kernels without layers and with them, for films without ways and with them, compiled where they are needed.
-    kernels: [[Option<Kernel>; 2]; 2],
-    /// Whether any material has layers, and whether the film has ways.
+    /// The kernels for what the camera sees, without layers and with them, for films with each kind of ways, compiled where they
+    /// are needed.
+    seen: [[Option<Kernel>; 3]; 2],
+    /// The same of what rays meet that go on.
+    onward: [[Option<Kernel>; 3]; 2],
+    /// Whether any material has layers, and what the film has ways for.
     is_layered: bool,
-    follows: bool,
-    /// The kernels for what is seen in mirrors, without layers and with them, compiled where any is.
-    onward: [Option<Kernel>; 2],
+    follows: Follows,
     /// What is left of light that passes through something, compiled where any does.
     tint: Option<Kernel>,
     /// What a kernel gets that writes no film.
@@ -124,10 +125,10 @@ impl Shade {
     /// Where the device has no memory for the tables.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let mut shade = Self {
-            kernels: [[Some(shade_kernel(gpu, [false; 2])), None], [None, None]],
+            seen: Default::default(),
+            onward: Default::default(),
             is_layered: false,
-            follows: false,
-            onward: [None, None],
+            follows: Follows::Nothing,
             tint: None,
             nothing: Buffer::storage(gpu, "no film"),
             rows: Kernel::new(gpu, "shade::rows", "rows", &[]),
@@ -142,6 +143,8 @@ impl Shade {
             slots: 0,
             is_start_of_film: false,
         };
+        *variant(&mut shade.seen, false, Follows::Nothing) =
+            Some(kernel(gpu, "shade::shade", "shade", false, Follows::Nothing));
         shade.lights.reserve(gpu, (ShadeLight::MOST * size_of::<ShadeLight>()) as u64)?;
         shade.materials.reserve(gpu, size_of::<ShadeMaterial>() as u64)?;
         Ok(shade)
@@ -251,10 +254,10 @@ impl Shade {
         assert_eq!(film.size(), [width, height], "a film of the image's size");
         assert!(film.through_plane().is_some() || (layer.is_first && layer.is_last), "a film for several layers");
         self.slots = umbrage_rays::TileOrder::new(width, height).slots() as u32;
-        self.follows = film.ways() > 0;
-        let variant = [self.is_layered, self.follows];
-        self.kernels[usize::from(variant[0])][usize::from(variant[1])]
-            .get_or_insert_with(|| shade_kernel(gpu, variant));
+        self.follows = Follows::of(film.ways());
+        let Self { is_layered, follows, .. } = *self;
+        variant(&mut self.seen, is_layered, follows)
+            .get_or_insert_with(|| kernel(gpu, "shade::shade", "shade", is_layered, follows));
         self.is_start_of_film = layer.is_of_first_sample && layer.is_first;
         let sample = ShadeSample {
             words_per_light: self.slots / 32,
@@ -281,9 +284,9 @@ impl Shade {
     pub fn prepare_onward(&mut self, gpu: &Gpu, sample: &ShadeSample, onward: &Onward) -> Result<(), GpuError> {
         let lights = self.of_scene.light_count as usize;
         let OnwardPlanes { rays, ways_plane, ways, flat_plane, tints_word } = onward.shaded(lights);
-        let Self { is_layered, onward, .. } = self;
-        onward[usize::from(*is_layered)]
-            .get_or_insert_with(|| Kernel::new(gpu, "shade::onward", "onward", &[layers(*is_layered)]));
+        let Self { is_layered, follows, .. } = *self;
+        variant(&mut self.onward, is_layered, follows)
+            .get_or_insert_with(|| kernel(gpu, "shade::onward", "onward", is_layered, follows));
         self.prepare_tint(gpu);
         let sample = ShadeSample {
             size_pixels: [rays, 1],
@@ -318,7 +321,9 @@ impl Shade {
     /// # Panics
     /// If it wasn't prepared for that.
     pub fn record_onward(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, onward: &Onward, geometry: &Geometry) {
-        let Some(kernel) = &self.onward[usize::from(self.is_layered)] else { panic!("it was prepared for") };
+        let Some(kernel) = &self.onward[usize::from(self.is_layered)][self.follows as usize] else {
+            panic!("it was prepared for")
+        };
         let buffers = self.buffers(geometry, [onward.meetings(), onward.lit(), onward.planes()]);
         let rays = onward.shaded(0).rays;
         kernel.dispatch(gpu, pass, &buffers, Groups::Flat(rays.div_ceil(Self::WIDTH)));
@@ -368,19 +373,44 @@ impl Shade {
         if self.is_start_of_film && film.first_plane().is_some() {
             self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
         }
-        let Some(kernel) = &self.kernels[usize::from(self.is_layered)][usize::from(self.follows)] else {
+        let Some(kernel) = &self.seen[usize::from(self.is_layered)][self.follows as usize] else {
             panic!("it was prepared for")
         };
         kernel.dispatch(gpu, pass, &buffers, groups);
     }
 }
 
-/// A kernel for what the camera sees, whether materials have layers and whether rays go on.
-fn shade_kernel(gpu: &Gpu, [is_layered, follows]: [bool; 2]) -> Kernel {
-    Kernel::new(gpu, "shade::shade", "shade", &[layers(is_layered), ("FOLLOWS", f64::from(u8::from(follows)))])
+/// What a film has ways for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Follows {
+    Nothing,
+    Smooth,
+    Glossy,
 }
 
-/// Whether materials have layers, as kernels know it.
-fn layers(are_there: bool) -> (&'static str, f64) {
-    ("LAYERS", f64::from(u8::from(are_there)))
+impl Follows {
+    fn of(ways: u32) -> Self {
+        match ways {
+            0 => Self::Nothing,
+            Onward::GLOSSY_WAYS => Self::Glossy,
+            _ => Self::Smooth,
+        }
+    }
+}
+
+fn variant(kernels: &mut [[Option<Kernel>; 3]; 2], is_layered: bool, follows: Follows) -> &mut Option<Kernel> {
+    &mut kernels[usize::from(is_layered)][follows as usize]
+}
+
+/// A kernel that shades.
+fn kernel(gpu: &Gpu, path: &str, entry: &'static str, is_layered: bool, follows: Follows) -> Kernel {
+    let constant = |name, is_so| (name, f64::from(u8::from(is_so)));
+    let constants = [
+        constant("LAYERS", is_layered),
+        constant("GLOSS", follows == Follows::Glossy),
+        constant("FOLLOWS", follows != Follows::Nothing),
+    ];
+    // What the camera sees may be followed; rays that go on are.
+    let count = if entry == "shade" { constants.len() } else { constants.len() - 1 };
+    Kernel::new(gpu, path, entry, &constants[..count])
 }

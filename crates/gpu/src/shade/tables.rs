@@ -6,7 +6,7 @@ use umbrage_rays::{LightSource, Projection};
 
 use crate::Band;
 
-/// The camera rays of one sample, and which layer of surfaces they meet: 160 bytes.
+/// The camera rays of one sample, and which layer of surfaces they meet: 176 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeSample {
@@ -61,8 +61,12 @@ pub struct ShadeSample {
     /// Where it is in the lights' masks what of each comes through what is before surfaces; [`ShadeScene::NO_WORD`] where all of
     /// it does.
     pub tints_word: u32,
+    /// The number of the first of these pixels among all of the image, row by row: what is drawn for a pixel depends on it …
+    pub first_pixel: u32,
+    /// … and on the number of the sample.
+    pub number: u32,
     #[doc(hidden)]
-    pub padding: u32,
+    pub padding: [u32; 3],
 }
 
 impl ShadeSample {
@@ -93,6 +97,7 @@ impl ShadeSample {
             first_row: band.rows.start,
             image_height: view.height,
             miss_depth: f32::INFINITY,
+            first_pixel: band.rows.start * view.width,
             tints_word: ShadeScene::NO_WORD,
             ..Self::default()
         }

@@ -88,6 +88,9 @@ struct ShadeSample {
     ways_count: u32,
     // Where in shade_lit it says how much of lights comes through what is before surfaces; NO_WORD where all of it does.
     tints_word: u32,
+    // The first of these pixels among all of the image, and the number of the sample: what is drawn depends on them.
+    first_pixel: u32,
+    number: u32,
 }
 
 struct ShadeSurroundings {

@@ -4,13 +4,20 @@ import package::onward::media::{Media};
 import package::onward::way::{
     ALL_WAYS, WAYS_OF_MIRRORS, WAY_ALL_COLORS, WAY_BEHIND, WAY_CROSSES, WAY_FRONT, WAY_MIRROR, WAY_RED,
 };
-import package::shade::brdf::{reflectance_view};
+import package::shade::brdf::{ReflectanceView, reflectance_of_facet, reflectance_view};
 import package::shade::coat::{coat_albedo, coat_is_mirror};
+import package::shade::drawn::{DRAWN_FACET, drawn_point};
 import package::shade::glass::{media_disperse, media_ratio, reflected_part, refracted};
+import package::shade::gloss::{
+    facets_mean_width, facets_of, facets_round, facets_unshadowed, facets_unshadowed_behind, facets_visible,
+};
 import package::shade::layers::{LAYERS};
 import package::shade::microfacet::{BRDF_SMOOTHEST};
 import package::shade::surface::{Surface};
 import package::shade::tables::{shade_film, shade_sample};
+
+// Whether rough surfaces mirror as well: one direction of their highlights each.
+override GLOSS: bool = false;
 
 struct Ways {
     // WAY_… added up.
@@ -23,6 +30,8 @@ struct Ways {
     is_of_coat: bool,
     // Whether light comes only from where it is followed to.
     is_inside: bool,
+    // The largest GGX width of rough surfaces by which light comes along them.
+    blur: f32,
     // How much of what is straight behind reaches the camera.
     passing: vec3<f32>,
     // Where light is refracted to, of red, green and blue, and how much of it reaches the camera.
@@ -41,23 +50,38 @@ fn passing_at(surface: Surface) -> vec3<f32> {
     return mix(vec3<f32>(1.0), transmitted, surface.opacity);
 }
 
-// Where what a surface shows comes from. So much of that reaches the camera, by so many bounces and through such media.
-fn ways_of(surface: Surface, through: vec3<f32>, bounces: u32, media: Media) -> Ways {
+// How light from a surface comes to the camera.
+struct Route {
+    // How much of it does.
+    through: vec3<f32>,
+    // By how many mirrors and surfaces of glass, and the largest GGX width of rough ones among them.
+    bounces: u32,
+    blur: f32,
+    // The pixel that shows it.
+    pixel: u32,
+    // Through what it goes behind the surface that it comes from.
+    media: Media,
+}
+
+// Where what a surface shows comes from.
+fn ways_of(surface: Surface, route: Route) -> Ways {
     var ways: Ways;
+    let through = route.through;
     let part = through * surface.opacity;
-    let is_followed = bounces < shade_sample.bounces && !surface.is_unlit && !surface.catches_shadows;
+    ways.blur = route.blur;
+    let is_followed = route.bounces < shade_sample.bounces && !surface.is_unlit && !surface.catches_shadows;
     let is_glass = is_followed && surface.is_volume && any(surface.transmitted != vec3<f32>(0.0));
     ways.passing = through * passing_at(surface);
     if is_glass {
         ways.passing = through * (1.0 - surface.opacity);
         ways.is_inside = !surface.is_front;
-        go_through_glass(surface, part, media, &ways);
+        go_through_glass(surface, part, route, &ways);
     } else if is_followed {
-        go_by_mirror(surface, part, &ways);
+        go_by_mirror(surface, part, route, &ways);
     }
     if any(ways.passing > vec3<f32>(0.0)) {
         ways.bits |= WAY_BEHIND;
-        if surface.is_volume && media.count > 0u {
+        if surface.is_volume && route.media.count > 0u {
             // Where glass isn't followed any further, it is as thin as a pane.
             ways.bits |= WAY_CROSSES;
         }
@@ -72,26 +96,43 @@ fn most_of(color: vec3<f32>) -> f32 {
     return max(color.x, max(color.y, color.z));
 }
 
-fn go_by_mirror(surface: Surface, part: vec3<f32>, ways: ptr<function, Ways>) {
+fn go_by_mirror(surface: Surface, part: vec3<f32>, route: Route, ways: ptr<function, Ways>) {
     let is_of_surface = surface.reflectance.roughness <= BRDF_SMOOTHEST;
-    var is_of_coat = false;
+    let has_coat = LAYERS && surface.layers.is_there && surface.layers.has_coat;
+    let is_of_coat = has_coat && coat_is_mirror(surface.layers.coat);
+    let n_v = max(dot(surface.normal, surface.view), 1e-4);
+    let seen = reflectance_view(surface.reflectance, n_v, surface.layers);
     var direction = reflect(-surface.view, surface.normal);
-    var through = vec3<f32>(0.0);
-    if is_of_surface {
-        let n_v = max(dot(surface.normal, surface.view), 1e-4);
-        through = part * reflectance_view(surface.reflectance, n_v, surface.layers).specular;
-    }
-    if LAYERS && surface.layers.is_there && surface.layers.has_coat && coat_is_mirror(surface.layers.coat) {
-        is_of_coat = true;
-        through += part * coat_albedo(surface.layers.coat);
-        // Where both are mirrors, both are seen in one.
-        if !is_of_surface {
-            direction = reflect(-surface.view, surface.layers.coat.normal);
+    var through = part * seen.specular;
+    var most = most_of(through);
+    if has_coat {
+        let of_coat = part * coat_albedo(surface.layers.coat);
+        if is_of_coat {
+            through = select(vec3<f32>(0.0), through, is_of_surface) + of_coat;
+            most = most_of(through);
+            // Where both are mirrors, both are seen in one.
+            if !is_of_surface {
+                direction = reflect(-surface.view, surface.layers.coat.normal);
+            }
+        } else if GLOSS {
+            most = max(most, most_of(of_coat));
         }
     }
+    let is_mirror = is_of_surface || is_of_coat;
     // A bent normal may mirror rays into the triangle.
     let is_outside = dot(surface.geometric_normal, direction) > 0.0;
-    if (is_of_surface || is_of_coat) && is_outside && most_of(through) > shade_sample.least_contribution {
+    if !(most > shade_sample.least_contribution) {
+        return;
+    }
+    if GLOSS {
+        if is_outside || !is_mirror {
+            (*ways).is_of_surface = true;
+            (*ways).is_of_coat = true;
+            (*ways).direction = direction;
+            (*ways).through = through;
+            go_by_one_of_many(surface, part, route, seen, ways);
+        }
+    } else if is_mirror && is_outside {
         (*ways).bits |= WAY_MIRROR;
         (*ways).direction = direction;
         (*ways).through = through;
@@ -100,10 +141,76 @@ fn go_by_mirror(surface: Surface, part: vec3<f32>, ways: ptr<function, Ways>) {
     }
 }
 
-fn go_through_glass(surface: Surface, part: vec3<f32>, media: Media, ways: ptr<function, Ways>) {
+// By the coat of a surface or what is below it, as often as they mirror much, and there by one of the small mirrors that it is
+// made of. The ways have the mirror that is smooth.
+fn go_by_one_of_many(
+    surface: Surface,
+    part: vec3<f32>,
+    route: Route,
+    seen: ReflectanceView,
+    ways: ptr<function, Ways>,
+) {
     let is_smooth = surface.reflectance.roughness <= BRDF_SMOOTHEST;
-    (*ways).is_of_surface = is_smooth;
-    let cosine = clamp(dot(surface.view, surface.normal), 0.0, 1.0);
+    var point = drawn_point(route.pixel, route.bounces, DRAWN_FACET);
+    var share = 1.0;
+    var takes_mirror = is_smooth;
+    var facets = facets_of(surface.normal, surface.reflectance.alpha, surface.layers);
+    var takes_coat = false;
+    if LAYERS && surface.layers.is_there && surface.layers.has_coat && surface.layers.coat.part > 0.0 {
+        let coat = surface.layers.coat;
+        if !(is_smooth && coat_is_mirror(coat)) {
+            let of_coat = coat.part / (coat.part + most_of(seen.specular));
+            takes_coat = point.x < of_coat;
+            // What is left of the number is as evenly spread.
+            share = select(1.0 - of_coat, of_coat, takes_coat);
+            point.x = select((point.x - of_coat) / (1.0 - of_coat), point.x / of_coat, takes_coat);
+            if takes_coat {
+                takes_mirror = coat_is_mirror(coat);
+                // Its bumps may face away, and mirror as much then.
+                let faces = dot(surface.view, coat.normal) >= 0.0;
+                facets = facets_round(select(-coat.normal, coat.normal, faces), sqrt(coat.a2));
+            }
+        }
+    }
+    if takes_mirror {
+        (*ways).bits |= WAY_MIRROR;
+        (*ways).through /= share;
+        return;
+    }
+    let facet = facets_visible(facets, surface.view, point);
+    let cosine = dot(surface.view, facet);
+    var direction = facet * (2.0 * cosine) - surface.view;
+    if !(dot(direction, facets.normal) > 0.0) {
+        return;
+    }
+    let kept = facets_unshadowed(facets, surface.view, direction);
+    let height = dot(direction, surface.geometric_normal);
+    if height <= 0.0 {
+        // A bent normal mirrors it into the triangle: what is above stands for that, or rims would be black.
+        direction -= surface.geometric_normal * (2.0 * height);
+    }
+    var reflected = reflectance_of_facet(surface.reflectance, seen, cosine, surface.layers);
+    if takes_coat {
+        reflected = vec3<f32>(surface.layers.coat.part);
+    }
+    (*ways).bits |= WAY_MIRROR;
+    (*ways).direction = direction;
+    (*ways).through = part * reflected * (kept / share);
+    (*ways).blur = max(route.blur, facets_mean_width(facets));
+}
+
+fn go_through_glass(surface: Surface, part: vec3<f32>, route: Route, ways: ptr<function, Ways>) {
+    let media = route.media;
+    let is_smooth = surface.reflectance.roughness <= BRDF_SMOOTHEST;
+    let is_rough = GLOSS && !is_smooth;
+    (*ways).is_of_surface = is_smooth || is_rough;
+    let facets = facets_of(surface.normal, surface.reflectance.alpha, surface.layers);
+    var normal = surface.normal;
+    if is_rough {
+        normal = facets_visible(facets, surface.view, drawn_point(route.pixel, route.bounces, DRAWN_FACET));
+        (*ways).blur = max(route.blur, facets_mean_width(facets));
+    }
+    let cosine = clamp(dot(surface.view, normal), 0.0, 1.0);
     let are_apart = media_disperse(media, surface.material);
     var mirrored = vec3<f32>(0.0);
     for (var color = 0u; color < 3u; color++) {
@@ -119,7 +226,7 @@ fn go_through_glass(surface: Surface, part: vec3<f32>, media: Media, ways: ptr<f
         mirrored += part * channels * reflected;
         let through = part * channels * surface.transmitted * (1.0 - reflected);
         if most_of(through) > shade_sample.least_contribution {
-            var direction = refracted(-surface.view, surface.normal, ratio);
+            var direction = refracted(-surface.view, normal, ratio);
             if !(dot(direction, surface.geometric_normal) < 0.0) {
                 // A bent normal may refract rays out of the triangle.
                 direction = refracted(-surface.view, surface.geometric_normal, ratio);
@@ -127,16 +234,17 @@ fn go_through_glass(surface: Surface, part: vec3<f32>, media: Media, ways: ptr<f
             if dot(direction, surface.geometric_normal) < 0.0 {
                 (*ways).bits |= select(WAY_ALL_COLORS, WAY_RED << color, are_apart);
                 (*ways).refracted[color] = direction;
-                (*ways).refracted_through += through;
+                (*ways).refracted_through +=
+                    through * select(1.0, facets_unshadowed_behind(facets, direction), is_rough);
             }
         }
     }
-    let direction = surface.normal * (2.0 * cosine) - surface.view;
+    let direction = normal * (2.0 * cosine) - surface.view;
     let is_outside = dot(direction, surface.geometric_normal) > 0.0;
-    if is_smooth && is_outside && most_of(mirrored) > shade_sample.least_contribution {
+    if (is_smooth || is_rough) && is_outside && most_of(mirrored) > shade_sample.least_contribution {
         (*ways).bits |= WAY_MIRROR;
         (*ways).direction = direction;
-        (*ways).through = mirrored;
+        (*ways).through = mirrored * select(1.0, facets_unshadowed_behind(facets, direction), is_rough);
     }
 }
 
@@ -144,7 +252,7 @@ fn go_through_glass(surface: Surface, part: vec3<f32>, media: Media, ways: ptr<f
 fn keep_ways(ways: Ways, material: u32, travelled: f32, index: u32, stride: u32) {
     var to = shade_sample.ways_plane + index;
     var bits = ways.bits;
-    let has_all = shade_sample.ways_count == ALL_WAYS;
+    let has_all = shade_sample.ways_count >= ALL_WAYS;
     if !has_all {
         bits &= WAY_MIRROR;
     }
@@ -152,6 +260,9 @@ fn keep_ways(ways: Ways, material: u32, travelled: f32, index: u32, stride: u32)
     shade_film[to + stride] = vec4<f32>(ways.through, f32(bits));
     if !has_all {
         return;
+    }
+    if shade_sample.ways_count > ALL_WAYS {
+        shade_film[to + ALL_WAYS * stride] = vec4<f32>(ways.blur, 0.0, 0.0, 0.0);
     }
     to += WAYS_OF_MIRRORS * stride;
     shade_film[to] = vec4<f32>(ways.passing, f32(material));

@@ -38,6 +38,8 @@ fn structs_are_those_of_the_shaders() {
             ways_plane,
             ways_count,
             tints_word,
+            first_pixel,
+            number,
         }),
         layout!(ShadeSurroundings { irradiance, color, kind, panorama_size, panorama_levels, panorama_word }),
         layout!(ShadeScene {

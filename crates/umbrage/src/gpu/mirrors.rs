@@ -65,7 +65,7 @@ impl Mirrors {
     ) -> Result<(), GpuError> {
         let Self { onward, .. } = self;
         let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
-        onward.start(gpu, band, sample.offset_pixels, planes)?;
+        onward.start(gpu, band, sample.offset_pixels, planes, true)?;
         onward.prepare_tints(gpu, &all_sources(staged.lights))?;
         shade.prepare_first_tints(gpu, &sample_rays(band, sample))?;
         loop {
@@ -97,9 +97,9 @@ impl Mirrors {
         let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
         let film = planes.planes();
         let sources: Vec<Option<LightSource>> = all_sources(staged.lights);
-        let of_rays = following(staged.settings, sample_rays(band, sample));
-        if planes.ways() != Onward::ALL_WAYS {
-            onward.start(gpu, band, sample.offset_pixels, planes)?;
+        let of_rays = following(staged.settings, sample, sample_rays(band, sample));
+        if !staged.frame.is_see_through() {
+            onward.start(gpu, band, sample.offset_pixels, planes, false)?;
         }
         loop {
             let mut recorder = Recorder::new(gpu);
@@ -136,7 +136,7 @@ impl Mirrors {
 }
 
 /// The rays of a sample, some of which go on.
-pub(super) fn following(settings: &Settings, sample: ShadeSample) -> ShadeSample {
+pub(super) fn following(settings: &Settings, sample: &Sample, rays: ShadeSample) -> ShadeSample {
     let Settings { bounces, least_contribution, .. } = *settings;
-    ShadeSample { bounces, least_contribution, ..sample }
+    ShadeSample { bounces, least_contribution, number: sample.index, ..rays }
 }

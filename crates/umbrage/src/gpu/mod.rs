@@ -70,6 +70,8 @@ pub(crate) struct GpuEngine {
     /// What follows mirrors and glass, made for the first frame that has any; and how many planes say where this one's lead.
     mirrors: Option<Mirrors>,
     ways: u32,
+    /// Whether light takes colours on its way.
+    has_tints: bool,
     output: Output,
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
@@ -154,6 +156,7 @@ impl GpuEngine {
             is_see_through: false,
             mirrors: None,
             ways: 0,
+            has_tints: false,
             output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -172,15 +175,15 @@ impl GpuEngine {
     /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
     /// they need, the layer isn't shaded, and all is done again with more.
     async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
-        let (may_fetch, shades) =
-            (turn.is_last && !self.is_see_through && self.ways == 0, self.ways != Onward::ALL_WAYS);
+        let may_fetch = turn.is_last && !self.is_see_through && self.ways == 0;
+        let shades = !self.has_tints;
         let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
         let Turn { staged, band, sample, .. } = *turn;
         let sources = all_sources(staged.lights);
         let (sight, offset_pixels) = (Sight { is_behind: !is_first }, sample.offset_pixels);
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &following(staged.settings, sample_rays(band, sample)), layer, planes)?;
+        shade.prepare(gpu, &following(staged.settings, sample, sample_rays(band, sample)), layer, planes)?;
         for _ in 0..Self::MOST_TRIES {
             let (lights, groups) = (&sources[..], shade.groups());
             finder.prepare(gpu, &Question { geometry, band, offset_pixels, sight, lights, groups })?;
@@ -228,7 +231,7 @@ impl GpuEngine {
         let is_last = self.output == Output::Film && sample.index + 1 == staged.settings.samples;
         let turn = Turn { staged, band, sample, is_last };
         self.layer(&turn, true, stats).await?;
-        if self.ways == Onward::ALL_WAYS {
+        if self.has_tints {
             self.shade_tinted(&turn, stats).await?;
         }
         if self.ways > 0 {
@@ -255,7 +258,7 @@ impl GpuEngine {
         let mirrored = Mirrored { staged, band, sample, geometry, seen };
         mirrors.tint(gpu, &mirrored, lit, shade, planes, stats).await?;
         let (lit, tints_word) = mirrors.tinted(staged.lights.len());
-        let rays = ShadeSample { tints_word, ..following(staged.settings, sample_rays(band, sample)) };
+        let rays = ShadeSample { tints_word, ..following(staged.settings, sample, sample_rays(band, sample)) };
         shade.prepare(gpu, &rays, Layer::only(sample.index == 0), planes)?;
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
         let inputs = ShadeInputs { seen, lit, positions, triangles };
@@ -353,7 +356,6 @@ impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
         match settings.structure {
             _ if settings.bounces > 0 && !Structure::HAS_ALL => Err(Error::StructureLeftOut("a kd-tree for mirrors")),
-            _ if settings.bounces > 0 && settings.gloss => Err(Error::GlossOnGpu),
             _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
@@ -402,9 +404,11 @@ impl Engine for GpuEngine {
         let Staged { frame, lights, view, settings, .. } = *staged;
         let follows = settings.bounces > 0;
         self.is_see_through = frame.is_see_through() && !follows;
-        self.ways = match frame.is_see_through() {
-            true if follows => Onward::ALL_WAYS,
-            false if follows && has_mirrors(frame) => Onward::MIRRORS,
+        self.has_tints = frame.is_see_through() && follows;
+        self.ways = match follows {
+            true if settings.gloss && settings.samples > 1 => Onward::GLOSSY_WAYS,
+            true if self.has_tints => Onward::ALL_WAYS,
+            true if has_mirrors(frame) => Onward::MIRRORS,
             _ => 0,
         };
         self.output = output;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 use umbrage::scene::{Clearcoat, Frame, Layers, Material};
-use umbrage::{Background, Error, Renderer, Settings};
+use umbrage::{Background, Renderer, Settings};
 use umbrage_verify::{Differences, real_scene};
 
 use crate::common::renderer;
@@ -38,8 +38,13 @@ fn compare(name: &str, gpu: &mut Renderer, frame: &Frame, settings: &Settings) {
     }
     let differences = Differences::between(&cpu, gpu, settings);
     println!("{name}: {differences:?}");
-    println!("film {}", cpu.film().color.iter().zip(&gpu.film().color).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max));
-    if std::env::var("X").is_ok() { return; }
+    println!(
+        "film {}",
+        cpu.film().color.iter().zip(&gpu.film().color).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max)
+    );
+    if std::env::var("X").is_ok() {
+        return;
+    }
     assert_eq!((differences.triangles, differences.shadows), (0, 0), "{name}: {differences:?}");
     assert!(differences.colors <= differences.pixels / 1000, "{name}: {differences:?}");
     let is_other = |(one, other): &(&Vec4, &Vec4)| one.distance(**other) > 0.01;
@@ -88,7 +93,15 @@ fn glass_and_what_is_behind() {
 #[test]
 fn real_scenes_with_glass() {
     let Some(mut gpu) = renderer() else { return };
-    for name in ["dispersion_test.glb", "chess_board.glb", "country_kitchen.glb", "dream_apartment.glb", "issum.glb", "vintage_fan.glb", "robot_arm.glb"] {
+    for name in [
+        "dispersion_test.glb",
+        "chess_board.glb",
+        "country_kitchen.glb",
+        "dream_apartment.glb",
+        "issum.glb",
+        "vintage_fan.glb",
+        "robot_arm.glb",
+    ] {
         let Some(path) = real_scene(name) else { continue };
         let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
         let frame = scene.at(0.3 * scene.duration_seconds()).expect("a frame");
@@ -100,11 +113,10 @@ fn real_scenes_with_glass() {
 }
 
 #[test]
-fn gloss_is_refused() {
+fn gloss_of_metal_lacquer_and_glass() {
     let Some(mut gpu) = renderer() else { return };
-    let settings = Settings { bounces: 1, ..sized(20, 10) };
-    let settings = Settings { gloss: true, samples: 4, ..settings };
-    let marbles = polished("demo:marbles?triangles=300");
-    assert!(matches!(gpu.render_frame(&marbles, &settings), Err(Error::GlossOnGpu)));
-    gpu.render_frame(&marbles, &sized(20, 10)).expect("a picture");
+    let settings = Settings { gloss: true, samples: 3, bounces: 3, ..sized(150, 90) };
+    for name in ["demo:marbles?triangles=3000", "demo:glass?triangles=600"] {
+        compare(name, &mut gpu, &frame(name, |_, _| {}), &settings);
+    }
 }
