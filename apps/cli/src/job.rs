@@ -151,10 +151,6 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
         EngineKind::Gpu if flags.noise > 0.0 => {
             Err(Failure::input("a GPU's picture is known only once it is done", "leave out --engine or --noise"))
         }
-        EngineKind::Gpu if flags.ambient_occlusion > 0.0 => Err(Failure::input(
-            "ambient occlusion is the CPU's alone",
-            "leave out --engine, or use --sky-shadows instead",
-        )),
         EngineKind::Gpu if flags.smooth_terminator => {
             Err(Failure::input("smooth terminators are the CPU's alone", "leave out --engine or --smooth-terminator"))
         }

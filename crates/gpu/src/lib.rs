@@ -43,7 +43,7 @@ pub use kernel::{Groups, Kernel};
 pub use light::{LightGrid, LightOptions, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
-pub use onward::Onward;
+pub use onward::{Onward, OnwardLight};
 pub use recorder::{Done, Fetch, Recorder, StageTime};
 pub use wgpu;
 

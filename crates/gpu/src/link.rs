@@ -48,10 +48,11 @@ const MODULES: &[(&str, &str)] = modules! {
         spread survey trace undecided;
     "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;
     "mask::" in "mask/": exact filter flags rough_point table;
-    "onward::" in "onward/": add ask count locate media meet path points put_point send step tinted way;
+    "onward::" in "onward/": add ask ask_around count locate media meet path points put_point send step tinted way;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
-    "shade::" in "shade/": attributes brdf coat develop drawn facet film glass gloss grooves hit irradiance layers meeting microfacet
+    "shade::" in "shade/": attributes brdf coat develop drawn facet film glass gloss grooves hit irradiance layers look meeting
+        meeting_words microfacet
         onward painted panorama reflected rows shade sheen shown specular_albedo surface surroundings tables texture tint
         tone_map ways;
 };

@@ -119,9 +119,6 @@ pub enum Error {
     /// A GPU was asked to stop where there is little noise.
     #[error("the CPU alone knows how noisy a picture is before it is done")]
     NoiseOnGpu,
-    /// A GPU was asked for ambient occlusion.
-    #[error("ambient occlusion is the CPU's alone: shadows of the sky are a GPU's as well")]
-    OcclusionOnGpu,
     /// A GPU was asked for the shadows of smooth surfaces.
     #[error("smooth terminators are the CPU's alone")]
     TerminatorOnGpu,
@@ -184,7 +181,6 @@ impl Error {
                 | Self::UniformOptions(_)
                 | Self::KdTreeOptions(_)
                 | Self::StructureLeftOut(_)
-                | Self::OcclusionOnGpu
                 | Self::TerminatorOnGpu
                 | Self::NoiseOnGpu
                 | Self::StructureOnGpu(_)

@@ -22,11 +22,17 @@ fn put_question(word: u32, point: ExactPoint, triangle: u32, tag: u32) {
         && !exact_is_in_cone(point.position, kd_light.vector, kd_light.axis, kd_light.squared_cosine) {
         return;
     }
+    put_question_to(word, point, triangle, tag, kd_light.vector, kd_light.is_directional);
+}
+
+// Asks about a point of a triangle and a light of any position or direction.
+fn put_question_to(word: u32, point: ExactPoint, triangle: u32, tag: u32, light: vec3<u32>, is_directional: u32) {
+    records[word + RECORD_OWN] = triangle;
     put_vector(word, point.position);
     put_number(word + SHADOW_ERROR, point.error);
     for (var axis = 0u; axis < 3u; axis++) {
-        records[word + SHADOW_LIGHT + axis] = kd_light.vector[axis];
+        records[word + SHADOW_LIGHT + axis] = light[axis];
     }
-    records[word + SHADOW_IS_DIRECTIONAL] = kd_light.is_directional;
+    records[word + SHADOW_IS_DIRECTIONAL] = is_directional;
     records[word + RECORD_TAG] = tag;
 }

@@ -1,3 +1,4 @@
+use glam::Vec3;
 use umbrage_rays::LightSource;
 
 use super::step::Step;
@@ -9,6 +10,7 @@ use crate::{Buffer, Geometry, Gpu, GpuError, Kernel, Recorder};
 #[derive(Debug)]
 pub(super) struct OnwardLights {
     ask: Kernel,
+    ask_around: Kernel,
     light: Kernel,
     tinted: Kernel,
     questions: KdRecords,
@@ -16,17 +18,47 @@ pub(super) struct OnwardLights {
     lights: Vec<Buffer>,
     /// For each light whether anything keeps it away.
     casts_shadow: Vec<bool>,
-    /// For each light a bit a ray; then, where light takes colours, for each light two words a ray.
+    /// In which direction each point is looked around from: four f32, the last of which is nothing.
+    directions: Buffer,
+    /// For each light a bit a ray; then, where light takes colours, for each light two words a ray. Light from all around that
+    /// may be kept away is the last light.
     pub(super) lit: Buffer,
     words: u32,
+    /// Without light from all around.
+    count: usize,
+}
+
+/// What else than lights keep away from points matters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OnwardLight {
+    /// Whether light takes colours on its way.
+    pub takes_colors: bool,
+    /// How far it is looked whether anything keeps light from all around away; 0 for not at all.
+    pub around: f32,
+}
+
+impl OnwardLight {
+    /// Whether what the camera sees is asked about before it is shaded.
+    #[must_use]
+    pub fn is_asked_first(self) -> bool {
+        self.takes_colors || self.around > 0.0
+    }
+
+    fn looks_around(self) -> bool {
+        self.around > 0.0
+    }
 }
 
 /// What lights are asked with.
 pub(super) struct Asked<'a> {
     pub(super) geometry: &'a Geometry,
     pub(super) nodes: &'a KdNodes,
-    /// What says what colours are left of light that passes through something, and the tree of that.
-    pub(super) tints: Option<(&'a Shade, &'a KdNodes)>,
+    /// Of what light passes through.
+    pub(super) passed: &'a KdNodes,
+    pub(super) shade: &'a Shade,
+    pub(super) light: OnwardLight,
+    /// What shading reads about the points: the triangles that slots show, or meetings.
+    pub(super) seen: &'a Buffer,
 }
 
 impl OnwardLights {
@@ -34,13 +66,16 @@ impl OnwardLights {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
         Self {
             ask: kernel("onward::ask", "ask"),
+            ask_around: kernel("onward::ask_around", "ask_around"),
             light: kernel("kdtree::lit", "lit"),
             tinted: kernel("onward::tinted", "tinted"),
             questions: KdRecords::new(gpu),
             lights: Vec::new(),
             casts_shadow: Vec::new(),
+            directions: Buffer::storage(gpu, "directions around points"),
             lit: Buffer::storage(gpu, "lit in mirrors"),
             words: 0,
+            count: 0,
         }
     }
 
@@ -50,30 +85,40 @@ impl OnwardLights {
         gpu: &Gpu,
         points: u32,
         lights: &[Option<LightSource>],
-        has_tints: bool,
+        light: OnwardLight,
         packet: u32,
     ) -> Result<(), GpuError> {
-        self.words = mask_words(points);
+        let all = lights.len() + usize::from(light.looks_around());
+        (self.words, self.count) = (mask_words(points), lights.len());
         self.questions.reserve(gpu, points)?;
         self.questions.write_count(gpu, points, packet)?;
-        let tints = tints_word(points, lights.len());
-        let of_tints = if has_tints { 64 * u64::from(tints) } else { 0 };
+        let tints = mask_words(points) * all as u32;
+        let of_tints = if light.takes_colors { 64 * u64::from(tints) } else { 0 };
         self.lit.reserve(gpu, 4 * (u64::from(tints) + of_tints))?;
-        while self.lights.len() < lights.len() {
+        while self.lights.len() < all {
             self.lights.push(Buffer::uniform(gpu, "light"));
-        }
-        for ((buffer, light), number) in self.lights.iter_mut().zip(lights).zip(0..) {
-            buffer.write(gpu, &[KdLight::new(light.as_ref(), packet, number * self.words, tints)])?;
         }
         self.casts_shadow.clear();
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
+        // In place of where it is, how far it is looked.
+        let around = LightSource::Point { position: Vec3::new(light.around, 0.0, 0.0) };
+        if light.looks_around() {
+            self.casts_shadow.push(true);
+            self.directions.reserve(gpu, 16 * u64::from(points))?;
+        }
+        let sources = lights.iter().map(Option::as_ref).chain([Some(&around)]);
+        for ((buffer, light), number) in self.lights[..all].iter_mut().zip(sources).zip(0..) {
+            buffer.write(gpu, &[KdLight::new(light, packet, number * self.words, tints)])?;
+        }
         Ok(())
     }
 
     /// How often the tracer is asked about what a generation has met, or about what is known to be lit.
-    pub(super) fn uses(&self, has_tints: bool, is_lit_known: bool) -> u32 {
-        let each = u32::from(!is_lit_known) + u32::from(has_tints);
-        each * self.casts_shadow.iter().filter(|casts| **casts).count() as u32
+    pub(super) fn uses(&self, light: OnwardLight, is_lit_known: bool) -> u32 {
+        let (lights, around) = self.casts_shadow.split_at(self.count);
+        let casting = lights.iter().filter(|casts| **casts).count() as u32;
+        let around = around.len() as u32;
+        casting * u32::from(!is_lit_known) + around + (casting + around) * u32::from(light.takes_colors)
     }
 
     /// Records which lights reach the points, unless `known` has that in the first words of this buffer, and the colours.
@@ -86,22 +131,36 @@ impl OnwardLights {
         asked: &Asked<'_>,
         known: Option<&Buffer>,
     ) {
-        let Self { questions, lit, .. } = self;
-        let Asked { geometry, nodes, tints } = *asked;
+        let Self { questions, lit, directions, .. } = self;
+        let Asked { geometry, nodes, passed, shade, light: how, seen } = *asked;
         if let Some(known) = known {
-            recorder.copy_words(known, lit, u64::from(self.words) * self.casts_shadow.len() as u64);
+            recorder.copy_words(known, lit, u64::from(self.words) * self.count as u64);
         }
-        for (light, &casts_shadow) in self.lights.iter().zip(&self.casts_shadow) {
-            let buffers = [light, &step.points, questions.buffer()];
-            recorder.stage("ask", |pass| self.ask.dispatch(gpu, pass, &buffers, step.groups()));
-            if known.is_none() {
+        if how.looks_around() {
+            let of_points = [seen, lit, directions];
+            recorder.stage("look", |pass| shade.record_look(gpu, pass, geometry, of_points, step.count, step.is_first));
+        }
+        for (number, (light, &casts_shadow)) in self.lights.iter().zip(&self.casts_shadow).enumerate() {
+            let is_around = number == self.count;
+            recorder.stage("ask", |pass| {
+                if is_around {
+                    let buffers = [light, &step.points, directions, questions.buffer()];
+                    self.ask_around.dispatch(gpu, pass, &buffers, step.groups());
+                } else {
+                    let buffers = [light, &step.points, questions.buffer()];
+                    self.ask.dispatch(gpu, pass, &buffers, step.groups());
+                }
+            });
+            if known.is_none() || is_around {
                 if casts_shadow {
                     tracer.record_blocked(gpu, recorder, geometry, nodes, questions);
                 }
                 let buffers = [light, questions.buffer(), tracer.shadows(), lit];
                 recorder.stage("lit", |pass| self.light.dispatch(gpu, pass, &buffers, step.groups()));
             }
-            let Some((shade, passed)) = tints else { continue };
+            if !how.takes_colors {
+                continue;
+            }
             if casts_shadow {
                 tracer.record_passed(gpu, recorder, geometry, passed, questions);
                 let of_points = [tracer.passed(), tracer.shadows()];
@@ -112,17 +171,17 @@ impl OnwardLights {
         }
     }
 
+    /// Where colours begin, behind the bits of all lights.
+    pub(super) fn tints_word(&self) -> u32 {
+        self.words * self.casts_shadow.len() as u32
+    }
+
     pub(super) fn bytes(&self) -> u64 {
-        self.questions.buffer().bytes() + self.lit.bytes()
+        [self.questions.buffer(), &self.lit, &self.directions].into_iter().map(Buffer::bytes).sum()
     }
 }
 
 /// Words of a light's bits, whole workgroups of rays.
 pub(crate) fn mask_words(rays: u32) -> u32 {
     2 * rays.div_ceil(64)
-}
-
-/// Where colours begin, behind the bits of all lights.
-pub(crate) fn tints_word(rays: u32, lights: usize) -> u32 {
-    mask_words(rays) * lights as u32
 }

@@ -29,11 +29,11 @@ fn locate(at: Invocation) {
         return;
     }
     let pixel = index_in_planes(slot);
-    let has_tints = onward_step.has_tints != 0u;
+    let is_before_shading = onward_step.is_asked_first != 0u;
     var id = NO_TRIANGLE;
     if pixel != NOWHERE {
-        // Where light takes colours all of them are asked about; this comes before shading then.
-        if has_tints || way_bits(pixel) != 0u {
+        // Before shading nobody knows which go on.
+        if is_before_shading || way_bits(pixel) != 0u {
             id = seen[slot];
         }
     }

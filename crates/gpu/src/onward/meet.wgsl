@@ -8,7 +8,7 @@ import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RAY_T_MIN, RECORDS_COU
 import package::onward::path::{OnwardPath};
 import package::onward::points::{POINT_PIXEL, POINT_TRIANGLE, POINT_WORDS};
 import package::onward::put_point::{put_point};
-import package::shade::meeting::{
+import package::shade::meeting_words::{
     MEETING_BLUR, MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_PIXEL,
     MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
 };

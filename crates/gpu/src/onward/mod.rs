@@ -25,8 +25,9 @@ use crate::primitives::Scan;
 use crate::shade::{FilmPlanes, Shade, ShadeScene};
 use crate::view::PointView;
 use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Kernel, Recorder};
+pub use lights::OnwardLight;
+pub(crate) use lights::mask_words;
 use lights::{Asked, OnwardLights};
-pub(crate) use lights::{mask_words, tints_word};
 use step::{OnwardStep, Step};
 
 /// Follows rays that go on: a generation at a time, which is [counted](Onward::record_count), [traced](Onward::record_rays),
@@ -53,8 +54,7 @@ pub struct Onward {
     /// What the rays of a generation show.
     planes: Buffer,
     total: Fetch,
-    /// Whether light takes colours on its way.
-    has_tints: bool,
+    light: OnwardLight,
     /// Of the film.
     ways: u32,
     flat_plane_of_film: u32,
@@ -93,7 +93,7 @@ impl Onward {
             meetings: Buffer::storage(gpu, "meetings"),
             planes: Buffer::storage(gpu, "film of rays"),
             total: Fetch::default(),
-            has_tints: false,
+            light: OnwardLight::default(),
             ways: 0,
             flat_plane_of_film: ShadeScene::NO_WORD,
         }
@@ -115,8 +115,7 @@ impl Onward {
         self.passed.write_some(gpu, tree, ids)
     }
 
-    /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says, in light that
-    /// takes colours on its way or doesn't.
+    /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
@@ -126,11 +125,11 @@ impl Onward {
         band: &Band,
         offset_pixels: DVec2,
         film: &FilmPlanes,
-        has_tints: bool,
+        light: OnwardLight,
     ) -> Result<(), GpuError> {
         let count = band.order().slots() as u32;
         self.point_view.write(gpu, &[PointView::new(band, offset_pixels)])?;
-        (self.ways, self.has_tints) = (film.ways(), has_tints);
+        (self.ways, self.light) = (film.ways(), light);
         self.flat_plane_of_film = film.flat_plane().unwrap_or(ShadeScene::NO_WORD);
         let ways_plane = film.ways_plane().unwrap_or(ShadeScene::NO_WORD);
         let step = OnwardStep { is_first: 1, size: band.size(), ways_plane, ..self.step(count) };
@@ -147,7 +146,7 @@ impl Onward {
             size: [count, 1],
             ways_plane: count * (1 + u32::from(has_flat)),
             ways: self.ways,
-            has_tints: u32::from(self.has_tints),
+            is_asked_first: u32::from(self.light.is_asked_first()),
             flat_plane: if has_flat { count } else { ShadeScene::NO_WORD },
             flat_plane_of_film: self.flat_plane_of_film,
             unused: 0,
@@ -159,19 +158,19 @@ impl Onward {
         self.scan.prepare(gpu, self.from.count)
     }
 
-    /// Makes ready to find what colours light takes on its way to what the camera sees.
+    /// Makes ready for what is [asked first](OnwardLight::is_asked_first) of what the camera sees.
     ///
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
-    pub fn prepare_tints(&mut self, gpu: &Gpu, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
-        let Self { from, lights: of_lights, tracer, .. } = self;
-        of_lights.prepare(gpu, from.count, lights, true, Self::OPTIONS.lanes())?;
-        tracer.prepare(gpu, from.count, of_lights.uses(true, true))
+    pub fn prepare_first(&mut self, gpu: &Gpu, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
+        let Self { from, lights: of_lights, tracer, light, .. } = self;
+        of_lights.prepare(gpu, from.count, lights, *light, Self::OPTIONS.lanes())?;
+        tracer.prepare(gpu, from.count, of_lights.uses(*light, true))
     }
 
-    /// Records what the camera's rays have met, and what colours light takes on its way there; `seen` and `lit` are what it sees
-    /// and which lights reach that.
-    pub fn record_tints(
+    /// Records what the camera's rays have met, and what is asked about that; `seen` and `lit` are what it sees and which lights
+    /// reach that.
+    pub fn record_first(
         &mut self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
@@ -180,8 +179,9 @@ impl Onward {
         shade: &Shade,
     ) {
         recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
-        let asked = Asked { geometry, nodes: &self.nodes, tints: Some((shade, &self.passed)) };
-        self.lights.record(gpu, recorder, &mut self.tracer, &self.from, &asked, Some(lit));
+        let Self { nodes, passed, tracer, from, light, .. } = self;
+        let asked = Asked { geometry, nodes, passed, shade, light: *light, seen };
+        self.lights.record(gpu, recorder, tracer, from, &asked, Some(lit));
     }
 
     fn record_locate(
@@ -198,21 +198,21 @@ impl Onward {
         self.locate.dispatch(gpu, pass, &buffers, from.groups());
     }
 
-    /// Where [`Onward::lit`] has the colours of what the camera sees, behind the bits of so many lights.
+    /// Where [`Onward::lit`] has colours, behind the bits of all lights; [`ShadeScene::NO_WORD`] for nowhere.
     #[must_use]
-    pub fn first_tints_word(&self, lights: usize) -> u32 {
-        tints_word(self.from.count, lights)
+    pub fn tints_word(&self) -> u32 {
+        if self.light.takes_colors { self.lights.tints_word() } else { ShadeScene::NO_WORD }
     }
 
-    /// Looks at what tints needed that are done. Where there was too little room, it makes more and answers false: then they have
-    /// to be [recorded](Onward::record_tints) again.
+    /// Looks at what was asked first and is done. Where there was too little room, it makes more and answers false: then all has
+    /// to be [recorded](Onward::record_first) again.
     ///
     /// # Errors
     /// Where the device is lost, or something needs more than one buffer of it has room for.
-    pub fn finish_tints(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
+    pub fn finish_first(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         let fits = self.tracer.finish(gpu, done)?;
         if !fits {
-            self.tracer.prepare(gpu, self.from.count, self.lights.uses(true, true))?;
+            self.tracer.prepare(gpu, self.from.count, self.lights.uses(self.light, true))?;
         }
         Ok(fits)
     }
@@ -241,12 +241,12 @@ impl Onward {
     /// # Errors
     /// Where something needs more than one buffer of the device has room for.
     pub fn prepare(&mut self, gpu: &Gpu, rays: u32, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
-        let (step, packet, has_tints) = (self.step(rays), Self::OPTIONS.lanes(), self.has_tints);
+        let (step, packet, light) = (self.step(rays), Self::OPTIONS.lanes(), self.light);
         self.rays.write(gpu, step)?;
         self.rays.records.write_count(gpu, rays, packet)?;
         self.meetings.reserve(gpu, Self::MEETING_BYTES * u64::from(rays))?;
-        self.lights.prepare(gpu, rays, lights, has_tints, packet)?;
-        self.tracer.prepare(gpu, rays, 1 + self.lights.uses(has_tints, false))
+        self.lights.prepare(gpu, rays, lights, light, packet)?;
+        self.tracer.prepare(gpu, rays, 1 + self.lights.uses(light, false))
     }
 
     /// Records the rays, what they hit, and which lights reach it. `film` and `seen` are what the camera's rays have shown.
@@ -258,11 +258,10 @@ impl Onward {
         [film, seen]: [&Buffer; 2],
         shade: &Shade,
     ) {
-        let has_tints = self.has_tints;
-        if self.from.is_first && !has_tints {
+        if self.from.is_first && !self.light.is_asked_first() {
             recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
         }
-        let Self { from, rays, starts, tracer, nodes, passed, meetings, .. } = self;
+        let Self { from, rays, starts, tracer, nodes, passed, meetings, light, .. } = self;
         let planes = if from.is_first { film } else { &self.planes };
         recorder.stage("send", |pass| {
             let [of_rays, before] = [&*rays, &*from].map(|step| [step.records.buffer(), &step.paths]);
@@ -273,7 +272,7 @@ impl Onward {
         tracer.record_nearest(gpu, recorder, geometry, nodes, &rays.records);
         let buffers = [rays.records.buffer(), tracer.hits(), &rays.paths, &rays.points, meetings];
         recorder.stage("meet", |pass| self.meet.dispatch(gpu, pass, &buffers, rays.groups()));
-        let asked = Asked { geometry, nodes, tints: has_tints.then_some((shade, passed)) };
+        let asked = Asked { geometry, nodes, passed, shade, light: *light, seen: meetings };
         self.lights.record(gpu, recorder, tracer, rays, &asked, None);
     }
 
@@ -289,7 +288,7 @@ impl Onward {
             let planes = 1 + u64::from(self.flat_plane_of_film != ShadeScene::NO_WORD) + u64::from(self.ways);
             self.planes.reserve(gpu, planes * Self::PLANE_BYTES * u64::from(self.rays.count))?;
         } else {
-            let uses = 1 + self.lights.uses(self.has_tints, false);
+            let uses = 1 + self.lights.uses(self.light, false);
             self.tracer.prepare(gpu, self.rays.count, uses)?;
         }
         Ok(fits)
@@ -311,12 +310,11 @@ impl Onward {
         self.prepare_count(gpu)
     }
 
-    /// How many rays there are, and how shading knows them: where their planes are, and where it says what colours light takes.
-    pub(crate) fn shaded(&self, lights: usize) -> OnwardPlanes {
+    /// How many rays there are, and where their planes are.
+    pub(crate) fn shaded(&self) -> OnwardPlanes {
         let Self { rays, .. } = self;
         let OnwardStep { ways_plane, flat_plane, .. } = self.step(rays.count);
-        let tints_word = if self.has_tints { tints_word(rays.count, lights) } else { ShadeScene::NO_WORD };
-        OnwardPlanes { rays: rays.count, ways_plane, ways: self.ways, flat_plane, tints_word }
+        OnwardPlanes { rays: rays.count, ways_plane, ways: self.ways, flat_plane }
     }
 
     /// What the rays have met, as shading reads it.
@@ -354,5 +352,4 @@ pub(crate) struct OnwardPlanes {
     pub(crate) ways_plane: u32,
     pub(crate) ways: u32,
     pub(crate) flat_plane: u32,
-    pub(crate) tints_word: u32,
 }

@@ -25,7 +25,7 @@ pub(super) struct OnwardStep {
     pub(super) size: [u32; 2],
     pub(super) ways_plane: u32,
     pub(super) ways: u32,
-    pub(super) has_tints: u32,
+    pub(super) is_asked_first: u32,
     pub(super) flat_plane: u32,
     pub(super) flat_plane_of_film: u32,
     pub(super) unused: u32,
@@ -78,8 +78,16 @@ mod tests {
 
     #[test]
     fn parameters_are_those_of_the_shaders() {
-        let layout =
-            layout!(OnwardStep { count, is_first, size, ways_plane, ways, has_tints, flat_plane, flat_plane_of_film });
+        let layout = layout!(OnwardStep {
+            count,
+            is_first,
+            size,
+            ways_plane,
+            ways,
+            is_asked_first,
+            flat_plane,
+            flat_plane_of_film
+        });
         for path in ["onward::count", "onward::locate", "onward::send", "onward::add"] {
             assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");
         }

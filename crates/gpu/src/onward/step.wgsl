@@ -9,10 +9,10 @@ struct OnwardStep {
     is_first: u32,
     // Columns and rows of planes: those of the pixels, or one row of rays.
     size: vec2<u32>,
-    // Where the planes of its ways begin, how many there are, and whether light takes colours.
+    // Where the planes of its ways begin, how many there are, and whether lights are asked before shading.
     ways_plane: u32,
     ways: u32,
-    has_tints: u32,
+    is_asked_first: u32,
     // Where in the rays' planes, and in the film's, is what is shown as it is; NOWHERE where that isn't kept.
     flat_plane: u32,
     flat_plane_of_film: u32,

@@ -4,6 +4,7 @@ import package::shade::tables::{shade_sample};
 
 // What each bounce draws points for: which small mirror is met, and in which direction it is looked around.
 const DRAWN_FACET: u32 = 0u;
+const DRAWN_AROUND: u32 = 1u;
 const DRAWN_PURPOSES: u32 = 2u;
 
 // A point of the unit square for a pixel of the rows that are shaded, after so many bounces, at this sample.

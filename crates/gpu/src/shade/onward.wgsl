@@ -5,7 +5,8 @@ import package::dispatch::{Invocation, flat_index};
 import package::onward::media::{Media, OPEN_AIR, media_innermost};
 import package::shade::glass::{attenuation};
 import package::shade::hit::{triangle_of};
-import package::shade::meeting::{
+import package::shade::meeting::{meeting_number, meeting_vector};
+import package::shade::meeting_words::{
     MEETING_BLUR, MEETING_BOUNCES, MEETING_DEPTH, MEETING_INSIDE, MEETING_MEDIA, MEETING_MEDIA_COUNT, MEETING_PIXEL,
     MEETING_THROUGH, MEETING_TRAVELLED, MEETING_VIEW, MEETING_WEIGHTS, MEETING_WORDS,
 };
@@ -79,14 +80,6 @@ fn onward(at: Invocation) {
 
 fn mean_of(color: vec3<f32>) -> f32 {
     return (color.x + color.y + color.z) / 3.0;
-}
-
-fn meeting_number(word: u32) -> f32 {
-    return bitcast<f32>(shade_seen[word]);
-}
-
-fn meeting_vector(word: u32) -> vec3<f32> {
-    return vec3<f32>(meeting_number(word), meeting_number(word + 1u), meeting_number(word + 2u));
 }
 
 fn meeting_media(word: u32) -> Media {

@@ -24,7 +24,7 @@ fn reflected(surface: Surface, slot: u32, ways: Ways) -> vec3<f32> {
         return emitted_at(surface);
     }
     let n_v = dot(normal, view);
-    let irradiance = ambient_irradiance(normal);
+    let irradiance = ambient_irradiance(normal, slot);
     var around = vec3<f32>(0.0);
     if !ways.is_of_surface {
         around = layers_surrounding(surface.layers, surface.reflectance.roughness, normal, view);
@@ -73,7 +73,7 @@ fn emitted_at(surface: Surface) -> vec3<f32> {
 
 // Which part of its light reaches a surface of which only shadows are seen: crates/umbrage/src/cpu/caught.rs.
 fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
-    var light_sum = ambient_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
+    var light_sum = ambient_irradiance(surface.normal, slot) + vec3<f32>(LEAST_IRRADIANCE);
     // The sky's lights have as much in all.
     var all_light = surroundings_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
     for (var light = 0u; light < shade_scene.light_count; light++) {
@@ -90,12 +90,20 @@ fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
     return light_sum / all_light;
 }
 
-// From all around, unless it comes by lights.
-fn ambient_irradiance(normal: vec3<f32>) -> vec3<f32> {
+// From all around, unless it comes by lights, or something near keeps it away.
+fn ambient_irradiance(normal: vec3<f32>, slot: u32) -> vec3<f32> {
     if shade_scene.sky_light_count > 0u {
         return vec3<f32>(0.0);
     }
-    return surroundings_irradiance(normal);
+    let irradiance = surroundings_irradiance(normal);
+    if shade_sample.looks_around == 0u {
+        return irradiance;
+    }
+    // Asked about as one light more.
+    if !is_lit(shade_scene.light_count, slot) {
+        return vec3<f32>(0.0);
+    }
+    return irradiance * tint_of(shade_scene.light_count, slot);
 }
 
 // Whether a light is that from all around in one direction.

@@ -19,6 +19,8 @@ pub struct Shade {
     follows: Follows,
     /// What is left of light that passes through something, compiled where any does.
     tint: Option<Kernel>,
+    /// In which directions it is looked around, from what the camera sees and from what rays meet that go on.
+    look: Option<[Kernel; 2]>,
     /// What a kernel gets that writes no film.
     nothing: Buffer,
     rows: Kernel,
@@ -130,6 +132,7 @@ impl Shade {
             is_layered: false,
             follows: Follows::Nothing,
             tint: None,
+            look: None,
             nothing: Buffer::storage(gpu, "no film"),
             rows: Kernel::new(gpu, "shade::rows", "rows", &[]),
             sample: Buffer::uniform(gpu, "shade sample"),
@@ -282,38 +285,41 @@ impl Shade {
     /// # Errors
     /// Where the device has reported an error.
     pub fn prepare_onward(&mut self, gpu: &Gpu, sample: &ShadeSample, onward: &Onward) -> Result<(), GpuError> {
-        let lights = self.of_scene.light_count as usize;
-        let OnwardPlanes { rays, ways_plane, ways, flat_plane, tints_word } = onward.shaded(lights);
+        let OnwardPlanes { rays, ways_plane, ways, flat_plane } = onward.shaded();
         let Self { is_layered, follows, .. } = *self;
         variant(&mut self.onward, is_layered, follows)
             .get_or_insert_with(|| kernel(gpu, "shade::onward", "onward", is_layered, follows));
-        self.prepare_tint(gpu);
+        self.prepare_asked(gpu, sample.looks_around != 0);
         let sample = ShadeSample {
             size_pixels: [rays, 1],
             words_per_light: mask_words(rays),
             ways_plane,
             ways_count: ways,
             flat_plane,
-            tints_word,
+            tints_word: onward.tints_word(),
+            points: rays,
             ..*sample
         };
         self.sample.write(gpu, &[sample])
     }
 
-    /// Makes ready for the colours that light takes on its way to what the camera sees of a band, before that is shaded.
+    /// Makes ready for what is asked of what the camera sees of a band before it is shaded.
     ///
     /// # Errors
     /// Where the device has reported an error.
-    pub fn prepare_first_tints(&mut self, gpu: &Gpu, sample: &ShadeSample) -> Result<(), GpuError> {
-        self.prepare_tint(gpu);
+    pub fn prepare_first(&mut self, gpu: &Gpu, sample: &ShadeSample) -> Result<(), GpuError> {
+        self.prepare_asked(gpu, sample.looks_around != 0);
         let [width, height] = sample.size_pixels;
-        let slots = umbrage_rays::TileOrder::new(width, height).slots() as u32;
+        let points = umbrage_rays::TileOrder::new(width, height).slots() as u32;
         self.scene.write(gpu, &[self.of_scene])?;
-        self.sample.write(gpu, &[ShadeSample { size_pixels: [slots, 1], ..*sample }])
+        self.sample.write(gpu, &[ShadeSample { points, ..*sample }])
     }
 
-    fn prepare_tint(&mut self, gpu: &Gpu) {
+    fn prepare_asked(&mut self, gpu: &Gpu, looks_around: bool) {
         self.tint.get_or_insert_with(|| Kernel::new(gpu, "shade::tint", "tint", &[]));
+        if looks_around {
+            self.look.get_or_insert_with(|| Kernel::all(gpu, "shade::look", ["look", "look_onward"], &[]));
+        }
     }
 
     /// Shades what rays have met that go on, for the rays' own planes.
@@ -325,7 +331,7 @@ impl Shade {
             panic!("it was prepared for")
         };
         let buffers = self.buffers(geometry, [onward.meetings(), onward.lit(), onward.planes()]);
-        let rays = onward.shaded(0).rays;
+        let rays = onward.shaded().rays;
         kernel.dispatch(gpu, pass, &buffers, Groups::Flat(rays.div_ceil(Self::WIDTH)));
     }
 
@@ -342,6 +348,21 @@ impl Shade {
         // It writes no film.
         let buffers = self.buffers(geometry, [passed, of_points, &self.nothing]);
         kernel.dispatch(gpu, pass, &buffers, Groups::Flat(points.div_ceil(Self::WIDTH)));
+    }
+
+    /// Records in which directions it is looked around from so many points.
+    pub(crate) fn record_look(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        geometry: &Geometry,
+        [seen, lit, directions]: [&Buffer; 3],
+        points: u32,
+        is_first: bool,
+    ) {
+        let Some(kernels) = &self.look else { panic!("it was prepared for") };
+        let buffers = self.buffers(geometry, [seen, lit, directions]);
+        kernels[usize::from(!is_first)].dispatch(gpu, pass, &buffers, Groups::Flat(points.div_ceil(Self::WIDTH)));
     }
 
     fn buffers<'a>(&'a self, geometry: &'a Geometry, [seen, lit, film]: [&'a Buffer; 3]) -> [&'a Buffer; 11] {

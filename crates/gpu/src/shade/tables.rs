@@ -65,8 +65,12 @@ pub struct ShadeSample {
     pub first_pixel: u32,
     /// … and on the number of the sample.
     pub number: u32,
+    /// How many points lights are asked about before they are shaded.
+    pub points: u32,
+    /// 1 where masks say behind those of all lights whether light from all around arrives, else 0.
+    pub looks_around: u32,
     #[doc(hidden)]
-    pub padding: [u32; 3],
+    pub padding: u32,
 }
 
 impl ShadeSample {

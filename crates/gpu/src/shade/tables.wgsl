@@ -91,6 +91,9 @@ struct ShadeSample {
     // The first of these pixels among all of the image, and the number of the sample: what is drawn depends on them.
     first_pixel: u32,
     number: u32,
+    // How many points lights are asked about, and whether light from all around is too.
+    points: u32,
+    looks_around: u32,
 }
 
 struct ShadeSurroundings {

@@ -21,7 +21,7 @@ const COAT_AHEAD: f32 = 0.04;
 @compute @workgroup_size(64)
 fn tint(at: Invocation) {
     let number = flat_index(at, 64u);
-    if number >= shade_sample.size_pixels.x {
+    if number >= shade_sample.points {
         return;
     }
     let room = (arrayLength(&shade_seen) - LIST_FIRST) / LIST_WORDS;

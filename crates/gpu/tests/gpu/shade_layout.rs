@@ -40,6 +40,8 @@ fn structs_are_those_of_the_shaders() {
             tints_word,
             first_pixel,
             number,
+            points,
+            looks_around,
         }),
         layout!(ShadeSurroundings { irradiance, color, kind, panorama_size, panorama_levels, panorama_word }),
         layout!(ShadeScene {

@@ -1,5 +1,5 @@
 use umbrage_gpu::shade::{FilmPlanes, Shade, ShadeSample};
-use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, Recorder};
+use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, OnwardLight, Recorder};
 use umbrage_rays::{KdTree, LightSource, SimdLevel, Triangles};
 use umbrage_scene::{Frame, Mesh, OpaquePart};
 
@@ -16,6 +16,7 @@ pub(super) struct Mirrors {
     /// Of what lets light through.
     passed: KdTree,
     onward: Onward,
+    light: OnwardLight,
 }
 
 /// What mirrors show of a frame's sample.
@@ -32,14 +33,15 @@ impl Mirrors {
     /// Kernels take long to compile, so it is made when a frame has mirrors.
     pub(super) fn new(gpu: &Gpu) -> Self {
         let tree = || KdTree::with_level(SimdLevel::default());
-        Self { tree: tree(), passed: tree(), onward: Onward::new(gpu) }
+        Self { tree: tree(), passed: tree(), onward: Onward::new(gpu), light: OnwardLight::default() }
     }
 
     /// Rebuilds the trees.
-    pub(super) fn build(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
+    pub(super) fn build(&mut self, gpu: &Gpu, frame: &Frame, light: OnwardLight) -> Result<(), GpuError> {
+        self.light = light;
         self.tree.build(frame.triangles());
         self.onward.build(gpu, &self.tree)?;
-        if !frame.is_see_through() {
+        if !light.takes_colors {
             return Ok(());
         }
         let Mesh { triangles, material_of_triangle, .. } = &*frame.mesh;
@@ -52,9 +54,9 @@ impl Mirrors {
         self.onward.build_passed(gpu, &self.passed, &ids)
     }
 
-    /// Finds what colours light takes on its way to what a sample's camera rays see, where something is seen through, and which
-    /// lights reach it: where that is.
-    pub(super) async fn tint(
+    /// Asks what has to be known of a sample's camera rays before they are shaded: what colours light takes on its way there, and
+    /// whether anything near keeps light from all around away. `lit` says which lights reach it.
+    pub(super) async fn ask_first(
         &mut self,
         gpu: &Gpu,
         mirrored: &Mirrored<'_>,
@@ -63,16 +65,16 @@ impl Mirrors {
         planes: &FilmPlanes,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let Self { onward, .. } = self;
+        let Self { onward, light, .. } = self;
         let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
-        onward.start(gpu, band, sample.offset_pixels, planes, true)?;
-        onward.prepare_tints(gpu, &all_sources(staged.lights))?;
-        shade.prepare_first_tints(gpu, &sample_rays(band, sample))?;
+        onward.start(gpu, band, sample.offset_pixels, planes, *light)?;
+        onward.prepare_first(gpu, &all_sources(staged.lights))?;
+        shade.prepare_first(gpu, &following(staged.settings, sample, sample_rays(band, sample)))?;
         loop {
             let mut recorder = Recorder::new(gpu);
-            onward.record_tints(gpu, &mut recorder, geometry, [planes.planes(), seen, lit], shade);
+            onward.record_first(gpu, &mut recorder, geometry, [planes.planes(), seen, lit], shade);
             let done = recorder.submit().await?;
-            if onward.finish_tints(gpu, &done)? {
+            if onward.finish_first(gpu, &done)? {
                 done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
                 return Ok(());
             }
@@ -80,8 +82,8 @@ impl Mirrors {
     }
 
     /// Which lights reach what the camera sees, and where that says in what colours.
-    pub(super) fn tinted(&self, lights: usize) -> (&Buffer, u32) {
-        (self.onward.lit(), self.onward.first_tints_word(lights))
+    pub(super) fn asked(&self) -> (&Buffer, u32) {
+        (self.onward.lit(), self.onward.tints_word())
     }
 
     /// Adds to the film what mirrors show, generation by generation.
@@ -93,13 +95,13 @@ impl Mirrors {
         planes: &FilmPlanes,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let Self { onward, .. } = self;
+        let Self { onward, light, .. } = self;
         let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
         let film = planes.planes();
         let sources: Vec<Option<LightSource>> = all_sources(staged.lights);
         let of_rays = following(staged.settings, sample, sample_rays(band, sample));
-        if !staged.frame.is_see_through() {
-            onward.start(gpu, band, sample.offset_pixels, planes, false)?;
+        if !light.is_asked_first() {
+            onward.start(gpu, band, sample.offset_pixels, planes, *light)?;
         }
         loop {
             let mut recorder = Recorder::new(gpu);
@@ -138,5 +140,11 @@ impl Mirrors {
 /// The rays of a sample, some of which go on.
 pub(super) fn following(settings: &Settings, sample: &Sample, rays: ShadeSample) -> ShadeSample {
     let Settings { bounces, least_contribution, .. } = *settings;
-    ShadeSample { bounces, least_contribution, number: sample.index, ..rays }
+    let looks_around = u32::from(looked_around(settings) > 0.0);
+    ShadeSample { bounces, least_contribution, number: sample.index, looks_around, ..rays }
+}
+
+/// How far it is looked whether anything keeps light from all around away: each sample draws a direction, and one says nothing.
+pub(super) fn looked_around(settings: &Settings) -> f32 {
+    if settings.samples > 1 { settings.ambient_occlusion } else { 0.0 }
 }

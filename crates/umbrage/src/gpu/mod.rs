@@ -31,7 +31,7 @@ pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample};
-use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Onward, Recorder, Sight};
+use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Onward, OnwardLight, Recorder, Sight};
 use umbrage_rays::{Choice as _, LightMask, LightSource, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 use web_time::Instant;
@@ -43,7 +43,7 @@ use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
 use finder::{Finders, Found, Question};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
-use mirrors::{Mirrored, Mirrors, following};
+use mirrors::{Mirrored, Mirrors, following, looked_around};
 use picture::Picture;
 use rig::FrameRig;
 use tables::{Tables, sample_rays};
@@ -70,8 +70,7 @@ pub(crate) struct GpuEngine {
     /// What follows mirrors and glass, made for the first frame that has any; and how many planes say where this one's lead.
     mirrors: Option<Mirrors>,
     ways: u32,
-    /// Whether light takes colours on its way.
-    has_tints: bool,
+    light: OnwardLight,
     output: Output,
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
@@ -156,7 +155,7 @@ impl GpuEngine {
             is_see_through: false,
             mirrors: None,
             ways: 0,
-            has_tints: false,
+            light: OnwardLight::default(),
             output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -176,7 +175,7 @@ impl GpuEngine {
     /// they need, the layer isn't shaded, and all is done again with more.
     async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
         let may_fetch = turn.is_last && !self.is_see_through && self.ways == 0;
-        let shades = !self.has_tints;
+        let shades = !self.light.is_asked_first();
         let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
         let Turn { staged, band, sample, .. } = *turn;
@@ -231,8 +230,8 @@ impl GpuEngine {
         let is_last = self.output == Output::Film && sample.index + 1 == staged.settings.samples;
         let turn = Turn { staged, band, sample, is_last };
         self.layer(&turn, true, stats).await?;
-        if self.has_tints {
-            self.shade_tinted(&turn, stats).await?;
+        if self.light.is_asked_first() {
+            self.shade_asked(&turn, stats).await?;
         }
         if self.ways > 0 {
             return self.follow_mirrors(&turn, stats).await;
@@ -248,16 +247,16 @@ impl GpuEngine {
         self.shade_surroundings(band, sample, stats).await
     }
 
-    /// Shades what the camera sees in light that takes colours on its way.
-    async fn shade_tinted(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
+    /// Shades what the camera sees once what matters of light on its way there is known.
+    async fn shade_asked(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
         let Some(mirrors) = mirrors else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let geometry = geometry.geometry();
         let Found { seen, lit, .. } = finders.chosen().found();
         let mirrored = Mirrored { staged, band, sample, geometry, seen };
-        mirrors.tint(gpu, &mirrored, lit, shade, planes, stats).await?;
-        let (lit, tints_word) = mirrors.tinted(staged.lights.len());
+        mirrors.ask_first(gpu, &mirrored, lit, shade, planes, stats).await?;
+        let (lit, tints_word) = mirrors.asked();
         let rays = ShadeSample { tints_word, ..following(staged.settings, sample, sample_rays(band, sample)) };
         shade.prepare(gpu, &rays, Layer::only(sample.index == 0), planes)?;
         let (positions, triangles) = (geometry.positions(), geometry.triangles());
@@ -355,9 +354,10 @@ impl GpuEngine {
 impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
         match settings.structure {
-            _ if settings.bounces > 0 && !Structure::HAS_ALL => Err(Error::StructureLeftOut("a kd-tree for mirrors")),
+            _ if !Structure::HAS_ALL && (settings.bounces > 0 || settings.ambient_occlusion > 0.0) => {
+                Err(Error::StructureLeftOut("the kd-tree for mirrors and ambient occlusion on a GPU"))
+            }
             _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
-            _ if settings.ambient_occlusion > 0.0 => Err(Error::OcclusionOnGpu),
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
             _ if settings.noise > 0.0 => Err(Error::NoiseOnGpu),
             Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
@@ -384,7 +384,7 @@ impl Engine for GpuEngine {
     /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
     fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
         // So does the tree by which mirrors are followed.
-        if self.finders.chosen().needs_vertices() || settings.bounces > 0 {
+        if self.finders.chosen().needs_vertices() || settings.bounces > 0 || looked_around(settings) > 0.0 {
             self.rig.leave();
             return Ok(scene.pose(seconds, frame)?);
         }
@@ -402,15 +402,15 @@ impl Engine for GpuEngine {
     /// Brings what is new of a frame to the GPU.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
-        let follows = settings.bounces > 0;
-        self.is_see_through = frame.is_see_through() && !follows;
-        self.has_tints = frame.is_see_through() && follows;
-        self.ways = match follows {
-            true if settings.gloss && settings.samples > 1 => Onward::GLOSSY_WAYS,
-            true if self.has_tints => Onward::ALL_WAYS,
-            true if has_mirrors(frame) => Onward::MIRRORS,
-            _ => 0,
+        let (follows, is_see_through) = (settings.bounces > 0, frame.is_see_through());
+        self.light = OnwardLight { takes_colors: is_see_through && follows, around: looked_around(settings) };
+        self.ways = match () {
+            () if follows && settings.gloss && settings.samples > 1 => Onward::GLOSSY_WAYS,
+            () if is_see_through && (follows || self.light.is_asked_first()) => Onward::ALL_WAYS,
+            () if follows && has_mirrors(frame) => Onward::MIRRORS,
+            () => 0,
         };
+        self.is_see_through = is_see_through && self.ways == 0;
         self.output = output;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
         let rig = self.rig.rig().map(Arc::as_ref);
@@ -425,8 +425,8 @@ impl Engine for GpuEngine {
         let pixel_bytes = self.keeps(staged).plane_bytes();
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
-        if self.ways > 0 && Structure::HAS_ALL {
-            self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame)?;
+        if (self.ways > 0 || self.light.is_asked_first()) && Structure::HAS_ALL {
+            self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame, self.light)?;
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
         Ok(())

@@ -31,7 +31,7 @@ fn polished(name: &str) -> Frame {
 /// Compares both engines' pictures, in which mirrors show something; by mirrors, rounding may lead to the triangle beside.
 fn compare(name: &str, gpu: &mut Renderer, frame: &Frame, settings: &Settings) {
     let mut cpu = Renderer::default();
-    let without = Settings { bounces: 0, ..settings.clone() };
+    let without = Settings { bounces: 0, ambient_occlusion: 0.0, ..settings.clone() };
     let plain = cpu.render_frame(frame, &without).expect("a picture").clone();
     for renderer in [&mut cpu, &mut *gpu] {
         renderer.render_frame(frame, settings).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -118,5 +118,19 @@ fn gloss_of_metal_lacquer_and_glass() {
     let settings = Settings { gloss: true, samples: 3, bounces: 3, ..sized(150, 90) };
     for name in ["demo:marbles?triangles=3000", "demo:glass?triangles=600"] {
         compare(name, &mut gpu, &frame(name, |_, _| {}), &settings);
+    }
+}
+
+#[test]
+fn light_from_all_around_that_something_near_keeps_away() {
+    let Some(mut gpu) = renderer() else { return };
+    let settings = Settings { ambient_occlusion: 0.5, samples: 3, ..sized(150, 90) };
+    for name in ["demo:marbles?triangles=3000", "demo:glass?triangles=600"] {
+        let frame = frame(name, |_, _| {});
+        for bounces in [0, 2] {
+            let settings = Settings { bounces, ..settings.clone() };
+            compare(name, &mut gpu, &frame, &settings);
+            compare(name, &mut gpu, &frame, &Settings { gloss: true, ..settings });
+        }
     }
 }

@@ -1,0 +1,42 @@
+// Stage `ask_around`: for each point, whether anything is near in the direction in which it is looked around.
+
+import package::dispatch::{Invocation, flat_index};
+import package::exact::double::{F64, f64_add, f64_from_f32_bits, f64_multiply, f64_to_f32_bits};
+import package::kdtree::light::{KdLight};
+import package::kdtree::question::{put_no_question, put_question_to};
+import package::kdtree::records::{NO_TRIANGLE, RECORDS_COUNT, record_start};
+import package::onward::points::{POINT_TRIANGLE, POINT_WORDS, read_exact_point};
+
+@group(0) @binding(0) var<uniform> kd_light: KdLight;
+@group(0) @binding(1) var<storage, read> points: array<u32>;
+@group(0) @binding(2) var<storage, read> directions: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read_write> records: array<u32>;
+
+@compute @workgroup_size(64)
+fn ask_around(at: Invocation) {
+    let number = flat_index(at, 64u);
+    if number >= records[RECORDS_COUNT] {
+        return;
+    }
+    let id = points[number * POINT_WORDS + POINT_TRIANGLE];
+    if id == NO_TRIANGLE {
+        put_no_question(record_start(number));
+        return;
+    }
+    let point = read_exact_point(number);
+    let direction = bitcast<vec3<u32>>(directions[number].xyz);
+    // So far is looked, in place of where a light is.
+    let reach = f64_from_f32_bits(kd_light.vector.x);
+    let end = vec3<u32>(
+        ahead(point.position.x, direction.x, reach),
+        ahead(point.position.y, direction.y, reach),
+        ahead(point.position.z, direction.z, reach),
+    );
+    put_question_to(record_start(number), point, id, number, end, 0u);
+}
+
+// A coordinate so far on, as bits of a finite f32.
+fn ahead(start: F64, direction: u32, reach: F64) -> u32 {
+    let bits = f64_to_f32_bits(f64_add(start, f64_multiply(f64_from_f32_bits(direction), reach)));
+    return (bits & 0x80000000u) | min(bits & 0x7fffffffu, 0x7f7fffffu);
+}
