@@ -25,15 +25,6 @@ pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
 
 /// On the first GPU, or why there is none. Software adapters don't count: the CPU engine is faster.
 fn found(job: &Job) -> Result<(Renderer, String), String> {
-    if job.settings.bounces > 0 {
-        return Err("it alone follows mirrors".to_owned());
-    }
-    if job.settings.noise > 0.0 {
-        return Err("it alone knows how noisy a picture is before it is done".to_owned());
-    }
-    if job.settings.ambient_occlusion > 0.0 {
-        return Err("it alone looks for what is near".to_owned());
-    }
     if job.settings.smooth_terminator {
         return Err("it alone has smooth terminators".to_owned());
     }

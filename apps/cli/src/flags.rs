@@ -407,7 +407,7 @@ pub(crate) struct RenderFlags {
     #[arg(long)]
     pub(crate) smooth_terminator: bool,
     /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
-    /// background alone, and glass refracts nothing. On the CPU [default: 2 for a still and with --gloss, else 0]
+    /// background alone, and glass refracts nothing [default: 2 for a still and with --gloss, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: Option<u32>,
     /// Less than this part of what mirrors and glass show isn't followed any further

@@ -148,9 +148,6 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
         EngineKind::Gpu if flags.layers.is_some() => {
             Err(Failure::input("layers are the CPU's alone", "leave out --engine, or say --engine cpu"))
         }
-        EngineKind::Gpu if flags.noise > 0.0 => {
-            Err(Failure::input("a GPU's picture is known only once it is done", "leave out --engine or --noise"))
-        }
         EngineKind::Gpu if flags.smooth_terminator => {
             Err(Failure::input("smooth terminators are the CPU's alone", "leave out --engine or --smooth-terminator"))
         }
@@ -199,8 +196,7 @@ impl Quality {
             None if is_still => Settings::STILL_SAMPLES,
             None => 1,
         });
-        let is_on_cpu = flags.engine == EngineKind::Cpu;
-        let follows = flags.gloss || is_still && is_on_cpu;
+        let follows = flags.gloss || is_still;
         let bounces = flags.bounces.unwrap_or(if follows { Settings::STILL_BOUNCES } else { 0 });
         if flags.noise > 0.0 && samples <= 16 {
             let message = "--noise: fewer samples than 16 say little of it";
@@ -396,11 +392,10 @@ mod tests {
             assert_eq!(quality(&[frames, &["--samples", "8", "--bounces", "1"]].concat()), [8, 1]);
             assert_eq!(quality(&[frames, &["--gloss"]].concat()), [64, 2]);
         }
-        // What a GPU doesn't follow isn't asked of it unless somebody says so.
-        for engine in ["gpu", "auto"] {
-            assert_eq!(quality(&["--engine", engine]), [4, 0]);
+        for engine in ["cpu", "gpu", "auto"] {
+            assert_eq!(quality(&["--engine", engine]), [4, 2]);
         }
-        assert!(job(&["--engine", "gpu", "--gloss"]).is_err() && job(&["--gloss", "--bounces", "0"]).is_err());
+        assert!(job(&["--gloss", "--bounces", "0"]).is_err());
         assert_eq!(quality(&["--noise", "2"]), [1024, 2]);
         assert!(job(&["--noise", "2", "--samples", "16"]).is_err());
     }

@@ -163,13 +163,12 @@ impl Choices {
     /// The settings of a picture for a screen of so many pixels, but for its camera, lights and background.
     pub(crate) fn settings(&self, screen: [u32; 2]) -> Settings {
         let [width, height] = self.resolution.size(screen);
-        // A GPU has one structure, follows no mirrors, and looks for nothing near.
-        let (structure, bounces, ambient_occlusion) = match self.engine {
-            EngineChoice::Cpu => {
-                (self.structures.chosen(), self.bounces.min(Settings::MAX_BOUNCES), self.ambient_occlusion)
-            }
-            EngineChoice::Gpu(_) => (Structure::Perspective, 0, 0.0),
+        // A GPU has one structure.
+        let structure = match self.engine {
+            EngineChoice::Cpu => self.structures.chosen(),
+            EngineChoice::Gpu(_) => Structure::Perspective,
         };
+        let bounces = self.bounces.min(Settings::MAX_BOUNCES);
         Settings {
             width,
             height,
@@ -179,7 +178,7 @@ impl Choices {
             shutter_seconds: self.shutter_seconds,
             light_radius: self.light_radius,
             sky_shadows: self.sky_shadows,
-            ambient_occlusion: if self.sky_shadows { 0.0 } else { ambient_occlusion },
+            ambient_occlusion: if self.sky_shadows { 0.0 } else { self.ambient_occlusion },
             gloss: self.gloss && bounces > 0,
             structure,
             sides: self.sides,
@@ -260,6 +259,6 @@ mod tests {
         let on_cpu = choices.settings([8, 8]);
         assert_eq!((on_cpu.structure, on_cpu.bounces), (Structure::Bvh, 3));
         let on_gpu = Choices { engine: EngineChoice::Gpu(String::new()), ..choices }.settings([8, 8]);
-        assert_eq!((on_gpu.structure, on_gpu.bounces), (Structure::Perspective, 0));
+        assert_eq!((on_gpu.structure, on_gpu.bounces), (Structure::Perspective, 3));
     }
 }

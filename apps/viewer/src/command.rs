@@ -98,20 +98,16 @@ impl CommandLine<'_> {
         if is_spread {
             spread(&mut line, settings);
         }
-        let bounces = match self.engine {
-            EngineChoice::Cpu => {
-                structure(&mut line, settings.structure);
-                Settings::STILL_BOUNCES
-            }
+        match self.engine {
+            EngineChoice::Cpu => structure(&mut line, settings.structure),
             EngineChoice::Gpu(name) => {
                 flag(&mut line, "engine", EngineKind::Gpu.name());
                 if !name.is_empty() {
                     flag(&mut line, "device", name);
                 }
-                0
             }
-        };
-        if settings.bounces != bounces {
+        }
+        if settings.bounces != Settings::STILL_BOUNCES {
             flag(&mut line, "bounces", &settings.bounces.to_string());
         }
         if settings.least_contribution != default.least_contribution {

@@ -90,7 +90,7 @@ function size(factor) {
 /** More than two pixels for one of the page's aren't seen. */
 const whole = () => Math.min(devicePixelRatio, 2);
 
-/** Samples and bounces of one of STEPS: a GPU follows no mirrors. */
+/** Samples and bounces of one of STEPS: a GPU follows no mirrors here, where the kd-tree is left out. */
 const quality = (step) => ({ ...STEPS[step], ...(state.engine === 'gpu' && { bounces: 0 }) });
 
 const finest = () => ({ ...size(whole()), ...quality(STEPS.length - 1) });

@@ -116,9 +116,12 @@ pub enum Error {
     /// Somebody doesn't want the frame any more: [`Progress::stop`](crate::Progress::stop).
     #[error("the picture was stopped before it was done")]
     Stopped,
-    /// A GPU was asked to stop where there is little noise.
-    #[error("the CPU alone knows how noisy a picture is before it is done")]
-    NoiseOnGpu,
+    /// A GPU was asked to stop where there is little noise, and has no room for the whole picture at once.
+    #[error("this GPU renders so large a picture in parts, and can't tell how noisy it is before it is done")]
+    NoiseInBands,
+    /// A texture was asked for, with as many samples as noise takes.
+    #[error("how noisy a picture is before it is done is known of films, not of textures")]
+    NoiseOfTexture,
     /// A GPU was asked for the shadows of smooth surfaces.
     #[error("smooth terminators are the CPU's alone")]
     TerminatorOnGpu,
@@ -182,7 +185,8 @@ impl Error {
                 | Self::KdTreeOptions(_)
                 | Self::StructureLeftOut(_)
                 | Self::TerminatorOnGpu
-                | Self::NoiseOnGpu
+                | Self::NoiseInBands
+                | Self::NoiseOfTexture
                 | Self::StructureOnGpu(_)
                 | Self::OptionOnGpu(..)
                 | Self::TilesOnGpu

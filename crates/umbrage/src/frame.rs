@@ -70,6 +70,9 @@ impl Renderer {
                 engine.layers(&exposed, &samples, next.as_ref(), film, stats);
                 progress.set(samples.part_up_to(number, band, engine.bands()));
                 let so_far = (number + 1) * samples.as_slice().len() as u32;
+                if NoiseMeter::looks_at(so_far, settings) {
+                    engine.develop(&staged, band, output, film, stats).await?;
+                }
                 if noise.is_even(film, so_far, settings) {
                     taken = so_far;
                     break;

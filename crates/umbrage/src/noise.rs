@@ -19,6 +19,11 @@ impl NoiseMeter {
     /// Fewer samples than this may miss what is seen in few of them.
     pub(crate) const LEAST_SAMPLES: u32 = 16;
 
+    /// Whether it looks at a film of so many samples.
+    pub(crate) fn looks_at(samples: u32, settings: &Settings) -> bool {
+        settings.noise > 0.0 && samples.is_power_of_two() && samples >= Self::LEAST_SAMPLES / 4
+    }
+
     /// Whether a film that is the sum of so many samples is as even as the settings ask for.
     ///
     /// Where samples are drawn independently, what a pixel's mean of n differs by from that of the first half of them has the
@@ -26,7 +31,7 @@ impl NoiseMeter {
     /// spread evenly have less noise than that. But all pixels have the same points of the lens, the time and the lights, so
     /// that both halves of these may agree by chance: the doubling before has to be as good, for its number of samples.
     pub(crate) fn is_even(&mut self, film: &Film, samples: u32, settings: &Settings) -> bool {
-        if settings.noise == 0.0 || !samples.is_power_of_two() || samples < Self::LEAST_SAMPLES / 4 {
+        if !Self::looks_at(samples, settings) {
             return false;
         }
         let opaque = Settings { background: Background::Sky, ..settings.clone() };

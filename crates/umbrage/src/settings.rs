@@ -19,8 +19,8 @@ pub struct Settings {
     /// middle of all of these, and so has everything sharp.
     pub samples: u32,
     /// How noisy a picture may be, in levels of 255, from 0: it is done with fewer [samples](Self::samples), 16, 32, 64 and so on,
-    /// where the standard error of what it shows is estimated to be at most that, in the mean of all pixels' squares. On the
-    /// CPU.
+    /// where the standard error of what it shows is estimated to be at most that, in the mean of all pixels' squares. Of
+    /// films, not of textures.
     pub noise: f32,
     /// Diameter of the camera's lens in world units, from 0, where everything is sharp. Parallel cameras have none.
     pub aperture: f32,
@@ -50,8 +50,7 @@ pub struct Settings {
     pub smooth_terminator: bool,
     /// How many mirrors, and surfaces of glass, one after the other, light may come by to the camera, 0 to
     /// [`Settings::MAX_BOUNCES`]: smooth surfaces show what is before them, and what bounds a volume of glass refracts what is
-    /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane. On
-    /// the CPU.
+    /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane.
     pub bounces: u32,
     /// What less than this part of would reach the camera isn't followed, from 0: by default half of what a picture of 8 bits can
     /// show of white.
@@ -60,8 +59,8 @@ pub struct Settings {
     /// direction of the highlight. Otherwise, and with a single sample, they show the background alone.
     pub gloss: bool,
     /// How near something must be to keep light from all around away, in world units: each sample of a pixel looks that far in one
-    /// direction. With 0, and with a single sample, nothing does. On the CPU; instead of it [`sky_shadows`](Self::sky_shadows)
-    /// looks as far as the scene reaches.
+    /// direction. With 0, and with a single sample, nothing does; [`sky_shadows`](Self::sky_shadows) looks as
+    /// far as the scene reaches.
     pub ambient_occlusion: f32,
     /// What is behind and around the scene.
     pub background: Background,

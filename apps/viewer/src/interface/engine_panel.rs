@@ -36,11 +36,12 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     });
     if choices.engine == EngineChoice::Cpu {
         structure(choices, &mut app.notices, ui);
-        ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Bounces")).on_hover_text("Mirrors and glass in a row");
-        if choices.bounces > 0 && choices.samples > 1 {
-            ui.checkbox(&mut choices.gloss, "Blurred mirrors")
-                .on_hover_text("Each sample has one direction of highlights");
-        }
+    }
+    ui.add(Slider::new(&mut choices.bounces, 0..=16).text("Bounces")).on_hover_text("Mirrors and glass in a row");
+    if choices.bounces > 0 && choices.samples > 1 {
+        ui.checkbox(&mut choices.gloss, "Blurred mirrors").on_hover_text("Each sample has one direction of highlights");
+    }
+    if choices.engine == EngineChoice::Cpu {
         ui.checkbox(&mut choices.smooth_terminator, "Smooth terminators").on_hover_text(
             "Light ends on round surfaces where their vertices' normals say, instead of at whole triangles",
         );
@@ -174,7 +175,7 @@ fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
     let about = "Of lights without a radius of their own, of suns in degrees: shadows have soft edges";
     let radius = DragValue::new(&mut choices.light_radius).range(0.0..=Light::MAX_SUN_RADIUS_DEGREES).speed(speed);
     number("Lights' radius", about, radius);
-    if choices.engine == EngineChoice::Cpu && !choices.sky_shadows {
+    if !choices.sky_shadows {
         let about = "Light from all around doesn't come from where something is nearer: with 0, nothing is";
         let reach = DragValue::new(&mut choices.ambient_occlusion).range(0.0..=f32::MAX).speed(speed);
         number("Ambient occlusion", about, reach);

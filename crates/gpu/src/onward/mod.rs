@@ -20,7 +20,7 @@ mod step;
 use glam::DVec2;
 use umbrage_rays::{KdTree, LightSource};
 
-use crate::kdtree::{KdNodes, KdTracer, KdTracerOptions};
+use crate::kdtree::{KdNodes, KdSight, KdTracer, KdTracerOptions};
 use crate::primitives::Scan;
 use crate::shade::{FilmPlanes, Shade, ShadeScene};
 use crate::view::PointView;
@@ -70,6 +70,14 @@ impl Onward {
     const MEETING_BYTES: u64 = 80;
     const PLANE_BYTES: u64 = 16;
     const OPTIONS: KdTracerOptions = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
+
+    /// The most that it holds for a pixel in one buffer: of generations of up to four rays a pixel where light comes by several
+    /// ways.
+    #[must_use]
+    pub fn pixel_bytes(ways: u32) -> u64 {
+        let rays = if ways > Self::MIRRORS { 4 } else { 1 };
+        rays * KdSight::PIXEL_BYTES.max(Self::PLANE_BYTES * (2 + u64::from(ways)))
+    }
 
     /// Ready to take over a tree.
     #[must_use]

@@ -75,7 +75,10 @@ pub(crate) struct GpuEngine {
     /// What pixels show first, and which lights reach it, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
-    shadow_rays: u64,
+    /// How many shadow rays each band has taken.
+    shadow_rays: Vec<u64>,
+    /// How many samples of the band under way are shaded.
+    shaded: u32,
     /// How many lights of the last frame something can keep away.
     shadowing_lights: u64,
     /// Whether the last frame that was begun got to its end.
@@ -159,7 +162,8 @@ impl GpuEngine {
             output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
-            shadow_rays: 0,
+            shadow_rays: Vec::new(),
+            shaded: 0,
             shadowing_lights: 0,
             is_finished: false,
             settled: [Settled::default(); 2],
@@ -174,8 +178,8 @@ impl GpuEngine {
     /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
     /// they need, the layer isn't shaded, and all is done again with more.
     async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
-        let may_fetch = turn.is_last && !self.is_see_through && self.ways == 0;
         let shades = !self.light.is_asked_first();
+        let may_fetch = turn.is_last && shades && !self.is_see_through && self.ways == 0;
         let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
         let Turn { staged, band, sample, .. } = *turn;
@@ -302,7 +306,8 @@ impl GpuEngine {
     ///
     /// # Errors
     /// Where the device is lost.
-    async fn fetch(&mut self, band: &Band, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+    async fn fetch(&mut self, number: usize, film: &mut Film) -> Result<(), GpuError> {
+        let band = &self.bands[number].clone();
         let Self { gpu, planes, first, seen, lit, .. } = self;
         let (fetch, done) = match self.fetched.take() {
             Some(fetched) => fetched,
@@ -314,7 +319,7 @@ impl GpuEngine {
         };
         let FilmFetch { color, flat, nearest, triangle, .. } = fetch;
         let shown = FirstLayer::take(&done, fetch.first, band, seen, lit)?;
-        self.shadow_rays += shown * self.shadowing_lights * u64::from(samples);
+        self.shadow_rays[number] = shown * self.shadowing_lights * u64::from(self.shaded);
         let [width, rows] = band.size().map(|side| side as usize);
         let first = band.rows.start as usize * width;
         let pixels = first..first + rows * width;
@@ -339,27 +344,28 @@ impl GpuEngine {
     /// Where the device has no room for the texture, or is lost.
     async fn develop_to_texture(
         &mut self,
-        band: &Band,
+        number: usize,
         settings: &Settings,
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
-        let Self { gpu, planes, first, picture, .. } = self;
+        let Self { gpu, planes, first, picture, bands, .. } = self;
+        let band = &bands[number];
         let shown = picture.develop(gpu, band, (planes, first.seen()), settings, stats).await?;
-        self.shadow_rays += shown * self.shadowing_lights * u64::from(settings.samples);
+        self.shadow_rays[number] = shown * self.shadowing_lights * u64::from(self.shaded);
         self.is_finished = true;
         Ok(())
     }
 }
 
 impl Engine for GpuEngine {
-    fn check(&self, settings: &Settings, _output: Output) -> Result<(), Error> {
+    fn check(&self, settings: &Settings, output: Output) -> Result<(), Error> {
         match settings.structure {
             _ if !Structure::HAS_ALL && (settings.bounces > 0 || settings.ambient_occlusion > 0.0) => {
                 Err(Error::StructureLeftOut("the kd-tree for mirrors and ambient occlusion on a GPU"))
             }
             _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
-            _ if settings.noise > 0.0 => Err(Error::NoiseOnGpu),
+            _ if settings.noise > 0.0 && output == Output::Texture => Err(Error::NoiseOfTexture),
             Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
             Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),
             _ => Ok(()),
@@ -377,7 +383,7 @@ impl Engine for GpuEngine {
         }
         self.is_finished = false;
         self.fetched = None;
-        self.shadow_rays = 0;
+        self.shadow_rays.clear();
         self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
     }
 
@@ -422,13 +428,19 @@ impl Engine for GpuEngine {
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
-        let pixel_bytes = self.keeps(staged).plane_bytes();
+        let goes_on = self.ways > 0 || self.light.is_asked_first();
+        let onward_bytes = if goes_on { Onward::pixel_bytes(self.ways) } else { 0 };
+        let pixel_bytes = self.keeps(staged).plane_bytes().max(onward_bytes);
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
-        if (self.ways > 0 || self.light.is_asked_first()) && Structure::HAS_ALL {
+        if goes_on && Structure::HAS_ALL {
             self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame, self.light)?;
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
+        self.shadow_rays.resize(self.bands.len(), 0);
+        if settings.noise > 0.0 && self.bands.len() > 1 {
+            return Err(Error::NoiseInBands);
+        }
         Ok(())
     }
 
@@ -450,6 +462,7 @@ impl Engine for GpuEngine {
             self.tables.upload_lights(&self.gpu, staged, &mut self.shade)?;
             for sample in samples.as_slice() {
                 self.shade_sample(staged, &band, sample, stats).await?;
+                self.shaded = sample.index + 1;
             }
             Ok(())
         })
@@ -464,14 +477,13 @@ impl Engine for GpuEngine {
         stats: &'a mut Stats,
     ) -> Outcome<'a> {
         Outcome::of(async move {
-            let band = self.bands[band].clone();
             match output {
                 Output::Film => {
                     let start = Instant::now();
-                    self.fetch(&band, film, staged.settings.samples).await?;
+                    self.fetch(band, film).await?;
                     stats.add("fetch", start.elapsed().as_secs_f64() * 1e3);
                 }
-                Output::Texture => self.develop_to_texture(&band, staged.settings, stats).await?,
+                Output::Texture => self.develop_to_texture(band, staged.settings, stats).await?,
             }
             Ok(())
         })
@@ -497,7 +509,7 @@ impl Engine for GpuEngine {
     /// last sample, times the number of samples.
     fn count(&self, frame: &Frame, stats: &mut Stats) {
         stats.vertices = self.geometry.geometry().vertex_count() as usize;
-        stats.shadow_rays = self.shadow_rays;
+        stats.shadow_rays = self.shadow_rays.iter().sum();
         stats.count_settled(self.settled.map(Some));
         let [triangles, points, pixels] = self.finders.chosen().bytes();
         let [triangles_in_mirrors, rays] = self.mirrors.as_ref().map_or([0; 2], Mirrors::bytes);
