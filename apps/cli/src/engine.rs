@@ -28,9 +28,6 @@ fn found(job: &Job) -> Result<(Renderer, String), String> {
     if job.settings.smooth_terminator {
         return Err("it alone has smooth terminators".to_owned());
     }
-    if !job.settings.layers.is_empty() {
-        return Err("it alone makes layers".to_owned());
-    }
     job.settings.structure.check_on_gpu().map_err(|error| error.to_string())?;
     let wanted = job.flags.device.as_deref().unwrap_or_default();
     let all = Adapter::all();

@@ -145,9 +145,6 @@ fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Fa
 /// Whether what is asked of the engine is its to do.
 fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     match flags.engine {
-        EngineKind::Gpu if flags.layers.is_some() => {
-            Err(Failure::input("layers are the CPU's alone", "leave out --engine, or say --engine cpu"))
-        }
         EngineKind::Gpu if flags.smooth_terminator => {
             Err(Failure::input("smooth terminators are the CPU's alone", "leave out --engine or --smooth-terminator"))
         }
@@ -413,7 +410,6 @@ mod tests {
         };
         assert!(refused(&["-o", "a.png", "--layers", "ids"]).contains("-o picture.exr"));
         assert!(refused(&["-o", "a.gif", "--layers", "all"]).contains("gif files have no layers"));
-        assert!(refused(&["-o", "a.exr", "--layers", "ids", "--engine", "gpu"]).contains("--engine cpu"));
         let unknown = ["umbrage", "render", "--layers", "ids,depth"];
         assert!(Flags::try_parse_from(unknown).unwrap_err().to_string().contains("`depth`"));
     }

@@ -125,9 +125,9 @@ pub enum Error {
     /// A GPU was asked for the shadows of smooth surfaces.
     #[error("smooth terminators are the CPU's alone")]
     TerminatorOnGpu,
-    /// A GPU was asked for layers.
-    #[error("layers are the CPU's alone: a GPU takes none")]
-    LayersOnGpu,
+    /// A GPU was asked for layers, and has no room for the whole picture at once.
+    #[error("this GPU renders so large a picture in parts, and makes no layers of it")]
+    LayersInBands,
     /// A GPU was asked for a structure that is the CPU's alone.
     #[error("a GPU has grids of its own (`listed`, or without a name) and the kd-tree, but not `{0}`")]
     StructureOnGpu(&'static str),
@@ -178,7 +178,7 @@ impl Error {
                 | Self::ParallelLens
                 | Self::ShutterOfFrame
                 | Self::MotionOfFrame
-                | Self::LayersOnGpu
+                | Self::LayersInBands
                 | Self::SunRadius
                 | Self::Bounces(_)
                 | Self::UniformOptions(_)

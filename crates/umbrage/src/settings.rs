@@ -68,7 +68,7 @@ pub struct Settings {
     pub exposure_stops: f32,
     /// From linear radiance to what a screen can show.
     pub tone_map: ToneMap,
-    /// What the film has beside its picture. On the CPU.
+    /// What the film has beside its picture.
     pub layers: Layers,
     /// After how long [motion](Layer::Motion) ends, in seconds from 0: usually the time to the next frame. It doesn't go beyond
     /// the animation's end; a camera of your own stays where it is. Of scenes alone.

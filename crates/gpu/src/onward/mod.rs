@@ -325,6 +325,11 @@ impl Onward {
         OnwardPlanes { rays: rays.count, ways_plane, ways: self.ways, flat_plane }
     }
 
+    /// What else than lights keep away matters.
+    pub(crate) fn light(&self) -> OnwardLight {
+        self.light
+    }
+
     /// What the rays have met, as shading reads it.
     pub(crate) fn meetings(&self) -> &Buffer {
         &self.meetings

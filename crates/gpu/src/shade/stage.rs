@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 use super::{FilmPlanes, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, Texels};
 use crate::onward::{OnwardPlanes, mask_words};
 use crate::pose::PosedAttributes;
-use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Onward};
+use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Onward, OnwardLight};
 
 /// The shade stage: adds each pixel's radiance at a sample to the film.
 #[derive(Debug)]
@@ -289,7 +289,7 @@ impl Shade {
         let Self { is_layered, follows, .. } = *self;
         variant(&mut self.onward, is_layered, follows)
             .get_or_insert_with(|| kernel(gpu, "shade::onward", "onward", is_layered, follows));
-        self.prepare_asked(gpu, sample.looks_around != 0);
+        self.prepare_asked(gpu, onward.light());
         let sample = ShadeSample {
             size_pixels: [rays, 1],
             words_per_light: mask_words(rays),
@@ -307,17 +307,19 @@ impl Shade {
     ///
     /// # Errors
     /// Where the device has reported an error.
-    pub fn prepare_first(&mut self, gpu: &Gpu, sample: &ShadeSample) -> Result<(), GpuError> {
-        self.prepare_asked(gpu, sample.looks_around != 0);
+    pub fn prepare_first(&mut self, gpu: &Gpu, sample: &ShadeSample, light: OnwardLight) -> Result<(), GpuError> {
+        self.prepare_asked(gpu, light);
         let [width, height] = sample.size_pixels;
         let points = umbrage_rays::TileOrder::new(width, height).slots() as u32;
         self.scene.write(gpu, &[self.of_scene])?;
         self.sample.write(gpu, &[ShadeSample { points, ..*sample }])
     }
 
-    fn prepare_asked(&mut self, gpu: &Gpu, looks_around: bool) {
-        self.tint.get_or_insert_with(|| Kernel::new(gpu, "shade::tint", "tint", &[]));
-        if looks_around {
+    fn prepare_asked(&mut self, gpu: &Gpu, light: OnwardLight) {
+        if light.takes_colors {
+            self.tint.get_or_insert_with(|| Kernel::new(gpu, "shade::tint", "tint", &[]));
+        }
+        if light.around > 0.0 {
             self.look.get_or_insert_with(|| Kernel::all(gpu, "shade::look", ["look", "look_onward"], &[]));
         }
     }

@@ -6,7 +6,7 @@ use umbrage_rays::Triangles;
 /// Of triangles that move only a sample is noted; all of them are once the sample has stayed. So what doesn't move is built
 /// for twice.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
+pub(crate) struct Kept {
     sample: Vec<Vec3>,
     count: [usize; 2],
     /// Nothing where the sample has changed since the frame before.
@@ -19,7 +19,7 @@ impl Kept {
     const SAMPLE: usize = 1024;
 
     /// Whether they are the triangles of the last call. Where they aren't, something is built for them.
-    pub(super) fn are_still(&mut self, triangles: Triangles<'_>) -> bool {
+    pub(crate) fn are_still(&mut self, triangles: Triangles<'_>) -> bool {
         let Triangles { positions, indices } = triangles;
         let count = [positions.len(), indices.len()];
         let step = positions.len().div_ceil(Self::SAMPLE).max(1);
@@ -43,7 +43,7 @@ impl Kept {
         false
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.positions[..]) + size_of_val(&self.indices[..])
     }
 }

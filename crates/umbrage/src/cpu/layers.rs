@@ -5,20 +5,28 @@ mod tests;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use umbrage_rays::{Hit, LightSource, Ray, SeenPixels, predicate};
+use umbrage_rays::{Hit, LightMask, LightSource, Ray, SeenPixels, predicate};
 
-use super::{Cpu, hit_of};
+use super::hit_of;
 use crate::Film;
 use crate::engine::Staged;
 use crate::film::FilmLayers;
 use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
 
-impl Cpu {
-    /// Adds what the current samples say to the film's layers; those of single samples are of the first one.
-    pub(super) fn add_layers(&self, staged: &Staged<'_>, samples: &Samples, next: Option<&Next<'_>>, film: &mut Film) {
+/// What samples saw, and which lights reach it.
+#[derive(Clone, Copy)]
+pub(crate) struct SeenAndLit<'a> {
+    pub(crate) seen: &'a SeenPixels,
+    pub(crate) masks: &'a [LightMask],
+    pub(crate) samples: &'a Samples,
+}
+
+impl SeenAndLit<'_> {
+    /// Adds what they say to the film's layers; those of single samples are of the first one.
+    pub(crate) fn add_layers(&self, staged: &Staged<'_>, next: Option<&Next<'_>>, film: &mut Film) {
         let (frame, width) = (staged.frame, film.width as usize);
-        let seen = SeenRows { seen: &self.seen, samples, width: film.width };
+        let seen = SeenRows { seen: self.seen, samples: self.samples, width: film.width };
         self.add_lit(staged, &seen, &mut film.layers);
         let layers = &mut film.layers;
         if !layers.object.is_empty() || !layers.coverage.pixels().is_empty() {
@@ -52,7 +60,7 @@ impl Cpu {
     fn add_lit(&self, staged: &Staged<'_>, seen: &SeenRows<'_>, layers: &mut FilmLayers) {
         let Staged { frame, lights, ref view, .. } = *staged;
         let triangles = frame.triangles();
-        for ((layer, light), mask) in layers.shadow.iter_mut().zip(lights).zip(&self.masks) {
+        for ((layer, light), mask) in layers.shadow.iter_mut().zip(lights).zip(self.masks) {
             // Lights of nodes that are hidden at another moment aren't in the list of all moments.
             if layer.name != light.name {
                 continue;

@@ -23,7 +23,8 @@ use umbrage_rays::{
 use umbrage_scene::{Frame, FrameOpacity, Light, Material, Scene};
 
 use copies::Copies;
-use kept::Kept;
+pub(crate) use kept::Kept;
+pub(crate) use layers::SeenAndLit;
 use samples::OneSample;
 use shadow::Casting;
 use terminator::SmoothTerminator;
@@ -311,7 +312,8 @@ impl Engine for Cpu {
         stats: &mut Stats,
     ) {
         if !staged.settings.layers.is_empty() {
-            stats.time("layers", || self.add_layers(staged, samples, next, film));
+            let all = SeenAndLit { seen: &self.seen, masks: &self.masks, samples };
+            stats.time("layers", || all.add_layers(staged, next, film));
         }
     }
 

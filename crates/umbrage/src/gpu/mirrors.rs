@@ -1,10 +1,13 @@
+use std::sync::Arc;
+
 use umbrage_gpu::shade::{FilmPlanes, Shade, ShadeSample};
 use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, OnwardLight, Recorder};
 use umbrage_rays::{KdTree, LightSource, SimdLevel, Triangles};
-use umbrage_scene::{Frame, Mesh, OpaquePart};
+use umbrage_scene::{Frame, Materials, Mesh, OpaquePart};
 
 use super::all_sources;
 use super::tables::sample_rays;
+use crate::cpu::Kept;
 use crate::engine::Staged;
 use crate::sampling::Sample;
 use crate::{Settings, Stats};
@@ -15,6 +18,9 @@ pub(super) struct Mirrors {
     tree: KdTree,
     /// Of what lets light through.
     passed: KdTree,
+    /// What they were built for.
+    kept: Kept,
+    painted: Option<(Arc<Mesh>, Arc<Materials>)>,
     onward: Onward,
     light: OnwardLight,
 }
@@ -33,17 +39,43 @@ impl Mirrors {
     /// Kernels take long to compile, so it is made when a frame has mirrors.
     pub(super) fn new(gpu: &Gpu) -> Self {
         let tree = || KdTree::with_level(SimdLevel::default());
-        Self { tree: tree(), passed: tree(), onward: Onward::new(gpu), light: OnwardLight::default() }
+        Self {
+            tree: tree(),
+            passed: tree(),
+            kept: Kept::default(),
+            painted: None,
+            onward: Onward::new(gpu),
+            light: OnwardLight::default(),
+        }
     }
 
-    /// Rebuilds the trees.
+    /// Takes nothing for granted of what is on the GPU.
+    pub(super) fn forget(&mut self) {
+        self.painted = None;
+    }
+
+    /// Rebuilds the trees, unless no triangle moves.
     pub(super) fn build(&mut self, gpu: &Gpu, frame: &Frame, light: OnwardLight) -> Result<(), GpuError> {
+        let has_passed = self.light.takes_colors || !light.takes_colors;
+        let is_painted = self.painted.as_ref().is_some_and(|(mesh, materials)| {
+            Arc::ptr_eq(mesh, &frame.mesh) && Arc::ptr_eq(materials, &frame.materials)
+        });
         self.light = light;
-        self.tree.build(frame.triangles());
-        self.onward.build(gpu, &self.tree)?;
-        if !light.takes_colors {
+        if self.kept.are_still(frame.triangles()) && is_painted && has_passed {
             return Ok(());
         }
+        // Held, so that no other mesh takes its place in memory; only once all is there.
+        self.painted = None;
+        self.tree.build(frame.triangles());
+        self.onward.build(gpu, &self.tree)?;
+        if light.takes_colors {
+            self.build_passed(gpu, frame)?;
+        }
+        self.painted = Some((Arc::clone(&frame.mesh), Arc::clone(&frame.materials)));
+        Ok(())
+    }
+
+    fn build_passed(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
         let Mesh { triangles, material_of_triangle, .. } = &*frame.mesh;
         let lets_light_through: Vec<bool> =
             frame.materials.materials.iter().map(|material| material.shadow_part() != OpaquePart::All).collect();
@@ -69,7 +101,7 @@ impl Mirrors {
         let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
         onward.start(gpu, band, sample.offset_pixels, planes, *light)?;
         onward.prepare_first(gpu, &all_sources(staged.lights))?;
-        shade.prepare_first(gpu, &following(staged.settings, sample, sample_rays(band, sample)))?;
+        shade.prepare_first(gpu, &following(staged.settings, sample, sample_rays(band, sample)), *light)?;
         loop {
             let mut recorder = Recorder::new(gpu);
             onward.record_first(gpu, &mut recorder, geometry, [planes.planes(), seen, lit], shade);
@@ -132,8 +164,10 @@ impl Mirrors {
         Ok(())
     }
 
+    /// Bytes for triangles, on both sides, and for rays.
     pub(super) fn bytes(&self) -> [u64; 2] {
-        self.onward.bytes()
+        let [triangles, rays] = self.onward.bytes();
+        [triangles + self.kept.bytes() as u64, rays]
     }
 }
 

@@ -36,8 +36,9 @@ use umbrage_rays::{Choice as _, LightMask, LightSource, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 use web_time::Instant;
 
-use crate::cpu::material_mirrors;
+use crate::cpu::{SeenAndLit, material_mirrors};
 use crate::engine::{Engine, Outcome, Output, Staged};
+use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
 use finder::{Finders, Found, Question};
@@ -254,7 +255,7 @@ impl GpuEngine {
     /// Shades what the camera sees once what matters of light on its way there is known.
     async fn shade_asked(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
-        let Some(mirrors) = mirrors else { return Ok(()) };
+        let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let geometry = geometry.geometry();
         let Found { seen, lit, .. } = finders.chosen().found();
@@ -274,7 +275,7 @@ impl GpuEngine {
     /// What mirrors and glass show of a sample.
     async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
-        let Some(mirrors) = mirrors else { return Ok(()) };
+        let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let (geometry, seen) = (geometry.geometry(), finders.chosen().found().seen);
         let mirrored = Mirrored { staged, band, sample, geometry, seen };
@@ -299,6 +300,16 @@ impl GpuEngine {
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
         recorder.submit().await?.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+        Ok(())
+    }
+
+    /// Fetches what a sample of a band saw first, and which lights reach it.
+    async fn fetch_seen(&mut self, band: &Band) -> Result<(), GpuError> {
+        let Self { gpu, first, seen, lit, .. } = self;
+        let mut recorder = Recorder::new(gpu);
+        let fetch = first.fetch(&mut recorder, band, lit.len());
+        let done = recorder.submit().await?;
+        FirstLayer::take(&done, fetch, band, seen, lit)?;
         Ok(())
     }
 
@@ -363,7 +374,6 @@ impl Engine for GpuEngine {
             _ if !Structure::HAS_ALL && (settings.bounces > 0 || settings.ambient_occlusion > 0.0) => {
                 Err(Error::StructureLeftOut("the kd-tree for mirrors and ambient occlusion on a GPU"))
             }
-            _ if !settings.layers.is_empty() => Err(Error::LayersOnGpu),
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
             _ if settings.noise > 0.0 && output == Output::Texture => Err(Error::NoiseOfTexture),
             Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
@@ -380,6 +390,7 @@ impl Engine for GpuEngine {
             self.geometry.forget();
             self.tables = Tables::default();
             self.rig.forget();
+            self.mirrors.iter_mut().for_each(Mirrors::forget);
         }
         self.is_finished = false;
         self.fetched = None;
@@ -389,8 +400,8 @@ impl Engine for GpuEngine {
 
     /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
     fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
-        // So does the tree by which mirrors are followed.
-        if self.finders.chosen().needs_vertices() || settings.bounces > 0 || looked_around(settings) > 0.0 {
+        let goes_on = settings.bounces > 0 || looked_around(settings) > 0.0;
+        if self.finders.chosen().needs_vertices() || goes_on || !settings.layers.is_empty() {
             self.rig.leave();
             return Ok(scene.pose(seconds, frame)?);
         }
@@ -438,8 +449,11 @@ impl Engine for GpuEngine {
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
         self.shadow_rays.resize(self.bands.len(), 0);
-        if settings.noise > 0.0 && self.bands.len() > 1 {
-            return Err(Error::NoiseInBands);
+        match settings {
+            _ if self.bands.len() == 1 => {}
+            Settings { noise, .. } if *noise > 0.0 => return Err(Error::NoiseInBands),
+            Settings { layers, .. } if !layers.is_empty() => return Err(Error::LayersInBands),
+            _ => {}
         }
         Ok(())
     }
@@ -464,8 +478,26 @@ impl Engine for GpuEngine {
                 self.shade_sample(staged, &band, sample, stats).await?;
                 self.shaded = sample.index + 1;
             }
+            if !staged.settings.layers.is_empty() {
+                self.fetch_seen(&band).await?;
+            }
             Ok(())
         })
+    }
+
+    fn layers(
+        &mut self,
+        staged: &Staged<'_>,
+        samples: &Samples,
+        next: Option<&Next<'_>>,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) {
+        // A texture has none.
+        if !staged.settings.layers.is_empty() && self.output == Output::Film {
+            let all = SeenAndLit { seen: &self.seen, masks: &self.lit, samples };
+            stats.time("layers", || all.add_layers(staged, next, film));
+        }
     }
 
     fn develop<'a>(

@@ -230,3 +230,17 @@ fn as_many_samples_as_noise_takes() {
     let error = gpu.render(&scene, 0.0, &Settings { width: 300, height: 200, ..settings });
     assert!(matches!(error, Err(Error::NoiseInBands)));
 }
+
+#[test]
+fn layers_are_those_of_the_cpu() {
+    let Some(mut gpu) = renderer() else { return };
+    for (name, moment) in [("demo:marbles?triangles=3000", 0.2), ("demo:glass?triangles=600", 0.0)] {
+        let scene = umbrage::open(name).expect("a scene of the gallery");
+        let settings = Settings { layers: umbrage::Layers::all(), motion_seconds: 0.1, samples: 3, ..sized(90, 60) };
+        let mut cpu = Renderer::default();
+        frames::compare(name, &mut gpu, &scene, moment, &settings).expect_none(name);
+        cpu.render(&scene, moment * scene.duration_seconds(), &settings).expect("a picture");
+        let [one, other] = [&cpu, &*gpu].map(|renderer| format!("{:?}", renderer.film().layers));
+        assert!(one == other && one.len() > 10_000, "{name}");
+    }
+}
