@@ -102,7 +102,14 @@ fn textures_are_films_developed() {
     let Some(mut shared) = shared() else { return };
     let clip = Settings { tone_map: ToneMap::Clip, exposure_stops: 0.7, ..sized(130, 70) };
     let several = Settings { samples: 4, ..sized(97, 33) };
-    for (name, settings) in [("cloth", sized(200, 100)), ("glass", clip), ("hall", several)] {
+    let followed = Settings { bounces: 2, ambient_occlusion: 0.5, samples: 2, ..clip.clone() };
+    for (name, settings) in [
+        ("cloth", sized(200, 100)),
+        ("glass", clip),
+        ("hall", several),
+        ("glass", followed.clone()),
+        ("cloth", followed),
+    ] {
         let scene = open_scene(name);
         let [(drawn, _), (developed, _)] = shared.both(&scene, 0.3, &settings);
         expect_scenery(name, &developed);
