@@ -2,6 +2,7 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::light::{KdLight};
+import package::kdtree::records::{RECORDS_COUNT};
 
 @group(0) @binding(0) var<uniform> kd_light: KdLight;
 @group(0) @binding(1) var<storage, read> records: array<u32>;
@@ -16,8 +17,7 @@ const LIST_WORDS: u32 = 8u;
 @compute @workgroup_size(64)
 fn tinted(at: Invocation) {
     let number = flat_index(at, 64u);
-    // How many records there are.
-    if number >= records[0] {
+    if number >= records[RECORDS_COUNT] {
         return;
     }
     var left = vec2<u32>(0xffffffffu, 0x0000ffffu);

@@ -5,8 +5,8 @@ use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, OnwardLight, Re
 use umbrage_rays::{KdTree, LightSource, SimdLevel, Triangles};
 use umbrage_scene::{Frame, Materials, Mesh, OpaquePart};
 
-use super::all_sources;
 use super::tables::sample_rays;
+use super::{add_times, all_sources};
 use crate::cpu::Kept;
 use crate::engine::Staged;
 use crate::sampling::Sample;
@@ -107,7 +107,7 @@ impl Mirrors {
             onward.record_first(gpu, &mut recorder, geometry, [planes.planes(), seen, lit], shade);
             let done = recorder.submit().await?;
             if onward.finish_first(gpu, &done)? {
-                done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+                add_times(stats, &done);
                 return Ok(());
             }
         }
@@ -150,7 +150,7 @@ impl Mirrors {
                 onward.record_rays(gpu, &mut recorder, geometry, [film, seen], shade);
                 let done = recorder.submit().await?;
                 if onward.finish(gpu, &done)? {
-                    done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+                    add_times(stats, &done);
                     break;
                 }
             }
@@ -158,7 +158,7 @@ impl Mirrors {
             recorder.stage("shade", |pass| shade.record_onward(gpu, pass, onward, geometry));
             onward.record_add(gpu, &mut recorder, film);
             let done = recorder.submit().await?;
-            done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+            add_times(stats, &done);
             onward.advance(gpu)?;
         }
         Ok(())

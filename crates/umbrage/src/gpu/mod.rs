@@ -210,7 +210,7 @@ impl GpuEngine {
             let done = recorder.submit().await?;
             rig.finish(&done)?;
             if finder.finish(gpu, &done)? {
-                done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+                add_times(stats, &done);
                 if is_first {
                     finder.count_settled(&mut self.settled);
                 }
@@ -268,7 +268,7 @@ impl GpuEngine {
         let inputs = ShadeInputs { seen, lit, positions, triangles };
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
-        recorder.submit().await?.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+        add_times(stats, &recorder.submit().await?);
         Ok(())
     }
 
@@ -299,7 +299,7 @@ impl GpuEngine {
         let inputs = ShadeInputs { seen: nothing, lit: finders.chosen().found().lit, positions, triangles };
         let mut recorder = Recorder::new(gpu);
         recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
-        recorder.submit().await?.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
+        add_times(stats, &recorder.submit().await?);
         Ok(())
     }
 
@@ -553,6 +553,11 @@ impl Engine for GpuEngine {
         stats.count_omitted(&self.rig.omitted(frame));
         stats.uploaded_bytes = self.gpu.uploaded_bytes() - self.uploaded_before;
     }
+}
+
+/// How long each stage took of what is done.
+fn add_times(stats: &mut Stats, done: &Done) {
+    done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
 }
 
 /// Whether any surface is a mirror.
