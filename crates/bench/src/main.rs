@@ -64,6 +64,8 @@ enum Command {
     Frame(frame::FrameFlags),
     /// What a GPU is, whether its answers are the CPU's, what a launch takes, and every stage of frames
     Gpu(gpu::GpuFlags),
+    /// What each kernel of a frame does, counted while it runs on any device, and the least that GPUs take for it
+    Roofline(gpu::RooflineFlags),
     /// Time whole pictures, from the scene to the file, by the command; of two builds of it in turn
     Picture(picture::PictureFlags),
     /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev), and of tinybvh
@@ -166,6 +168,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Trust(flags) => return trust::run(&flags),
         Command::Frame(flags) => frame::run(&flags),
         Command::Gpu(flags) => gpu::run(&flags),
+        Command::Roofline(flags) => gpu::run_roofline(&flags),
         #[cfg(feature = "view")]
         Command::Window(flags) => window::run(&flags),
         Command::Picture(flags) => flags.run(),

@@ -30,6 +30,8 @@ pub struct Gpu {
     /// Whether someone else works on the device as well.
     #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "only whoever waits has to know"))]
     is_shared: bool,
+    #[cfg(feature = "operations")]
+    pub(crate) operations: Arc<crate::operations::Operations>,
 }
 
 /// What is known about an adapter without opening it.
@@ -142,7 +144,7 @@ impl Gpu {
         if cfg!(debug_assertions) { wgpu::InstanceFlags::DEBUG } else { wgpu::InstanceFlags::empty() }
     }
 
-    fn new(info: Adapter, device: wgpu::Device, queue: wgpu::Queue, memory: u64, is_shared: bool) -> Self {
+    pub(crate) fn new(info: Adapter, device: wgpu::Device, queue: wgpu::Queue, memory: u64, is_shared: bool) -> Self {
         let memory = Memory::with_limit(memory);
         let trouble = Arc::new(Mutex::new(None));
         let of_errors = Arc::clone(&trouble);
@@ -160,7 +162,18 @@ impl Gpu {
             // The first cause is the one that matters.
             of_loss.set(cause).ok();
         });
-        Self { device, queue, info, uploaded_bytes: Arc::default(), memory, trouble, loss, is_shared }
+        Self {
+            device,
+            queue,
+            info,
+            uploaded_bytes: Arc::default(),
+            memory,
+            trouble,
+            loss,
+            is_shared,
+            #[cfg(feature = "operations")]
+            operations: Arc::default(),
+        }
     }
 
     /// Which adapter this is.

@@ -2,6 +2,8 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use crate::link::{link, link_text, shared_constants};
+#[cfg(feature = "operations")]
+use crate::operations::Counter;
 use crate::{Buffer, Gpu};
 
 /// One entry point of a shader, ready to run.
@@ -12,6 +14,9 @@ pub struct Kernel {
     layout: wgpu::BindGroupLayout,
     /// Buffers that it ran over, those of the last time at the end: frames bring the same ones again.
     bound: Mutex<VecDeque<Bound>>,
+    /// Where kernels count what they do.
+    #[cfg(feature = "operations")]
+    counter: Option<Counter>,
 }
 
 /// Buffers in the order of a shader's bindings.
@@ -53,7 +58,7 @@ impl Kernel {
         entries: [&'static str; N],
         constants: &[(&str, f64)],
     ) -> [Self; N] {
-        Self::of_linked(gpu, &link(path), entries, constants)
+        Self::of_linked(gpu, path, &link(path), entries, constants)
     }
 
     /// The entry point `entry` of a shader that isn't the crate's own but may import its modules.
@@ -62,26 +67,28 @@ impl Kernel {
     /// If it isn't valid, or imports what isn't there.
     #[must_use]
     pub fn of_text(gpu: &Gpu, text: &str, entry: &'static str, constants: &[(&str, f64)]) -> Self {
-        let [kernel] = Self::of_linked(gpu, &link_text(text), [entry], constants);
+        let [kernel] = Self::of_linked(gpu, "text", &link_text(text), [entry], constants);
         kernel
     }
 
     fn of_linked<const N: usize>(
         gpu: &Gpu,
+        path: &str,
         text: &str,
         entries: [&'static str; N],
         constants: &[(&str, f64)],
     ) -> [Self; N] {
         let device = &gpu.device;
-        let label = entries.first().copied();
-        let read = naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
-        let source = wgpu::ShaderSource::Wgsl(text.into());
+        let label = Some(path);
+        let (read, source) = source(gpu, text);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
-        let layout = device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &layout_entries(&read) });
+        let layouts = layouts(&read).map(|entries| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries })
+        });
+        let layouts: Vec<_> = layouts.collect();
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label,
-            bind_group_layouts: &[Some(&layout)],
+            bind_group_layouts: &layouts.iter().map(Some).collect::<Vec<_>>(),
             immediate_size: 0,
         });
         entries.map(|entry| {
@@ -93,7 +100,14 @@ impl Kernel {
                 compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 cache: None,
             });
-            Self { name: entry, pipeline, layout: layout.clone(), bound: Mutex::default() }
+            Self {
+                name: entry,
+                pipeline,
+                layout: layouts[0].clone(),
+                bound: Mutex::default(),
+                #[cfg(feature = "operations")]
+                counter: layouts.get(1).map(|layout| Counter::new(gpu, format!("{path}::{entry}"), layout)),
+            }
         })
     }
 
@@ -104,6 +118,10 @@ impl Kernel {
     pub fn dispatch(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, buffers: &[&Buffer], groups: Groups<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.bind(gpu, buffers), &[]);
+        #[cfg(feature = "operations")]
+        if let Some(counter) = &self.counter {
+            counter.bind(gpu, pass);
+        }
         match groups {
             Groups::Flat(0) => {}
             Groups::Flat(count) => {
@@ -143,10 +161,22 @@ impl Kernel {
     }
 }
 
-/// The bindings that a shader declares, all in group 0.
-fn layout_entries(module: &naga::Module) -> Vec<wgpu::BindGroupLayoutEntry> {
+/// What is compiled, and what bindings it declares.
+#[cfg_attr(not(feature = "operations"), expect(unused_variables, reason = "only counting devices have another"))]
+fn source<'a>(gpu: &Gpu, text: &'a str) -> (naga::Module, wgpu::ShaderSource<'a>) {
+    #[cfg(feature = "operations")]
+    if let Some(module) = gpu.operations.instrumented(text) {
+        return (module.clone(), wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)));
+    }
+    let read = naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
+    (read, wgpu::ShaderSource::Wgsl(text.into()))
+}
+
+/// The bindings that a shader declares in each group: all in group 0, but for its counters.
+fn layouts(module: &naga::Module) -> impl Iterator<Item = Vec<wgpu::BindGroupLayoutEntry>> {
     let declared =
-        module.global_variables.iter().filter_map(|(_, variable)| variable.binding.zip(Some(variable.space)));
+        || module.global_variables.iter().filter_map(|(_, variable)| variable.binding.zip(Some(variable.space)));
+    let last = declared().map(|(resource, _)| resource.group).max().unwrap_or(0);
     let entry = |(resource, space): (naga::ResourceBinding, _)| wgpu::BindGroupLayoutEntry {
         binding: resource.binding,
         visibility: wgpu::ShaderStages::COMPUTE,
@@ -162,7 +192,7 @@ fn layout_entries(module: &naga::Module) -> Vec<wgpu::BindGroupLayoutEntry> {
         },
         count: None,
     };
-    declared.map(entry).collect()
+    (0..=last).map(move |group| declared().filter(|(resource, _)| resource.group == group).map(entry).collect())
 }
 
 #[cfg(test)]
@@ -177,7 +207,9 @@ mod tests {
                     var<workgroup> shared_by_group: u32;\n\
                     @group(0) @binding(2) var<storage, read_write> c: array<atomic<u32>>;";
         let module = naga::front::wgsl::parse_str(text).expect("valid");
-        let found: Vec<_> = layout_entries(&module).into_iter().map(|entry| (entry.binding, entry.ty)).collect();
+        let groups: Vec<_> = layouts(&module).collect();
+        let [entries] = &groups[..] else { panic!("{groups:?}") };
+        let found: Vec<_> = entries.iter().map(|entry| (entry.binding, entry.ty)).collect();
         let expected = [Uniform, Storage { read_only: true }, Storage { read_only: false }]
             .map(|ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None });
         assert_eq!(found, [0, 1, 2].into_iter().zip(expected).collect::<Vec<_>>());

@@ -25,6 +25,8 @@ mod mask;
 mod memory;
 mod omit;
 mod onward;
+#[cfg(feature = "operations")]
+mod operations;
 pub mod pose;
 pub mod primitives;
 mod recorder;
@@ -44,6 +46,8 @@ pub use light::{LightGrid, LightOptions, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
 pub use onward::{Onward, OnwardLight};
+#[cfg(feature = "operations")]
+pub use operations::KernelOperations;
 pub use recorder::{Done, Fetch, Recorder, StageTime};
 pub use wgpu;
 

@@ -40,7 +40,7 @@ macro_rules! modules {
 const MODULES: &[(&str, &str)] = modules! {
     "" in "": dispatch fit omit point_view tile_order wrap;
     "camera::" in "camera/": balance nodes settle trace work;
-    "exact::" in "exact/": camera cone corners double expansion mask predicate shadow single vector;
+    "exact::" in "exact/": camera cone corners double expansion mask predicate shadow single vector wide;
     "grid::" in "grid/": fixed header list project projection set_up space;
     "kdtree::" in "kdtree/": ask fit levels light line lit packet question rays read records seen settle shape stack tester trail
         write;

@@ -2,6 +2,7 @@
 
 mod frames;
 mod launches;
+mod roofline;
 
 use std::fmt::Display;
 use std::fs::File;
@@ -17,6 +18,7 @@ use umbrage::{Renderer, Settings};
 use umbrage_verify::Differences;
 
 pub(crate) use frames::{Course, NOTE};
+pub(crate) use roofline::{RooflineFlags, run as run_roofline};
 
 use crate::shot;
 use crate::table::{Form, Row, Table, json_of, row};

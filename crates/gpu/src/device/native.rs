@@ -106,7 +106,7 @@ fn enumerate() -> Vec<wgpu::Adapter> {
 }
 
 /// The first adapter whose name contains `name`, GPUs before software.
-fn choose(name: &str) -> Result<(Adapter, wgpu::Adapter), GpuError> {
+pub(crate) fn choose(name: &str) -> Result<(Adapter, wgpu::Adapter), GpuError> {
     let wanted = name.to_lowercase();
     let mut found: Vec<_> = enumerate().into_iter().map(|adapter| (Adapter::of(&adapter), adapter)).collect();
     found.sort_by_key(|(info, _)| info.is_software);

@@ -2,7 +2,7 @@
 
 import package::exact::double::{F64, f64_add, f64_divide, f64_from_f32_bits, f64_from_u32, f64_multiply, f64_subtract};
 import package::exact::predicate::{ExactRay};
-import package::exact::vector::{f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale};
+import package::exact::vector::{F64Vector, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale};
 
 // A camera and the size of its image in pixels; the rest are bits of f32.
 struct ExactView {
@@ -24,14 +24,21 @@ fn exact_pixel_ray(view: ExactView, column: u32, row: u32, x_offset: F64, y_offs
 
 // The ray through a point: `x_pixels` from 0 at the left edge, `y_pixels` from 0 at the upper edge.
 fn exact_ray(view: ExactView, x_pixels: F64, y_pixels: F64) -> ExactRay {
-    let half_height = f64_from_f32_bits(view.half_height);
+    return exact_ray_beside(view, exact_across(view, x_pixels, false), exact_across(view, y_pixels, true));
+}
+
+// How far aside a column of points is, or a row of them.
+fn exact_across(view: ExactView, pixels: F64, is_row: bool) -> F64Vector {
     let height = f64_from_u32(view.height);
-    let x = f64_divide(f64_subtract(f64_add(x_pixels, x_pixels), f64_from_u32(view.width)), height);
-    let y = f64_divide(f64_subtract(height, f64_add(y_pixels, y_pixels)), height);
-    let across = f64_vector_add(
-        f64_vector_scale(f64_vector_from_f32_bits(view.right), f64_multiply(x, half_height)),
-        f64_vector_scale(f64_vector_from_f32_bits(view.up), f64_multiply(y, half_height)),
-    );
+    let twice = f64_add(pixels, pixels);
+    let from_middle = f64_subtract(select(twice, height, is_row), select(f64_from_u32(view.width), twice, is_row));
+    let part = f64_multiply(f64_divide(from_middle, height), f64_from_f32_bits(view.half_height));
+    return f64_vector_scale(f64_vector_from_f32_bits(select(view.right, view.up, is_row)), part);
+}
+
+// The ray of a column and a row.
+fn exact_ray_beside(view: ExactView, column: F64Vector, row: F64Vector) -> ExactRay {
+    let across = f64_vector_add(column, row);
     let position = f64_vector_from_f32_bits(view.position);
     let forward = f64_vector_from_f32_bits(view.forward);
     if view.is_orthographic != 0u {

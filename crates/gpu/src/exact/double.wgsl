@@ -75,6 +75,27 @@ fn bits_shift_right_sticky(a: vec2<u32>, count: u32) -> vec2<u32> {
     return vec2(shifted.x | u32(select(lost, a.x | a.y, count >= 64u) != 0u), shifted.y);
 }
 
+// The product of two words.
+fn bits_product(a: u32, b: u32) -> vec2<u32> {
+    let first = vec2(a & 0xffffu, a >> 16u);
+    let second = vec2(b & 0xffffu, b >> 16u);
+    let lowest = first.x * second.x;
+    let middle = first.y * second.x + (lowest >> 16u);
+    let other = first.x * second.y + (middle & 0xffffu);
+    return vec2((other << 16u) | (lowest & 0xffffu), first.y * second.y + (middle >> 16u) + (other >> 16u));
+}
+
+// 2⁶³ / a for a word whose highest bit is set, and less than that by 2⁻³⁰ of it at most.
+fn bits_reciprocal(a: u32) -> u32 {
+    // From the upper 16 bits, and less by 2⁻¹⁴ at most; Newton's steps square that.
+    var inverse = (0x7fffffffu / ((a >> 16u) + 1u)) << 16u;
+    for (var step = 0u; step < 2u; step++) {
+        let missing = bits_subtract(vec2(0u, 0x80000000u), bits_product(a, inverse));
+        inverse += bits_product(inverse, (missing.y << 1u) | (missing.x >> 31u)).y;
+    }
+    return inverse;
+}
+
 // Taking apart and putting together.
 
 fn f64_exponent_field(a: F64) -> u32 {
@@ -217,20 +238,6 @@ fn f64_abs(a: F64) -> F64 {
 }
 
 fn f64_add(a: F64, b: F64) -> F64 {
-    return two_sum(a, b).high;
-}
-
-fn f64_subtract(a: F64, b: F64) -> F64 {
-    return two_sum(a, f64_negate(b)).high;
-}
-
-fn f64_multiply(a: F64, b: F64) -> F64 {
-    return two_product(a, b).high;
-}
-
-// The rounded sum and what the rounding lost, exactly, as Knuth's algorithm gives it (which overflows within a factor of
-// two of the largest number; this doesn't). The loss is NaN where the sum isn't finite.
-fn two_sum(a: F64, b: F64) -> F64Terms {
     let ordered = bits_less(f64_abs(a), f64_abs(b));
     let large = select(a, b, ordered);
     let small = select(b, a, ordered);
@@ -250,8 +257,29 @@ fn two_sum(a: F64, b: F64) -> F64Terms {
     let is_zero = all(sum == vec2(0u));
     let number = select(rounded, F64(0u, select(sign, 0u, opposite)), is_zero);
     let is_nan = f64_is_nan(large) || (is_zero && opposite);
-    let high = select(number, select(large, F64_NAN, is_nan), !f64_is_finite(large));
+    return select(number, select(large, F64_NAN, is_nan), !f64_is_finite(large));
+}
 
+fn f64_subtract(a: F64, b: F64) -> F64 {
+    return f64_add(a, f64_negate(b));
+}
+
+fn f64_multiply(a: F64, b: F64) -> F64 {
+    return f64_product(a, b).rounded;
+}
+
+// The rounded sum and what the rounding lost, exactly, as Knuth's algorithm gives it (which overflows within a factor of
+// two of the largest number; this doesn't). The loss is NaN where the sum isn't finite.
+fn two_sum(a: F64, b: F64) -> F64Terms {
+    let high = f64_add(a, b);
+    let ordered = bits_less(f64_abs(a), f64_abs(b));
+    let large = select(a, b, ordered);
+    let small = select(b, a, ordered);
+    let sign = large.y & F64_SIGN;
+    let opposite = ((large.y ^ small.y) & F64_SIGN) != 0u;
+    let of_large = f64_parts(large);
+    let of_small = f64_parts(small);
+    let distance = u32(of_large.exponent - of_small.exponent);
     // The loss is a multiple of the smaller one's last place, below 2⁵³ of them, so the difference of what was summed and
     // the sum is right in 64 bits although its terms aren't.
     let of_high = f64_parts(high);
@@ -267,9 +295,14 @@ fn two_sum(a: F64, b: F64) -> F64Terms {
     return F64Terms(high, select(select(low, F64_ZERO, rise < 0), F64_NAN, !f64_is_finite(high)));
 }
 
-// The rounded product and what the rounding lost, as Dekker's algorithm gives it wherever that is exact; where the loss
-// has bits below the smallest number, those are cut off. NaN where the product isn't finite.
-fn two_product(a: F64, b: F64) -> F64Terms {
+// A product rounded, and the lowest 64 of its 112 bits, whose last place is 2^(exponent − 1075 − 58).
+struct F64Product {
+    rounded: F64,
+    bits: vec2<u32>,
+    exponent: i32,
+}
+
+fn f64_product(a: F64, b: F64) -> F64Product {
     let sign = (a.y ^ b.y) & F64_SIGN;
     let of_a = f64_normal_parts(a);
     let of_b = f64_normal_parts(b);
@@ -297,17 +330,23 @@ fn two_product(a: F64, b: F64) -> F64Terms {
     let is_infinite = !f64_is_finite(a) || !f64_is_finite(b);
     let is_nan = f64_is_nan(a) || f64_is_nan(b) || (is_zero && is_infinite);
     let number = select(rounded, F64(0u, sign | select(0u, 0x7ff00000u, is_infinite)), is_zero || is_infinite);
-    let high = select(number, F64_NAN, is_nan);
+    return F64Product(
+        select(number, F64_NAN, is_nan), vec2(lower.x, lower.y | (upper.x << 24u)), exponent);
+}
 
+// The rounded product and what the rounding lost, as Dekker's algorithm gives it wherever that is exact; where the loss
+// has bits below the smallest number, those are cut off. NaN where the product isn't finite.
+fn two_product(a: F64, b: F64) -> F64Terms {
+    let product = f64_product(a, b);
+    let high = product.rounded;
     // Right in 64 bits, as for sums. Both significands had been multiplied by eight.
     let of_high = f64_parts(high);
-    let rise = of_high.exponent - exponent + 58;
-    let whole = vec2(lower.x, lower.y | (upper.x << 24u));
-    let loss = bits_subtract(whole, bits_shift_left(of_high.significand, u32(rise)));
+    let rise = of_high.exponent - product.exponent + 58;
+    let loss = bits_subtract(product.bits, bits_shift_left(of_high.significand, u32(rise)));
     let magnitude = bits_shift_right(bits_negate_if(loss.y >= F64_SIGN, loss), 6u);
     // What a subnormal product loses is less than the smallest number.
-    let is_exact = is_zero || f64_exponent_field(high) == 0u;
-    let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), exponent - 52, magnitude);
+    let is_exact = f64_is_zero(a) || f64_is_zero(b) || f64_exponent_field(high) == 0u;
+    let low = f64_from_parts(((a.y ^ b.y ^ loss.y) & F64_SIGN), product.exponent - 52, magnitude);
     return F64Terms(high, select(select(low, F64_ZERO, is_exact), F64_NAN, !f64_is_finite(high)));
 }
 
@@ -334,14 +373,22 @@ fn f64_divide(a: F64, b: F64) -> F64 {
     }
     let of_a = f64_normal_parts(a);
     let of_b = f64_normal_parts(b);
-    // 55 bits, one after the other: 53, one to round by, and one since the first may be zero.
+    // 55 bits: 53, one to round by, and one since the first may be zero. By long division, in digits of 28 and 27 bits: each
+    // comes from the reciprocal of the divisor's upper 32 bits, and is too small by one at most.
+    let divisor = of_b.significand;
+    // Less by two: the bits that are cut off make the divisor larger.
+    let inverse = bits_reciprocal(bits_shift_left(divisor, 11u).y) - 2u;
     var rest = of_a.significand;
     var quotient = vec2(0u);
-    for (var bit = 0u; bit < 55u; bit++) {
-        let fits = !bits_less(rest, of_b.significand);
-        rest = bits_subtract(rest, select(vec2(0u), of_b.significand, fits));
-        rest = vec2(rest.x << 1u, (rest.y << 1u) | (rest.x >> 31u));
-        quotient = vec2((quotient.x << 1u) | u32(fits), (quotient.y << 1u) | (quotient.x >> 31u));
+    for (var step = 0u; step < 2u; step++) {
+        var digit = bits_product(bits_shift_right(rest, 21u).x, inverse).y >> 4u;
+        // Right in 64 bits, since what is left is smaller than the divisor, or twice that.
+        let low = bits_product(digit, divisor.x);
+        rest = bits_subtract(bits_shift_left(rest, 27u), vec2(low.x, low.y + digit * divisor.y));
+        let fits = !bits_less(rest, divisor);
+        rest = bits_subtract(rest, select(vec2(0u), divisor, fits));
+        digit += u32(fits);
+        quotient = bits_add(bits_shift_left(quotient, 27u), vec2(digit, 0u));
     }
     let significand = bits_shift_left(quotient, 8u);
     let sticky = u32(any(rest != vec2(0u)));

@@ -1,14 +1,16 @@
 // Numbers as fixed-point coordinates.
 
-import package::exact::double::{F64, f64_add};
+import package::exact::wide::{Wide};
 
 // Whether a number is below 2³⁰ in magnitude.
-fn fits_fixed(value: F64) -> bool {
-    return (value.y & 0x7fffffffu) < 0x41d00000u;
+fn fits_fixed(value: Wide) -> bool {
+    return value.exponent + 63 < 30;
 }
 
 // The nearest integer of a number below 2³⁰ in magnitude.
-fn fixed(value: F64) -> i32 {
-    // Adding 1.5 · 2⁵² leaves the integer in the low word.
-    return bitcast<i32>(f64_add(value, F64(0u, 0x43380000u)).x);
+fn fixed(value: Wide) -> i32 {
+    let shift = -(value.exponent + 32);
+    let rounded = ((value.bits.y >> u32(clamp(shift - 1, 0, 31))) + 1u) >> 1u;
+    let magnitude = select(i32(rounded), 0, shift > 32);
+    return select(magnitude, -magnitude, value.sign != 0u);
 }

@@ -1,13 +1,14 @@
 // Stage `project`: each vertex into pixel space, once for every face.
 
 import package::dispatch::{Invocation, flat_index};
-import package::exact::double::{
-    F64, f64_add, f64_divide, f64_from_f32_bits, f64_multiply, f64_negate, f64_subtract, f64_to_f32_bits,
+import package::exact::wide::{
+    Wide, WideVector, wide_add, wide_dot, wide_from_f32_bits, wide_is_above_zero, wide_largest_magnitude, wide_magnitude_less,
+    wide_multiply, wide_negate, wide_reciprocal, wide_scaled, wide_to_f32_bits, wide_vector_subtract,
 };
 import package::grid::fixed::{fits_fixed, fixed};
 import package::grid::header::{HEADER_KEYS};
-import package::grid::projection::{projection_term};
-import package::grid::space::{Space, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR, ordered_bits};
+import package::grid::projection::{wide_projection_term, wide_projection_vector};
+import package::grid::space::{Raster, Space, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR, ordered_bits};
 import package::light::sphere::vertex::{angled_vertex};
 
 // Whether this is for a light that sees by angles, and has two records a vertex.
@@ -59,52 +60,40 @@ fn project(at: Invocation) {
 // `depth_bits` is such that this is below a unit after the division.
 fn project_vertex(face: u32, id: u32) -> vec4<u32> {
     let raster = spaces[face].raster;
-    var offset: array<F64, 3>;
-    var largest = 0u;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let bits = positions[3u * id + axis];
-        if (bits & 0x7f800000u) == 0x7f800000u {
-            return vec4<u32>(0u, 0u, 0u, VERTEX_NOWHERE);
-        }
-        offset[axis] = f64_subtract(f64_from_f32_bits(bits), projection_term(face, axis));
-        largest = max(largest, offset[axis].y & 0x7fffffffu);
+    let bits = vec3<u32>(positions[3u * id], positions[3u * id + 1u], positions[3u * id + 2u]);
+    if any((bits & vec3<u32>(0x7f800000u)) == vec3<u32>(0x7f800000u)) {
+        return vec4<u32>(0u, 0u, 0u, VERTEX_NOWHERE);
     }
-    var projected: array<F64, 3>;
-    for (var row = 0u; row < 3u; row++) {
-        var sum = F64(0u, 0u);
-        for (var axis = 0u; axis < 3u; axis++) {
-            sum = f64_add(sum, f64_multiply(projection_term(face, 3u + 3u * row + axis), offset[axis]));
-        }
-        projected[row] = sum;
-    }
-    // In F64: units of large worlds are beyond the range of f32, where their pixels aren't.
-    let to_pixels = F64(0u, (1023u - raster.fraction_bits) << 20u);
+    let position = WideVector(wide_from_f32_bits(bits.x), wide_from_f32_bits(bits.y), wide_from_f32_bits(bits.z));
+    let offset = wide_vector_subtract(position, wide_projection_vector(face, 0u));
+    let x = wide_dot(wide_projection_vector(face, 3u), offset);
+    let y = wide_dot(wide_projection_vector(face, 6u), offset);
+    let depth = wide_dot(wide_projection_vector(face, 9u), offset);
     if raster.is_orthographic == 1u {
-        let x = f64_add(projected[0], projection_term(face, 12u));
-        let y = f64_add(projected[1], projection_term(face, 13u));
-        let key = f64_to_f32_bits(f64_negate(projected[2]));
-        if fits_fixed(x) && fits_fixed(y) {
-            return vec4<u32>(bitcast<u32>(fixed(x)), bitcast<u32>(fixed(y)), key, VERTEX_REGULAR);
+        let x_added = wide_add(x, wide_projection_term(face, 12u));
+        let y_added = wide_add(y, wide_projection_term(face, 13u));
+        let key = wide_to_f32_bits(wide_negate(depth));
+        if fits_fixed(x_added) && fits_fixed(y_added) {
+            return vec4<u32>(bitcast<u32>(fixed(x_added)), bitcast<u32>(fixed(y_added)), key, VERTEX_REGULAR);
         }
-        return vec4<u32>(pixels(x, to_pixels), pixels(y, to_pixels), key, VERTEX_HOMOGENEOUS);
+        return vec4<u32>(pixels(x_added, raster), pixels(y_added, raster), key, VERTEX_HOMOGENEOUS);
     }
-    // The high words of positive numbers compare as the numbers do; bits are added to the exponent.
-    let depth_high = projected[2].y;
-    if (depth_high & 0x80000000u) == 0u && depth_high + (raster.depth_bits << 20u) > largest {
-        let inverse = f64_divide(F64(0u, 0x3ff00000u), projected[2]);
-        let x = f64_multiply(projected[0], inverse);
-        let y = f64_multiply(projected[1], inverse);
-        let key = f64_to_f32_bits(inverse);
+    let reach = wide_scaled(depth, i32(raster.depth_bits));
+    if wide_is_above_zero(depth) && wide_magnitude_less(wide_largest_magnitude(offset), reach) {
+        let inverse = wide_reciprocal(depth);
+        let x_divided = wide_multiply(x, inverse);
+        let y_divided = wide_multiply(y, inverse);
+        let key = wide_to_f32_bits(inverse);
         let exponent = (key >> 23u) & 0xffu;
         // Keys near the ends of f32's range are left to the homogeneous form, which ends at the predicate.
-        if fits_fixed(x) && fits_fixed(y) && exponent > 27u && exponent < 227u {
-            return vec4<u32>(bitcast<u32>(fixed(x)), bitcast<u32>(fixed(y)), key, VERTEX_REGULAR);
+        if fits_fixed(x_divided) && fits_fixed(y_divided) && exponent > 27u && exponent < 227u {
+            return vec4<u32>(bitcast<u32>(fixed(x_divided)), bitcast<u32>(fixed(y_divided)), key, VERTEX_REGULAR);
         }
     }
-    return vec4<u32>(
-        pixels(projected[0], to_pixels), pixels(projected[1], to_pixels), f64_to_f32_bits(projected[2]), VERTEX_HOMOGENEOUS);
+    return vec4<u32>(pixels(x, raster), pixels(y, raster), wide_to_f32_bits(depth), VERTEX_HOMOGENEOUS);
 }
 
-fn pixels(value: F64, to_pixels: F64) -> u32 {
-    return f64_to_f32_bits(f64_multiply(value, to_pixels));
+// Units of large worlds are beyond the range of f32, where their pixels aren't.
+fn pixels(value: Wide, raster: Raster) -> u32 {
+    return wide_to_f32_bits(wide_scaled(value, -i32(raster.fraction_bits)));
 }

@@ -1,13 +1,15 @@
 // Stage `map`: where each point is on the light's faces, and how many points each bin of their axes has.
 
 import package::dispatch::{Invocation, flat_index};
-import package::exact::double::{
-    F64, f64_add, f64_divide, f64_is_zero, f64_magnitude_less, f64_multiply, f64_negate, f64_to_f32_bits,
+import package::exact::double::{F64};
+import package::exact::wide::{
+    Wide, WideVector, wide_add, wide_dot, wide_from_f64, wide_is_above_zero, wide_is_zero, wide_largest_magnitude,
+    wide_magnitude_less, wide_multiply, wide_negate, wide_reciprocal, wide_to_f32_bits, wide_vector_subtract,
 };
-import package::exact::vector::{F64Vector, f64_dot, f64_largest_magnitude, f64_vector_subtract};
 import package::grid::fixed::{fits_fixed, fixed};
 import package::grid::header::{HEADER_FACES};
-import package::grid::projection::{projection_term, projection_vector};
+import package::grid::projection::{wide_projection_term, wide_projection_vector};
+import package::grid::set_up::{INFINITE};
 import package::grid::space::{Space};
 import package::light::cells::{spread_base};
 import package::light::depths::{note_key, write_keys};
@@ -42,16 +44,16 @@ fn map(at: Invocation) {
     write_keys(at.lane);
 }
 
-fn word_pair(word: u32) -> F64 {
-    return F64(points[word], points[word + 1u]);
+fn word_pair(word: u32) -> Wide {
+    return wide_from_f64(F64(points[word], points[word + 1u]));
 }
 
 // The face of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
 // position isn't certain, which is compared with all triangles.
 fn map_point(slot: u32) -> u32 {
-    let point = F64Vector(word_pair(6u * slot), word_pair(6u * slot + 2u), word_pair(6u * slot + 4u));
-    let offset = f64_vector_subtract(point, projection_vector(0u, 0u));
-    if f64_is_zero(f64_largest_magnitude(offset)) && light.is_directional == 0u {
+    let point = WideVector(word_pair(6u * slot), word_pair(6u * slot + 2u), word_pair(6u * slot + 4u));
+    let offset = wide_vector_subtract(point, wide_projection_vector(0u, 0u));
+    if wide_is_zero(wide_largest_magnitude(offset)) && light.is_directional == 0u {
         return POINT_NONE;
     }
     var face = 0u;
@@ -59,19 +61,19 @@ fn map_point(slot: u32) -> u32 {
         face = cube_face_of(offset);
     }
     let raster = spaces[face].raster;
-    var x = f64_add(f64_dot(projection_vector(face, 3u), offset), projection_term(face, 12u));
-    var y = f64_add(f64_dot(projection_vector(face, 6u), offset), projection_term(face, 13u));
-    let depth = f64_dot(projection_vector(face, 9u), offset);
-    var key = f64_to_f32_bits(f64_negate(depth));
+    var x = wide_add(wide_dot(wide_projection_vector(face, 3u), offset), wide_projection_term(face, 12u));
+    var y = wide_add(wide_dot(wide_projection_vector(face, 6u), offset), wide_projection_term(face, 13u));
+    let depth = wide_dot(wide_projection_vector(face, 9u), offset);
+    var key = wide_to_f32_bits(wide_negate(depth));
     // Points are wrong by 2⁻⁴⁶ of what they were found from: below a unit where this is.
-    let reach = light.reach + bitcast<f32>(f64_to_f32_bits(f64_largest_magnitude(point)));
+    let reach = light.reach + bitcast<f32>(wide_to_f32_bits(wide_largest_magnitude(point)));
     var error = 4.0 * 1.4210855e-14 * reach * raster.row_reach;
     if light.is_directional == 0u {
-        let inverse = f64_divide(F64(0u, 0x3ff00000u), depth);
-        x = f64_multiply(x, inverse);
-        y = f64_multiply(y, inverse);
-        key = f64_to_f32_bits(inverse);
-        error *= bitcast<f32>(key);
+        let inverse = wide_reciprocal(depth);
+        x = wide_multiply(x, inverse);
+        y = wide_multiply(y, inverse);
+        key = wide_to_f32_bits(inverse);
+        error = select(INFINITE, error * bitcast<f32>(key), wide_is_above_zero(depth));
     }
     let fixed_point = vec2<i32>(fixed(x), fixed(y));
     let column_and_row = fixed_point >> vec2<u32>(raster.fraction_bits);
@@ -89,16 +91,16 @@ fn map_point(slot: u32) -> u32 {
     return face;
 }
 
-fn cube_face_of(offset: F64Vector) -> u32 {
+fn cube_face_of(offset: WideVector) -> u32 {
     var axis = 0u;
     var largest = offset.x;
-    if f64_magnitude_less(largest, offset.y) {
+    if wide_magnitude_less(largest, offset.y) {
         axis = 1u;
         largest = offset.y;
     }
-    if f64_magnitude_less(largest, offset.z) {
+    if wide_magnitude_less(largest, offset.z) {
         axis = 2u;
         largest = offset.z;
     }
-    return 2u * axis + (largest.y >> 31u);
+    return 2u * axis + (largest.sign >> 31u);
 }

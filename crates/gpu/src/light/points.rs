@@ -85,7 +85,7 @@ impl Points {
     ) {
         recorder.clear(&self.bounds);
         let buffers = [view, geometry.triangles(), geometry.positions(), seen, &self.points, &self.bits, &self.bounds];
-        let groups = Groups::Flat(self.slots.div_ceil(64));
+        let groups = Groups::Flat(self.slots.div_ceil(256));
         recorder.stage("survey", |pass| self.survey.dispatch(gpu, pass, &buffers, groups));
     }
 

@@ -3,17 +3,20 @@
 // Points are wrong by at most 2⁻⁴⁶ of their distance from the ray's origin.
 
 import package::dispatch::{Invocation, flat_index};
+import package::exact::camera::{exact_across, exact_ray_beside};
 import package::exact::corners::{corner_bits};
-import package::exact::double::{F64, F64_ZERO, f64_add, f64_divide, f64_multiply, f64_to_f32_bits};
+import package::exact::double::{F64, f64_add, f64_from_u32, f64_to_f32_bits};
 import package::exact::expansion::{ExpansionTerms};
-import package::exact::predicate::{exact_edges, exact_from_corners, exact_t};
-import package::exact::vector::{
-    F64Vector, f64_cross, f64_dot, f64_largest_magnitude, f64_vector_add, f64_vector_scale, f64_vector_subtract,
+import package::exact::predicate::{ExactRay, exact_edges, exact_t};
+import package::exact::vector::{F64Vector, f64_vector_add, f64_vector_scale};
+import package::exact::wide::{
+    WideVector, wide_cross, wide_dot, wide_from_f32_bits, wide_from_f64, wide_is_zero, wide_largest_magnitude, wide_multiply,
+    wide_reciprocal, wide_to_f64, wide_vector_along, wide_vector_subtract,
 };
 import package::grid::space::{ordered_bits};
 import package::light::points::{BOUNDS_LOW, POINT_NONE};
-import package::point_view::{PointView, ray_of_slot};
-import package::tile_order::{pixel_of_slot};
+import package::point_view::{PointView};
+import package::tile_order::{BLOCK_SIDE, TILE_SIDE, pixel_of_slot};
 
 @group(0) @binding(0) var<uniform> point_view: PointView;
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
@@ -25,27 +28,39 @@ import package::tile_order::{pixel_of_slot};
 @group(0) @binding(5) var<storage, read_write> point_bits: array<u32>;
 @group(0) @binding(6) var<storage, read_write> bounds: array<atomic<u32>>;
 
-var<workgroup> bits_of_group: array<atomic<u32>, 2>;
+// A workgroup has the pixels of a row of blocks, all across a tile.
+const SURVEYED: u32 = TILE_SIDE * BLOCK_SIDE;
+
+var<workgroup> bits_of_group: array<atomic<u32>, SURVEYED / 32u>;
+// How far aside its columns are, then its rows.
+var<workgroup> across_of_group: array<F64Vector, TILE_SIDE + BLOCK_SIDE>;
 // Complements of the lowest, then the highest coordinates, in order.
 var<workgroup> bounds_of_group: array<atomic<u32>, 6>;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(SURVEYED)
 fn survey(at: Invocation) {
-    let slot = flat_index(at, 64u);
+    let slot = flat_index(at, SURVEYED);
+    let width = point_view.view.width;
+    if at.lane < TILE_SIDE + BLOCK_SIDE {
+        across_of_group[at.lane] = across_of(pixel_of_slot(slot - at.lane, width), at.lane);
+    }
+    workgroupBarrier();
     var id = POINT_NONE;
-    let size = vec2<u32>(point_view.view.width, point_view.rows);
-    if slot < point_view.slots && all(pixel_of_slot(slot, size.x) < size) {
+    let pixel = pixel_of_slot(slot, width);
+    if slot < point_view.slots && all(pixel < vec2<u32>(width, point_view.rows)) {
         id = seen[slot];
     }
     if id != POINT_NONE {
-        let point = point_on(id, slot);
+        let column = across_of_group[pixel.x % TILE_SIDE];
+        let row = across_of_group[TILE_SIDE + pixel.y % BLOCK_SIDE];
+        let point = point_on(id, exact_ray_beside(point_view.view, column, row));
         atomicOr(&bits_of_group[at.lane / 32u], 1u << (at.lane & 31u));
         store(6u * slot, point.x, 0u);
         store(6u * slot + 2u, point.y, 1u);
         store(6u * slot + 4u, point.z, 2u);
     }
     workgroupBarrier();
-    if at.lane < 2u && slot < point_view.slots {
+    if at.lane < SURVEYED / 32u && slot < point_view.slots {
         point_bits[(slot - at.lane) / 32u + at.lane] = atomicLoad(&bits_of_group[at.lane]);
     }
     if at.lane < 6u {
@@ -61,30 +76,42 @@ fn store(word: u32, coordinate: F64, axis: u32) {
     atomicMax(&bounds_of_group[3u + axis], key);
 }
 
-// Where the pixel's ray meets its triangle.
-fn point_on(id: u32, slot: u32) -> F64Vector {
-    let ray = ray_of_slot(slot);
+// How far aside a column is, or one of the rows behind, of those that begin with a pixel.
+fn across_of(first: vec2<u32>, index: u32) -> F64Vector {
+    let is_row = index >= TILE_SIDE;
+    let number = select(first.x + index, point_view.first_row + first.y + index - TILE_SIDE, is_row);
+    let offset = select(point_view.x_offset, point_view.y_offset, is_row);
+    return exact_across(point_view.view, f64_add(f64_from_u32(number), offset), is_row);
+}
+
+// Where a ray meets its triangle.
+fn point_on(id: u32, ray: ExactRay) -> F64Vector {
     let bits = corner_bits(id);
-    let exact = exact_from_corners(bits);
-    let ab = f64_vector_subtract(exact.b, exact.a);
-    let ac = f64_vector_subtract(exact.c, exact.a);
-    let normal = f64_cross(ab, ac);
-    let slope = f64_dot(normal, ray.direction);
-    // What cancels in the normal and the slope, in powers of two.
-    let magnitude = f64_multiply(
-        f64_multiply(f64_largest_magnitude(ab), f64_largest_magnitude(ac)), f64_largest_magnitude(ray.direction));
-    // A slope above 2⁻¹² of that is wrong by 2⁻³⁸ of itself at most, and so is t. A second step from there has that
-    // error of the rest, which leaves some 2⁻⁵⁰ of t where corners aren't farther than it.
-    if (slope.y & 0x7fffffffu) + 0x00c00000u > magnitude.y {
-        var t = F64_ZERO;
-        var point = ray.origin;
-        for (var step = 0u; step < 2u; step++) {
-            t = f64_add(t, f64_divide(f64_dot(normal, f64_vector_subtract(exact.a, point)), slope));
-            point = f64_vector_add(ray.origin, f64_vector_scale(ray.direction, t));
-        }
-        return point;
+    let origin = wide_vector(ray.origin);
+    let direction = wide_vector(ray.direction);
+    let a = wide_corner(bits.a);
+    let ab = wide_vector_subtract(wide_corner(bits.b), a);
+    let ac = wide_vector_subtract(wide_corner(bits.c), a);
+    let normal = wide_cross(ab, ac);
+    let slope = wide_dot(normal, direction);
+    // What cancels in the normal and the slope. Either is wrong by less than 2⁻⁵⁷ of it, and so is what the slope divides,
+    // in relation to the distance: with a slope above 2⁻⁹ of it points are wrong by less than 2⁻⁴⁶ of that.
+    let cancels = wide_largest_magnitude(ab).exponent + wide_largest_magnitude(ac).exponent
+        + wide_largest_magnitude(direction).exponent + 3 * 64;
+    if !wide_is_zero(slope) && slope.exponent + 63 + 9 > cancels {
+        let t = wide_multiply(wide_dot(normal, wide_vector_subtract(a, origin)), wide_reciprocal(slope));
+        let point = wide_vector_along(origin, direction, t);
+        return F64Vector(wide_to_f64(point.x), wide_to_f64(point.y), wide_to_f64(point.z));
     }
     var terms: ExpansionTerms;
     let edges = exact_edges(&terms, ray, bits);
     return f64_vector_add(ray.origin, f64_vector_scale(ray.direction, exact_t(&terms, ray, edges)));
+}
+
+fn wide_vector(a: F64Vector) -> WideVector {
+    return WideVector(wide_from_f64(a.x), wide_from_f64(a.y), wide_from_f64(a.z));
+}
+
+fn wide_corner(bits: vec3<u32>) -> WideVector {
+    return WideVector(wide_from_f32_bits(bits.x), wide_from_f32_bits(bits.y), wide_from_f32_bits(bits.z));
 }

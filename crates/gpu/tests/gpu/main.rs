@@ -5,6 +5,8 @@ mod device;
 mod exact;
 mod layout;
 mod omit;
+#[cfg(feature = "operations")]
+mod operations;
 mod pose_layout;
 mod primitives;
 mod shade;

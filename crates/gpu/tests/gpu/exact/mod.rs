@@ -5,6 +5,7 @@ mod double;
 mod mask;
 mod predicate;
 mod speed;
+mod wide;
 
 use umbrage_gpu::{Buffer, Gpu, Groups, Kernel, Recorder};
 

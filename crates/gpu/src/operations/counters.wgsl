@@ -1,0 +1,36 @@
+// What an invocation has done so far, in the order of `Counters`.
+var<private> counted_floats: u32;
+var<private> counted_integers: u32;
+var<private> counted_accesses: u32;
+var<private> counted_shared: u32;
+var<private> counted_read: u32;
+var<private> counted_written: u32;
+
+// What all invocations have done: two words a counter, the lower ones first.
+@group(1) @binding(0) var<storage, read_write> counted_sums: array<atomic<u32>, 16>;
+
+// Of each 32 invocations that go together, the arithmetic of the busiest.
+var<workgroup> counted_most: array<atomic<u32>, 32>;
+
+fn add_counted(counter: u32, amount: u32) {
+    let before = atomicAdd(&counted_sums[2u * counter], amount);
+    if before + amount < before {
+        atomicAdd(&counted_sums[2u * counter + 1u], 1u);
+    }
+}
+
+// What each invocation does at its end.
+fn sum_counted(lane: u32) {
+    add_counted(0u, 1u);
+    add_counted(1u, counted_floats);
+    add_counted(2u, counted_integers);
+    add_counted(3u, counted_accesses);
+    add_counted(4u, counted_shared);
+    add_counted(5u, counted_read);
+    add_counted(6u, counted_written);
+    atomicMax(&counted_most[lane / 32u], counted_floats + counted_integers);
+    workgroupBarrier();
+    if lane % 32u == 0u {
+        add_counted(7u, 32u * atomicLoad(&counted_most[lane / 32u]));
+    }
+}

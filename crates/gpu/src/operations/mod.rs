@@ -1,0 +1,157 @@
+//! How much kernels do: operations and bytes, counted while they run, on any device.
+//!
+//! Unlike times these are the same on every machine, so they tell what a GPU would have to do where there is none. Every
+//! kernel is compiled with counters added to each of its blocks, which makes it slower and changes no answer.
+
+mod cost;
+mod instrument;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use instrument::instrument;
+
+use crate::{Buffer, DeviceLimits, Gpu, GpuError, Recorder, platform};
+
+/// What a kernel has done, all its invocations together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct KernelOperations {
+    /// Its module's path and its entry point, such as `camera::trace::trace`.
+    pub kernel: String,
+    /// How often it was dispatched.
+    pub dispatches: u64,
+    /// Invocations, those without work too.
+    pub invocations: u64,
+    /// Operations on f32, a component each: comparisons too. Divisions, roots and transcendental functions count as 8.
+    pub floats: u64,
+    /// Operations on integers and booleans, a component each, conversions, computed indices and branches. A division counts
+    /// as 20.
+    pub integers: u64,
+    /// Loads and stores of up to 16 bytes, and atomics, in buffers.
+    pub accesses: u64,
+    /// The same in workgroups' memory.
+    pub shared: u64,
+    /// Bytes loaded from storage buffers, as often as they are.
+    pub bytes_read: u64,
+    /// Bytes stored there.
+    pub bytes_written: u64,
+    /// `floats` and `integers` of the busiest of each 32 invocations that most GPUs run together, times 32: no less than what
+    /// a GPU does, which also waits where these go different ways.
+    pub lockstep: u64,
+}
+
+/// The counters of all kernels of a device.
+#[derive(Debug, Default)]
+pub(crate) struct Operations {
+    /// `None` unless they are counted.
+    kernels: Mutex<Option<Vec<Counted>>>,
+}
+
+#[derive(Debug)]
+struct Counted {
+    kernel: String,
+    dispatches: u64,
+    sums: Buffer,
+}
+
+/// Counters of a kernel: see `counters.wgsl`.
+const COUNTERS: usize = 8;
+
+/// A kernel's counters, which all its dispatches bind.
+#[derive(Debug)]
+pub(crate) struct Counter {
+    index: usize,
+    group: wgpu::BindGroup,
+}
+
+impl Counter {
+    /// Those of a new kernel.
+    pub(crate) fn new(gpu: &Gpu, kernel: String, layout: &wgpu::BindGroupLayout) -> Self {
+        let mut sums = Buffer::storage(gpu, "counted operations");
+        sums.reserve(gpu, 8 * COUNTERS as u64).expect("some bytes");
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("counted operations"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: sums.raw().as_entire_binding() }],
+        });
+        let mut kernels = gpu.operations.lock();
+        let kernels = kernels.get_or_insert_default();
+        kernels.push(Counted { kernel, dispatches: 0, sums });
+        Self { index: kernels.len() - 1, group }
+    }
+
+    /// Has a dispatch count.
+    pub(crate) fn bind(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>) {
+        pass.set_bind_group(1, &self.group, &[]);
+        if let Some(kernels) = gpu.operations.lock().as_mut() {
+            kernels[self.index].dispatches += 1;
+        }
+    }
+}
+
+impl Gpu {
+    /// As [`Gpu::open`], a device whose kernels count what they do.
+    ///
+    /// # Errors
+    /// As [`Gpu::open`], and where kernels can't bind a buffer more than the portable eight.
+    pub fn open_counting(name: &str) -> Result<Self, GpuError> {
+        let (info, adapter) = platform::choose(name)?;
+        let mut descriptor = Self::descriptor(&adapter, DeviceLimits::Adapter)?;
+        descriptor.required_limits.max_storage_buffers_per_shader_stage =
+            adapter.limits().max_storage_buffers_per_shader_stage;
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) =
+            opened.map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
+        let gpu = Self::new(info, device, queue, u64::MAX, false);
+        *gpu.operations.lock() = Some(Vec::new());
+        Ok(gpu)
+    }
+
+    /// What all kernels have done since this was last asked, those that did nothing left out.
+    ///
+    /// # Errors
+    /// Where the device is lost.
+    pub fn take_operations(&self) -> Result<Vec<KernelOperations>, GpuError> {
+        let mut kernels = self.operations.lock();
+        let kernels = kernels.as_mut().map_or(&mut [][..], Vec::as_mut_slice);
+        let mut recorder = Recorder::new(self);
+        let fetched: Vec<_> = kernels.iter().map(|kernel| recorder.fetch(&kernel.sums, 2 * COUNTERS as u64)).collect();
+        kernels.iter().for_each(|kernel| recorder.clear(&kernel.sums));
+        let done = recorder.submit_and_wait()?;
+        let mut all = Vec::new();
+        for (kernel, fetched) in kernels.iter_mut().zip(fetched) {
+            let sums: Vec<u64> = done.read(fetched)?;
+            let [invocations, floats, integers, accesses, shared, bytes_read, bytes_written, lockstep] = sums[..]
+            else {
+                unreachable!("as many as were fetched")
+            };
+            let name = kernel.kernel.clone();
+            let dispatches = std::mem::take(&mut kernel.dispatches);
+            all.push(KernelOperations {
+                kernel: name,
+                dispatches,
+                invocations,
+                floats,
+                integers,
+                accesses,
+                shared,
+                bytes_read,
+                bytes_written,
+                lockstep,
+            });
+        }
+        all.retain(|kernel| kernel.invocations > 0);
+        Ok(all)
+    }
+}
+
+impl Operations {
+    fn lock(&self) -> MutexGuard<'_, Option<Vec<Counted>>> {
+        // Nobody panics while it is locked.
+        self.kernels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A shader that counts, where kernels of the device do.
+    pub(crate) fn instrumented(&self, text: &str) -> Option<naga::Module> {
+        self.lock().is_some().then(|| instrument(text))
+    }
+}
