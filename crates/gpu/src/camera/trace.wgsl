@@ -12,7 +12,7 @@ import package::camera::work::{
     BLOCK_PAIRS, BLOCK_WORDS, MAPPING, TRACING_TILE, WORK_BLOCKS, WORK_FIRST_BLOCK, WORK_KEYS,
 };
 import package::dispatch::{Invocation, flat_group, groups_of};
-import package::grid::set_up::{INFINITE, corners_of, edges_near, rect_of, shows_back};
+import package::grid::set_up::{INFINITE, U, corners_of, edges_near, rect_of, shows_back};
 import package::grid::space::{Raster, Space, from_ordered_bits, slice_depth};
 import package::mask::filter::{MASK_CUT, MASK_THERE, mask_filter};
 import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED};
@@ -33,14 +33,15 @@ import package::tile_order::{slot_of_pixel};
 
 const RECORDS: u32 = 128u;
 
-// Edges in a few words, and the pixels of the tile that the triangle may touch.
+// Edges and keys at a tile's first pixel, in a few words; the sign of the edges' error tells whether the winding is certain.
 var<workgroup> record_a: array<vec4<f32>, RECORDS>;
 var<workgroup> record_b: array<vec4<f32>, RECORDS>;
 var<workgroup> record_c: array<vec3<f32>, RECORDS>;
 var<workgroup> record_d: array<vec3<f32>, RECORDS>;
-// Its id, and where in the tile it is. Integers are no numbers: bits of small ones would be taken for zero.
+// Its id, and a bit for each column and each row of the tile in which it may be. Integers are no numbers: bits of small ones
+// would be taken for zero.
 var<workgroup> record_id: array<u32, RECORDS>;
-var<workgroup> record_flags: array<u32, RECORDS>;
+var<workgroup> record_pixels: array<u32, RECORDS>;
 var<workgroup> unfinished: atomic<u32>;
 var<workgroup> goes_on: u32;
 
@@ -61,8 +62,6 @@ struct Best {
     pixel: u32,
 }
 
-const FLAG_ORIENTED: u32 = 1u << 20u;
-
 fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let triangle = triangles[id].xyz;
     let corners = corners_of(vertices[triangle.x], vertices[triangle.y], vertices[triangle.z]);
@@ -73,23 +72,30 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let middle = (first + last) / 2;
     let reach = max(max(last.x - middle.x, last.y - middle.y), max(middle.x - first.x, middle.y - first.y));
     let edges = edges_near(corners, (tile_first + middle) << vec2<u32>(raster.fraction_bits), f32(reach), raster);
-    var rect = select(0xfffffu, bits_of_rect(first, last), all(first <= last));
-    if (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster) {
-        rect = 0xfffffu;
-    }
-    let about_middle = (u32(middle.x) << 24u) | (u32(middle.y) << 28u);
-    let flags = rect | select(0u, FLAG_ORIENTED, edges.is_oriented) | about_middle;
-    record_a[slot] = vec4<f32>(edges.a, edges.edge_error);
-    record_b[slot] = vec4<f32>(edges.b, edges.key_error);
-    record_c[slot] = edges.c;
-    record_d[slot] = edges.key;
+    let shows_nothing = (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster);
+    record_pixels[slot] = select(0u, bits_of_rect(first, last), all(first <= last) && !shows_nothing);
+    // From the middle to the tile's first pixel.
+    let shift = -vec2<f32>(middle);
+    let edge_error = edges.edge_error + shift_error(edges.a, edges.b, edges.c);
+    record_a[slot] = vec4<f32>(edges.a, select(-edge_error, edge_error, edges.is_oriented));
+    record_b[slot] = vec4<f32>(edges.b, edges.key_error
+        + shift_error(vec3<f32>(edges.key.x), vec3<f32>(edges.key.y), vec3<f32>(edges.key.z)));
+    record_c[slot] = edges.c + edges.a * shift.x + edges.b * shift.y;
+    record_d[slot] = vec3<f32>(edges.key.xy, edges.key.z + edges.key.x * shift.x + edges.key.y * shift.y);
     record_id[slot] = id;
-    record_flags[slot] = flags;
 }
 
-// Five bits each: first column and row, last column and row.
+// What a·x + b·y + c loses where it is moved, and asked about, by less than a tile: four roundings of these terms, then three
+// of terms up to twice as large.
+fn shift_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> f32 {
+    let terms = f32(10u * TRACING_TILE) * (abs(a) + abs(b)) + 7.0 * abs(c);
+    return U * max(max(terms.x, terms.y), terms.z);
+}
+
+// A bit for each column, then for each row.
 fn bits_of_rect(first: vec2<i32>, last: vec2<i32>) -> u32 {
-    return u32(first.x) | (u32(first.y) << 5u) | (u32(last.x) << 10u) | (u32(last.y) << 15u);
+    let bits = (vec2<u32>(2u) << vec2<u32>(last)) - (vec2<u32>(1u) << vec2<u32>(first));
+    return bits.x | (bits.y << 16u);
 }
 
 fn push_node(best: ptr<function, Best>, id: u32, key: f32) {
@@ -151,19 +157,13 @@ fn leave_undecided(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: boo
     }
 }
 
-// Whether a pixel may be on a triangle.
-fn may_hit(slot: u32, pixel: vec2<i32>) -> bool {
-    let flags = record_flags[slot];
-    let rect = vec4<i32>((vec4<u32>(flags) >> vec4<u32>(0u, 5u, 10u, 15u)) & vec4<u32>(31u));
-    let edge = edges_at(slot, offset_in_record(flags, pixel));
+// Whether a pixel, `p` from its tile's first one, may be on a triangle.
+fn may_hit(slot: u32, bits: u32, p: vec2<f32>) -> bool {
+    let edge = edges_at(slot, p);
     let error = record_a[slot].w;
-    let is_beside = min(min(edge.x, edge.y), edge.z) < -error
-        && ((flags & FLAG_ORIENTED) != 0u || max(max(edge.x, edge.y), edge.z) > error);
-    return all(pixel >= rect.xy) && all(pixel <= rect.zw) && !is_beside;
-}
-
-fn offset_in_record(flags: u32, pixel: vec2<i32>) -> vec2<f32> {
-    return vec2<f32>(pixel - vec2<i32>((vec2<u32>(flags) >> vec2<u32>(24u, 28u)) & vec2<u32>(15u)));
+    let is_beside = min(min(edge.x, edge.y), edge.z) < -abs(error)
+        && (error > 0.0 || max(max(edge.x, edge.y), edge.z) > abs(error));
+    return (record_pixels[slot] & bits) == bits && !is_beside;
 }
 
 fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
@@ -172,20 +172,21 @@ fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
 
 // Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
 // runs only where some pixel of a few has a hit.
-fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, pixel: vec2<i32>) {
+fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, pixel: vec2<u32>) {
+    let p = vec2<f32>(pixel);
+    let bits = (1u << pixel.x) | (0x10000u << pixel.y);
     for (var start = 0u; start < count; start += 32u) {
         var candidates = 0u;
         for (var i = 0u; i < min(count - start, 32u); i++) {
-            candidates |= u32(may_hit(first + start + i, pixel)) << i;
+            candidates |= u32(may_hit(first + start + i, bits, p)) << i;
         }
         while candidates != 0u {
             let slot = first + start + firstTrailingBit(candidates);
             candidates &= candidates - 1u;
             let d = record_d[slot];
-            let flags = record_flags[slot];
-            let p = offset_in_record(flags, pixel);
             let edge = edges_at(slot, p);
-            var is_hit = (flags & FLAG_ORIENTED) != 0u && min(min(edge.x, edge.y), edge.z) > record_a[slot].w;
+            let edge_error = record_a[slot].w;
+            var is_hit = edge_error > 0.0 && min(min(edge.x, edge.y), edge.z) > edge_error;
             let key = d.x * p.x + d.y * p.y + d.z;
             let id = record_id[slot];
             // Loops of one turn at most: software adapters skip them where no pixel needs them.
@@ -193,7 +194,7 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
             var is_cut = false;
             while is_masked {
                 let point = rough_point(
-                    triangles[id].xyz, edge, record_a[slot].w, space.raster.is_orthographic == 1u);
+                    triangles[id].xyz, edge, edge_error, space.raster.is_orthographic == 1u);
                 let answer = mask_filter(triangles[id], point, false);
                 is_cut = answer == MASK_CUT;
                 is_hit = answer == MASK_THERE;
@@ -300,7 +301,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         let next = own_list.x + batch + share;
         if is_inside && own_list.x + batch < own_list.y {
             let count = min(own_list.y - own_list.x - batch, share);
-            test_batch(&best, front, own * share, count, vec2<i32>(local - sub * side));
+            test_batch(&best, front, own * share, count, local - sub * side);
             let is_settled = next >= own_list.y
                 || (best.triangle != NONE && best.key - best.error > bound_of_rest(own_list.z, next, &slice));
             if !is_settled {

@@ -112,15 +112,20 @@ fn wide_subtract(a: Wide, b: Wide) -> Wide {
 }
 
 fn wide_multiply(a: Wide, b: Wide) -> Wide {
+    let product = wide_product(a, b);
+    let is_low = product.bits.y < F64_SIGN;
+    let bits = select(product.bits, bits_add(product.bits, product.bits), is_low);
+    return Wide(bits, product.exponent - i32(is_low), product.sign);
+}
+
+// A product whose highest bit may be the second one, for sums.
+fn wide_product(a: Wide, b: Wide) -> Wide {
     // Of four products of words the lowest is left out, and of two more their lower words.
     let cross = bits_product(a.bits.y, b.bits.x).y;
     let other = bits_product(a.bits.x, b.bits.y).y;
     let high = bits_product(a.bits.y, b.bits.y);
-    let product = bits_add(bits_add(high, vec2<u32>(cross, 0u)), vec2<u32>(other, 0u));
-    let is_low = product.y < F64_SIGN;
-    let bits = select(product, bits_add(product, product), is_low);
-    let exponent = a.exponent + b.exponent + 64 - i32(is_low);
-    return Wide(bits, select(exponent, WIDE_NOTHING, product.y == 0u), a.sign ^ b.sign);
+    let bits = bits_add(bits_add(high, vec2<u32>(cross, 0u)), vec2<u32>(other, 0u));
+    return Wide(bits, select(a.exponent + b.exponent + 64, WIDE_NOTHING, bits.y == 0u), a.sign ^ b.sign);
 }
 
 // Of a number that isn't zero.
@@ -144,15 +149,27 @@ fn wide_vector_along(origin: WideVector, direction: WideVector, distance: Wide) 
     );
 }
 
+// Brought into form once: wrong by 2⁻⁵⁷ of the largest term.
 fn wide_dot(a: WideVector, b: WideVector) -> Wide {
-    return wide_add(wide_add(wide_multiply(a.x, b.x), wide_multiply(a.y, b.y)), wide_multiply(a.z, b.z));
+    let x = wide_product(a.x, b.x);
+    let y = wide_product(a.y, b.y);
+    let z = wide_product(a.z, b.z);
+    let exponent = max(max(x.exponent, y.exponent), z.exponent);
+    let sum = bits_add(bits_add(wide_term(x, exponent), wide_term(y, exponent)), wide_term(z, exponent));
+    let sign = sum.y & F64_SIGN;
+    return wide_from_bits(bits_negate_if(sign != 0u, sum), exponent + 3, sign);
+}
+
+// An eighth of a number's bits at a larger exponent, in two's complement: the sum of three has room, and a sign.
+fn wide_term(a: Wide, exponent: i32) -> vec2<u32> {
+    return bits_negate_if(a.sign != 0u, bits_shift_right(a.bits, u32(exponent - a.exponent) + 3u));
 }
 
 fn wide_cross(a: WideVector, b: WideVector) -> WideVector {
     return WideVector(
-        wide_subtract(wide_multiply(a.y, b.z), wide_multiply(b.y, a.z)),
-        wide_subtract(wide_multiply(a.z, b.x), wide_multiply(b.z, a.x)),
-        wide_subtract(wide_multiply(a.x, b.y), wide_multiply(b.x, a.y)),
+        wide_subtract(wide_product(a.y, b.z), wide_product(b.y, a.z)),
+        wide_subtract(wide_product(a.z, b.x), wide_product(b.z, a.x)),
+        wide_subtract(wide_product(a.x, b.y), wide_product(b.x, a.y)),
     );
 }
 

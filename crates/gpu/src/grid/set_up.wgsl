@@ -282,9 +282,13 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     let of_ab = cross(a, b);
     // The determinant is the depth times the sum of the edge functions, wherever the triangle is met.
     let volume = dot(a, of_bc);
-    let volume_error = 1.25 * (2.0 * from_middle * slope_error + depth * constant_error
-        + 3.0 * aside_error * 2.0 * from_middle * depth + 2.0 * depth_error * from_middle * from_middle
-        + 24.0 * U * from_middle * from_middle * depth);
+    // What corners may be wrong by moves it by the cross products: of these two or three, times each other, for more than one.
+    // A component of a cross product has four roundings of two products of an aside and a depth, or of two asides.
+    let crosses = abs(of_bc) + abs(of_ca) + abs(of_ab);
+    let of_corners = aside_error * (crosses.x + crosses.y) + depth_error * crosses.z
+        + 24.0 * U * from_middle * (2.0 * aside_error * depth + depth_error * from_middle)
+        + 6.0 * aside_error * (aside_error * (depth + depth_error) + 2.0 * depth_error * from_middle);
+    let volume_error = 1.25 * (of_corners + 24.0 * U * from_middle * from_middle * depth + 4.0 * U * dot(abs(a), abs(of_bc)));
     if !is_finite(edge_error) {
         return undecided_edges();
     }

@@ -6,7 +6,7 @@ import package::grid::space::{Raster, Space, power_of_two};
 import package::light::cells::{BINS, BIN_FRACTION_BITS};
 import package::light::choices::{axes_along, from_bounds, write_faces, write_projection};
 import package::light::light::{Light};
-import package::light::points::{BOUNDS_LOW};
+import package::light::points::{BOUNDS_LOW, POINT_ERROR};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> bounds: array<u32>;
@@ -141,7 +141,8 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     raster.slices = light.slices;
     raster.first_cell = number * side * side * light.slices;
     raster.is_orthographic = light.is_directional;
-    raster.position_error = 2u;
+    // As `map` allows, and a rounding.
+    raster.position_error = 6u;
     // Rows go up here; axes are right-handed, as a camera's are with rows that go down.
     raster.is_mirrored = u32(dot(cross(face.right, face.up), face.forward) < 0.0);
 
@@ -156,10 +157,10 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     // As for cameras; half a unit at most, since faces are at least 2⁻¹⁹ wide and `row_reach` is below 2⁴⁸.
     raster.depth_bits = u32(clamp(48.0 - ceil(log2(raster.row_reach)), 0.0, 12.0));
     if light.is_directional == 1u {
-        // Points are wrong by 2⁻⁴⁶ of what they were found from, and depths by 2⁻⁴⁹ of what fixed-point positions reach.
+        // Depths are wrong by 2⁻⁴⁹ of what fixed-point positions reach besides.
         let found_from = abs(origin) + light.reach;
         let aside = face.high - face.low;
-        raster.depth_error = 5.684342e-14 * (found_from.x + found_from.y + found_from.z + aside.x + aside.y);
+        raster.depth_error = 4.0 * POINT_ERROR * (found_from.x + found_from.y + found_from.z + aside.x + aside.y);
     }
     spaces[number].raster = raster;
     write_projection(number, array<f32, 14>(

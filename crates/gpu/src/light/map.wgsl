@@ -14,7 +14,7 @@ import package::grid::space::{Space};
 import package::light::cells::{spread_base};
 import package::light::depths::{note_key, write_keys};
 import package::light::light::{Light};
-import package::light::points::{POINT_NONE};
+import package::light::points::{POINT_ERROR, POINT_NONE};
 import package::light::undecided::{compare_with_all};
 
 @group(0) @binding(0) var<uniform> light: Light;
@@ -61,14 +61,17 @@ fn map_point(slot: u32) -> u32 {
         face = cube_face_of(offset);
     }
     let raster = spaces[face].raster;
-    var x = wide_add(wide_dot(wide_projection_vector(face, 3u), offset), wide_projection_term(face, 12u));
-    var y = wide_add(wide_dot(wide_projection_vector(face, 6u), offset), wide_projection_term(face, 13u));
+    var x = wide_dot(wide_projection_vector(face, 3u), offset);
+    var y = wide_dot(wide_projection_vector(face, 6u), offset);
     let depth = wide_dot(wide_projection_vector(face, 9u), offset);
     var key = wide_to_f32_bits(wide_negate(depth));
-    // Points are wrong by 2⁻⁴⁶ of what they were found from: below a unit where this is.
+    // In units: below what `choose` expects where this is below 4.
     let reach = light.reach + bitcast<f32>(wide_to_f32_bits(wide_largest_magnitude(point)));
-    var error = 4.0 * 1.4210855e-14 * reach * raster.row_reach;
-    if light.is_directional == 0u {
+    var error = 4.0 * POINT_ERROR * reach * raster.row_reach;
+    if light.is_directional == 1u {
+        x = wide_add(x, wide_projection_term(face, 12u));
+        y = wide_add(y, wide_projection_term(face, 13u));
+    } else {
         let inverse = wide_reciprocal(depth);
         x = wide_multiply(x, inverse);
         y = wide_multiply(y, inverse);
@@ -79,7 +82,7 @@ fn map_point(slot: u32) -> u32 {
     let column_and_row = fixed_point >> vec2<u32>(raster.fraction_bits);
     let is_inside = fits_fixed(x) && fits_fixed(y) && all(column_and_row >= vec2<i32>(0))
         && column_and_row.x < raster.columns && column_and_row.y < raster.rows;
-    if !is_inside || !(error < 1.0) || (key & 0x7f800000u) == 0x7f800000u {
+    if !is_inside || !(error < 4.0) || (key & 0x7f800000u) == 0x7f800000u {
         compare_with_all(slot);
         return POINT_NONE;
     }

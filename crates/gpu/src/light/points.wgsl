@@ -2,6 +2,8 @@
 
 // No point: the pixel shows nothing.
 const POINT_NONE: u32 = 0xffffffffu;
+// 2⁻⁴²: how much points may be wrong by, as part of the distance that they were found from.
+const POINT_ERROR: f32 = 2.2737368e-13;
 // The bounds of all points: complements of their lowest coordinates (3), their highest (3), in order.
 const BOUNDS_LOW: u32 = 0u;
 

@@ -1,6 +1,6 @@
 // Stage `survey`: where the points are that pixels show, once for all lights.
 //
-// Points are wrong by at most 2⁻⁴⁶ of their distance from the ray's origin.
+// Points are wrong by at most `POINT_ERROR` of their distance from the ray's origin, and by the rounding of F64.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::camera::{exact_across, exact_ray_beside};
@@ -94,12 +94,16 @@ fn point_on(id: u32, ray: ExactRay) -> F64Vector {
     let ac = wide_vector_subtract(wide_corner(bits.c), a);
     let normal = wide_cross(ab, ac);
     let slope = wide_dot(normal, direction);
-    // What cancels in the normal and the slope. Either is wrong by less than 2⁻⁵⁷ of it, and so is what the slope divides,
-    // in relation to the distance: with a slope above 2⁻⁹ of it points are wrong by less than 2⁻⁴⁶ of that.
-    let cancels = wide_largest_magnitude(ab).exponent + wide_largest_magnitude(ac).exponent
-        + wide_largest_magnitude(direction).exponent + 3 * 64;
-    if !wide_is_zero(slope) && slope.exponent + 63 + 9 > cancels {
-        let t = wide_multiply(wide_dot(normal, wide_vector_subtract(a, origin)), wide_reciprocal(slope));
+    let to_plane = wide_vector_subtract(a, origin);
+    let t = wide_multiply(wide_dot(normal, to_plane), wide_reciprocal(slope));
+    // The slope is wrong by less than 2⁻⁵⁵ of the product of the largest sides and direction, and what it divides by as much of
+    // that with the largest offset: so are points, as a part of their distance, times what the slope has lost of the first
+    // product and the distance of the second offset, in powers of two.
+    let of_direction = wide_largest_magnitude(direction).exponent;
+    let lost = wide_largest_magnitude(ab).exponent + wide_largest_magnitude(ac).exponent + of_direction
+        + (3 * 64 - 63) - slope.exponent;
+    let farther = wide_largest_magnitude(to_plane).exponent + (64 - 2 * 63) - t.exponent - of_direction;
+    if !wide_is_zero(slope) && lost + max(farther, 0) <= 12 {
         let point = wide_vector_along(origin, direction, t);
         return F64Vector(wide_to_f64(point.x), wide_to_f64(point.y), wide_to_f64(point.z));
     }

@@ -2,7 +2,7 @@
 //
 // Its space has rows for right, up and forward of length one, and `row_reach` is a power of two that makes the farthest
 // point's largest coordinate about one: offsets from the light are multiplied by it. `depth_error` is by how much
-// coordinates of points may be wrong, besides 2⁻⁴⁴ of the largest and their rounding.
+// coordinates of points may be wrong, besides 2⁻⁴⁰ of the largest and their rounding.
 
 import package::exact::double::{f64_from_f32_bits, f64_to_f32_bits};
 import package::exact::vector::{F64Vector, f64_dot, f64_vector_scale, f64_vector_subtract};

@@ -4,15 +4,12 @@ import package::grid::header::{HEADER_ANGLES_DIVIDED};
 import package::grid::space::{Raster, Space, power_of_two};
 import package::light::choices::{axes_along, from_bounds, write_faces, write_projection};
 import package::light::light::{Light};
-import package::light::points::{BOUNDS_LOW};
+import package::light::points::{BOUNDS_LOW, POINT_ERROR};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> bounds: array<u32>;
 @group(0) @binding(2) var<storage, read_write> spaces: array<Space>;
 @group(0) @binding(3) var<storage, read_write> header: array<u32>;
-
-// 2⁻⁴⁴: points are wrong by 2⁻⁴⁶ of what they were found from.
-const POINT_ERROR: f32 = 5.684342e-14;
 
 @compute @workgroup_size(1)
 fn choose() {
@@ -47,7 +44,7 @@ fn choose() {
     raster.slices = light.slices;
     raster.row_reach = scale;
     let largest = max(max(abs(light.vector.x), abs(light.vector.y)), abs(light.vector.z));
-    raster.depth_error = POINT_ERROR * (light.reach * scale + largest * scale);
+    raster.depth_error = 4.0 * POINT_ERROR * (light.reach * scale + largest * scale);
     spaces[0].raster = raster;
     write_projection(0u, array<f32, 14>(
         light.vector.x, light.vector.y, light.vector.z,

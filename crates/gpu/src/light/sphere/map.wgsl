@@ -9,7 +9,7 @@ import package::grid::space::{Space};
 import package::light::cells::{BIN_FRACTION_BITS, spread_base};
 import package::light::depths::{note_key, write_keys};
 import package::light::light::{Light};
-import package::light::points::{POINT_NONE};
+import package::light::points::{POINT_ERROR, POINT_NONE};
 import package::light::sphere::angles::{along_axes, angle_of, f32_bits_of, scaled_offset};
 import package::light::sphere::arcs::{bin_of, ordered_angle, seen_angles};
 import package::light::sphere::largest::{largest_bits};
@@ -72,7 +72,7 @@ fn angles_and_key(slot: u32) -> vec4<u32> {
     let is_known = largest > NEAREST_BITS && largest < FARTHEST_BITS && bitcast<u32>(depth_error) < LARGEST_ERROR_BITS;
     let parts = along_axes(offset);
     // Along an axis of length one a coordinate's error is up to √3 of itself; F64 loses 2⁻⁴⁹ of the largest coordinate.
-    let error = depth_error + 6e-14 * reach;
+    let error = depth_error + 4.1 * POINT_ERROR * reach;
     let sums = vec2<f32>(abs(parts.x), abs(parts.y)) + abs(parts.z);
     // An angle moves by at most twice what parts do, over the sum of the two that it is of.
     let of_angles = 3.6 * error;

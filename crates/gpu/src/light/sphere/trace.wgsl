@@ -21,6 +21,7 @@ import package::grid::set_up::{U};
 import package::grid::space::{Space};
 import package::light::batches::{BATCH, trace_block};
 import package::light::light::{Light};
+import package::light::points::{POINT_ERROR};
 import package::light::sphere::largest::{largest_bits};
 import package::light::undecided::{write_settle_groups};
 import package::mask::filter::{RoughPoint};
@@ -43,8 +44,8 @@ const LARGEST_BITS: u32 = 0x53800000u;
 const SMALLEST_SIDE_BITS: u32 = 0x27800000u;
 // More than what products with points lose so.
 const UNDERFLOW: f32 = 1e-36;
-// 2⁻⁴⁴, as in `angles`, and a point's own rounding.
-const POINT_ROUNDING: f32 = 1.01 * U + 5.684342e-14;
+// As in `angles`, and a point's own rounding.
+const POINT_ROUNDING: f32 = 1.01 * U + 4.0 * POINT_ERROR;
 const UNKNOWN_SIGN: f32 = -1.0;
 const NEVER: f32 = 3.0e38;
 

@@ -3,7 +3,7 @@
 use super::{Random, common, kernel, map};
 
 /// What the kernel writes for each pair.
-const RESULT_WORDS: usize = 26;
+const RESULT_WORDS: usize = 34;
 
 #[test]
 fn wide_numbers_are_as_exact_as_they_say() {
@@ -71,6 +71,15 @@ fn check(a: f64, b: f64, words: &[u32]) {
         let off = f64::from(words[24] as i32) - a;
         assert!(off.abs() <= 0.5, "{a:e} as a fixed-point number: {}", words[24] as i32);
     }
+    // ab + ba + 1, and b² − a.
+    let [rounded, lost] = [product, a.mul_add(b, -product)];
+    let sum = two_sum(2.0 * rounded, 1.0);
+    let error = product.abs().max(1.0) * 2.0_f64.powi(-57) + lost.abs() * 2.0_f64.powi(-51);
+    near("dot product", wide(26), [sum[0], sum[1] + 2.0 * lost], error);
+    let square = b * b;
+    let difference = two_sum(square, -a);
+    let error = square.max(a.abs()) * 2.0_f64.powi(-59);
+    near("cross product", wide(30), [difference[0], difference[1] + b.mul_add(b, -square)], error);
     assert_eq!(words[25] == 1, a.abs() < b.abs(), "{a:e} and {b:e} compared");
 }
 

@@ -1,13 +1,13 @@
 // Every operation on wide numbers, on each pair of numbers.
 
 import package::exact::wide::{
-    Wide, wide_add, wide_from_f32_bits, wide_from_f64, wide_magnitude_less, wide_multiply, wide_reciprocal, wide_subtract,
+    WIDE_ONE, Wide, WideVector, wide_add, wide_cross, wide_dot, wide_from_f32_bits, wide_from_f64, wide_magnitude_less, wide_multiply, wide_reciprocal, wide_subtract,
     wide_to_f32_bits, wide_to_f64,
 };
 import package::grid::fixed::{fits_fixed, fixed};
 
 const CASE_WORDS = 4u;
-const ANSWER_WORDS = 26u;
+const ANSWER_WORDS = 34u;
 
 fn answer_wide(word: u32, number: Wide) {
     outputs[word] = number.bits.x;
@@ -35,4 +35,7 @@ fn operations(at: Invocation) {
     outputs[answer + 23u] = u32(fits_fixed(a));
     outputs[answer + 24u] = bitcast<u32>(fixed(a));
     outputs[answer + 25u] = u32(wide_magnitude_less(a, b));
+    let first = WideVector(a, b, WIDE_ONE);
+    answer_wide(answer + 26u, wide_dot(first, WideVector(b, a, WIDE_ONE)));
+    answer_wide(answer + 30u, wide_cross(first, WideVector(WIDE_ONE, a, b)).x);
 }
