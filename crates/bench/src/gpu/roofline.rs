@@ -34,6 +34,7 @@ pub(crate) struct RooflineFlags {
 
 /// What a GPU can do at most, by its maker's figures.
 struct Machine {
+    /// The title of its column, in microseconds.
     name: &'static str,
     /// Multiprocessors times their clock, per second.
     clocks: f64,
@@ -45,21 +46,24 @@ struct Machine {
     bandwidth: f64,
 }
 
-/// NVIDIA's figures for H200 (SXM): 132 multiprocessors at 1.98 GHz, 128 lanes for f32 and 64 for integers, 32 for loads.
+/// NVIDIA's H200 (SXM): 132 multiprocessors at 1.98 GHz, 128 lanes for f32 and 64 for integers, 32 for loads and stores.
 const H200: Machine = Machine {
-    name: "H200",
+    name: "h200_us",
     clocks: 132.0 * 1.98e9,
     arithmetic: [128.0, 64.0, 128.0],
     accesses: 32.0,
     bandwidth: 4.8e12,
 };
-/// A small one: AMD's RDNA 2 with 8 compute units at 1.6 GHz, as in a Steam Deck, with 88 GB/s.
+/// A small one: AMD's RDNA 2 with eight compute units at 1.6 GHz and 88 GB/s, as a Steam Deck has it.
 const SMALL: Machine =
-    Machine { name: "8 CUs", clocks: 8.0 * 1.6e9, arithmetic: [64.0, 64.0, 64.0], accesses: 16.0, bandwidth: 88e9 };
+    Machine { name: "rdna2_8_us", clocks: 8.0 * 1.6e9, arithmetic: [64.0, 64.0, 64.0], accesses: 16.0, bandwidth: 88e9 };
+
+/// What a kernel waits for at least, by what bounds it.
+const BOUNDS: [&str; 3] = ["arithmetic", "accesses", "bytes"];
 
 impl Machine {
-    /// The least milliseconds that a kernel takes: of its arithmetic, its loads and stores, and its bytes.
-    fn bounds(&self, of: &KernelOperations) -> [f64; 3] {
+    /// The least microseconds that a kernel takes, and which of [`BOUNDS`] that is.
+    fn least(&self, of: &KernelOperations) -> (f64, &'static str) {
         // Invocations wait for the busiest of those that go together.
         let waiting = of.lockstep as f64 / (of.floats + of.integers).max(1) as f64;
         let [floats, integers, both] = self.arithmetic;
@@ -67,32 +71,84 @@ impl Machine {
         let arithmetic = (of.floats as f64 / floats)
             .max(of.integers as f64 / integers)
             .max((of.floats + of.integers + accesses) as f64 / both);
-        [
-            1e3 * waiting * arithmetic / self.clocks,
-            1e3 * accesses as f64 / self.accesses / self.clocks,
-            1e3 * (of.bytes_read + of.bytes_written) as f64 / self.bandwidth,
-        ]
+        let seconds = [
+            waiting * arithmetic / self.clocks,
+            accesses as f64 / self.accesses / self.clocks,
+            (of.bytes_read + of.bytes_written) as f64 / self.bandwidth,
+        ];
+        let all = seconds.map(|seconds| 1e6 * seconds).into_iter().zip(BOUNDS);
+        all.max_by(|(first, _), (second, _)| first.total_cmp(second)).expect("three of them")
     }
 }
+
+/// Kernels with a smaller share of a frame are summed up in its last row only.
+const SMALLEST_SHARE: f64 = 0.01;
+
+const NOTES: [&str; 3] = [
+    "f32 to written: of each invocation; loads, stores and bytes as often as they are asked for, from caches too.",
+    "in_use: the part of 32 invocations' arithmetic that isn't spent waiting for the busiest of them.",
+    "Least microseconds by the makers' figures for arithmetic, loads and stores, or bytes, whichever takes the longest.",
+];
 
 pub(crate) fn run(flags: &RooflineFlags) -> Result<()> {
     let [width, height] = flags.size;
     let lights = if flags.all_lights { "all lights" } else { "the first light" };
     let title =
-        format!("{width}x{height}, samples {}, {lights}: what kernels do, and the least that it takes", flags.samples);
+        format!("{width}x{height}, samples {}, {lights}: what kernels do, counted while they run", flags.samples);
     let mut table = Table::start(flags.form, &title)?;
     for address in shot::or_gallery(&flags.scenes) {
         let kernels = flags.count(&address).with_context(|| format!("scene {address}"))?;
-        let mut sums = [0.0; 2];
-        for kernel in &kernels {
-            for (sum, machine) in sums.iter_mut().zip([H200, SMALL]) {
-                *sum += machine.bounds(kernel).into_iter().fold(0.0, f64::max);
-            }
-            table.push(row_of(&address, kernel))?;
-        }
-        table.note(&format!("{address}: {:.3} ms on {}, {:.1} ms on {}", sums[0], H200.name, sums[1], SMALL.name))?;
+        let frame: f64 = kernels.iter().map(|kernel| H200.least(kernel).0).sum();
+        let mut rows: Vec<_> = kernels.iter().map(|kernel| (H200.least(kernel).0, kernel)).collect();
+        rows.retain(|(least, _)| *least >= SMALLEST_SHARE * frame);
+        rows.sort_by(|(first, _), (second, _)| second.total_cmp(first));
+        rows.into_iter().try_for_each(|(_, kernel)| table.push(of_kernel(&address, kernel)))?;
+        table.push(of_frame(&address, &kernels))?;
     }
-    Ok(table.finish(&[])?)
+    Ok(table.finish(&NOTES)?)
+}
+
+fn of_kernel(address: &str, of: &KernelOperations) -> Row {
+    let each = |count: u64| Cell::Number(count as f64 / of.invocations as f64, 1);
+    let (least, bound) = H200.least(of);
+    row![
+        ("kernel", of.kernel.as_str()),
+        ("scene", address),
+        ("runs", of.dispatches),
+        ("invocations", of.invocations),
+        ("f32", each(of.floats)),
+        ("integer", each(of.integers)),
+        ("accesses", each(of.accesses)),
+        ("shared", each(of.shared)),
+        ("read", each(of.bytes_read)),
+        ("written", each(of.bytes_written)),
+        ("in_use", (of.floats + of.integers) as f64 / of.lockstep.max(1) as f64),
+        (H200.name, Cell::Number(least, 1)),
+        ("bound_by", bound),
+        (SMALL.name, Cell::Number(SMALL.least(of).0, 0)),
+    ]
+}
+
+/// The sums of all kernels.
+fn of_frame(address: &str, kernels: &[KernelOperations]) -> Row {
+    let sum = |machine: &Machine| kernels.iter().map(|kernel| machine.least(kernel).0).sum();
+    let nothing = || Cell::Nothing;
+    row![
+        ("kernel", "whole frame"),
+        ("scene", address),
+        ("runs", kernels.iter().map(|kernel| kernel.dispatches).sum::<u64>()),
+        ("invocations", kernels.iter().map(|kernel| kernel.invocations).sum::<u64>()),
+        ("f32", nothing()),
+        ("integer", nothing()),
+        ("accesses", nothing()),
+        ("shared", nothing()),
+        ("read", nothing()),
+        ("written", nothing()),
+        ("in_use", nothing()),
+        (H200.name, Cell::Number(sum(&H200), 1)),
+        ("bound_by", nothing()),
+        (SMALL.name, Cell::Number(sum(&SMALL), 0)),
+    ]
 }
 
 impl RooflineFlags {
@@ -117,27 +173,4 @@ impl RooflineFlags {
         renderer.render(&scene, seconds, &settings)?;
         Ok(gpu.take_operations()?)
     }
-}
-
-fn row_of(address: &str, of: &KernelOperations) -> Row {
-    let each = |count: u64| Cell::Number(count as f64 / of.invocations as f64, 1);
-    let [arithmetic, accesses, bytes] = H200.bounds(of);
-    let small = SMALL.bounds(of).into_iter().fold(0.0, f64::max);
-    row![
-        ("kernel", of.kernel.as_str()),
-        ("scene", address),
-        ("runs", of.dispatches),
-        ("invocations", of.invocations),
-        ("f32", each(of.floats)),
-        ("integer", each(of.integers)),
-        ("accesses", each(of.accesses)),
-        ("shared", each(of.shared)),
-        ("read", each(of.bytes_read)),
-        ("written", each(of.bytes_written)),
-        ("in_use", Cell::Number((of.floats + of.integers) as f64 / of.lockstep.max(1) as f64, 2)),
-        ("us_arithmetic", Cell::Number(1e3 * arithmetic, 1)),
-        ("us_accesses", Cell::Number(1e3 * accesses, 1)),
-        ("us_bytes", Cell::Number(1e3 * bytes, 1)),
-        ("us_small", Cell::Number(1e3 * small, 0)),
-    ]
 }

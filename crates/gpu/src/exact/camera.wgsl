@@ -24,7 +24,9 @@ fn exact_pixel_ray(view: ExactView, column: u32, row: u32, x_offset: F64, y_offs
 
 // The ray through a point: `x_pixels` from 0 at the left edge, `y_pixels` from 0 at the upper edge.
 fn exact_ray(view: ExactView, x_pixels: F64, y_pixels: F64) -> ExactRay {
-    return exact_ray_beside(view, exact_across(view, x_pixels, false), exact_across(view, y_pixels, true));
+    let axis = ExactRay(f64_vector_from_f32_bits(view.position), f64_vector_from_f32_bits(view.forward));
+    let across = f64_vector_add(exact_across(view, x_pixels, false), exact_across(view, y_pixels, true));
+    return exact_ray_beside(axis, across, view.is_orthographic != 0u);
 }
 
 // How far aside a column of points is, or a row of them.
@@ -36,13 +38,10 @@ fn exact_across(view: ExactView, pixels: F64, is_row: bool) -> F64Vector {
     return f64_vector_scale(f64_vector_from_f32_bits(select(view.right, view.up, is_row)), part);
 }
 
-// The ray of a column and a row.
-fn exact_ray_beside(view: ExactView, column: F64Vector, row: F64Vector) -> ExactRay {
-    let across = f64_vector_add(column, row);
-    let position = f64_vector_from_f32_bits(view.position);
-    let forward = f64_vector_from_f32_bits(view.forward);
-    if view.is_orthographic != 0u {
-        return ExactRay(f64_vector_add(position, across), forward);
+// The ray so far beside a camera's axis.
+fn exact_ray_beside(axis: ExactRay, across: F64Vector, is_orthographic: bool) -> ExactRay {
+    if is_orthographic {
+        return ExactRay(f64_vector_add(axis.origin, across), axis.direction);
     }
-    return ExactRay(position, f64_vector_add(forward, across));
+    return ExactRay(axis.origin, f64_vector_add(axis.direction, across));
 }

@@ -8,7 +8,7 @@ import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, f64_add, f64_from_u32, f64_to_f32_bits};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactRay, exact_edges, exact_t};
-import package::exact::vector::{F64Vector, f64_vector_add, f64_vector_scale};
+import package::exact::vector::{F64Vector, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale};
 import package::exact::wide::{
     WideVector, wide_cross, wide_dot, wide_from_f32_bits, wide_from_f64, wide_is_zero, wide_largest_magnitude, wide_multiply,
     wide_reciprocal, wide_to_f64, wide_vector_along, wide_vector_subtract,
@@ -32,8 +32,9 @@ import package::tile_order::{BLOCK_SIDE, TILE_SIDE, pixel_of_slot};
 const SURVEYED: u32 = TILE_SIDE * BLOCK_SIDE;
 
 var<workgroup> bits_of_group: array<atomic<u32>, SURVEYED / 32u>;
-// How far aside its columns are, then its rows.
+// How far aside its columns are, then its rows; and the camera's axis.
 var<workgroup> across_of_group: array<F64Vector, TILE_SIDE + BLOCK_SIDE>;
+var<workgroup> axis_of_group: ExactRay;
 // Complements of the lowest, then the highest coordinates, in order.
 var<workgroup> bounds_of_group: array<atomic<u32>, 6>;
 
@@ -43,6 +44,9 @@ fn survey(at: Invocation) {
     let width = point_view.view.width;
     if at.lane < TILE_SIDE + BLOCK_SIDE {
         across_of_group[at.lane] = across_of(pixel_of_slot(slot - at.lane, width), at.lane);
+    } else if at.lane == SURVEYED - 1u {
+        axis_of_group = ExactRay(
+            f64_vector_from_f32_bits(point_view.view.position), f64_vector_from_f32_bits(point_view.view.forward));
     }
     workgroupBarrier();
     var id = POINT_NONE;
@@ -51,9 +55,9 @@ fn survey(at: Invocation) {
         id = seen[slot];
     }
     if id != POINT_NONE {
-        let column = across_of_group[pixel.x % TILE_SIDE];
-        let row = across_of_group[TILE_SIDE + pixel.y % BLOCK_SIDE];
-        let point = point_on(id, exact_ray_beside(point_view.view, column, row));
+        let across = f64_vector_add(
+            across_of_group[pixel.x % TILE_SIDE], across_of_group[TILE_SIDE + pixel.y % BLOCK_SIDE]);
+        let point = point_on(id, exact_ray_beside(axis_of_group, across, point_view.view.is_orthographic != 0u));
         atomicOr(&bits_of_group[at.lane / 32u], 1u << (at.lane & 31u));
         store(6u * slot, point.x, 0u);
         store(6u * slot + 2u, point.y, 1u);
