@@ -1,6 +1,6 @@
 //! Triangles of every bad shape and in every bad place.
 
-use glam::Vec3;
+use glam::{EulerRot, Quat, Vec3};
 use umbrage_rays::Camera;
 use umbrage_verify::lights::{among_bad_shapes, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, view};
@@ -53,6 +53,27 @@ fn few_triangles() {
                 let name = format!("{name} in {width}×{height}, {:?}", camera.projection);
                 grids.check(&name, &case(&mesh, view(camera, width, height), &lights));
             }
+        }
+    }
+}
+
+/// Long carpets that begin behind the camera, less and less above their floor, level and aslant.
+#[test]
+fn carpets_on_floors() {
+    let Some(mut grids) = grids() else { return };
+    let sheet = |mesh: &mut TestMesh, tilt: Quat, [x, z]: [f32; 2], height: f32| {
+        let at = |x: f32, z: f32| tilt * Vec3::new(x, height - 1.72, z);
+        let [a, b, c, d] = [at(-x, 5.0), at(x, 5.0), at(x, -z), at(-x, -z)];
+        mesh.push([a, b, c]);
+        mesh.push([a, c, d]);
+    };
+    for tilt in [Quat::IDENTITY, Quat::from_euler(EulerRot::XYZ, 0.013, 0.4, -0.02)] {
+        for gap in [6e-3, 3e-5, 3e-6, 3e-7, 0.0] {
+            let mut mesh = TestMesh::default();
+            sheet(&mut mesh, tilt, [9.0, 31.0], 0.0);
+            sheet(&mut mesh, tilt, [1.0, 23.0], gap);
+            let lights = [point(Vec3::new(0.5, 3.0, -6.0)), sun(0.2, -1.0, -0.3)];
+            grids.check(&format!("a gap of {gap}, {tilt}"), &case(&mesh, view(eye(), 97, 71), &lights));
         }
     }
 }
