@@ -55,8 +55,13 @@ const H200: Machine = Machine {
     bandwidth: 4.8e12,
 };
 /// A small one: AMD's RDNA 2 with eight compute units at 1.6 GHz and 88 GB/s, as a Steam Deck has it.
-const SMALL: Machine =
-    Machine { name: "rdna2_8_us", clocks: 8.0 * 1.6e9, arithmetic: [64.0, 64.0, 64.0], accesses: 16.0, bandwidth: 88e9 };
+const SMALL: Machine = Machine {
+    name: "rdna2_8_us",
+    clocks: 8.0 * 1.6e9,
+    arithmetic: [64.0, 64.0, 64.0],
+    accesses: 16.0,
+    bandwidth: 88e9,
+};
 
 /// What a kernel waits for at least, by what bounds it.
 const BOUNDS: [&str; 3] = ["arithmetic", "accesses", "bytes"];

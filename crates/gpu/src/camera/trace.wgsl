@@ -33,7 +33,7 @@ import package::tile_order::{slot_of_pixel};
 
 const RECORDS: u32 = 128u;
 
-// Edges and keys at a tile's first pixel, in a few words; the sign of the edges' error tells whether the winding is certain.
+// Edges and keys in a sorting tile's middle, in a few words; the sign of the edges' error tells whether the winding is certain.
 var<workgroup> record_a: array<vec4<f32>, RECORDS>;
 var<workgroup> record_b: array<vec4<f32>, RECORDS>;
 var<workgroup> record_c: array<vec3<f32>, RECORDS>;
@@ -74,8 +74,8 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let edges = edges_near(corners, (tile_first + middle) << vec2<u32>(raster.fraction_bits), f32(reach), raster);
     let shows_nothing = (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster);
     record_pixels[slot] = select(0u, bits_of_rect(first, last), all(first <= last) && !shows_nothing);
-    // From the middle to the tile's first pixel.
-    let shift = -vec2<f32>(middle);
+    // From its own middle to the tile's.
+    let shift = half_side() - vec2<f32>(middle);
     let edge_error = edges.edge_error + shift_error(edges.a, edges.b, edges.c);
     record_a[slot] = vec4<f32>(edges.a, select(-edge_error, edge_error, edges.is_oriented));
     record_b[slot] = vec4<f32>(edges.b, edges.key_error
@@ -85,11 +85,16 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     record_id[slot] = id;
 }
 
-// What a·x + b·y + c loses where it is moved, and asked about, by less than a tile: four roundings of these terms, then three
-// of terms up to twice as large.
+// What a·x + b·y + c loses where it is moved, and asked about, by half a tile at most: three roundings of these terms, then
+// two of them and two of what was moved, which may be as large again.
 fn shift_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> f32 {
-    let terms = f32(10u * TRACING_TILE) * (abs(a) + abs(b)) + 7.0 * abs(c);
+    let terms = 7.0 * half_side() * (abs(a) + abs(b)) + 3.0 * abs(c);
     return U * max(max(terms.x, terms.y), terms.z);
+}
+
+// Half the pixels a side of a sorting tile.
+fn half_side() -> f32 {
+    return 0.5 * f32(TRACING_TILE / MAPPING);
 }
 
 // A bit for each column, then for each row.
@@ -157,7 +162,7 @@ fn leave_undecided(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: boo
     }
 }
 
-// Whether a pixel, `p` from its tile's first one, may be on a triangle.
+// Whether a pixel, `p` from its tile's middle, may be on a triangle.
 fn may_hit(slot: u32, bits: u32, p: vec2<f32>) -> bool {
     let edge = edges_at(slot, p);
     let error = record_a[slot].w;
@@ -173,7 +178,7 @@ fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
 // Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
 // runs only where some pixel of a few has a hit.
 fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, pixel: vec2<u32>) {
-    let p = vec2<f32>(pixel);
+    let p = vec2<f32>(pixel) - half_side();
     let bits = (1u << pixel.x) | (0x10000u << pixel.y);
     for (var start = 0u; start < count; start += 32u) {
         var candidates = 0u;
