@@ -92,7 +92,7 @@ impl Gpu {
     /// As [`Gpu::open`], a device whose kernels count what they do.
     ///
     /// # Errors
-    /// As [`Gpu::open`], and where kernels can't bind a buffer more than the portable eight.
+    /// As [`Gpu::open`]. Where kernels can't bind one buffer more than the portable eight, the first frame says so.
     pub fn open_counting(name: &str) -> Result<Self, GpuError> {
         let (info, adapter) = platform::choose(name)?;
         let mut descriptor = Self::descriptor(&adapter, DeviceLimits::Adapter)?;
