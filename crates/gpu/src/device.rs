@@ -78,14 +78,22 @@ impl Adapter {
 
 impl Gpu {
     async fn of_adapter(info: Adapter, adapter: &wgpu::Adapter, limits: DeviceLimits) -> Result<Self, GpuError> {
-        let descriptor = Self::descriptor(adapter, limits)?;
-        let opened = adapter.request_device(&descriptor).await;
-        let (device, queue) =
-            opened.map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
         let memory = match limits {
             DeviceLimits::Memory(bytes) => bytes,
             DeviceLimits::Adapter | DeviceLimits::Portable | DeviceLimits::Buffers(_) => u64::MAX,
         };
+        Self::open_as(&Self::descriptor(adapter, limits)?, info, adapter, memory).await
+    }
+
+    pub(crate) async fn open_as(
+        descriptor: &wgpu::DeviceDescriptor<'_>,
+        info: Adapter,
+        adapter: &wgpu::Adapter,
+        memory: u64,
+    ) -> Result<Self, GpuError> {
+        let opened = adapter.request_device(descriptor).await;
+        let (device, queue) =
+            opened.map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
         Ok(Self::new(info, device, queue, memory, false))
     }
 
@@ -144,7 +152,7 @@ impl Gpu {
         if cfg!(debug_assertions) { wgpu::InstanceFlags::DEBUG } else { wgpu::InstanceFlags::empty() }
     }
 
-    pub(crate) fn new(info: Adapter, device: wgpu::Device, queue: wgpu::Queue, memory: u64, is_shared: bool) -> Self {
+    fn new(info: Adapter, device: wgpu::Device, queue: wgpu::Queue, memory: u64, is_shared: bool) -> Self {
         let memory = Memory::with_limit(memory);
         let trouble = Arc::new(Mutex::new(None));
         let of_errors = Arc::clone(&trouble);

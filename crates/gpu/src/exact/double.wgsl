@@ -237,26 +237,39 @@ fn f64_abs(a: F64) -> F64 {
     return F64(a.x, a.y & ~F64_SIGN);
 }
 
-fn f64_add(a: F64, b: F64) -> F64 {
+// Two numbers by their magnitudes.
+struct F64Ordered {
+    large: F64,
+    of_large: F64Parts,
+    of_small: F64Parts,
+    // Whether their signs differ, and their exponents by how much.
+    opposite: bool,
+    distance: u32,
+}
+
+fn f64_ordered(a: F64, b: F64) -> F64Ordered {
     let ordered = bits_less(f64_abs(a), f64_abs(b));
     let large = select(a, b, ordered);
-    let small = select(b, a, ordered);
-    let sign = large.y & F64_SIGN;
-    let opposite = ((large.y ^ small.y) & F64_SIGN) != 0u;
     let of_large = f64_parts(large);
-    let of_small = f64_parts(small);
+    let of_small = f64_parts(select(b, a, ordered));
     let distance = u32(of_large.exponent - of_small.exponent);
+    return F64Ordered(large, of_large, of_small, ((a.y ^ b.y) & F64_SIGN) != 0u, distance);
+}
 
+fn f64_add(a: F64, b: F64) -> F64 {
+    let terms = f64_ordered(a, b);
+    let large = terms.large;
+    let sign = large.y & F64_SIGN;
     // The larger one's highest bit at bit 61, so that a carry ends at bit 62.
-    let aligned = bits_shift_right_sticky(bits_shift_left(of_small.significand, 9u), distance);
-    let sum = bits_add(bits_shift_left(of_large.significand, 9u), bits_negate_if(opposite, aligned));
+    let aligned = bits_shift_right_sticky(bits_shift_left(terms.of_small.significand, 9u), terms.distance);
+    let sum = bits_add(bits_shift_left(terms.of_large.significand, 9u), bits_negate_if(terms.opposite, aligned));
     // At an exponent of 1 it stays where it is: a subnormal number.
-    let shift = min(i32(bits_leading_zeros(sum)) - 1, of_large.exponent);
-    let rounded = f64_rounded(sign, of_large.exponent + 1 - shift, bits_shift_left(sum, u32(shift)));
+    let shift = min(i32(bits_leading_zeros(sum)) - 1, terms.of_large.exponent);
+    let rounded = f64_rounded(sign, terms.of_large.exponent + 1 - shift, bits_shift_left(sum, u32(shift)));
     // Equal magnitudes of opposite signs cancel to +0, or to NaN if they are infinite.
     let is_zero = all(sum == vec2(0u));
-    let number = select(rounded, F64(0u, select(sign, 0u, opposite)), is_zero);
-    let is_nan = f64_is_nan(large) || (is_zero && opposite);
+    let number = select(rounded, F64(0u, select(sign, 0u, terms.opposite)), is_zero);
+    let is_nan = f64_is_nan(large) || (is_zero && terms.opposite);
     return select(number, select(large, F64_NAN, is_nan), !f64_is_finite(large));
 }
 
@@ -272,25 +285,19 @@ fn f64_multiply(a: F64, b: F64) -> F64 {
 // two of the largest number; this doesn't). The loss is NaN where the sum isn't finite.
 fn two_sum(a: F64, b: F64) -> F64Terms {
     let high = f64_add(a, b);
-    let ordered = bits_less(f64_abs(a), f64_abs(b));
-    let large = select(a, b, ordered);
-    let small = select(b, a, ordered);
-    let sign = large.y & F64_SIGN;
-    let opposite = ((large.y ^ small.y) & F64_SIGN) != 0u;
-    let of_large = f64_parts(large);
-    let of_small = f64_parts(small);
-    let distance = u32(of_large.exponent - of_small.exponent);
+    let terms = f64_ordered(a, b);
     // The loss is a multiple of the smaller one's last place, below 2⁵³ of them, so the difference of what was summed and
     // the sum is right in 64 bits although its terms aren't.
     let of_high = f64_parts(high);
-    let rise = of_high.exponent - of_small.exponent;
+    let rise = of_high.exponent - terms.of_small.exponent;
     let summed = bits_add(
-        bits_shift_left(of_large.significand, distance),
-        bits_negate_if(opposite, of_small.significand),
+        bits_shift_left(terms.of_large.significand, terms.distance),
+        bits_negate_if(terms.opposite, terms.of_small.significand),
     );
     let loss = bits_subtract(summed, bits_shift_left(of_high.significand, u32(rise)));
     let is_below = loss.y >= F64_SIGN;
-    let low = f64_from_parts(sign ^ (loss.y & F64_SIGN), of_small.exponent, bits_negate_if(is_below, loss));
+    let sign = (terms.large.y ^ loss.y) & F64_SIGN;
+    let low = f64_from_parts(sign, terms.of_small.exponent, bits_negate_if(is_below, loss));
     // A sum with smaller digits than its terms has cancelled and is exact.
     return F64Terms(high, select(select(low, F64_ZERO, rise < 0), F64_NAN, !f64_is_finite(high)));
 }
@@ -346,7 +353,7 @@ fn two_product(a: F64, b: F64) -> F64Terms {
     let magnitude = bits_shift_right(bits_negate_if(loss.y >= F64_SIGN, loss), 6u);
     // What a subnormal product loses is less than the smallest number.
     let is_exact = f64_is_zero(a) || f64_is_zero(b) || f64_exponent_field(high) == 0u;
-    let low = f64_from_parts(((a.y ^ b.y ^ loss.y) & F64_SIGN), product.exponent - 52, magnitude);
+    let low = f64_from_parts((a.y ^ b.y ^ loss.y) & F64_SIGN, product.exponent - 52, magnitude);
     return F64Terms(high, select(select(low, F64_ZERO, is_exact), F64_NAN, !f64_is_finite(high)));
 }
 

@@ -136,6 +136,11 @@ fn wide_reciprocal(a: Wide) -> Wide {
     return wide_multiply(rough, wide_subtract(WIDE_TWO, wide_multiply(a, rough)));
 }
 
+// From the bits of f32 coordinates.
+fn wide_vector_from_f32_bits(bits: vec3<u32>) -> WideVector {
+    return WideVector(wide_from_f32_bits(bits.x), wide_from_f32_bits(bits.y), wide_from_f32_bits(bits.z));
+}
+
 fn wide_vector_subtract(a: WideVector, b: WideVector) -> WideVector {
     return WideVector(wide_subtract(a.x, b.x), wide_subtract(a.y, b.y), wide_subtract(a.z, b.z));
 }

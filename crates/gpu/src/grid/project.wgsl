@@ -2,8 +2,8 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::wide::{
-    Wide, WideVector, wide_add, wide_dot, wide_from_f32_bits, wide_is_above_zero, wide_largest_magnitude, wide_magnitude_less,
-    wide_multiply, wide_negate, wide_reciprocal, wide_scaled, wide_to_f32_bits, wide_vector_subtract,
+    Wide, wide_add, wide_dot, wide_is_above_zero, wide_largest_magnitude, wide_magnitude_less, wide_multiply, wide_negate,
+    wide_reciprocal, wide_scaled, wide_to_f32_bits, wide_vector_from_f32_bits, wide_vector_subtract,
 };
 import package::grid::fixed::{fits_fixed, fixed};
 import package::grid::header::{HEADER_KEYS};
@@ -64,8 +64,7 @@ fn project_vertex(face: u32, id: u32) -> vec4<u32> {
     if any((bits & vec3<u32>(0x7f800000u)) == vec3<u32>(0x7f800000u)) {
         return vec4<u32>(0u, 0u, 0u, VERTEX_NOWHERE);
     }
-    let position = WideVector(wide_from_f32_bits(bits.x), wide_from_f32_bits(bits.y), wide_from_f32_bits(bits.z));
-    let offset = wide_vector_subtract(position, wide_projection_vector(face, 0u));
+    let offset = wide_vector_subtract(wide_vector_from_f32_bits(bits), wide_projection_vector(face, 0u));
     let x = wide_dot(wide_projection_vector(face, 3u), offset);
     let y = wide_dot(wide_projection_vector(face, 6u), offset);
     let depth = wide_dot(wide_projection_vector(face, 9u), offset);

@@ -10,8 +10,8 @@ import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactRay, exact_edges, exact_t};
 import package::exact::vector::{F64Vector, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale};
 import package::exact::wide::{
-    WideVector, wide_cross, wide_dot, wide_from_f32_bits, wide_from_f64, wide_is_zero, wide_largest_magnitude, wide_multiply,
-    wide_reciprocal, wide_to_f64, wide_vector_along, wide_vector_subtract,
+    WideVector, wide_cross, wide_dot, wide_from_f64, wide_is_zero, wide_largest_magnitude, wide_multiply, wide_reciprocal,
+    wide_to_f64, wide_vector_along, wide_vector_from_f32_bits, wide_vector_subtract,
 };
 import package::grid::space::{ordered_bits};
 import package::light::points::{BOUNDS_LOW, POINT_NONE};
@@ -93,9 +93,9 @@ fn point_on(id: u32, ray: ExactRay) -> F64Vector {
     let bits = corner_bits(id);
     let origin = wide_vector(ray.origin);
     let direction = wide_vector(ray.direction);
-    let a = wide_corner(bits.a);
-    let ab = wide_vector_subtract(wide_corner(bits.b), a);
-    let ac = wide_vector_subtract(wide_corner(bits.c), a);
+    let a = wide_vector_from_f32_bits(bits.a);
+    let ab = wide_vector_subtract(wide_vector_from_f32_bits(bits.b), a);
+    let ac = wide_vector_subtract(wide_vector_from_f32_bits(bits.c), a);
     let normal = wide_cross(ab, ac);
     let slope = wide_dot(normal, direction);
     let to_plane = wide_vector_subtract(a, origin);
@@ -118,8 +118,4 @@ fn point_on(id: u32, ray: ExactRay) -> F64Vector {
 
 fn wide_vector(a: F64Vector) -> WideVector {
     return WideVector(wide_from_f64(a.x), wide_from_f64(a.y), wide_from_f64(a.z));
-}
-
-fn wide_corner(bits: vec3<u32>) -> WideVector {
-    return WideVector(wide_from_f32_bits(bits.x), wide_from_f32_bits(bits.y), wide_from_f32_bits(bits.z));
 }

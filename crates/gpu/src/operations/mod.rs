@@ -34,8 +34,8 @@ pub struct KernelOperations {
     pub bytes_read: u64,
     /// Bytes stored there.
     pub bytes_written: u64,
-    /// `floats` and `integers` of the busiest of each 32 invocations that most GPUs run together, times 32: no less than what
-    /// a GPU does, which also waits where these go different ways.
+    /// `floats` and `integers` of the busiest of each 32 invocations, which most GPUs run together, times 32. Where these go
+    /// different ways, a GPU waits for more than that.
     pub lockstep: u64,
 }
 
@@ -98,10 +98,7 @@ impl Gpu {
         let mut descriptor = Self::descriptor(&adapter, DeviceLimits::Adapter)?;
         descriptor.required_limits.max_storage_buffers_per_shader_stage =
             adapter.limits().max_storage_buffers_per_shader_stage;
-        let opened = pollster::block_on(adapter.request_device(&descriptor));
-        let (device, queue) =
-            opened.map_err(|cause| GpuError::Device { adapter: info.name.clone(), cause: cause.to_string() })?;
-        let gpu = Self::new(info, device, queue, u64::MAX, false);
+        let gpu = pollster::block_on(Self::open_as(&descriptor, info, &adapter, u64::MAX))?;
         *gpu.operations.lock() = Some(Vec::new());
         Ok(gpu)
     }
@@ -124,11 +121,9 @@ impl Gpu {
             else {
                 unreachable!("as many as were fetched")
             };
-            let name = kernel.kernel.clone();
-            let dispatches = std::mem::take(&mut kernel.dispatches);
             all.push(KernelOperations {
-                kernel: name,
-                dispatches,
+                kernel: kernel.kernel.clone(),
+                dispatches: std::mem::take(&mut kernel.dispatches),
                 invocations,
                 floats,
                 integers,
