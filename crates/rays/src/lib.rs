@@ -29,6 +29,8 @@ mod listed;
 mod packet;
 mod parts;
 mod patches;
+#[cfg(test)]
+mod precise;
 pub mod predicate;
 #[cfg(test)]
 mod random;
