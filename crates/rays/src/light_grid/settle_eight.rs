@@ -20,12 +20,21 @@ pub(crate) struct Settled {
     pub(crate) weight_error: [f64; 8],
 }
 
+/// What roundings move a determinant of three vectors by at most, in relation to four times the product of their largest
+/// components: one of each of two vectors, and five of products and sums, of each of the six products that it is the sum of. That
+/// is 42; in heights a vector is the difference of two, one of which has a rounding of its own: four more, of that.
+const ROUNDED: f64 = 11.6 * ROUNDING;
+
+/// Edge functions whose errors are above this are so large that what products of three numbers lose below the smallest one
+/// doesn't matter.
+const SMALLEST_ERROR: f64 = 1e-200;
+
 /// Settles in f64 whether triangles shadow the points at `indices`, as
 /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) would.
 ///
-/// With d the direction of the segment's line, c the corners in relation to a point on it, r their largest components,
-/// and the line moved by at most e on any axis, the edge functions d · (cⱼ × cₖ) are wrong by 6 rⱼ rₖ |Δd| for the
-/// direction, 6 |d| e (rⱼ + rₖ + e) for the corners, and 12 roundings of at most 6 |d| rⱼ rₖ.
+/// With d the direction of the segment's line, c the corners in relation to a point on it, and r their largest components, the
+/// edge functions d · (cⱼ × cₖ) are wrong by 4 rⱼ rₖ |Δd| for the direction, since no determinant of numbers up to one is above
+/// four; by 4 |d| e |cⱼ − cₖ| where the point is moved by at most e on any axis; and by [`ROUNDED`].
 #[inline(always)]
 pub(crate) fn settle_eight<S: Simd>(
     simd: S,
@@ -71,42 +80,34 @@ pub(crate) fn settle_eight<S: Simd>(
     // The heights of the point and of the light over the triangle's plane.
     let (ab, ac) = (minus(b, a), minus(c, a));
     let (normal, _) = cross(ab, ac);
-    let size = largest(ab) * largest(ac) * 6.0;
+    let size = largest(ab) * largest(ac) * 4.0;
     let point_from_a = match direction {
         None => minus(points.offset, corners[0]),
         Some(_) => minus(points.offset, a),
     };
     let height = dot(normal, point_from_a) * side;
-    // Roundings of the normal, the offset, the products and sums: eight, and the corner's own.
-    let rounded = largest(point_from_a) + length * f64::from(u8::from(direction.is_none())) + reach[0];
-    let height_error = size * (error * 1.01 + rounded * (16.0 * ROUNDING));
+    // That of the whole box that the predicate takes the point to be in.
+    let height_error = size * (error * 1.01 + (largest(point_from_a) + reach[0]) * ROUNDED);
     let (towards_point, light_is_beyond, light_is_before) = match direction {
         None => {
             let height_of_light = dot(normal, corners[0]) * side;
-            let error = size * reach[0] * (16.0 * ROUNDING);
+            let error = size * reach[0] * ROUNDED;
             (height, height_of_light.simd_gt(error), (-height_of_light).simd_gt(error))
         }
         Some(_) => (-height, mask64x8::splat(simd, true), mask64x8::splat(simd, false)),
     };
-    // The predicate itself wants a height above a bound that is below `height_error`.
-    let behind = towards_point.simd_gt(height_error * 3.0);
+    let behind = towards_point.simd_gt(height_error);
     let not_behind = (-towards_point).simd_gt(height_error);
     let shadowed = side_is_certain & behind & light_is_beyond;
     let lit = missed | (side_is_certain & (not_behind | light_is_before));
-    // Sizes whose products could underflow, or overflow, have no bound.
-    let product = length * reach[0] * reach[1];
-    let trusted = points.certain
-        & largest([reach[0], reach[1], reach[2]]).simd_lt(f64x8::splat(simd, 1e90))
-        & length.simd_lt(f64x8::splat(simd, 1e90))
-        & product.simd_gt(f64x8::splat(simd, 1e-200));
+    // Sizes whose products could underflow have no bound. None can overflow: corners are f32, and so are points, nearly.
+    let trusted = points.certain & error0.min(error1).min(error2).simd_gt(f64x8::splat(simd, SMALLEST_ERROR));
     let (shadowed, lit) = ((trusted & shadowed).to_bitmask(), (trusted & lit).to_bitmask());
 
-    // Each weight is its edge function over the sum of all, so it is wrong by at most twice the largest error of one,
-    // over that sum. The predicate's own have 64 roundings of the largest product.
-    let farthest = largest([reach[0], reach[1], reach[2]]);
-    let of_predicate = length * farthest * farthest * (64.0 * ROUNDING);
+    // Each weight is its edge function over the sum of all. With e the largest error of one, and none below zero, it is wrong by
+    // at most 2 e over that sum. The predicate's have roundings of their own, fewer than are in e.
     let inverse = f64x8::splat(simd, 1.0) / (e0 + e1 + e2);
-    let weight_error = (largest([error0, error1, error2]) + of_predicate) * inverse.abs() * 2.02;
+    let weight_error = largest([error0, error1, error2]) * inverse.abs() * 4.01;
     Settled {
         shadowed,
         undecided: !(shadowed | lit) & 0xff,
@@ -127,7 +128,7 @@ fn edge<S: Simd>(
 ) -> (f64x8<S>, f64x8<S>) {
     let (normal, _) = cross(p, q);
     let product = p_reach * q_reach;
-    let of_corners = length * corner_error * (p_reach + q_reach + corner_error);
-    let error = (product * (along_error + length * (16.0 * ROUNDING)) + of_corners) * 6.06;
+    let of_corners = length * corner_error * (p_reach + q_reach);
+    let error = (product * (along_error + length * ROUNDED) + of_corners) * 4.04;
     (dot(along, normal), error)
 }

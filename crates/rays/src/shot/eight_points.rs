@@ -71,9 +71,14 @@ impl<S: Simd> EightPoints<S> {
 
     /// Finds the points that the pixels at `indices` show, in relation to `light`.
     ///
-    /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the
-    /// product with the other vector one more for each, the vector one, the sum two: eight, taken as sixteen. The ray
-    /// itself is wrong by 4 roundings of its largest component, and differs by 10 from the predicate's.
+    /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the product
+    /// with the other vector one more, the sum two: seven, and a − o one of its own. A ray has up to seven roundings of its
+    /// largest component, and the predicate's up to five: together twelve by which they may differ, in the direction in
+    /// perspective, else in the origin.
+    ///
+    /// With t, the place along the ray is known but for twelve roundings of that, one of t, four of the product and the sum, and
+    /// one of the light's distance. The predicate has one of t, two of the product and the sum, and one of its box's corners. It
+    /// takes its own point to be wrong by four roundings of step and position. Each is counted for both, step and coordinates.
     #[inline(always)]
     pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, indices: [u32; 8], light: DVec3) -> Self {
         let own = EightTriangles::load(
@@ -88,36 +93,30 @@ impl<S: Simd> EightPoints<S> {
         let sum = magnitude[0] + magnitude[1] + magnitude[2];
         let (height, slope) = (dot(normal, towards), dot(normal, direction));
         let height_error =
-            dot(magnitude, absolute(towards)) * (16.0 * ROUNDING) + sum * (10.0 * ROUNDING * rays.largest_origin);
-        let slope_error =
-            dot(magnitude, absolute(direction)) * (16.0 * ROUNDING) + sum * (14.0 * ROUNDING * rays.largest_direction);
+            dot(magnitude, absolute(towards)) * (8.1 * ROUNDING) + sum * (12.1 * ROUNDING * rays.largest_origin);
+        let slope_error = sum * (19.1 * ROUNDING * rays.largest_direction);
         let t = height / slope;
-        let (height_size, slope_size) = (height.abs(), slope.abs());
+        let slope_size = slope.abs();
         // What is this far below the size keeps the quotient's error from growing itself.
         const SMALL: f64 = 1.0 / (1 << 10) as f64;
-        let bound = height_size * slope_size;
-        let certain = slope_error.simd_le(slope_size * SMALL)
-            & largest([height, slope, t]).simd_lt(f64x8::splat(simd, 1e200))
-            & bound.simd_gt(f64x8::splat(simd, 1e-250));
-        // |dt| = |dh − t ds| / |s + ds|, and the quotient's own rounding.
+        let certain = slope_error.simd_lt(slope_size * SMALL);
+        // |dt| = |dh − t ds| / |s + ds|.
         let distance = t.abs();
-        let t_error = (height_error + distance * slope_error) / slope_size * 1.01 + distance * (2.0 * ROUNDING);
+        let t_error = (height_error + distance * slope_error) / slope_size;
         let step = distance * rays.largest_direction;
-        let predicate_error = (step * 2.0 + rays.largest_origin) * (5.0 * ROUNDING);
         let from = minus(origin, splat_vector(simd, light));
         let offset =
             [t.mul_add(direction[0], from[0]), t.mul_add(direction[1], from[1]), t.mul_add(direction[2], from[2])];
         let largest_coordinate = rays.largest_origin + light.abs().max_element();
-        let error = t_error * (rays.largest_direction * 1.01)
-            + (step + largest_coordinate) * (24.0 * ROUNDING)
-            + predicate_error;
+        let error = t_error * (rays.largest_direction * 1.01) + (step + largest_coordinate) * (27.1 * ROUNDING);
+        // The predicate's own step is that much longer.
+        let predicate_error = ((step + error) * 2.0 + rays.largest_origin) * (4.1 * ROUNDING);
         Self { offset, error, predicate_error, certain }
     }
 }
 
 /// Origins and directions of the rays through eight pixels.
 ///
-/// Each component has four roundings: it is wrong by at most 4 × [`ROUNDING`] × the largest one.
 #[inline(always)]
 fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, indices: [u32; 8]) -> (Vectors<S>, Vectors<S>) {
     // Sums with shifts are exact.
@@ -140,3 +139,6 @@ fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, indices: [u32; 8]) -> (Vector
         (varying, splat_vector(simd, rays.forward))
     }
 }
+
+#[cfg(test)]
+mod tests;
