@@ -34,8 +34,8 @@ impl<'a> Settler<'a> {
         let [mut second, mut third, mut error] = [[0.0; 16]; 3];
         let weights = eight.barycentric.map(|weights| weights[lane]);
         (second[0], third[0]) = (weights[0] as f32, weights[1] as f32);
-        // Both are rounded to f32, here and by the predicate, and before to f64.
-        error[0] = eight.weight_error[lane] as f32 + 2.01 * HALF_ULP as f32;
+        // Here and by the predicate, a weight of at most one is rounded to f32 by half of this, and before that to f64.
+        error[0] = eight.weight_error[lane] as f32 + 1.01 * HALF_ULP as f32;
         let answers = opacity.which_stop(id, &MaskPoints { barycentric: [second, third], error, lanes: 1 });
         if answers.opaque | answers.cut == 0 { None } else { Some(answers.opaque != 0) }
     }

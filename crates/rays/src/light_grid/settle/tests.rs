@@ -8,9 +8,10 @@ use glam::{DVec3, Vec3};
 use super::*;
 use crate::light_grid::point_set::PointList;
 use crate::predicate::HitPoint;
+use crate::predicate::ShadowRay;
 use crate::random::Random;
-use crate::shot::MaskAnswers;
-use crate::{Sides, SimdLevel, Triangles};
+use crate::shot::{MaskAnswers, SeenPixels, Shot};
+use crate::{Camera, Projection, Sides, SimdLevel, Triangles, View};
 
 const TRIALS: u32 = 40_000;
 
@@ -128,7 +129,10 @@ impl Trial {
         let beyond = if random.unit() < 0.01 { random.power(100.0, 290.0) } else { beyond };
         let position = match (aim, self.light) {
             (Aim::Light, LightSource::Point { .. }) => middle + anywhere(random, 1.0) * beyond,
-            (Aim::Tiny, _) => anywhere(random, random.clone().power(-324.0, -290.0)),
+            (Aim::Tiny, LightSource::Directional { direction }) => {
+                let edge = self.triangles[lane][1].as_dvec3();
+                (edge * random.unit() + direction.as_dvec3() * random.signed()) * random.power(-322.0, -302.0)
+            }
             (Aim::Plane, _) => on + normal * error * (random.signed() * 2.0 * normal.abs().element_sum()),
             (_, LightSource::Directional { direction }) => on + direction.as_dvec3() * beyond,
             _ => middle + (on - middle) * (1.0 + beyond),
@@ -137,17 +141,17 @@ impl Trial {
     }
 
     /// How many pairs are shadowed, lit and undecided, and by how much weights are wrong at most, of what they may be.
-    fn check(&self, level: SimdLevel, points: &PointSet<'_>) -> ([u32; 3], f64) {
+    fn check(&self, level: SimdLevel, points: &PointSet<'_>, at: [u32; 8]) -> ([u32; 3], f64) {
         let indices: [[u32; 3]; 8] = std::array::from_fn(|id| [0, 1, 2].map(|corner| 3 * id as u32 + corner));
         let triangles = Triangles { positions: self.triangles.as_flattened(), indices: &indices };
         let lanes = std::array::from_fn(|lane| lane as u32);
-        let found = dispatch!(level.0, simd => settle_eight(simd, triangles, points, &self.light, lanes, lanes));
+        let found = dispatch!(level.0, simd => settle_eight(simd, triangles, points, &self.light, at, lanes));
         let seen = Seen::default();
         let opacity = OpacityOfSides::between(triangles, (&seen, Sides::Both), &self.light);
         let settler = Settler { points: *points, light: &self.light, opacity, level };
         let (mut counts, mut worst) = ([0; 3], 0.0_f64);
         for lane in 0..8 {
-            let Some(ray) = points.shadow_ray(lane, &self.light) else { continue };
+            let Some(ray) = points.shadow_ray(at[lane] as usize, &self.light) else { continue };
             let weights = ray.blocked_by(self.triangles[lane]);
             let is_shadowed = found.shadowed >> lane & 1 == 1;
             let is_undecided = found.undecided >> lane & 1 == 1;
@@ -157,8 +161,8 @@ impl Trial {
             let Some(weights) = weights.filter(|_| is_shadowed) else { continue };
             assert!(settler.stops(lane as u32, &found, lane).is_none());
             let asked = seen.0.lock().unwrap().take().unwrap();
-            for (at, weight) in weights.into_iter().enumerate() {
-                let wrong = (f64::from(asked.barycentric[at][0]) - f64::from(weight)).abs();
+            for (weight, asked_weight) in weights.into_iter().zip(asked.barycentric) {
+                let wrong = (f64::from(asked_weight[0]) - f64::from(weight)).abs();
                 worst = worst.max(wrong / f64::from(asked.error[0]));
             }
         }
@@ -202,6 +206,89 @@ fn what_is_settled_of_listed_points_is_so() {
         let trial = Trial::new(random);
         let mut list = PointList::default();
         list.points = trial.points.to_vec();
-        trial.check(level, &PointSet::Listed(&list))
+        trial.check(level, &PointSet::Listed(&list), std::array::from_fn(|lane| lane as u32))
+    });
+}
+
+/// Eight pixels that show triangles which their rays graze, so that points are far more wrong than other roundings.
+struct Grazed {
+    view: View,
+    pixels: [(u32, u32); 8],
+    /// Of the triangles.
+    positions: [[Vec3; 3]; 8],
+    depth: f64,
+}
+
+impl Grazed {
+    fn new(random: &mut Random) -> Self {
+        let mut whole = || (anywhere(random, 1.0) * 512.0).round() / 512.0 + 1.0 / 1024.0;
+        let (along, across) = (whole(), whole());
+        let forward = along.as_vec3();
+        let right = forward.any_orthogonal_vector().normalize();
+        let up = right.cross(forward.normalize());
+        let size = random.power(-13.0, 0.0) as f32;
+        let is_perspective = random.unit() < 0.5;
+        let projection = if is_perspective {
+            Projection::Perspective { tan_half_height: size }
+        } else {
+            Projection::Orthographic { half_height: size }
+        };
+        let mut camera = Camera { position: Vec3::ZERO, right, up, forward, projection };
+        // So that rays meet the plane at about this depth.
+        let depth = random.unit();
+        let normal = along.cross(across).normalize();
+        if is_perspective {
+            let slope = normal.dot((right + up).as_dvec3()) * f64::from(size) * random.signed();
+            camera.position = (normal * -slope * depth).as_vec3();
+        }
+        let positions = [(); 8].map(|()| {
+            let mut factor = || random.power(-1.0, 1.0).log2().round().exp2();
+            let (behind, left, right) = (-along * factor(), across * factor(), -across * factor());
+            [behind + left, along * 4.0, behind + right].map(DVec3::as_vec3)
+        });
+        let pixels = [(); 8].map(|()| ((random.unit() * 64.0) as u32, (random.unit() * 64.0) as u32));
+        Self { view: View { camera, width: 64, height: 64 }, pixels, positions, depth }
+    }
+
+    /// A triangle whose edge the segment between a point and a light goes past, or whose plane the point is in.
+    fn aimed(&self, random: &mut Random, ray: &ShadowRay) -> [Vec3; 3] {
+        let towards_light = match ray.ray.t_max {
+            1.0 => -ray.ray.direction,
+            _ => ray.ray.direction,
+        };
+        let part = if random.unit() < 0.3 { 0.0 } else { random.unit() };
+        let moved = self.view.camera.forward.as_dvec3() * (self.depth * random.signed() * random.power(-9.0, -1.0));
+        let at = ray.point() + towards_light * part + moved;
+        let [first, second] = [(); 2].map(|()| anywhere(random, 1.0) * random.power(-3.0, 1.0));
+        let inside = if part == 0.0 { first * -0.3 } else { second * 0.0 };
+        [at + first + inside, at + second + inside, at - second + inside].map(DVec3::as_vec3)
+    }
+}
+
+#[test]
+fn what_is_settled_of_pixels_is_so() {
+    all(|random, level| {
+        let grazed = Grazed::new(random);
+        let indices: [[u32; 3]; 8] = std::array::from_fn(|id| [0, 1, 2].map(|corner| 3 * id as u32 + corner));
+        let triangles = Triangles { positions: grazed.positions.as_flattened(), indices: &indices };
+        let shot = Shot::new(triangles, grazed.view);
+        let mut seen = SeenPixels::default();
+        seen.resize(64, 64);
+        let at = grazed.pixels.map(|(x, y)| seen.order().index(x, y) as u32);
+        (0..).zip(at).for_each(|(id, index)| seen.triangle[index as usize] = id);
+        let image = SeenImage { shot: &shot, seen: &seen };
+        let points = PointSet::Seen(image, CameraRays::new(&shot));
+        let size = random.power(-3.0, 1.0);
+        let place = anywhere(random, size).as_vec3();
+        let light = if random.unit() < 0.5 {
+            LightSource::Point { position: place }
+        } else {
+            LightSource::Directional { direction: place }
+        };
+        let triangles = at.map(|index| {
+            let ray = points.shadow_ray(index as usize, &light);
+            ray.map_or([Vec3::ZERO; 3], |ray| grazed.aimed(random, &ray))
+        });
+        Trial { light, triangles, points: [NOWHERE; 8] }.check(level, &points, at)
     });
 }
