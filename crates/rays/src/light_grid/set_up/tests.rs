@@ -142,9 +142,9 @@ impl Trial {
         trial.tiny_or_not()
     }
 
-    /// Makes one of fifty so small that products of coordinates are among the least of f32.
+    /// Makes one of sixteen so small that products of coordinates are among the least of f32.
     fn tiny_or_not(mut self) -> Self {
-        if self.random.unit() < 0.02 {
+        if self.random.unit() < 0.06 {
             let size = self.random.power(-40.0, -37.0);
             let error = self.random.power(-44.5, -43.0) / size;
             let origin = DVec3::ZERO.with_z(self.origin.z);
@@ -163,9 +163,15 @@ impl Trial {
         let height = (b - a).cross(DVec3::Z) * (*aspect * random.signed());
         let depth = if self.face.is_parallel { origin.z + *away * random.signed() } else { random.power(-3.0, 0.0) };
         let scale = if self.face.is_parallel { *rise } else { depth * *rise };
+        let mut rises = [(); 3].map(|()| scale * random.signed());
+        // In thin ones that rise along their length alone, roundings are all that slopes are across.
+        if random.unit() < 0.3 {
+            rises[2] = rises[0] + (rises[1] - rises[0]) * along;
+        }
         let corners = [a, b, a + (b - a) * along + height];
-        corners
-            .map(|corner| corner.clamp(DVec3::splat(-2.0), DVec3::splat(2.0)).with_z(depth + scale * random.signed()))
+        std::array::from_fn(|corner| {
+            corners[corner].clamp(DVec3::splat(-2.0), DVec3::splat(2.0)).with_z(depth + rises[corner])
+        })
     }
 
     /// What the predicate asks for beyond that is checked beside it, not here.
@@ -264,8 +270,8 @@ impl Trial {
             let [possible, certain] = decisions[triangle];
             let shows_back = area(corners) * f64::from(self.face.sign_of_fronts()) < 0.0;
             let is_there = !(shows_back && self.one_sided >> triangle & 1 == 1);
-            for lane in 0..LANES {
-                let found = self.origin + DVec3::from(points[triangle][lane].map(f64::from));
+            for (lane, point) in points[triangle].iter().enumerate() {
+                let found = self.origin + DVec3::from(point.map(f64::from));
                 let (is_possible, is_certain) = (possible >> lane & 1 == 1, certain >> lane & 1 == 1);
                 counts[if is_certain { 0 } else { 1 + usize::from(is_possible) }] += 1;
                 for shadowed in self.truths(corners, found) {
