@@ -14,7 +14,7 @@ use crate::random::Random;
 use crate::shot::Shot;
 use crate::{Camera, LightSource, Projection, SimdLevel, Triangles, View};
 
-const TRIALS: u32 = 2000;
+const TRIALS: u32 = 1000;
 
 /// A view of something at about one depth, and a light anywhere, often near the camera, where depths don't matter, or near what
 /// is seen, where they are all that matters.
@@ -57,6 +57,8 @@ impl Trial {
         let mut seen = SeenPixels::default();
         seen.resize(view.width, view.height);
         let is_rough = random.unit() < 0.5;
+        // Whether all depths are wrong in the same direction.
+        let one_sign = random.unit() < 0.5;
         let (least, error) = (random.unit(), *zoom * random.power(-3.0, 0.0).min(0.5));
         // Each pixel shows a triangle of its own, for what can't be mapped from depths.
         let (mut positions, mut true_depth) = (Vec::new(), Vec::new());
@@ -71,7 +73,9 @@ impl Trial {
                 at.as_vec3() + view.camera.right * (right * size) + view.camera.up * (up * size)
             });
             let t = crossing(&ray, corners).map_or(f64::NAN, |crossing| crossing.t);
-            let wrong = random.signed() * least + (1.0 - least).copysign(random.signed());
+            let sign = random.signed();
+            let sign = if one_sign { 1.0 } else { sign };
+            let wrong = (random.unit() * least + (1.0 - least)).copysign(sign);
             // The rest is for rounding.
             let wrong = wrong * 0.96 * f64::from(SeenPixels::RELATIVE_ERROR);
             seen.inverse_depth[index] = ((1.0 + wrong) / t) as f32;
@@ -156,8 +160,10 @@ fn points_are_no_more_wrong_than_is_said() {
 
 /// The same of listed points in a box of any size and place.
 fn listed(mut random: Random, level: SimdLevel) -> Option<[f64; 2]> {
+    let out = if random.unit() < 0.7 { 1.0 } else { random.power(0.0, 6.0) };
+    let size = 2.0 * random.power(-6.0, 0.0);
     let mut anywhere = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size));
-    let (middle, half, far, sideways) = (anywhere(10.0), anywhere(2.0), anywhere(30.0), anywhere(1.0));
+    let (middle, half, far, sideways) = (anywhere(10.0 * out), anywhere(size), anywhere(30.0), anywhere(1.0));
     let positions: Vec<DVec3> = (0..300).map(|_| middle + half * anywhere(1.0)).collect();
     let light = match (random.unit() * 3.0) as u32 {
         0 => LightSource::Point { position: (positions[0] + sideways * random.power(-3.0, 0.0)).as_vec3() },
