@@ -131,3 +131,6 @@ fn edge<S: Simd>(
     let error = (product * (along_error + length * (16.0 * ROUNDING)) + of_corners) * 6.06;
     (dot(along, normal), error)
 }
+
+#[cfg(test)]
+mod tests;
