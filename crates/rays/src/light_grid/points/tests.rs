@@ -47,7 +47,7 @@ impl Trial {
             _ => LightSource::Directional { direction: camera.forward + sideways * random.power(-8.0, 1.0) as f32 },
         };
         let view = View { camera: Camera { projection, ..camera }, width: 64, height: 64 };
-        Self { depth, zoom, random, level, view, light }
+        Self { random, level, view, light, depth, zoom }
     }
 
     /// How wrong X or Y, and W, of a point are at most in relation to what they may be.
