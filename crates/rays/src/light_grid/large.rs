@@ -150,8 +150,12 @@ impl Plane {
     /// zero. So the components of pⱼ × pₖ are wrong by 20 u sⱼ sₖ, in parallel light by 52, and the function by three times
     /// as much. Scaling it, and bringing it to another origin, has five roundings of its largest value, 20 u sⱼ sₖ.
     ///
-    /// The determinant, p₀ · (p₁ × p₂), has 21 u s₀ |p₁ × p₂| of its own. Where its sign is certain, the nearness is wrong
-    /// in relation to itself by as much as it; and by what its numerators are, which have four more roundings, 8 u sⱼ sₖ.
+    /// With e the error of p₁ × p₂, the determinant, p₀ · (p₁ × p₂), is wrong by 3 s₀ e, and by what p₀ and the sum are: 42 u
+    /// s₀ s₁ s₂, in parallel light 90. That is less than 4.2 s₀ e.
+    ///
+    /// The nearness is the sum of the edge functions, each times its corner's nearness or `near`, over the determinant. With
+    /// S the magnitudes of its own factors, a corner's is at most sⱼ S. So each function's error makes 3 s₀ e S of it, also
+    /// with the four roundings of the sum, 8 u sⱼ sₖ; and the determinant's 4.2 s₀ e S: together 3.15 times the latter.
     fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
         let world = corners.map(Vec3::as_dvec3);
         let mut points = world.map(|corner| face.homogeneous(corner));
@@ -172,8 +176,7 @@ impl Plane {
         let roundings = if face.is_parallel { 60.0 } else { 30.0 };
         let edge_errors = opposite.map(|(j, k)| roundings * ROUNDING * sizes[j] * sizes[k]);
         let determinant = points[0].dot(edges[0]);
-        let determinant_error =
-            3.0 * sizes[0] * edge_errors[0] + 32.0 * ROUNDING * sizes[0] * edges[0].abs().max_element();
+        let determinant_error = 4.2 * sizes[0] * edge_errors[0];
         let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
 
         let mut plane = Self {
@@ -197,17 +200,13 @@ impl Plane {
             turned.edges.as_flattened_mut().iter_mut().for_each(|factor| *factor = -*factor);
             return [Some(plane), Some(turned)];
         }
-        let weighted = |values: [f64; 3]| values[0].abs() + values[1].abs() + values[2].abs();
         let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
         let size = slope.abs().element_sum();
-        let of_edges = weighted([0, 1, 2].map(|corner| edge_errors[corner] * nearnesses[corner]));
-        let of_nearness = if face.is_parallel {
-            let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
-            5.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(of_corner))
-        } else {
-            0.0
-        };
-        let error = (3.0 * (of_edges + of_nearness) + size * determinant_error) / determinant.abs();
+        // Of each corner's own nearness four roundings.
+        let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
+        let of_nearness =
+            if face.is_parallel { 15.0 * ROUNDING * norms.z * (0..3).map(of_corner).sum::<f64>() } else { 0.0 };
+        let error = (of_nearness + 3.3 * size * determinant_error) / determinant.abs();
         // What underflows in f32 is far below the last.
         let depth_error = error + predicate_error(face, world, determinant) + 1e-30;
         // One less f32 to overflow.

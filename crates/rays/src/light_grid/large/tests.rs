@@ -114,67 +114,90 @@ struct Trial {
     middle: DVec2,
     /// What triangles are about, and the size of everything.
     towards: DVec3,
+    flat: Option<usize>,
     size: f64,
 }
 
 impl Trial {
     fn new(mut random: Random, level: SimdLevel) -> Self {
         let is_parallel = random.unit() < 0.4;
-        let whole = random.unit() < 0.7;
         let mut vector = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size));
-        let generic = vector(1.0);
-        let towards = if whole { (generic * 2.5).round() } else { generic };
-        let towards = if towards == DVec3::ZERO { DVec3::Y } else { towards };
-        let (aside, along, somewhere) = (vector(0.5), vector(1.0), vector(2.0));
-        let forward = if random.unit() < 0.4 { towards } else { towards.normalize() + aside };
-        let forward = forward.as_vec3();
-        let light_direction = LightSource::Directional { direction: forward };
-        let forward = forward.as_dvec3().normalize();
-        let along = if random.unit() < 0.5 { DVec3::AXES[(random.unit() * 3.0) as usize] } else { along };
-        let (right, up) = across(forward, along);
-        let size = random.power(-3.0, 3.0);
-        let origin = match (random.unit() * 3.0) as u32 {
+        let (somewhere, aside, along) = (vector(1.0), vector(0.5), vector(1.0));
+        let mut towards = if random.unit() < 0.7 { (somewhere * 2.5).round() } else { somewhere };
+        // Where nothing is rounded, triangles may be as near to a plane with the light as any.
+        let flat = (random.unit() < 0.3).then(|| (random.unit() * 3.0) as usize);
+        flat.inspect(|&axis| towards[axis] = 0.0);
+        let towards = if towards == DVec3::ZERO { DVec3::ONE } else { towards };
+        let forward = if random.unit() < 0.4 { towards } else { towards.normalize() + aside }.as_vec3();
+        let direction = forward.as_dvec3().normalize();
+        let along = match (random.unit() * 5.0) as u32 {
+            0 => direction + along * random.power(-9.0, -5.0),
+            1 | 2 => DVec3::AXES[(random.unit() * 3.0) as usize],
+            _ => along,
+        };
+        let (right, up) = across(direction, along);
+        let size = random.power(-3.0, 3.0).log2().round().exp2();
+        let mut origin = match (random.unit() * 3.0) as u32 {
             0 => DVec3::ZERO,
-            1 => (somewhere * 2.0).round() * size,
+            1 => (somewhere * 4.0).round() * size,
             _ => somewhere * size * random.power(-2.0, 5.0),
         };
+        flat.inspect(|&axis| origin[axis] = 0.0);
         let origin = origin.as_vec3();
         let half = random.power(-5.0, 0.2);
         let half = DVec2::new(half, if random.unit() < 0.5 { half } else { random.power(-5.0, 0.2) });
-        let aside = DVec2::new(random.signed(), random.signed()) * half * 0.8;
-        let middle = DVec2::new(right.dot(towards), up.dot(towards)) / forward.dot(towards) + aside;
+        // In the middle, anywhere, or where the face ends.
+        let mut aside = || [0.0, 0.8 * random.signed(), POINT_LIMIT - 0.5 / 1024.0][(random.unit() * 2.2) as usize];
+        let aside = DVec2::new(aside(), aside()) * half;
+        let middle = DVec2::new(right.dot(towards), up.dot(towards)) / direction.dot(towards) + aside;
         let depth = random.power(-5.0, 0.0);
         let half = if is_parallel { half * size } else { half };
+        let is_exact = random.unit() < 0.3;
         let face = if is_parallel {
             let scale = half.extend(depth * size).recip();
-            let (x, y, z) = (right * scale.x, up * scale.y, -forward * scale.z);
-            let origin = origin.as_dvec3() + aside.x * right + aside.y * up;
-            let point_error = size * random.power(-16.0, -7.0);
+            let (x, y, z) = (right * scale.x, up * scale.y, -direction * scale.z);
+            let origin = origin.as_dvec3() + (aside.x * right + aside.y * up) * size;
+            let point_error = if is_exact { 0.0 } else { size * random.power(-16.0, -7.0) };
             Face { origin, x, y, z, near: 1.0, is_parallel, scale, owned: None, point_error }
         } else {
             let scale = half.recip();
-            let (x, y) = ((right - forward * middle.x) * scale.x, (up - forward * middle.y) * scale.y);
+            let (x, y) = ((right - direction * middle.x) * scale.x, (up - direction * middle.y) * scale.y);
             let near = if random.unit() < 0.05 { random.power(-42.0, -36.0) } else { size * random.power(-3.0, 0.0) };
-            let point_error = random.power(-11.0, -7.2);
+            let point_error = if is_exact { 0.0 } else { random.power(-11.0, -7.2) };
             let (origin, scale) = (origin.as_dvec3(), scale.extend(1.0));
-            Face { origin, x, y, z: forward, near, is_parallel, scale, owned: None, point_error }
+            Face { origin, x, y, z: direction, near, is_parallel, scale, owned: None, point_error }
         };
-        let light = if is_parallel { light_direction } else { LightSource::Point { position: origin } };
-        Self { random, level: level.0, light, face, frame: [right, up, forward], half, middle, towards, size }
+        let light = LightSource::Point { position: origin };
+        let light = if is_parallel { LightSource::Directional { direction: forward } } else { light };
+        let frame = [right, up, direction];
+        Self { random, level: level.0, light, face, frame, half, middle, towards, flat, size }
     }
 
     fn corners(&mut self) -> [Vec3; 3] {
-        let Self { random, face, towards, size, .. } = self;
+        let Self { random, face, towards, flat, size, .. } = self;
+        let kind = random.unit();
         let most = random.power(-10.0, 2.0);
         let is_whole = random.unit() < 0.5;
         let is_through = random.unit() < 0.3;
         let zeros = random.unit() * 0.8;
+        let thin = random.power(-14.0, -4.0);
+        let is_thin = random.unit() < 0.7;
+        let all = if kind < 0.04 { random.power(-42.0, -30.0) } else { 1.0 };
+        let large = random.power(-3.0, 8.0).log2().round().exp2();
         std::array::from_fn(|_| {
+            if kind > 0.9 {
+                // In a plane that the light looks at, or is in.
+                let beside = DVec3::from([0; 3].map(|_| (random.signed() * 3.5).round())).cross(*towards) * large;
+                let along = if kind > 0.95 { DVec3::ZERO } else { *towards };
+                return (face.origin + (beside + along) * *size).as_vec3();
+            }
             let along = if is_whole { 1.0 + (random.unit() * 4.0).floor() } else { random.power(-1.0, 1.0) };
             let along = if is_through && random.unit() < 0.5 { -along } else { along };
             let of_corner = most * if random.unit() < 0.3 { random.power(-8.0, 0.0) } else { 1.0 };
             let spread = [0; 3].map(|_| if random.unit() < zeros { 0.0 } else { random.signed() * of_corner });
-            (face.origin + (*towards * along + DVec3::from(spread)) * *size).as_vec3()
+            let mut v = *towards * along + DVec3::from(spread);
+            flat.filter(|_| is_thin).inspect(|&axis| v[axis] = thin * random.signed());
+            (face.origin + v * (*size * all)).as_vec3()
         })
     }
 
@@ -359,7 +382,7 @@ impl Trial {
     }
 
     fn check_point(
-        &self,
+        &mut self,
         corners: [Vec3; 3],
         truth: &Truth,
         found: PreciseVector,
@@ -376,8 +399,11 @@ impl Trial {
                 || format!("{corners:?} {:?} at {:?} ±{position} ±{nearness}", self.face, at.map(Precise::to_f64));
             assert!(is_possible || shadows != Some(true), "ruled out: {}", about());
             assert!(!is_certain || shadows != Some(false), "certain: {}", about());
-            let at = DVec3::from(found.map(Precise::to_f64)) + errors * 0.9;
-            let Some(blocked) = self.predicate(corners, at, found, [position, nearness]) else { continue };
+        }
+        let about = || format!("{corners:?} {:?} at {:?}", self.face, found.map(Precise::to_f64));
+        let signs = DVec3::from(signs[(self.random.unit() * 5.0) as usize]) * 0.9;
+        let at = DVec3::from(found.map(Precise::to_f64)) + signs * DVec3::new(position, position, nearness);
+        if let Some(blocked) = self.predicate(corners, at, found, [position, nearness]) {
             counts[4 + usize::from(blocked)] += 1;
             assert!(is_possible || !blocked, "the predicate says that what is ruled out isn't: {}", about());
             assert!(!is_certain || blocked, "the predicate says that what is certain isn't: {}", about());
