@@ -445,3 +445,30 @@ fn what_is_decided_of_large_triangles_is_so() {
     let counts = counts.into_iter().fold([0; 6], |sum, one| std::array::from_fn(|verdict| sum[verdict] + one[verdict]));
     assert!(counts.iter().all(|&count| count > TRIALS), "{counts:?}");
 }
+
+/// Triangles in planes through zero, which are so near to the light that rounding decides what is in front of it.
+#[test]
+fn what_is_outside_shadows_nothing() {
+    let outside = (0..64_u32).into_par_iter().map(|seed| {
+        let mut random = Random::new(seed.into());
+        let near = random.power(-17.0, -15.0);
+        let mut vector = |size: f64| DVec3::from([0; 3].map(|_| (random.signed() * size).round()));
+        let towards = vector(4.0) + DVec3::new(0.0, 0.0, 5.0);
+        let z = towards.normalize();
+        let (x, y) = across(z, DVec3::X);
+        let origin = -towards * near;
+        let face = Face { origin, x, y, z, near: 1.0, scale: DVec3::ONE, ..Face::default() };
+        let mut outside = 0;
+        for _ in 0..4000 {
+            let corners = [0; 3].map(|_| (vector(7.0).cross(towards) * 0.25).as_vec3());
+            if let [None, _] = Plane::of(&face, corners, 0) {
+                outside += 1;
+                let truth = Truth::new(&face, corners);
+                let at = precise(DVec3::new(0.1, 0.2, 0.5));
+                assert!(truth.shadows(at) != Some(true), "outside: {corners:?} {face:?}");
+            }
+        }
+        outside
+    });
+    assert!(outside.sum::<u32>() > 1000);
+}
