@@ -146,12 +146,13 @@ impl Plane {
     /// it isn't known on which side it is.
     ///
     /// With u = 2⁻⁵³, |X| and |Y| hardly above one, and sⱼ the largest coordinate that pⱼ may have: each coordinate is wrong
-    /// by four u sⱼ, and in parallel light by eight more, which is how far X and Y of the light's own direction may be from
-    /// zero. So the components of pⱼ × pₖ are wrong by 20 u sⱼ sₖ, in parallel light by 52, and the function by three times
-    /// as much. Scaling it, and bringing it to another origin, has five roundings of its largest value, 20 u sⱼ sₖ.
+    /// by four u sⱼ, and in parallel light by twenty more, which is how far X and Y of the light's own direction may be
+    /// from zero ([`across`](super::choose::across)). So the components of pⱼ × pₖ are wrong by 20 u sⱼ sₖ, in parallel light
+    /// by 100, and the function by three times as much. Scaling it, and bringing it to another origin, has five roundings of
+    /// its largest value, 20 u sⱼ sₖ.
     ///
     /// With e the error of p₁ × p₂, the determinant, p₀ · (p₁ × p₂), is wrong by 3 s₀ e, and by what p₀ and the sum are: 42 u
-    /// s₀ s₁ s₂, in parallel light 90. That is less than 4.2 s₀ e.
+    /// s₀ s₁ s₂, in parallel light 114. That is less than 4.2 s₀ e.
     ///
     /// The nearness is the sum of the edge functions, each times its corner's nearness or `near`, over the determinant. With
     /// S the magnitudes of its own factors, a corner's is at most sⱼ S. So each function's error makes 3 s₀ e S of it, also
@@ -173,7 +174,7 @@ impl Plane {
         }
         let opposite = [(1, 2), (2, 0), (0, 1)];
         let edges = opposite.map(|(j, k)| points[j].cross(points[k]));
-        let roundings = if face.is_parallel { 60.0 } else { 30.0 };
+        let roundings = if face.is_parallel { 110.0 } else { 30.0 };
         let edge_errors = opposite.map(|(j, k)| roundings * ROUNDING * sizes[j] * sizes[k]);
         let determinant = points[0].dot(edges[0]);
         let determinant_error = 4.2 * sizes[0] * edge_errors[0];
@@ -222,7 +223,7 @@ impl Plane {
 /// they may be wrong.
 fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
     let beyond = |height: fn(DVec3) -> f64| {
-        points.iter().zip(sizes).all(|(&point, size)| height(point) > 16.0 * ROUNDING * size)
+        points.iter().zip(sizes).all(|(&point, size)| height(point) > 28.0 * ROUNDING * size)
     };
     beyond(|p| -p.z)
         || beyond(|p| p.x - FACE_LIMIT * p.z)
