@@ -90,33 +90,31 @@ impl LargeTriangles {
         }
     }
 
-    /// A triangle for the points around `origin`, as [`SetUp`](super::set_up::SetUp) has small ones. Points are at most
-    /// `reach` from the origin in X and Y, and `depth` in W, and wrong by at most `errors` in these.
+    /// A triangle for the points around `origin`, as [`SetUp`](super::set_up::SetUp) has small ones. Points are wrong by at
+    /// most `errors` in X and Y, and in W, and with these at most `reach` from the origin in X and Y, and `depth` in W.
     ///
-    /// Factors are rounded, and the two sums and products: five ε of each function's largest value.
+    /// With ε = 2⁻²⁴, f = a x + b y + c has at most four roundings of a x and of b y, and three of c. Where f decides, at the
+    /// points' errors from zero at most, |c| is at most (|a| + |b|) `reach`: together seven ε of that. The nearness also
+    /// has three of W, and where errors are all of what `reach` and `depth` count, six of them.
     pub(crate) fn record(&self, number: usize, origin: [f32; 3], [reach, depth]: [f32; 2], errors: [f32; 2]) -> Record {
-        const ROUNDED: f64 = 6.0 * HALF_ULP;
+        const ROUNDED: f64 = 8.0 * HALF_ULP;
         let plane = &self.planes[number];
         let [ox, oy, ow] = origin.map(f64::from);
         let [reach, depth] = [reach, depth].map(f64::from);
-        let [position_error, nearness_error] = errors.map(|error| f64::from(error) * 1.001);
+        let [position_error, nearness_error] = errors.map(f64::from);
         let mut quads = [[0.0; 4]; 3];
         let mut largest_error = 0.0_f64;
         for (quad, (&[a, b, c], &error)) in quads.iter_mut().zip(plane.edges.iter().zip(&plane.edge_errors)) {
             let c = a * ox + b * oy + c;
             let size = a.abs() + b.abs();
-            let error = error + size * (position_error + ROUNDED * reach) + ROUNDED * c.abs() + 1e-30;
+            let error = error + size * (position_error + ROUNDED * reach);
             largest_error = largest_error.max(error);
             *quad = [a as f32, b as f32, (c + error) as f32, 0.0];
         }
         let [p, q, r] = plane.nearness;
         let r = p * ox + q * oy + r - ow;
         let size = p.abs() + q.abs();
-        let error = plane.depth_error
-            + nearness_error
-            + size * (position_error + ROUNDED * reach)
-            + ROUNDED * (r.abs() + depth)
-            + 1e-30;
+        let error = plane.depth_error + nearness_error + size * (position_error + ROUNDED * reach) + ROUNDED * depth;
         for (quad, value) in quads.iter_mut().zip([p, q, r + error]) {
             quad[3] = value as f32;
         }
@@ -132,11 +130,11 @@ impl SixteenPlanes {
         for (lane, plane) in planes.iter().enumerate() {
             let functions = plane.edges.iter().zip(&plane.edge_errors).chain([(&plane.nearness, &plane.depth_error)]);
             for (function, (&[a, b, c], &error)) in functions.enumerate() {
-                // Factors are rounded, and so are products, sums and what they are compared with.
-                let rounded = 16.0 * HALF_ULP * ((a.abs() + b.abs()) * 2.0 + c.abs());
+                // Where |X| and |Y| are hardly above one: factors are rounded, and so are products and sums.
+                let rounded = 5.0 * HALF_ULP * (a.abs() + b.abs() + c.abs());
                 sixteen.a[function][lane] = a as f32;
                 sixteen.b[function][lane] = b as f32;
-                sixteen.c[function][lane] = (c + error + rounded + 1e-30) as f32;
+                sixteen.c[function][lane] = (c + error + rounded) as f32;
             }
         }
         sixteen
@@ -146,6 +144,19 @@ impl SixteenPlanes {
 impl Plane {
     /// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so that
     /// it isn't known on which side it is.
+    ///
+    /// With u = 2⁻⁵³, |X| and |Y| hardly above one, and sⱼ the largest coordinate that pⱼ may have: each coordinate is wrong
+    /// by four u sⱼ, and in parallel light by twenty more, which is how far X and Y of the light's own direction may be
+    /// from zero ([`across`](super::choose::across)). So the components of pⱼ × pₖ are wrong by 20 u sⱼ sₖ, in parallel light
+    /// by 100, and the function by three times as much. Scaling it, and bringing it to another origin, has five roundings of
+    /// its largest value, 20 u sⱼ sₖ.
+    ///
+    /// With e the error of p₁ × p₂, the determinant, p₀ · (p₁ × p₂), is wrong by 3 s₀ e, and by what p₀ and the sum are: 42 u
+    /// s₀ s₁ s₂, in parallel light 114. That is less than 4.2 s₀ e.
+    ///
+    /// The nearness is the sum of the edge functions, each times its corner's nearness or `near`, over the determinant. With
+    /// S the magnitudes of its own factors, a corner's is at most sⱼ S. So each function's error makes 3 s₀ e S of it, also
+    /// with the four roundings of the sum, 8 u sⱼ sₖ; and the determinant's 4.2 s₀ e S: together 3.15 times the latter.
     fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
         let world = corners.map(Vec3::as_dvec3);
         let mut points = world.map(|corner| face.homogeneous(corner));
@@ -156,17 +167,17 @@ impl Plane {
         }
         let norms = face.norms();
         let reach = world.map(|corner| (corner - face.origin).abs().max_element());
-        // Each homogeneous coordinate is at most this, and wrong by four roundings of it.
+        // Each homogeneous coordinate is at most this.
         let sizes = reach.map(|reach| (norms * reach).max_element().max(f64::from(u8::from(face.is_parallel))));
         if is_outside(&points, sizes) {
             return [None; 2];
         }
         let opposite = [(1, 2), (2, 0), (0, 1)];
         let edges = opposite.map(|(j, k)| points[j].cross(points[k]));
-        let edge_errors = opposite.map(|(j, k)| 24.0 * ROUNDING * sizes[j] * sizes[k]);
+        let roundings = if face.is_parallel { 110.0 } else { 30.0 };
+        let edge_errors = opposite.map(|(j, k)| roundings * ROUNDING * sizes[j] * sizes[k]);
         let determinant = points[0].dot(edges[0]);
-        let determinant_error =
-            3.0 * sizes[0] * edge_errors[0] + 32.0 * ROUNDING * sizes[0] * edges[0].abs().max_element();
+        let determinant_error = 4.2 * sizes[0] * edge_errors[0];
         let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
 
         let mut plane = Self {
@@ -180,7 +191,7 @@ impl Plane {
         for (index, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
             let size = edge.abs().element_sum();
             // Otherwise nothing is known about this edge.
-            if size.is_finite() && size > 1e3 * error && size > 1e-250 {
+            if size.is_finite() && size > 1e-250 {
                 plane.edges[index] = (edge * (sign / size)).to_array();
                 plane.edge_errors[index] = 3.0 * error / size;
             }
@@ -190,18 +201,15 @@ impl Plane {
             turned.edges.as_flattened_mut().iter_mut().for_each(|factor| *factor = -*factor);
             return [Some(plane), Some(turned)];
         }
-        let weighted = |values: [f64; 3]| values[0].abs() + values[1].abs() + values[2].abs();
         let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
         let size = slope.abs().element_sum();
-        let of_edges = weighted([0, 1, 2].map(|corner| edge_errors[corner] * nearnesses[corner]));
-        let of_nearness = if face.is_parallel {
-            let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
-            4.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(of_corner))
-        } else {
-            0.0
-        };
-        let error = (3.0 * (of_edges + of_nearness) + size * determinant_error) / determinant.abs();
-        let depth_error = 2.0 * error + predicate_error(face, world, determinant, size);
+        // Of each corner's own nearness four roundings.
+        let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
+        let of_nearness =
+            if face.is_parallel { 15.0 * ROUNDING * norms.z * (0..3).map(of_corner).sum::<f64>() } else { 0.0 };
+        let error = (of_nearness + 3.3 * size * determinant_error) / determinant.abs();
+        // What underflows in f32 is far below the last.
+        let depth_error = error + predicate_error(face, world, determinant) + 1e-30;
         // One less f32 to overflow.
         if depth_error < 1e30 && size < 1e30 {
             plane.nearness = slope.to_array();
@@ -215,7 +223,7 @@ impl Plane {
 /// they may be wrong.
 fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
     let beyond = |height: fn(DVec3) -> f64| {
-        points.iter().zip(sizes).all(|(&point, size)| height(point) > 16.0 * ROUNDING * size + 1e-6 * point.z.abs())
+        points.iter().zip(sizes).all(|(&point, size)| height(point) > 28.0 * ROUNDING * size)
     };
     beyond(|p| -p.z)
         || beyond(|p| p.x - FACE_LIMIT * p.z)
@@ -226,19 +234,17 @@ fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
 
 /// How far, in nearness, the predicate wants a point to be behind the triangle.
 ///
-/// See [`VertexErrors`](super::face::VertexErrors): it wants no more than 6 |ab| |ac| (10 u |P − a| + e) of n · (P − a), which is
-/// the determinant, taken back to world lengths, times the difference in nearness times z / near; in parallel light it is
-/// n · d / s.z.
-pub(crate) fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64, nearness: f64) -> f64 {
+/// It wants e times the sum of n's components of n · (P − a), for the unnormalised normal n, e being half the point's box:
+/// at most twice its error, whatever rounding makes of the box. That is at most 4 |ab| |ac| e, with largest components |·|:
+/// no matrix of numbers up to one has a larger determinant than 4. And n · (P − a) is the determinant, taken back to world
+/// lengths, times the difference in nearness times z / near; in parallel light it is n · d / s.z.
+pub(crate) fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64) -> f64 {
     let (ab, ac) = ((b - a).abs().max_element(), (c - a).abs().max_element());
-    let from_light = (a - face.origin).abs().max_element();
-    let error = face.point_error;
     let volume = determinant.abs() / (face.scale.x * face.scale.y);
-    if face.is_parallel {
-        let reach = 2.0 * (face.scale.x.recip() + face.scale.y.recip() + face.scale.z.recip()) + from_light;
-        6.0 * ab * ac * (10.0 * ROUNDING * reach + error) * face.scale.z / volume
-    } else {
-        // A point of the face is at most 18 z from the light; z · W is `near`.
-        6.0 * ab * ac * (10.0 * ROUNDING * (18.0 * face.near + from_light * nearness) + error * face.near) / volume
-    }
+    // The error is in relation to z in perspective, and z · W is `near`.
+    let of_length = if face.is_parallel { face.scale.z } else { face.near };
+    8.01 * ab * ac * face.point_error * of_length / volume
 }
+
+#[cfg(test)]
+mod tests;

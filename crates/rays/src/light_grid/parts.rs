@@ -3,7 +3,6 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::block::Block;
 use super::boxes::{FaceBox, SixteenBoxes};
-use super::face::HALF_ULP;
 use super::points::{Group, TILE_BLOCKS, block_of};
 use super::set_up::Extent;
 use super::worker::make_room;
@@ -14,7 +13,8 @@ use crate::simd::vectors::{LANES, splat};
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Part {
-    /// In relation to the tile's origin, grown by the points' error; the nearness is that of the farthest.
+    /// In relation to the tile's origin, grown by the points' error and then rounded to nearest, for which what they are
+    /// compared with is grown; the nearness is that of the farthest.
     pub(crate) boxes: SixteenBoxes,
     /// Of the nearest point of each slot.
     nearest: [f32; LANES],
@@ -220,14 +220,11 @@ impl Parts {
                 size.of(&boxes.x[0]).max(size.of(&boxes.x[1])).max(size.of(&boxes.y[0]).max(size.of(&boxes.y[1])));
             reach = reach.max(farthest);
             depth = depth.max(size.of(&part.nearest)).max(size.of(&boxes.nearness));
-            // With what rounding the sums makes of it.
-            let error = farthest * (2.0 * HALF_ULP as f32) + position_error * 1.001;
-            let of_depth = size.of(&boxes.nearness) * (2.0 * HALF_ULP as f32) + nearness_error * 1.001;
-            (load(simd, &boxes.x[0]) - error).store_slice(&mut boxes.x[0]);
-            (load(simd, &boxes.x[1]) + error).store_slice(&mut boxes.x[1]);
-            (load(simd, &boxes.y[0]) - error).store_slice(&mut boxes.y[0]);
-            (load(simd, &boxes.y[1]) + error).store_slice(&mut boxes.y[1]);
-            (load(simd, &boxes.nearness) - of_depth).store_slice(&mut boxes.nearness);
+            (load(simd, &boxes.x[0]) - position_error).store_slice(&mut boxes.x[0]);
+            (load(simd, &boxes.x[1]) + position_error).store_slice(&mut boxes.x[1]);
+            (load(simd, &boxes.y[0]) - position_error).store_slice(&mut boxes.y[0]);
+            (load(simd, &boxes.y[1]) + position_error).store_slice(&mut boxes.y[1]);
+            (load(simd, &boxes.nearness) - nearness_error).store_slice(&mut boxes.nearness);
             part.whole = FaceBox {
                 x: [load(simd, &boxes.x[0]).reduce_min(), load(simd, &boxes.x[1]).reduce_max()],
                 y: [load(simd, &boxes.y[0]).reduce_min(), load(simd, &boxes.y[1]).reduce_max()],

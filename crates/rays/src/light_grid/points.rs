@@ -45,8 +45,8 @@ pub(crate) struct TileMap<'a> {
     slopes: [f32; 4],
     /// The largest magnitudes of what points of the same base add to it.
     spreads: [f32; 4],
-    /// How many half ulps of its base and its spread rounding moves an R by.
-    rounded: f32,
+    /// How many half ulps of its base and its spread rounding moves an R by, and R₃ with what the division loses.
+    rounded: [f32; 4],
     /// What f64 loses of each R.
     wide_errors: [[f32; 2]; 4],
     point_errors: [f32; 2],
@@ -132,7 +132,7 @@ impl<'a> TileMap<'a> {
             first,
             origin,
             offsets,
-            rounded: 3.01,
+            rounded: [3.02, 3.02, 3.02, 5.04],
             slopes: rows.map(|row| row[DEPTH] as f32),
             spreads: offsets
                 .map(|offsets| offsets.into_iter().fold(0.0, |spread, offset: f32| offset.abs().max(spread))),
@@ -188,7 +188,7 @@ impl<'a> TileMap<'a> {
             slopes: [0.0; 4],
             spreads: rows.map(|(axis, ..)| axis.abs().dot(half) as f32 * 1.001),
             // Factors, offsets and base are rounded once each, and three products and sums.
-            rounded: 9.1,
+            rounded: [9.1, 9.1, 9.1, 11.2],
             // Half as much again for what the origin is rounded by.
             wide_errors: rows.map(|(.., error)| [error as f32 * 1.5, 0.0]),
             point_errors: [list.largest_error() as f32 * 1.001, 0.0],
@@ -343,10 +343,11 @@ impl<'a> TileMap<'a> {
     ///
     /// Base, offset in the block and slope are rounded, and so are their sum, the product and the last sum: with all
     /// magnitudes added up that makes three ε of each of the three. An error of the depth is counted apart. Listed points have
-    /// no s, and up to nine ε.
+    /// no s, and up to nine ε. R₃ has two more for the roundings of 1 / R₃ and of what is multiplied with it, which are of no
+    /// more than R₃ over itself.
     #[inline(always)]
     fn linear_error<S: Simd>(&self, simd: S, function: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
-        let rounded = self.rounded * HALF_ULP as f32;
+        let rounded = self.rounded[function] * HALF_ULP as f32;
         let [constant, slope] = self.wide_errors[function];
         let of_base =
             (base.abs() + splat(simd, self.spreads[function])).mul_add(splat(simd, rounded), splat(simd, constant));
@@ -355,9 +356,8 @@ impl<'a> TileMap<'a> {
 
     /// The error of X and Y, and of W, of 16 blocks, and which are small enough.
     ///
-    /// With R₃ wrong by at most a sixteenth of itself, X is wrong by (dR₀ − X dR₃) / R₃, times at most 16/15, and by the
-    /// roundings of 1 / R₃ and the product. The error of the depth moves R₀ and R₃ together: by ds (m₀ − X m₃), with m
-    /// the slopes, which is largest for one of the extreme X.
+    /// With R₃ wrong by at most a 512th of itself, X is wrong by (dR₀ − X dR₃) / R₃, times at most 512/511. The error of the
+    /// depth moves R₀ and R₃ together: by ds (m₀ − X m₃), with m the slopes, which is largest for one of the extreme X.
     #[inline(always)]
     fn errors<S: Simd>(
         &self,
@@ -367,7 +367,7 @@ impl<'a> TileMap<'a> {
     ) -> (f32x16<S>, f32x16<S>, mask32x16<S>) {
         // One more rounding where s is a quotient.
         const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
-        const GROWN: f32 = 1.1;
+        const GROWN: f32 = 1.0025;
         let Extremes { x, y, nearness, inverse, depth } = extremes;
         let (inverse, depth) = (*inverse, *depth);
         let [m0, m1, m2, m3] = self.slopes;
@@ -380,17 +380,16 @@ impl<'a> TileMap<'a> {
         let along_x = along(simd, m0, m3, x);
         let along_y = along(simd, m1, m3, y);
         let along_w = along(simd, m2, m3, nearness);
-        let of_position =
+        let position =
             (c0.max(c1) + c3 * reach) * inverse + depth * (along_x.max(along_y) * OF_DEPTH + (reach * g3 + g0.max(g1)));
-        let position = of_position * GROWN + reach * (3.0 * HALF_ULP as f32);
-        let of_nearness = (c2 + c3 * deepest) * inverse + depth * (along_w * OF_DEPTH + (deepest * g3 + g2));
-        let nearness = of_nearness * GROWN + deepest * (3.0 * HALF_ULP as f32);
+        let nearness = (c2 + c3 * deepest) * inverse + depth * (along_w * OF_DEPTH + (deepest * g3 + g2));
+        let (position, nearness) = (position * GROWN, nearness * GROWN);
         let of_divisor = c3 * inverse + depth * (m3.abs() * OF_DEPTH + g3);
         let of_predicate = inverse * self.point_errors[0] + depth * self.point_errors[1];
         // Written so that NaN isn't exact.
         let is_exact = position.simd_le(splat(simd, LARGEST_POINT_ERROR as f32))
             & nearness.simd_lt(splat(simd, 1e15))
-            & of_divisor.simd_lt(splat(simd, 1.0 / 16.0))
+            & of_divisor.simd_lt(splat(simd, 1.0 / 512.0))
             & of_predicate.simd_lt(splat(simd, self.point_error));
         (position, nearness, is_exact)
     }
@@ -478,8 +477,9 @@ impl<'a> TileMap<'a> {
                     *range = [range[0].min(value), range[1].max(value)];
                 }
                 mapped |= 1 << slot;
-                for (error, of_point) in errors.iter_mut().zip(of_eight) {
-                    *error = error.max(of_point[lane]);
+                let [x, y, w] = local.map(|value| f64::from(value.abs()) * (HALF_ULP * 1.01));
+                for (error, (of_point, rounded)) in errors.iter_mut().zip(of_eight.into_iter().zip([x.max(y), w])) {
+                    *error = error.max(of_point[lane] + rounded);
                 }
             }
         }

@@ -2,9 +2,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
-use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT};
+use super::face::{Face, LARGEST_POINT_ERROR, POINT_LIMIT, ROUNDING};
 use super::point_set::PointSet;
-use crate::simd::vectors::{Vectors, dot, splat_vector};
+use crate::simd::vectors::{Vectors, dot, largest, splat_vector};
 
 /// Eight points on a face, those of pixels from the planes of the triangles that they are on.
 #[inline(always)]
@@ -14,24 +14,20 @@ pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face,
     let points = points.eight(simd, indices, face.origin);
     let v = points.offset;
     let (at, inverse) = face.project(simd, v);
-    let one = f64x8::splat(simd, 1.0);
-    let error = points.error;
+    // Products and sums of the map have three roundings, and the division two.
+    let error = points.error + largest(v) * (6.0 * ROUNDING);
+    let norms = face.norms();
     let (position_error, nearness_error) = if face.is_parallel {
-        let norms = face.norms();
         (error * norms.x.max(norms.y), error * norms.z)
     } else {
-        // X moves by (x − X z) · dv / p.z, and all roundings of the map are some of f64's.
-        let norms = face.norms();
-        let relative = error * inverse;
+        // X moves by (x − X z) · dv / p.z.
+        let relative = error * inverse * 1.1;
         let reach = at[0].abs().max(at[1].abs());
-        ((reach * norms.z + norms.x.max(norms.y)) * relative * 1.1, at[2] * relative * (norms.z * 1.1))
+        ((reach * norms.z + norms.x.max(norms.y)) * relative, at[2] * relative * norms.z)
     };
-    let rounded = HALF_ULP * 1.01;
-    let position_error = position_error + (at[0].abs().max(at[1].abs()) + one) * rounded;
-    let nearness_error = nearness_error + at[2].abs() * rounded;
     let limit = f64x8::splat(simd, POINT_LIMIT);
     // How far from the light, over how far the light's face is.
-    let depth_is_certain = (error * inverse * face.norms().z).simd_lt(f64x8::splat(simd, 1.0 / 16.0));
+    let depth_is_certain = (error * inverse * norms.z).simd_lt(f64x8::splat(simd, 1.0 / 16.0));
     let exact = points.certain
         & depth_is_certain
         & at[0].abs().simd_le(limit)
@@ -71,7 +67,7 @@ fn is_elsewhere<S: Simd>(simd: S, face: &Face, v: Vectors<S>, error: f64x8<S>, c
 pub(crate) struct Refined {
     /// X, Y and W.
     pub(crate) at: [[f64; 8]; 3],
-    /// Of X and Y, and of W, counting the rounding to f32.
+    /// Of X and Y, and of W.
     pub(crate) errors: [[f64; 8]; 2],
     /// Which points belong to the face.
     pub(crate) members: u64,

@@ -96,26 +96,36 @@ impl SetUp {
 
     /// Sets up a patch's triangles, `vertices` being X, Y and W of its vertices.
     ///
-    /// With ε = 2⁻²⁴, e the points' error, R the largest coordinate of a corner or a point, g = w + h the extents of a
-    /// triangle's bounds, and v the most that rounding moves a corner: by 1.125 ε on the face and another ε R when the
-    /// origin is subtracted.
+    /// With ε = 2⁻²⁴, e the points' error, R the largest coordinate of a corner, w and h the extents of a triangle's
+    /// bounds, g = w + h, and v the most that rounding moves a corner: by 1.125 ε on the face and another ε R when
+    /// the origin is subtracted.
     ///
-    /// *Edges.* As a function of real numbers, E is (P − s) × (Q − s) with s the point. It changes by at most
-    /// 2 v g + e g when the corners P, Q and the point move, and 8 v (v + e) for both together, for a point in the
-    /// triangle's bounds. Rounded are a and b, by ε each of themselves, which with a c from the same a and b is
-    /// at most 2 ε g R; the products and sums of c, 4 ε g R; and those of the function, 6 ε g R: taken as 14. If all three are
-    /// found above their error, then they are above zero for the rounded corners and the rounded point, whatever their sign
-    /// was taken to be: so it was right, the point is in the triangle's bounds, and the rest of the bound holds. The area is
-    /// wrong by at most 3 v g + 8 v² + 8 ε g R, less than twice what vertices and roundings make of the error. Where it is
-    /// below sixteen of these its sign is taken to be uncertain, and a point inside may have functions down to minus
-    /// three errors.
+    /// *Counterparts.* A point s of the true triangle has the same weights as some point s″ of the rounded one, which is at
+    /// most v away from it, and so at most v + e from where the point was found. If on the other hand a point is found
+    /// inside of the rounded triangle and more than v + e from each of its edges, then the true one is inside of the true
+    /// triangle: on a straight way from the rounded corners and point to the true ones it can't meet an edge, which has a
+    /// counterpart as well, and until then the triangle can't turn over. So only functions of the rounded triangle matter.
     ///
-    /// *Depth.* The plane through rounded corners and the true one differ at each corner by at most S v plus the error of
-    /// its W, S being the larger sum of the magnitudes of their slopes, and so they do inside the triangle; moving the
-    /// point changes either by S e. Where the area's sign is certain, the true slopes are at most 1.15 times those found, for
-    /// the error of the area, and for those of their numerators (48 v d + 5 g times the error of W) / area, d being the
-    /// difference in W of the corners. Rounding numerators, area and quotients makes 26 ε w h d / area of the function, and
-    /// the constant and the sums 12 ε S R and 6 ε of the largest W in relation to the origin.
+    /// *Edges.* The function E(s) = (P − s) × (Q − s) of the rounded P and Q isn't below zero at s″, and changes by at most
+    /// (v + e) g up to where the point was found. Rounded are a and b, by ε each of themselves, which with a c from the
+    /// same a and b is at most 2 ε g R; the products and sums of c, 3 ε g R; and those of the function but its last, which
+    /// can't change the sign, 3 ε g R. The area is wrong by 6 ε w h ≤ 6 ε g R. Where its sign is found wrong it is no more
+    /// than that, and neither are the functions at s″ below zero. That is 14 ε g R in all, or with v, 15.
+    ///
+    /// *Certain signs.* Moving the corners changes the area by at most 2 v g + 6 v². Above sixteen of what vertices and
+    /// roundings make of an edge's error its sign is certain: no area is above w h, so there g is above 64 v.
+    ///
+    /// *Points* that are found inside are no farther from the origin than 1.16 R: of one that is D away, weights below zero are
+    /// so by 8 ε g D over an area above 240 ε g R at most. Those inside are no farther than R + v + e, and the rest is lost in
+    /// the error of a point.
+    ///
+    /// *Depth.* The plane through the rounded corners is wrong by the error of their W at s″, and changes by at most S (v + e)
+    /// up to where the point was found, S being the sum of the magnitudes of its slopes. Numerators are wrong by
+    /// 6 ε h d and 6 ε w d, d being the difference in W of the corners, which at s″ makes 12 ε w h d / area. The area's
+    /// error scales both slopes by as much, and so what the plane rises from a corner, which is at most d: 6 ε w h d / area.
+    /// Three more roundings of slopes of at most h d / area and w d / area make 6: taken as 26 together, since the area is
+    /// wrong by a fortieth of itself at most where its sign is certain. The constant has 5 ε S R, and the function
+    /// 3 ε S · 1.16 R: with v, 10. The largest W in relation to the origin is rounded 5 times, and with that of a corner, 6.
     ///
     /// *Sides.* `one_sided` has a bit for each triangle that is there for light on its front alone. Where the area's sign
     /// is certain it says which side that is, and bounds of what isn't there are turned around: no point is in them.
@@ -149,11 +159,10 @@ impl SetUp {
             let (x_min, x_max) = (min3([x0, x1, x2]), max3([x0, x1, x2]));
             let (y_min, y_max) = (min3([y0, y1, y2]), max3([y0, y1, y2]));
             let (farthest, nearest) = (min3([w0, w1, w2]), max3([w0, w1, w2]));
-            let reach = x_min.abs().max(x_max.abs()).max(y_min.abs().max(y_max.abs())).max(splat(simd, extent.reach));
-            let local_depth = farthest.abs().max(nearest.abs()).max(splat(simd, extent.depth));
-            // v, and how wrong W of a corner may be.
-            let moved = reach * EPSILON + MOVED;
-            let corner_error = largest_nearness * (1.25 * EPSILON) + local_depth * EPSILON;
+            let reach = x_min.abs().max(x_max.abs()).max(y_min.abs().max(y_max.abs()));
+            let local_depth = farthest.abs().max(nearest.abs());
+            // How wrong W of a corner may be, but for the rounding when the origin is subtracted.
+            let corner_error = largest_nearness * (1.25 * EPSILON);
 
             let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
             let area = ux * ty - tx * uy;
@@ -163,11 +172,10 @@ impl SetUp {
             let (width, height, depth) = (x_max - x_min, y_max - y_min, nearest - farthest);
             let girth = width + height;
             let of_point = splat(simd, position_error * 1.001);
-            let of_vertices =
-                girth * (moved * 2.002 + reach * (14.0 * EPSILON)) + moved * moved * 8.0 + splat(simd, 1e-35);
-            let is_certain = area.simd_gt(of_vertices * 16.0);
-            let edge_error = of_vertices + of_point * (girth + moved * 8.0);
-            let edge_error = is_certain.select(edge_error, edge_error * 4.0);
+            let of_vertices = reach * (15.1 * EPSILON) + MOVED * 1.01;
+            // Products that underflow lose their bound.
+            let edge_error = girth * (of_vertices + of_point) + splat(simd, 1e-35);
+            let is_certain = area.simd_gt(girth * of_vertices * 16.0);
             let of_group = one_sided >> (group * LANES) & 0xffff;
             let is_gone = is_certain & shows_back & mask32x16::from_bitmask(simd, of_group);
 
@@ -178,18 +186,14 @@ impl SetUp {
             let p = is_certain.select((ty * rise1 - uy * rise2) * signed, zero);
             let q = is_certain.select((ux * rise2 - tx * rise1) * signed, zero);
             let r = w0 - (p * x0 + q * y0);
-            let steepness = p.abs() + q.abs();
-            let depth_over_area = depth * inverse;
-            let steepest = steepness * 1.15 + (moved * depth_over_area * 48.0 + corner_error * girth * inverse * 5.0);
             let relative_depth = if face.is_parallel { depth } else { depth / largest_nearness };
             let of_predicate = width * of_width + height * of_height + relative_depth * of_depth;
-            let depth_error = steepest * (moved + of_point + reach * (12.0 * EPSILON))
+            let depth_error = (p.abs() + q.abs()) * (reach * (10.1 * EPSILON) + MOVED * 1.01 + of_point)
                 + corner_error
-                + width * height * depth_over_area * (26.0 * EPSILON)
-                + local_depth * (6.0 * EPSILON)
+                + width * height * depth * inverse * (26.0 * EPSILON)
+                + local_depth * (6.1 * EPSILON)
                 + of_predicate * of_predicate * largest_nearness * inverse
-                // Products that underflow lose their bound.
-                + (nearness_error * 1.001 + 1e-30);
+                + nearness_error * 1.001;
             // Where it isn't a number, nothing is certain.
             let is_bounded = is_certain & depth_error.simd_lt(splat(simd, 1e30));
             let depth_error = is_bounded.select(depth_error, splat(simd, f32::INFINITY));
@@ -206,13 +210,14 @@ impl SetUp {
             store_quads(&mut self.quads[2][slots.clone()], quads([a2, b2, c2, r + depth_error]));
             (edge_error * 2.001).store_slice(&mut self.twice_edge_error[slots.clone()]);
             (depth_error * 2.001).store_slice(&mut self.twice_depth_error[slots.clone()]);
-            let margin = moved * 2.0;
+            // v, and what rounding makes of this sum and of that of the points' bounds.
+            let margin = reach * (3.1 * EPSILON) + MOVED * 1.01;
             let nowhere = splat(simd, f32::INFINITY);
             is_gone.select(nowhere, x_min - margin).store_slice(&mut self.x[0][slots.clone()]);
             is_gone.select(-nowhere, x_max + margin).store_slice(&mut self.x[1][slots.clone()]);
             (y_min - margin).store_slice(&mut self.y[0][slots.clone()]);
             (y_max + margin).store_slice(&mut self.y[1][slots.clone()]);
-            (nearest + corner_error * 2.0).store_slice(&mut self.nearness[slots]);
+            (nearest + corner_error + local_depth * (3.1 * EPSILON)).store_slice(&mut self.nearness[slots]);
         }
     }
 }

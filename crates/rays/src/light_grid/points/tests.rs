@@ -1,4 +1,4 @@
-//! Points as they are mapped, beside the same in f64, with depths as wrong as they may be.
+//! Points as they are mapped, beside where they are, with depths as wrong as they may be.
 
 use fearless_simd::dispatch;
 use glam::{DVec2, DVec3, Vec3};
@@ -6,105 +6,140 @@ use rayon::prelude::*;
 
 use super::*;
 use crate::light_grid::choose::choose;
+use crate::light_grid::face::FACE_LIMIT;
 use crate::light_grid::survey::Survey;
-use crate::predicate::HitPoint;
+use crate::precise::{Precise, difference, dot, precise};
+use crate::predicate::{HitPoint, crossing};
 use crate::random::Random;
 use crate::shot::Shot;
 use crate::{Camera, LightSource, Projection, SimdLevel, Triangles, View};
 
-const TRIALS: u32 = 2000;
+const TRIALS: u32 = 1000;
 
-/// A view of something at about one depth, and a light anywhere, often near the camera, where depths don't matter.
+/// A view of something at about one depth, and a light anywhere, often near the camera, where depths don't matter, or near what
+/// is seen, where they are all that matters.
 struct Trial {
     random: Random,
     level: SimdLevel,
     view: View,
     light: LightSource,
     depth: f64,
+    zoom: f64,
 }
 
 impl Trial {
     fn new(mut random: Random, level: SimdLevel) -> Self {
+        let far = if random.unit() < 0.7 { 1.0 } else { random.power(0.0, 6.0) };
+        let depth = random.power(0.0, 2.0);
         let mut anywhere = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size)).as_vec3();
-        let (position, at, sideways) = (anywhere(10.0), anywhere(10.0), anywhere(1.0));
-        let (near, far) = (anywhere(1.0), anywhere(30.0));
-        let camera = Camera::look_at(position, at, Vec3::Y, 0.7);
-        let projection = Projection::Orthographic { half_height: random.power(-1.0, 1.0) as f32 };
+        let (position, at, sideways) = (anywhere(10.0 * far), anywhere(10.0), anywhere(1.0));
+        let (near, away) = (anywhere(1.0), anywhere(30.0));
+        // Whether what is seen is far away in relation to its size.
+        let zoom = if random.unit() < 0.5 { 1.0 } else { random.power(-6.0, 0.0) };
+        let camera = Camera::look_at(position, position + at, Vec3::Y, 0.7 * zoom as f32);
+        let projection = Projection::Orthographic { half_height: (depth * zoom) as f32 };
         let projection = if random.unit() < 0.3 { projection } else { camera.projection };
-        let light = match (random.unit() * 3.0) as u32 {
+        let ahead = position + camera.forward * (depth * (1.0 + 0.3 * random.unit() * zoom)) as f32;
+        let light = match (random.unit() * 4.0) as u32 {
             0 => LightSource::Point { position: position + near * random.power(-8.0, 0.0) as f32 },
-            1 => LightSource::Point { position: far },
+            1 => LightSource::Point { position: position + away },
+            2 => LightSource::Point { position: ahead + near * (depth * zoom * random.power(-3.0, 0.0)) as f32 },
             _ => LightSource::Directional { direction: camera.forward + sideways * random.power(-8.0, 1.0) as f32 },
         };
-        let view = View { camera: Camera { projection, ..camera }, width: 100, height: 100 };
-        Self { depth: random.power(0.0, 2.0), random, level, view, light }
+        let view = View { camera: Camera { projection, ..camera }, width: 64, height: 64 };
+        Self { random, level, view, light, depth, zoom }
     }
 
     /// How wrong X or Y, and W, of a point are at most in relation to what they may be.
     fn run(&mut self) -> Option<[f64; 2]> {
-        let Self { random, level, view, light, depth } = self;
+        let Self { random, level, view, light, depth, zoom } = self;
         let offset_pixels = DVec2::new(random.unit(), random.unit());
-        // For what can't be mapped from depths.
-        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        let shot =
-            Shot { offset_pixels, ..Shot::new(Triangles { positions: &positions, indices: &[[0, 1, 2]] }, *view) };
         let mut seen = SeenPixels::default();
         seen.resize(view.width, view.height);
         let is_rough = random.unit() < 0.5;
-        let mut true_depth = vec![0.0; seen.triangle.len()];
-        let (least, error) = (random.unit(), random.power(-3.0, 0.0).min(0.5));
-        for (index, true_depth) in true_depth.iter_mut().enumerate() {
-            let Some((x, y)) = seen.order().pixel(index) else { continue };
-            let along = if is_rough { random.unit() } else { (f64::from(x) + 2.0 * f64::from(y)) / 300.0 };
-            *true_depth = *depth * (1.0 + error * along);
-            let wrong = random.signed() * least + (1.0 - least).copysign(random.signed());
+        // Whether all depths are wrong in the same direction.
+        let one_sign = random.unit() < 0.5;
+        let (least, error) = (random.unit(), *zoom * random.power(-3.0, 0.0).min(0.5));
+        // Each pixel shows a triangle of its own, for what can't be mapped from depths.
+        let (mut positions, mut true_depth) = (Vec::new(), Vec::new());
+        for index in 0..seen.triangle.len() {
+            let (column, row) = seen.order().column_and_row(index);
+            let [x, y] = [column, row].map(f64::from);
+            let ray = view.ray(x + offset_pixels.x, y + offset_pixels.y);
+            let along = if is_rough { random.unit() } else { (x + 2.0 * y) / 200.0 };
+            let at = ray.origin + ray.direction * (*depth * (1.0 + error * along));
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)].map(|(right, up)| {
+                let size = 0.1 * *depth as f32;
+                at.as_vec3() + view.camera.right * (right * size) + view.camera.up * (up * size)
+            });
+            let t = crossing(&ray, corners).map_or(f64::NAN, |crossing| crossing.t);
+            let sign = random.signed();
+            let sign = if one_sign { 1.0 } else { sign };
+            let wrong = (random.unit() * least + (1.0 - least)).copysign(sign);
             // The rest is for rounding.
             let wrong = wrong * 0.96 * f64::from(SeenPixels::RELATIVE_ERROR);
-            seen.inverse_depth[index] = ((1.0 + wrong) / *true_depth) as f32;
-            seen.triangle[index] = 0;
+            seen.inverse_depth[index] = ((1.0 + wrong) / t) as f32;
+            seen.triangle[index] = index as u32;
+            true_depth.push(t);
+            positions.extend(corners);
         }
+        let indices: Vec<_> = (0..true_depth.len() as u32).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect();
+        let triangles = Triangles { positions: &positions, indices: &indices };
+        let shot = Shot { offset_pixels, ..Shot::new(triangles, *view) };
         let mut survey = Survey::default();
         survey.find(&shot, &seen, *level);
         let mut faces = Vec::new();
         choose(light, survey.rays.step_x, &survey.tiles, &mut faces)?;
-        let number = (random.unit() * faces.len() as f64) as usize;
-        let face = faces.get_mut(number)?;
-        let image = SeenImage { shot: &shot, seen: &seen };
-        let points = PointSet::Seen(image, survey.rays);
-        face.choose_point_error(&points, &survey.tiles);
-        let pixels = PixelMap::new(face, &survey.rays);
-        let tile = (random.unit() * survey.tiles.len() as f64) as usize;
-        let origin = origin(&image, &pixels, tile);
-        let map = TileMap::new(&points, face, &pixels, tile, origin);
-        let (mut blocks, mut outliers, mut worst) = (Box::new([Block::EMPTY; TILE_BLOCKS]), Vec::new(), [0.0; 2]);
-        for group in 0..GROUPS {
-            let mut refined = 0;
-            let found = dispatch!(level.0, simd =>
-                map.map_group(simd, group, &mut blocks, &mut outliers, &mut refined));
-            let Some(found) = found.filter(|_| refined == 0 && outliers.is_empty()) else { continue };
-            for (index, members) in found.members.into_iter().enumerate() {
-                let block = block_of(group, index);
-                for lane in bits_of(members) {
-                    let index = tile * TileOrder::TILE_PIXELS + block * LANES + lane;
-                    let (column, row) = seen.order().column_and_row(index);
-                    let ray = view.ray(f64::from(column) + offset_pixels.x, f64::from(row) + offset_pixels.y);
-                    let p = face.homogeneous(ray.origin + ray.direction * true_depth[index]);
-                    let wrong = wrong_by(face, p, origin, &blocks[block], lane);
-                    let [position, nearness] = found.errors.map(f64::from);
-                    worst[0] = f64::max(worst[0], wrong.x.max(wrong.y) / position);
-                    worst[1] = f64::max(worst[1], wrong.z / nearness);
+        let points = PointSet::Seen(SeenImage { shot: &shot, seen: &seen }, survey.rays);
+        let (mut worst, mut on_faces) = ([0.0; 2], vec![0_u16; TILE_BLOCKS]);
+        for face in &mut faces {
+            face.choose_point_error(&points, &survey.tiles);
+            let pixels = PixelMap::new(face, &survey.rays);
+            let PointSet::Seen(image, _) = &points else { return None };
+            let map = TileMap::new(&points, face, &pixels, 0, origin(image, &pixels, 0));
+            let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
+            for group in 0..GROUPS {
+                let (mut outliers, mut refined) = (Vec::new(), 0);
+                let found = dispatch!(level.0, simd =>
+                    map.map_group(simd, group, &mut blocks, &mut outliers, &mut refined));
+                for index in outliers.into_iter().map(|index| index as usize) {
+                    on_faces[index / LANES] |= 1 << (index % LANES);
+                }
+                let Some(found) = found else { continue };
+                for (index, members) in found.members.into_iter().enumerate() {
+                    let block = block_of(group, index);
+                    on_faces[block] |= members;
+                    for lane in bits_of(members) {
+                        let index = block * LANES + lane;
+                        let (column, row) = seen.order().column_and_row(index);
+                        let ray = view.ray(f64::from(column) + offset_pixels.x, f64::from(row) + offset_pixels.y);
+                        let hit = HitPoint::new(&ray, true_depth[index]);
+                        let (wrong, at) = wrong_by(face, hit.position, map.origin, &blocks[block], lane);
+                        let depth = if face.is_parallel { 1.0 } else { face.near / at.z };
+                        let [position, nearness] = found.errors.map(f64::from);
+                        worst[0] = f64::max(worst[0], wrong.x.max(wrong.y) / position);
+                        worst[1] = f64::max(worst[1], wrong.z / nearness);
+                        assert!(hit.error <= face.point_error * depth, "{hit:?} on {face:?}");
+                        assert!(at.x.abs().max(at.y.abs()) < FACE_LIMIT, "{at} of {face:?}");
+                    }
                 }
             }
         }
+        let is_on_face = |index: usize| on_faces[index / LANES] >> (index % LANES) & 1 == 1;
+        let are_on_faces = true_depth.iter().enumerate().all(|(index, depth)| depth.is_nan() || is_on_face(index));
+        assert!(are_on_faces, "not all points of {view:?} are on faces of {light:?}");
         Some(worst)
     }
 }
 
-/// By how much X, Y and W of a block's point are from where its homogeneous coordinates are.
-fn wrong_by(face: &Face, p: DVec3, origin: [f32; 3], points: &Block, lane: usize) -> DVec3 {
-    let at = if face.is_parallel { p } else { DVec3::new(p.x, p.y, face.near) / p.z };
-    let to = DVec3::from([points.x[lane], points.y[lane], points.nearness[lane]].map(f64::from));
-    (at - DVec3::from(origin.map(f64::from)) - to).abs()
+/// By how much X, Y and W of a block's point are from those of a world position, and these.
+fn wrong_by(face: &Face, position: DVec3, origin: [f32; 3], points: &Block, lane: usize) -> (DVec3, DVec3) {
+    let v = difference(precise(position), precise(face.origin));
+    let [x, y, z] = [face.x, face.y, face.z].map(|axis| dot(precise(axis), v));
+    let at = if face.is_parallel { [x, y, z] } else { [x / z, y / z, Precise::from(face.near) / z] };
+    let to = [points.x[lane], points.y[lane], points.nearness[lane]].map(|value| Precise::from(f64::from(value)));
+    let wrong = difference(difference(at, precise(DVec3::from(origin.map(f64::from)))), to);
+    (DVec3::from(wrong.map(|wrong| wrong.abs().to_f64())), DVec3::from(at.map(Precise::to_f64)))
 }
 
 /// The most of what trials say.
@@ -125,8 +160,10 @@ fn points_are_no_more_wrong_than_is_said() {
 
 /// The same of listed points in a box of any size and place.
 fn listed(mut random: Random, level: SimdLevel) -> Option<[f64; 2]> {
+    let out = if random.unit() < 0.7 { 1.0 } else { random.power(0.0, 6.0) };
+    let size = 2.0 * random.power(-6.0, 0.0);
     let mut anywhere = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size));
-    let (middle, half, far, sideways) = (anywhere(10.0), anywhere(2.0), anywhere(30.0), anywhere(1.0));
+    let (middle, half, far, sideways) = (anywhere(10.0 * out), anywhere(size), anywhere(30.0), anywhere(1.0));
     let positions: Vec<DVec3> = (0..300).map(|_| middle + half * anywhere(1.0)).collect();
     let light = match (random.unit() * 3.0) as u32 {
         0 => LightSource::Point { position: (positions[0] + sideways * random.power(-3.0, 0.0)).as_vec3() },
@@ -150,8 +187,8 @@ fn listed(mut random: Random, level: SimdLevel) -> Option<[f64; 2]> {
         for (index, members) in found.members.into_iter().enumerate() {
             let block = block_of(group, index);
             for lane in bits_of(members) {
-                let p = face.homogeneous(list.points[block * LANES + lane].position);
-                let wrong = wrong_by(face, p, map.origin, &blocks[block], lane);
+                let position = list.points[block * LANES + lane].position;
+                let (wrong, _) = wrong_by(face, position, map.origin, &blocks[block], lane);
                 let [position, nearness] = found.errors.map(f64::from);
                 worst[0] = f64::max(worst[0], wrong.x.max(wrong.y) / position);
                 worst[1] = f64::max(worst[1], wrong.z / nearness);

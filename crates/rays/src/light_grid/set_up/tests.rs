@@ -16,6 +16,8 @@ use crate::light_grid::test::{PartPoints, QUEUE, enqueue};
 use crate::random::Random;
 use crate::shot::SeenPixels;
 
+mod predicate;
+
 const TRIALS: u32 = 40_000;
 
 /// X, Y and W of a triangle's corners as real numbers.
@@ -49,6 +51,77 @@ struct Trial {
     rise: f64,
     /// The points'.
     errors: [f64; 2],
+    /// A bit for each triangle that is there for light on its front alone.
+    one_sided: u64,
+}
+
+/// What is found of sixteen points each about sixteen triangles: a bit for each that may be shadowed, and that certainly is.
+type Decisions = [[u16; 2]; LANES];
+
+/// Sixteen triangles with these vertices, and for each a block of points as they are found in relation to the origin.
+struct Setting<'a> {
+    level: Level,
+    face: &'a Face,
+    vertex_errors: &'a VertexErrors,
+    origin: [f32; 3],
+    /// Of points.
+    errors: [f32; 2],
+    one_sided: u64,
+    vertices: &'a [[f32; 4]],
+}
+
+impl Setting<'_> {
+    /// Of no points yet.
+    fn extent(&self) -> Extent {
+        Extent { origin: self.origin, errors: self.errors, ..Extent::default() }
+    }
+
+    fn fill(&self, set_up: &mut SetUp, extent: &Extent) {
+        let corners: Vec<_> = (0..LANES as u8).map(|id| [3 * id, 3 * id + 1, 3 * id + 2, 0]).collect();
+        let ids: Vec<_> = (0..LANES as u32).collect();
+        let patch = Patch { vertices: &[], corners: &corners, ids: &ids, count: LANES };
+        let Self { level, face, vertex_errors, vertices, one_sided, .. } = *self;
+        dispatch!(level, simd => set_up.fill(simd, face, vertex_errors, &patch, vertices, extent, one_sided));
+    }
+
+    fn decide(&self, points: &[[[f32; 3]; LANES]; LANES]) -> Decisions {
+        let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
+        let mut ranges = [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3];
+        for (number, points) in points.iter().enumerate() {
+            let block = &mut blocks[block_of(0, number)];
+            for (lane, &point) in points.iter().enumerate() {
+                [block.x[lane], block.y[lane], block.nearness[lane]] = point;
+                for ([low, high], coordinate) in ranges.iter_mut().zip(point) {
+                    low[number] = low[number].min(coordinate);
+                    high[number] = high[number].max(coordinate);
+                }
+            }
+        }
+        let [x, y, nearness] = ranges;
+        let Self { level, errors, .. } = *self;
+        let group = Group { members: [u16::MAX; LANES], x, y, nearness, errors };
+        let mut extent = self.extent();
+        let mut parts = Parts::default();
+        dispatch!(level, simd => {
+            parts.divide(simd, 0, &group, &blocks, 1e30);
+            parts.finish(simd, &mut extent);
+        });
+        let mut set_up = SetUp::EMPTY;
+        self.fill(&mut set_up, &extent);
+        let mut seen = SeenPixels::default();
+        seen.resize(64, 64);
+        let [part] = &parts.parts[..] else { panic!("one part") };
+        let points = PartPoints::new(part, 0, &blocks, &[0; TILE_BLOCKS], &seen.triangle);
+        std::array::from_fn(|triangle| {
+            dispatch!(level, simd => {
+                let mut queue = vec![0; QUEUE];
+                let end = enqueue(simd, &set_up, part, &SplatBox::new(simd, &part.whole), 1 << triangle, &mut queue);
+                let is_queued = queue[..end].contains(&((triangle * LANES + triangle) as u32));
+                let found = points.test(simd, set_up.quads(triangle), triangle as u32, triangle);
+                if is_queued { [found.possible, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
+            })
+        })
+    }
 }
 
 impl Trial {
@@ -58,13 +131,27 @@ impl Trial {
         let origin = DVec3::new(random.signed(), random.signed(), depth).as_vec3().as_dvec3();
         let mut error = |most: f64| if random.unit() < 0.5 { 0.0 } else { most * random.power(-6.0, 0.0) };
         let errors = [error(1.0 / 4096.0), error(depth.abs() * 0.01)].map(|error| f64::from(error as f32));
-        let (size, away) = (random.power(-8.0, 0.0), random.power(-8.0, 1.0).min(3.0));
+        let (size, away) = (random.power(-8.0, 0.0), random.power(-8.0, 2.0).min(3.0));
         // Thin ones whose area is what the errors are, in between.
         let thin = 16.0 * HALF_ULP * (1.0 + away) * random.unit() / size;
         let aspect = [1.0, random.power(-7.0, 0.0), thin][(random.unit() * 3.0) as usize];
         let rise = random.power(-7.0, -0.6);
         let face = Face { x: DVec3::X, y: DVec3::Y, z: DVec3::Z, is_parallel, ..Face::default() };
-        Self { random, level: level.0, face, origin, size, away, aspect, rise, errors }
+        let one_sided = if random.unit() < 0.5 { random.unit().to_bits() } else { 0 };
+        let trial = Self { random, level: level.0, face, origin, size, away, aspect, rise, errors, one_sided };
+        trial.tiny_or_not()
+    }
+
+    /// Makes one of sixteen so small that products of coordinates are among the least of f32.
+    fn tiny_or_not(mut self) -> Self {
+        if self.random.unit() < 0.06 {
+            let size = self.random.power(-40.0, -37.0);
+            let error = self.random.power(-44.5, -43.0) / size;
+            let origin = DVec3::ZERO.with_z(self.origin.z);
+            Self { origin, size, away: 0.0, aspect: 1.0, errors: [f64::from(error as f32), self.errors[1]], ..self }
+        } else {
+            self
+        }
     }
 
     fn corners(&mut self) -> Corners {
@@ -76,22 +163,38 @@ impl Trial {
         let height = (b - a).cross(DVec3::Z) * (*aspect * random.signed());
         let depth = if self.face.is_parallel { origin.z + *away * random.signed() } else { random.power(-3.0, 0.0) };
         let scale = if self.face.is_parallel { *rise } else { depth * *rise };
+        let mut rises = [(); 3].map(|()| scale * random.signed());
+        // In thin ones that rise along their length alone, roundings are all that slopes are across.
+        if random.unit() < 0.3 {
+            rises[2] = rises[0] + (rises[1] - rises[0]) * along;
+        }
         let corners = [a, b, a + (b - a) * along + height];
-        corners
-            .map(|corner| corner.clamp(DVec3::splat(-2.0), DVec3::splat(2.0)).with_z(depth + scale * random.signed()))
+        std::array::from_fn(|corner| {
+            corners[corner].clamp(DVec3::splat(-2.0), DVec3::splat(2.0)).with_z(depth + rises[corner])
+        })
+    }
+
+    /// What the predicate asks for beyond that is checked beside it, not here.
+    fn setting<'a>(&self, face: &'a Face, vertex_errors: &'a VertexErrors, vertices: &'a [[f32; 4]]) -> Setting<'a> {
+        let Self { level, one_sided, .. } = *self;
+        let (origin, errors) = (self.origin.as_vec3().to_array(), self.errors.map(|error| error as f32));
+        Setting { level, face, vertex_errors, origin, errors, one_sided, vertices }
     }
 
     /// A corner as it is found.
     fn vertex(&mut self, corner: DVec3) -> [f32; 4] {
         let of_depth = if self.face.is_parallel { 1.0 } else { corner.z };
-        let mut error = |size: f64| self.random.signed() * size * HALF_ULP / 8.0;
+        let wrong = if self.size < 1e-20 { 0.0 } else { HALF_ULP / 8.0 };
+        let mut error = |size: f64| self.random.signed() * size * wrong;
         [corner.x + error(1.0), corner.y + error(1.0), corner.z + error(of_depth), 0.0].map(|number| number as f32)
     }
 
     /// Points as they are found, in relation to the origin: all about as far inside or outside of an edge, around a corner,
     /// or anywhere, and about as far above the plane or below.
     fn points(&mut self, corners: Corners, [edge_error, depth_error]: [f64; 2]) -> [[f32; 3]; LANES] {
-        let Self { random, origin, .. } = self;
+        let Self { random, origin, size, errors: [position, _], .. } = self;
+        let beyond =
+            |random: &mut Random| DVec3::new(random.signed(), random.signed(), 0.0).signum().with_z(0.0) * *position;
         let first = (random.unit() * 3.0) as usize;
         let [from, to, _] = std::array::from_fn(|corner| corners[(first + corner) % 3]);
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -101,13 +204,15 @@ impl Trial {
         let depth_error = if depth_error < 1e30 { depth_error } else { highest.abs() * HALF_ULP };
         let [aim, nearness] = [random.unit() * 3.0, random.unit() * 3.0].map(|side| side.floor() - 1.0);
         let (is_corner, depth) = (random.unit() < 0.3, random.unit());
+        let farthest = random.power(-9.0, 0.0);
         std::array::from_fn(|_| {
             let at = if is_corner {
-                from + (middle - from) * random.power(-9.0, 0.0) + beside * (aim * random.unit())
+                from + (middle - from) * (farthest * random.unit()) + beside * (aim * random.unit())
             } else {
                 let at = from + (to - from) * random.unit() + beside * (aim + random.signed()) * 1.5;
                 if aim == 0.0 { at.lerp(middle, random.unit()) } else { at }
             };
+            let at = if *size < 1e-20 { at + beyond(random) } else { at };
             let (_, above) = functions(corners, at.with_z(0.0));
             let plane = if above.is_finite() && above < highest && depth < 0.8 { above } else { highest };
             let at = at.with_z(plane + depth_error * (nearness + random.signed()) * 1.5);
@@ -115,78 +220,62 @@ impl Trial {
         })
     }
 
-    fn fill(&self, set_up: &mut SetUp, vertices: &[[f32; 4]], extent: &Extent) {
-        let corners: Vec<_> = (0..LANES as u8).map(|id| [3 * id, 3 * id + 1, 3 * id + 2, 0]).collect();
-        let ids: Vec<_> = (0..LANES as u32).collect();
-        let patch = Patch { vertices: &[], corners: &corners, ids: &ids, count: LANES };
-        // What the predicate asks for beyond that is checked beside it, not here.
-        dispatch!(self.level, simd => set_up.fill(simd, &self.face, &VertexErrors::default(), &patch, vertices, extent, 0));
+    /// Where bounds of triangles don't reach what may be found of a point beyond a corner; `None` if they all do.
+    fn short_bound(&mut self) -> Option<String> {
+        let triangles: [Corners; LANES] = std::array::from_fn(|_| self.corners());
+        let vertices: Vec<_> = triangles.as_flattened().iter().map(|&corner| self.vertex(corner)).collect();
+        let [origin, error] = [self.origin, DVec3::new(self.errors[0], self.errors[0], self.errors[1])];
+        let (face, vertex_errors) = (self.face, VertexErrors::default());
+        let setting = Setting { one_sided: 0, ..self.setting(&face, &vertex_errors, &vertices) };
+        let mut set_up = SetUp::EMPTY;
+        setting.fill(&mut set_up, &setting.extent());
+        (0..LANES).find_map(|triangle| {
+            let FaceBox { x, y, nearness } = set_up.bounds(triangle);
+            triangles[triangle].into_iter().find_map(|corner| {
+                // The farthest f32 that a point at the corner may be found at, on either side, and where a bound that is
+                // grown by the error ends.
+                let [low, high] = [-1.0, 1.0]
+                    .map(|side| (side * (corner - origin) + error).to_array().map(|end| side as f32 * below(end)));
+                let error = error.as_vec3();
+                let ends =
+                    [low[0] + error.x, low[1] + error.y, high[0] - error.x, high[1] - error.y, high[2] - error.z];
+                let is_reached = ends[0] >= x[0] && ends[1] >= y[0] && ends[2] <= x[1] && ends[3] <= y[1];
+                (!is_reached || ends[4] > nearness).then(|| format!("{corner} from {origin} ±{error}: {ends:?}"))
+            })
+        })
     }
 
     /// What is found of how many points: shadowed, not shadowed, not decided.
     fn run(&mut self) -> [u32; 3] {
         let triangles: [Corners; LANES] = std::array::from_fn(|_| self.corners());
         let vertices: Vec<_> = triangles.as_flattened().iter().map(|&corner| self.vertex(corner)).collect();
-        let errors = self.errors.map(|error| error as f32);
-        let local = triangles.as_flattened().iter().map(|&corner| (corner - self.origin).abs());
-        let reach = local.fold(DVec3::ZERO, DVec3::max);
-        let origin = self.origin.as_vec3().to_array();
-        let (reach, depth) = (reach.x.max(reach.y) as f32, reach.z as f32);
+        let (face, vertex_errors) = (self.face, VertexErrors::default());
+        let setting = self.setting(&face, &vertex_errors, &vertices);
         let mut set_up = SetUp::EMPTY;
-        self.fill(&mut set_up, &vertices, &Extent { origin, reach, depth, errors });
-
-        let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
-        let mut ranges = [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3];
-        for (triangle, corners) in triangles.iter().enumerate() {
-            let block = &mut blocks[block_of(0, triangle)];
-            let errors = set_up.errors(triangle).map(|twice| f64::from(twice) / 2.0);
-            for (lane, point) in self.points(*corners, errors).into_iter().enumerate() {
-                [block.x[lane], block.y[lane], block.nearness[lane]] = point;
-                for ([low, high], coordinate) in ranges.iter_mut().zip(point) {
-                    low[triangle] = low[triangle].min(coordinate);
-                    high[triangle] = high[triangle].max(coordinate);
-                }
-            }
-        }
-        let [x, y, nearness] = ranges;
-        let group = Group { members: [u16::MAX; LANES], x, y, nearness, errors };
-        let mut extent = Extent { origin, errors, ..Extent::default() };
-        let mut parts = Parts::default();
-        dispatch!(self.level, simd => {
-            parts.divide(simd, 0, &group, &blocks, 1e30);
-            parts.finish(simd, &mut extent);
+        setting.fill(&mut set_up, &setting.extent());
+        let points = std::array::from_fn(|triangle| {
+            self.points(triangles[triangle], set_up.errors(triangle).map(|twice| f64::from(twice) / 2.0))
         });
-        self.fill(&mut set_up, &vertices, &extent);
-        self.check(&triangles, &set_up, &parts, &blocks)
+        self.check(&triangles, &points, &setting.decide(&points))
     }
 
     fn check(
         &self,
         triangles: &[Corners; LANES],
-        set_up: &SetUp,
-        parts: &Parts,
-        blocks: &[Block; TILE_BLOCKS],
+        points: &[[[f32; 3]; LANES]; LANES],
+        decisions: &Decisions,
     ) -> [u32; 3] {
-        let mut seen = SeenPixels::default();
-        seen.resize(64, 64);
-        let [part] = &parts.parts[..] else { panic!("one part") };
-        let points = PartPoints::new(part, 0, blocks, &[0; TILE_BLOCKS], &seen.triangle);
         let mut counts = [0; 3];
         for (triangle, &corners) in triangles.iter().enumerate() {
-            let block = &blocks[block_of(0, triangle)];
-            let [possible, certain] = dispatch!(self.level, simd => {
-                let mut queue = vec![0; QUEUE];
-                let end = enqueue(simd, set_up, part, &SplatBox::new(simd, &part.whole), 1 << triangle, &mut queue);
-                let is_queued = queue[..end].contains(&((triangle * LANES + triangle) as u32));
-                let found = points.test(simd, set_up.quads(triangle), triangle as u32, triangle);
-                if is_queued { [found.possible, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
-            });
-            for lane in 0..LANES {
-                let found = [block.x[lane], block.y[lane], block.nearness[lane]].map(f64::from);
-                let found = self.origin + DVec3::from(found);
+            let [possible, certain] = decisions[triangle];
+            let shows_back = area(corners) * f64::from(self.face.sign_of_fronts()) < 0.0;
+            let is_there = !(shows_back && self.one_sided >> triangle & 1 == 1);
+            for (lane, point) in points[triangle].iter().enumerate() {
+                let found = self.origin + DVec3::from(point.map(f64::from));
                 let (is_possible, is_certain) = (possible >> lane & 1 == 1, certain >> lane & 1 == 1);
                 counts[if is_certain { 0 } else { 1 + usize::from(is_possible) }] += 1;
                 for shadowed in self.truths(corners, found) {
+                    let shadowed = if is_there { shadowed } else { Some(false) };
                     let about =
                         || format!("{corners:?} at {found}, in relation to {}, ±{:?}", self.origin, self.errors);
                     assert!(is_possible || shadowed != Some(true), "ruled out: {}", about());
@@ -205,22 +294,38 @@ impl Trial {
         let girth = (b - a).abs().max((c - a).abs()).element_sum();
         let depths = corners.map(|corner| corner.z);
         let depth = depths.into_iter().fold(0.0_f64, |most, depth| most.max((depth - depths[0]).abs()));
-        let of_weights = ROUNDED * girth / area(corners).abs();
+        // Where all is tiny, so are the roundings of f64.
+        let of_edges = ROUNDED * girth * if self.size < 1e-20 { self.size } else { 1.0 };
+        let of_weights = of_edges / area(corners).abs();
         let signs = [[0.0; 3], [1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
         signs.into_iter().chain(signs.map(|[x, y, z]| [x, y, -z])).map(move |signs| {
             let point = found + DVec3::from(signs) * DVec3::new(position, position, nearness);
             let (edges, nearer) = functions(corners, point);
             let least = edges.into_iter().fold(f64::INFINITY, f64::min);
             let of_depth = (of_weights * depth + ROUNDED) * 4.0;
-            if least > ROUNDED * girth && nearer > of_depth {
+            if least > of_edges && nearer > of_depth {
                 Some(true)
-            } else if least < -ROUNDED * girth || nearer < -of_depth {
+            } else if least < -of_edges || nearer < -of_depth {
                 Some(false)
             } else {
                 None
             }
         })
     }
+}
+
+/// The largest f32 that isn't above a number.
+fn below(number: f64) -> f32 {
+    let nearest = number as f32;
+    if f64::from(nearest) > number { nearest.next_down() } else { nearest }
+}
+
+#[test]
+fn bounds_reach_what_may_be_found_of_their_corners() {
+    let levels = SimdLevel::available();
+    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).short_bound();
+    let short = (0..TRIALS).into_par_iter().find_map_first(of_trial);
+    assert_eq!(short, None);
 }
 
 #[test]
@@ -230,5 +335,5 @@ fn what_the_filter_decides_is_so() {
     let counts = (0..TRIALS).into_par_iter().map(of_trial).collect::<Vec<_>>();
     let counts = counts.into_iter().fold([0; 3], |sum, one| std::array::from_fn(|verdict| sum[verdict] + one[verdict]));
     let all = TRIALS * (LANES * LANES) as u32;
-    assert!(counts.iter().all(|&count| count > all / 50), "shadowed, not, not decided: {counts:?}");
+    assert!(counts.iter().all(|&count| count > all / 100), "shadowed, not, not decided: {counts:?}");
 }

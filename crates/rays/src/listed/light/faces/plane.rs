@@ -88,7 +88,7 @@ pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let error = (3.0 * (of_edges + of_nearness) + size * determinant_error) / determinant.abs();
     let depth_error = HALF_ULP * 8.5 * size.max(f64::from(face.is_parallel))
         + 2.0 * error
-        + predicate_error(face, world, determinant, size);
+        + predicate_error(face, world, determinant);
     // One less f32 to overflow.
     if depth_error < 1e30 && size < 1e30 {
         plane.nearness = slope.as_vec3().to_array();
