@@ -20,13 +20,14 @@ pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face,
     let (position_error, nearness_error) = if face.is_parallel {
         (error * norms.x.max(norms.y), error * norms.z)
     } else {
-        // X moves by (x − X z) · dv / p.z.
-        let relative = error * inverse * 1.1;
+        // X moves by (x − X z) · dv / (p.z + z · dv). As x is at least 1 / 1.6 long, and X moves by at most
+        // `LARGEST_POINT_ERROR`, z · dv is less than a thousandth of p.z: errors have more than that to spare.
+        let relative = error * inverse;
         let reach = at[0].abs().max(at[1].abs());
         ((reach * norms.z + norms.x.max(norms.y)) * relative, at[2] * relative * norms.z)
     };
     let limit = f64x8::splat(simd, POINT_LIMIT);
-    // How far from the light, over how far the light's face is.
+    // So that blocks have no points whose W says nothing.
     let depth_is_certain = (error * inverse * norms.z).simd_lt(f64x8::splat(simd, 1.0 / 16.0));
     let exact = points.certain
         & depth_is_certain
@@ -46,13 +47,14 @@ pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face,
     }
 }
 
-/// Which of eight vectors from the light certainly belong to other faces.
+/// Which of eight vectors from the light, wrong by an error that counts the roundings of products and sums, certainly belong to
+/// other faces.
 #[inline(always)]
 fn is_elsewhere<S: Simd>(simd: S, face: &Face, v: Vectors<S>, error: f64x8<S>, certain: mask64x8<S>) -> mask64x8<S> {
     let Some([x, y]) = face.owned else { return mask64x8::splat(simd, false) };
     let norms = face.norms();
     let most = x[0].abs().max(x[1].abs()).max(y[0].abs()).max(y[1].abs());
-    let error = error * (2.0 * (norms.x.max(norms.y) + most * norms.z));
+    let error = error * (norms.x.max(norms.y) + most * norms.z);
     let of = |axis: DVec3| dot(v, splat_vector(simd, axis));
     let (px, py, pz) = (of(face.x), of(face.y), of(face.z));
     let beyond = (px - pz * x[1]).simd_gt(error)
@@ -74,3 +76,6 @@ pub(crate) struct Refined {
     /// For which of them the rest holds.
     pub(crate) exact: u64,
 }
+
+#[cfg(test)]
+mod tests;

@@ -87,7 +87,7 @@ pub(crate) fn settle_eight<S: Simd>(
     };
     let height = dot(normal, point_from_a) * side;
     // That of the whole box that the predicate takes the point to be in.
-    let height_error = size * (error * 1.01 + (largest(point_from_a) + reach[0]) * ROUNDED);
+    let height_error = size * (error + (largest(point_from_a) + reach[0]) * ROUNDED);
     let (towards_point, light_is_beyond, light_is_before) = match direction {
         None => {
             let height_of_light = dot(normal, corners[0]) * side;

@@ -11,7 +11,7 @@ use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector,
 pub(crate) struct EightPoints<S: Simd> {
     /// From the light.
     pub(crate) offset: Vectors<S>,
-    /// How far, on each axis, the predicate's point may be from that, `predicate_error` included.
+    /// How far, on each axis, the predicate's point may be from that, `predicate_error` included, with half a hundredth to spare.
     pub(crate) error: f64x8<S>,
     /// How wrong the predicate takes its own point to be.
     pub(crate) predicate_error: f64x8<S>,
@@ -53,7 +53,7 @@ pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vecto
 }
 
 impl<S: Simd> EightPoints<S> {
-    /// Points that are known, in relation to `light`: only the difference is rounded.
+    /// Points that are known, in relation to `light`: only the difference is rounded, and the corners of the predicate's box.
     #[inline(always)]
     pub(crate) fn new(simd: S, points: [HitPoint; 8], light: DVec3) -> Self {
         let mut positions = [[0.0; 8]; 3];
@@ -64,8 +64,8 @@ impl<S: Simd> EightPoints<S> {
         let positions = vectors(simd, positions);
         let predicate_error = f64x8::simd_from(simd, points.map(|point| point.error));
         let size = largest(positions);
-        let error = (size + light.abs().max_element()) * (2.0 * ROUNDING) + predicate_error;
         let offset = minus(positions, splat_vector(simd, light));
+        let error = ((largest(offset) + size) * ROUNDING + predicate_error) * 1.01;
         Self { offset, error, predicate_error, certain: size.simd_lt(f64x8::splat(simd, 1e200)) }
     }
 
@@ -108,7 +108,7 @@ impl<S: Simd> EightPoints<S> {
         let offset =
             [t.mul_add(direction[0], from[0]), t.mul_add(direction[1], from[1]), t.mul_add(direction[2], from[2])];
         let largest_coordinate = rays.largest_origin + light.abs().max_element();
-        let error = t_error * (rays.largest_direction * 1.01) + (step + largest_coordinate) * (27.1 * ROUNDING);
+        let error = (t_error * rays.largest_direction + (step + largest_coordinate) * (27.0 * ROUNDING)) * 1.01;
         // The predicate's own step is that much longer.
         let predicate_error = ((step + error) * 2.0 + rays.largest_origin) * (4.1 * ROUNDING);
         Self { offset, error, predicate_error, certain }
