@@ -25,8 +25,10 @@ pub(crate) struct Settled {
 /// is 42; in heights a vector is the difference of two, one of which has a rounding of its own: four more, of that.
 const ROUNDED: f64 = 11.6 * ROUNDING;
 
-/// Edge functions whose errors are above this are so large that what products of three numbers lose below the smallest one
-/// doesn't matter.
+/// Where the errors of edge functions are above this, what products lose below the smallest number doesn't matter.
+///
+/// Lengths are below 1e40, so an edge function loses less than 1e-280. Corners that aren't the same are at least 1e-45 apart, so
+/// the normal loses nothing, and a height less than 1e-320, whose error follows to be above 1e-290.
 const SMALLEST_ERROR: f64 = 1e-200;
 
 /// Settles in f64 whether triangles shadow the points at `indices`, as

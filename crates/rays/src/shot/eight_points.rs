@@ -76,9 +76,10 @@ impl<S: Simd> EightPoints<S> {
     /// largest component, and the predicate's up to five: together twelve by which they may differ, in the direction in
     /// perspective, else in the origin.
     ///
-    /// With t, the place along the ray is known but for twelve roundings of that, one of t, four of the product and the sum, and
-    /// one of the light's distance. The predicate has one of t, two of the product and the sum, and one of its box's corners. It
-    /// takes its own point to be wrong by four roundings of step and position. Each is counted for both, step and coordinates.
+    /// With t known, the step along the ray is wrong by those twelve roundings, three of quotient, product and sum, and the
+    /// predicate's by four of t, product, sum and its box's corners; with that box, which is as wide as four roundings of step and
+    /// position, these are 27. The origin's are no more: twelve, two of differences and sums, the predicate's two, the box's four.
+    /// The light's are two.
     #[inline(always)]
     pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, indices: [u32; 8], light: DVec3) -> Self {
         let own = EightTriangles::load(
@@ -116,7 +117,6 @@ impl<S: Simd> EightPoints<S> {
 }
 
 /// Origins and directions of the rays through eight pixels.
-///
 #[inline(always)]
 fn eight_rays<S: Simd>(simd: S, rays: &CameraRays, indices: [u32; 8]) -> (Vectors<S>, Vectors<S>) {
     // Sums with shifts are exact.

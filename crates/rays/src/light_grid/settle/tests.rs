@@ -150,8 +150,8 @@ impl Trial {
         let opacity = OpacityOfSides::between(triangles, (&seen, Sides::Both), &self.light);
         let settler = Settler { points: *points, light: &self.light, opacity, level };
         let (mut counts, mut worst) = ([0; 3], 0.0_f64);
-        for lane in 0..8 {
-            let Some(ray) = points.shadow_ray(at[lane] as usize, &self.light) else { continue };
+        for (lane, index) in at.into_iter().enumerate() {
+            let Some(ray) = points.shadow_ray(index as usize, &self.light) else { continue };
             let weights = ray.blocked_by(self.triangles[lane]);
             let is_shadowed = found.shadowed >> lane & 1 == 1;
             let is_undecided = found.undecided >> lane & 1 == 1;
