@@ -80,7 +80,7 @@ pub(crate) fn across(forward: DVec3, along: DVec3) -> (DVec3, DVec3) {
     (right, forward.cross(right))
 }
 
-/// A rectangle with its middle and its half sides, grown a little.
+/// A rectangle with its middle and its half sides.
 struct Rectangle {
     middle: DVec2,
     half: DVec2,
@@ -94,7 +94,7 @@ impl Rectangle {
             return Self { middle: DVec2::ZERO, half: DVec2::ONE };
         }
         let half = (max - min) * 0.5;
-        Self { middle: min + half, half: (half * (1.0 + 1e-6)).max(DVec2::splat(smallest)) }
+        Self { middle: min + half, half: half.max(DVec2::splat(smallest)) }
     }
 }
 
@@ -213,7 +213,7 @@ fn parallel(direction: DVec3, along: DVec3, tiles: &[Tile]) -> Face {
     };
     let ranges = [right, up, -direction].map(map);
     let middle = ranges.map(|(min, max)| if min <= max { min * 0.5 + max * 0.5 } else { 0.0 });
-    let half = ranges.map(|(min, max)| if min <= max { (max - min) * 0.5 * (1.0 + 1e-6) } else { 1.0 });
+    let half = ranges.map(|(min, max)| if min <= max { (max - min) * 0.5 } else { 1.0 });
     // What all points share must not be scaled up without end.
     let size = half.into_iter().fold(0.0, f64::max);
     let size = if size > 0.0 { size } else { middle.into_iter().fold(1e-30, |size, at| at.abs().max(size)) };
@@ -231,3 +231,6 @@ fn parallel(direction: DVec3, along: DVec3, tiles: &[Tile]) -> Face {
         point_error: 0.0,
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, dispatch, f64x8};
 use glam::DVec3;
 
 use super::boxes::{FaceBox, SixteenBoxes};
-use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN};
+use super::face::{FACE_LIMIT, Face, HALF_ULP, ROUNDING, VERTEX_MARGIN};
 use super::large::LargeTriangles;
 use super::settle::Settler;
 use crate::patches::{Patches, SixteenBoxes as WorldBoxes};
@@ -96,8 +96,10 @@ impl Sides {
     /// Which of sixteen boxes are outside for certain; NaN isn't.
     #[inline(always)]
     fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
-        // Roundings: of a difference, of a normal, of products and sums, all of what has at most this size.
-        const ROUNDED: f64 = 64.0 * HALF_ULP;
+        // With S = size · |n|₁ + |c| the origin and the difference from it are wrong by at most 2 ε S / |n|₁, the normal and
+        // the products make 2 ε S of the sum, and c and four sums 5 ε S. In parallel light of what is nearly as large as f32
+        // goes, f32 has few bits of a normal: 12 ε more, where S is about one at least.
+        const ROUNDED: f64 = 24.0 * HALF_ULP;
         let origin32 = origin.as_vec3().to_array();
         let largest_origin = origin.abs().max_element() as f32;
         let mut outside = 0;
@@ -115,7 +117,8 @@ impl Sides {
             // Infinite where a product or a sum of them may be, so that nothing is outside.
             let largest = (size * splat(simd, sum as f32) + splat(simd, distance.abs() as f32)) * 4.0;
             let error = largest * (ROUNDED / 4.0) as f32;
-            let mut most = error + splat(simd, distance as f32);
+            // Products that underflow lose their bound.
+            let mut most = error + splat(simd, distance as f32 + f32::MIN_POSITIVE);
             for (axis, &factor) in normal.as_vec3().to_array().iter().enumerate() {
                 let end = if factor > 0.0 { high[axis] } else { low[axis] };
                 most = end.mul_add(splat(simd, factor), most);
@@ -248,12 +251,14 @@ impl Projector<'_> {
 /// high X, low X, high Y, low Y, behind the light.
 ///
 /// The filter counts on coordinates that f64 got right to ε / 8 of their size or of one, ε = 2⁻²⁴. The homogeneous
-/// ones are wrong by 4 u · |x|₁ |v|, so where |v| ≤ 16 p.z, and with |x|₁ below 2²⁰, X is wrong by 2⁻⁵³ · 2⁸ · 2²⁰
-/// at most; W in relation to itself by far less. In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where
-/// |v| |x|₁ is at most 2²⁴.
+/// ones are wrong by 4 u · |x|₁ |v|, u = 2⁻⁵³. No face reaches farther aside than 1.6 p.z, so where |X| and |Y| are at most M ≥ 1,
+/// |v| is at most 2.5 M p.z; and with |x|₁ below 2²⁰, X is wrong by less than 2⁻²⁹ M. W is wrong by 2⁻⁴⁸ M of itself.
+/// In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where |v| |x|₁ is at most 2²⁴.
+///
+/// The difference between X p.z and its limit is wrong by 4 u |x|₁ |v|, and by 7 u |z|₁ |v| for the other side and the sums.
 #[inline(always)]
 pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
-    const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+    const ROUNDINGS: f64 = 8.0 * ROUNDING;
     let constant = |value: f64| f64x8::splat(simd, value);
     let v = minus(position, splat_vector(simd, face.origin));
     let (at, inverse) = face.project(simd, v);
@@ -262,8 +267,7 @@ pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>)
     let usable = if face.is_parallel {
         (reach * face.norms().max_element()).simd_le(constant(f64::from(1 << 24)))
     } else {
-        (reach * inverse).simd_le(constant(16.0))
-            & inverse.simd_gt(constant(0.0))
+        inverse.simd_gt(constant(0.0))
             & at[2].simd_lt(constant((1_u64 << 40) as f64))
             & at[2].simd_gt(constant(1.0 / (1_u64 << 60) as f64))
     };
@@ -274,7 +278,7 @@ pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>)
     let (x, y) = (dot(v, splat_vector(simd, face.x)), dot(v, splat_vector(simd, face.y)));
     let z = if face.is_parallel { one } else { dot(v, splat_vector(simd, face.z)) };
     let norms = face.norms();
-    let error = reach * ((norms.x + norms.y + norms.z) * ROUNDINGS) + z.abs() * 1e-6;
+    let error = reach * ((norms.x + norms.y + norms.z) * ROUNDINGS);
     let limit = z * FACE_LIMIT + error;
     let behind = if face.is_parallel { 0 } else { (z + error).simd_lt(constant(0.0)).to_bitmask() };
     let outside = [
@@ -286,3 +290,6 @@ pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>)
     ];
     ([usable.select(at[0], nan), usable.select(at[1], nan), usable.select(at[2], nan)], outside)
 }
+
+#[cfg(test)]
+mod tests;
