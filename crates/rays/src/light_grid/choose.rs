@@ -178,7 +178,9 @@ fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, til
         let depths = corners.map(|v| forward.dot(v));
         let nearest_here = depths.into_iter().fold(f64::INFINITY, f64::min);
         let farthest_here = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        if farthest_here < 0.0 {
+        // Far more than rounding, where corners are about in the light's plane.
+        let size = corners.into_iter().fold(0.0, |size: f64, v| v.abs().max_element().max(size));
+        if farthest_here < size * -1e-12 {
             continue;
         }
         farthest = farthest.max(farthest_here);

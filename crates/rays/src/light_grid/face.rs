@@ -146,8 +146,8 @@ impl Face {
 
 /// What follows from rounding vertices, for the filter of small triangles. With ε = [`HALF_ULP`].
 ///
-/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are at
-/// most 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
+/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are below
+/// 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
 /// scaled by more than 2²⁰ ([`project`](super::project) checks the rest). W is wrong by as much in relation to itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct VertexErrors {

@@ -96,9 +96,9 @@ impl Sides {
     /// Which of sixteen boxes are outside for certain; NaN isn't.
     #[inline(always)]
     fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
-        // With S = size · |n|₁ + |c| the origin and the difference from it are wrong by at most 2 ε S / |n|₁, the normal and
-        // the products make 2 ε S of the sum, and c and four sums 5 ε S. In parallel light of what is nearly as large as f32
-        // goes, f32 has few bits of a normal: 12 ε more, where S is about one at least.
+        // In relation to size · |n|₁ + |c|, the sum is wrong by 2 ε for the origin and the difference from it, 2 ε for the normal
+        // and the products, and 5 ε for c and four sums. In parallel light over nearly all that f32 can hold, it has few bits of
+        // the normal, so that each component of a vertex adds 2⁻¹⁵⁰ · 2¹²⁸: 12 ε, where |c| is about one.
         const ROUNDED: f64 = 24.0 * HALF_ULP;
         let origin32 = origin.as_vec3().to_array();
         let largest_origin = origin.abs().max_element() as f32;
@@ -229,7 +229,8 @@ impl Projector<'_> {
         let (farthest, nearest) = (farthest.reduce_min(), nearest.reduce_max());
         // A sum is NaN where one is, whatever a minimum makes of it.
         let is_usable = sum.simd_eq(sum).all_true();
-        let is_near_the_face = x[0] >= -2.0 && x[1] <= 2.0 && y[0] >= -2.0 && y[1] <= 2.0;
+        // What is found to be at 2 may be rounded to that by 2 ε.
+        let is_near_the_face = x[0] > -2.0 && x[1] < 2.0 && y[0] > -2.0 && y[1] < 2.0;
         // The bound for what the predicate asks counts on it.
         let is_even = face.is_parallel || nearest <= farthest * 1.99;
         if !(is_usable && is_near_the_face && is_even) {
@@ -261,15 +262,13 @@ pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>)
     const ROUNDINGS: f64 = 8.0 * ROUNDING;
     let constant = |value: f64| f64x8::splat(simd, value);
     let v = minus(position, splat_vector(simd, face.origin));
-    let (at, inverse) = face.project(simd, v);
+    let (at, _) = face.project(simd, v);
     let reach = largest(v);
     let one = constant(1.0);
     let usable = if face.is_parallel {
         (reach * face.norms().max_element()).simd_le(constant(f64::from(1 << 24)))
     } else {
-        inverse.simd_gt(constant(0.0))
-            & at[2].simd_lt(constant((1_u64 << 40) as f64))
-            & at[2].simd_gt(constant(1.0 / (1_u64 << 60) as f64))
+        at[2].simd_lt(constant((1_u64 << 40) as f64)) & at[2].simd_gt(constant(1.0 / (1_u64 << 60) as f64))
     };
     let usable = usable & at[0].abs().max(at[1].abs()).simd_le(constant(4096.0));
     let nan = constant(f64::NAN);

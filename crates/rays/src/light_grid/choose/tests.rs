@@ -7,9 +7,12 @@ use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
 use super::*;
-use crate::light_grid::face::LARGEST_POINT_ERROR;
+use crate::light_grid::face::{HALF_ULP, LARGEST_POINT_ERROR};
+use crate::light_grid::point_set::{PointList, PointSet};
 use crate::precise::{Precise, PreciseVector, difference, dot, precise};
+use crate::predicate::HitPoint;
 use crate::random::Random;
+use crate::shot::SeenPixels;
 
 /// Some tiles, a light, and its faces.
 pub(crate) struct Scene {
@@ -72,7 +75,7 @@ impl Scene {
             let half = size * random.power(-3.0, 0.0);
             Tile { points: 1, has_unknown: false, corners: [0; 8].map(|_| middle + anywhere(random) * half * flat) }
         };
-        let tiles: Vec<_> = (0..=(random.unit() * 3.0) as u32).map(|_| tile(random)).collect();
+        let mut tiles: Vec<_> = (0..=(random.unit() * 3.0) as u32).map(|_| tile(random)).collect();
         let direction = (middle - at + anywhere(random) * size).normalize_or(DVec3::Z).as_vec3();
         let position = at.as_vec3();
         let light = match (random.unit() * 4.0) as u32 {
@@ -80,6 +83,12 @@ impl Scene {
             2 => spot(position, direction, random.power(-2.0, 0.1) as f32),
             _ => LightSource::Directional { direction },
         };
+        if let (LightSource::Directional { direction }, true) = (light, random.unit() < 0.5) {
+            // Flat across the light.
+            let along = direction.as_dvec3();
+            let corners = tiles.iter_mut().flat_map(|tile| &mut tile.corners);
+            corners.for_each(|corner| *corner -= along * along.dot(*corner - middle));
+        }
         let mut faces = Vec::new();
         choose(&light, anywhere(random), &tiles, &mut faces)?;
         Some(Self { light, tiles, faces, size }).filter(|scene| !scene.faces.is_empty())
@@ -184,14 +193,45 @@ fn points_on_the_edge_of_a_cone_are_on_its_face() {
 }
 
 #[test]
+fn points_practically_on_a_spot_are_on_its_face() {
+    let seen: u32 = (0..20_000_u32)
+        .into_par_iter()
+        .map(|seed| {
+            let mut random = Random::new(seed.into());
+            let light = spot(Vec3::ZERO, anywhere(&mut random).as_vec3(), random.power(-0.3, 0.0) as f32);
+            let cone = Cone::of(&light).expect("a cone");
+            // Two corners in the light's plane, on either side of the light: where rounding puts what is between them.
+            let corner = cone.axis.cross(anywhere(&mut random));
+            let round = |at: f64| at * 3.0;
+            let other = DVec3::from(corner.to_array().map(round));
+            let point = corner.mul_add(DVec3::splat(3.0), -other) * 0.25;
+            let corners = std::array::from_fn(|number| if number % 2 == 0 { corner } else { -other });
+            let mut faces = Vec::new();
+            choose(&light, DVec3::X, &[Tile { points: 1, corners, ..Tile::default() }], &mut faces);
+            let is_seen = point != DVec3::ZERO && cone.contains(point);
+            assert!(!is_seen || is_on_some(&faces, point), "{point} of {light:?}, {faces:?}");
+            u32::from(is_seen)
+        })
+        .sum();
+    assert!(seen > 1000, "{seen}");
+}
+
+#[test]
 fn no_point_is_farther_than_is_said() {
     (0..4000_u32).into_par_iter().for_each(|seed| {
         let mut random = Random::new(seed.into());
-        let Some(scene) = Scene::new(&mut random, -20..=20) else { return };
-        for face in &scene.faces {
-            let said = face.farthest(&scene.tiles);
-            assert!(scene.farthest(face) <= said.into(), "{said} of {face:?} for {:?}", scene.tiles);
+        let Some(mut scene) = Scene::new(&mut random, -20..=20) else { return };
+        let face = scene.face(&mut random);
+        if random.unit() < 0.5 && !face.is_parallel {
+            // About in the light's plane.
+            let mut corner = || {
+                let [x, y, depth] = [1.0, 1.0, random.power(-20.0, -8.0)].map(|most| random.signed() * most);
+                position(&face, DVec3::new(x, y, depth) * scene.size)
+            };
+            scene.tiles = vec![Tile { points: 1, corners: [0; 8].map(|_| corner()), ..Tile::default() }];
         }
+        let said = face.farthest(&scene.tiles);
+        assert!(scene.farthest(&face) <= said.into(), "{said} of {face:?} for {:?}", scene.tiles);
     });
 }
 
@@ -206,10 +246,10 @@ fn no_face_has_a_point_of_a_tile_that_is_ruled_out() {
         let (axis, end) = ((random.unit() * 2.0) as usize, random.unit().round() as usize);
         let depth = scene.size * random.power(-3.0, 3.0);
         let beside = owned[1 - axis][0] + (owned[1 - axis][1] - owned[1 - axis][0]) * random.unit();
-        let mut corner = |beyond: f64| {
+        let corner = |beyond: f64| {
             let mut at = DVec3::splat(beside);
             at[axis] = owned[axis][end] * (1.0 + beyond.copysign(owned[axis][end] * (end as f64 - 0.5)));
-            position(&face, (at * (depth * random.unit())).with_z(depth))
+            position(&face, at.with_z(1.0) * depth)
         };
         let first = corner(0.0);
         let corners = std::array::from_fn(|number| if number == 0 { first } else { corner(1.0) });
@@ -230,4 +270,26 @@ fn axes_are_right_angled() {
         assert!(angles.iter().all(|&cosine| cosine < 1e-8), "{forward} along {along}: {angles:?}");
         assert!([right, up].iter().all(|axis| (axis.length() - 1.0).abs() < 1e-8), "{right}, {up}");
     });
+}
+
+#[test]
+fn what_points_may_be_wrong_by_is_allowed_for() {
+    let mut list = PointList::default();
+    for seed in 0..1000 {
+        let mut random = Random::new(seed);
+        let Some(scene) = Scene::new(&mut random, -20..=20) else { continue };
+        let positions: Vec<_> = corners(&scene.tiles).collect();
+        let error = if random.unit() < 0.1 { 0.0 } else { scene.size * random.power(-14.0, 0.0) };
+        list.fill(positions.len(), |number| Some((HitPoint { position: positions[number], error }, SeenPixels::NONE)));
+        let (points, mut face) = (PointSet::Listed(&list), scene.face(&mut random));
+        face.choose_point_error(&points, &scene.tiles);
+        let depths = positions.iter().map(|&position| face.homogeneous(position).z);
+        let in_front = depths.filter(|&depth| face.is_parallel || depth > 0.0);
+        let errors: Vec<_> = in_front.map(|depth| points.error_at(&face, DVec3::ZERO, depth)).collect();
+        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+        // Unless a point is practically on the light.
+        let is_allowed =
+            |&error: &f64| 4.0 * error <= face.point_error || 4.0 * error > 1000.0 * least && 4.0 * error > HALF_ULP;
+        assert!(face.point_error > 0.0 && errors.iter().all(is_allowed), "{errors:?} of {face:?}");
+    }
 }
