@@ -190,7 +190,7 @@ fn vertices(aim: &mut Aim) -> Vec<Vec3> {
     let is_level = aim.face.is_parallel && aim.random.unit() < 0.7;
     let is_wide = aim.random.unit() < 0.5;
     let twice = if aim.random.unit() < 0.5 { 2.0 * (1.0 + aim.little()) } else { 1.5 };
-    let vertex = |number: usize| match side {
+    let mut vertex = |number: usize| match side {
         0..6 if number == 0 && is_one_inside => aim.on_side(side, INSIDE),
         0..6 => aim.on_side(side, FACE_LIMIT * 1.2),
         _ if number == 0 && is_far => aim.anywhere(),
@@ -207,7 +207,7 @@ fn vertices(aim: &mut Aim) -> Vec<Vec3> {
             aim.at(x, y, share)
         }
     };
-    let mut vertices: Vec<_> = (0..3 * TRIANGLES).map(vertex).map(|vertex| vertex.as_vec3()).collect();
+    let mut vertices: Vec<_> = (0..3 * TRIANGLES).map(|number| vertex(number).as_vec3()).collect();
     if aim.random.unit() < 0.05 {
         vertices[3 * TRIANGLES / 2].y = [f32::NAN, f32::INFINITY][(aim.random.unit() * 2.0) as usize];
     }

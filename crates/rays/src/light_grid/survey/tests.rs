@@ -27,7 +27,7 @@ fn random_shot(random: &mut Random) -> Shot<'static> {
 fn is_in(corners: &[DVec3; 8], point: DVec3) -> bool {
     (0..6).all(|side| {
         let axis = side / 2;
-        let (end, others) = (side % 2 << axis, [1 << (axis + 1) % 3, 1 << (axis + 2) % 3]);
+        let (end, others) = ((side % 2) << axis, [1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3)]);
         let at = |corner: usize| precise(corners[corner]);
         let origin = at(end);
         let normal = cross(difference(at(end + others[0]), origin), difference(at(end + others[1]), origin));
