@@ -90,7 +90,6 @@ impl Tracer<'_> {
         let around = boxes_on_face(&tile.extent, parts, boxes);
         let splat_around = SplatBox::new(simd, &around);
         candidates.clear();
-        let [origin_x, origin_y, origin_w] = tile.extent.origin;
         for (number, upper) in self.on_face.upper.iter().enumerate() {
             for lane in bits_of(upper.may_shadow(simd, &splat_around)) {
                 let number = number * LANES + lane;
@@ -105,14 +104,7 @@ impl Tracer<'_> {
                     if reached == PartBits::default() {
                         continue;
                     }
-                    // With what rounding the differences makes of it.
-                    const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
-                    let nearness = one.nearness - origin_w + (one.nearness.abs() + origin_w.abs()) * ROUNDED;
-                    let around = FaceBox {
-                        x: [one.x[0] - origin_x - ROUNDED, one.x[1] - origin_x + ROUNDED],
-                        y: [one.y[0] - origin_y - ROUNDED, one.y[1] - origin_y + ROUNDED],
-                        nearness,
-                    };
+                    let around = in_tile(&tile.extent, &one);
                     let number = (number * LANES + lane) as u32;
                     candidates.push(Candidate { number, set_up: NOT_SET_UP, around, parts: reached });
                 }
@@ -149,6 +141,20 @@ impl Tracer<'_> {
     }
 }
 
+/// By how much, in relation to what is added up, boxes are grown for the roundings of a sum that is at most about four.
+const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
+
+/// The box of a patch in relation to a tile's origin.
+#[inline(always)]
+fn in_tile(extent: &Extent, &FaceBox { x, y, nearness }: &FaceBox) -> FaceBox {
+    let [origin_x, origin_y, origin_w] = extent.origin;
+    FaceBox {
+        x: [x[0] - origin_x - ROUNDED, x[1] - origin_x + ROUNDED],
+        y: [y[0] - origin_y - ROUNDED, y[1] - origin_y + ROUNDED],
+        nearness: nearness - origin_w + (nearness.abs() + origin_w.abs()) * ROUNDED,
+    }
+}
+
 /// The boxes of parts on the face, sixteen together, and the box around them all.
 fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>) -> FaceBox {
     let [origin_x, origin_y, origin_w] = extent.origin;
@@ -157,8 +163,6 @@ fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>)
     boxes.extend(parts.chunks(LANES).map(|parts| {
         let mut sixteen = SixteenBoxes::NO_POINTS;
         for (lane, part) in parts.iter().enumerate() {
-            // With what rounding the sums makes of it.
-            const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
             let FaceBox { x, y, nearness } = part.whole;
             let one = FaceBox {
                 x: [x[0] + origin_x - ROUNDED, x[1] + origin_x + ROUNDED],
@@ -180,3 +184,6 @@ fn ascending(number: f32) -> u32 {
     let bits = number.to_bits();
     bits ^ if number.is_sign_negative() { u32::MAX } else { 1 << 31 }
 }
+
+#[cfg(test)]
+mod tests;

@@ -101,9 +101,13 @@ impl Face {
     pub(crate) fn farthest(&self, tiles: &[Tile]) -> f64 {
         let sign = if self.is_parallel { -1.0 } else { 1.0 };
         let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
-        let farthest = corners.map(|corner| sign * self.z.dot(corner - self.origin)).fold(f64::NEG_INFINITY, f64::max);
-        // Far more than rounding.
-        farthest + farthest.abs() * 1e-6 + if self.is_parallel { 1e-6 } else { 0.0 }
+        // Far more than rounding: less than 4 u |z|₁ |v|.
+        let rounding = self.norms().z * 1e-8;
+        let farthest = corners.map(|corner| {
+            let v = corner - self.origin;
+            sign * self.z.dot(v) + v.abs().max_element() * rounding
+        });
+        farthest.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether some point of a tile may be on this face.
@@ -142,8 +146,8 @@ impl Face {
 
 /// What follows from rounding vertices, for the filter of small triangles. With ε = [`HALF_ULP`].
 ///
-/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are at
-/// most 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
+/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are below
+/// 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
 /// scaled by more than 2²⁰ ([`project`](super::project) checks the rest). W is wrong by as much in relation to itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct VertexErrors {

@@ -270,7 +270,7 @@ fn spread_bits(number: u32) -> u32 {
 }
 
 impl Part {
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         boxes: SixteenBoxes::NO_POINTS,
         nearest: [f32::NEG_INFINITY; LANES],
         whole: FaceBox::NOTHING,

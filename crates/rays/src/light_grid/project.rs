@@ -5,7 +5,7 @@ use fearless_simd::{Simd, dispatch, f64x8};
 use glam::DVec3;
 
 use super::boxes::{FaceBox, SixteenBoxes};
-use super::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN};
+use super::face::{FACE_LIMIT, Face, HALF_ULP, ROUNDING, VERTEX_MARGIN};
 use super::large::LargeTriangles;
 use super::settle::Settler;
 use crate::patches::{Patches, SixteenBoxes as WorldBoxes};
@@ -96,8 +96,10 @@ impl Sides {
     /// Which of sixteen boxes are outside for certain; NaN isn't.
     #[inline(always)]
     fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
-        // Roundings: of a difference, of a normal, of products and sums, all of what has at most this size.
-        const ROUNDED: f64 = 64.0 * HALF_ULP;
+        // In relation to size · |n|₁ + |c|, the sum is wrong by 2 ε for the origin and the difference from it, 2 ε for the normal
+        // and the products, and 5 ε for c and four sums. In parallel light over nearly all that f32 can hold, it has few bits of
+        // the normal, so that each component of a vertex adds 2⁻¹⁵⁰ · 2¹²⁸: 12 ε, where |c| is about one.
+        const ROUNDED: f64 = 24.0 * HALF_ULP;
         let origin32 = origin.as_vec3().to_array();
         let largest_origin = origin.abs().max_element() as f32;
         let mut outside = 0;
@@ -115,7 +117,8 @@ impl Sides {
             // Infinite where a product or a sum of them may be, so that nothing is outside.
             let largest = (size * splat(simd, sum as f32) + splat(simd, distance.abs() as f32)) * 4.0;
             let error = largest * (ROUNDED / 4.0) as f32;
-            let mut most = error + splat(simd, distance as f32);
+            // Products that underflow lose their bound.
+            let mut most = error + splat(simd, distance as f32 + f32::MIN_POSITIVE);
             for (axis, &factor) in normal.as_vec3().to_array().iter().enumerate() {
                 let end = if factor > 0.0 { high[axis] } else { low[axis] };
                 most = end.mul_add(splat(simd, factor), most);
@@ -226,7 +229,8 @@ impl Projector<'_> {
         let (farthest, nearest) = (farthest.reduce_min(), nearest.reduce_max());
         // A sum is NaN where one is, whatever a minimum makes of it.
         let is_usable = sum.simd_eq(sum).all_true();
-        let is_near_the_face = x[0] >= -2.0 && x[1] <= 2.0 && y[0] >= -2.0 && y[1] <= 2.0;
+        // What is found to be at 2 may be rounded to that by 2 ε.
+        let is_near_the_face = x[0] > -2.0 && x[1] < 2.0 && y[0] > -2.0 && y[1] < 2.0;
         // The bound for what the predicate asks counts on it.
         let is_even = face.is_parallel || nearest <= farthest * 1.99;
         if !(is_usable && is_near_the_face && is_even) {
@@ -248,24 +252,23 @@ impl Projector<'_> {
 /// high X, low X, high Y, low Y, behind the light.
 ///
 /// The filter counts on coordinates that f64 got right to ε / 8 of their size or of one, ε = 2⁻²⁴. The homogeneous
-/// ones are wrong by 4 u · |x|₁ |v|, so where |v| ≤ 16 p.z, and with |x|₁ below 2²⁰, X is wrong by 2⁻⁵³ · 2⁸ · 2²⁰
-/// at most; W in relation to itself by far less. In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where
-/// |v| |x|₁ is at most 2²⁴.
+/// ones are wrong by 4 u · |x|₁ |v|, u = 2⁻⁵³. No face reaches farther aside than 1.6 p.z, so where |X| and |Y| are at most M ≥ 1,
+/// |v| is at most 2.5 M p.z; and with |x|₁ below 2²⁰, X is wrong by less than 2⁻²⁹ M. W is wrong by 2⁻⁴⁸ M of itself.
+/// In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where |v| |x|₁ is at most 2²⁴.
+///
+/// The difference between X p.z and its limit is wrong by 4 u |x|₁ |v|, and by 7 u |z|₁ |v| for the other side and the sums.
 #[inline(always)]
 pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
-    const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+    const ROUNDINGS: f64 = 8.0 * ROUNDING;
     let constant = |value: f64| f64x8::splat(simd, value);
     let v = minus(position, splat_vector(simd, face.origin));
-    let (at, inverse) = face.project(simd, v);
+    let (at, _) = face.project(simd, v);
     let reach = largest(v);
     let one = constant(1.0);
     let usable = if face.is_parallel {
         (reach * face.norms().max_element()).simd_le(constant(f64::from(1 << 24)))
     } else {
-        (reach * inverse).simd_le(constant(16.0))
-            & inverse.simd_gt(constant(0.0))
-            & at[2].simd_lt(constant((1_u64 << 40) as f64))
-            & at[2].simd_gt(constant(1.0 / (1_u64 << 60) as f64))
+        at[2].simd_lt(constant((1_u64 << 40) as f64)) & at[2].simd_gt(constant(1.0 / (1_u64 << 60) as f64))
     };
     let usable = usable & at[0].abs().max(at[1].abs()).simd_le(constant(4096.0));
     let nan = constant(f64::NAN);
@@ -274,7 +277,7 @@ pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>)
     let (x, y) = (dot(v, splat_vector(simd, face.x)), dot(v, splat_vector(simd, face.y)));
     let z = if face.is_parallel { one } else { dot(v, splat_vector(simd, face.z)) };
     let norms = face.norms();
-    let error = reach * ((norms.x + norms.y + norms.z) * ROUNDINGS) + z.abs() * 1e-6;
+    let error = reach * ((norms.x + norms.y + norms.z) * ROUNDINGS);
     let limit = z * FACE_LIMIT + error;
     let behind = if face.is_parallel { 0 } else { (z + error).simd_lt(constant(0.0)).to_bitmask() };
     let outside = [
@@ -286,3 +289,6 @@ pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>)
     ];
     ([usable.select(at[0], nan), usable.select(at[1], nan), usable.select(at[2], nan)], outside)
 }
+
+#[cfg(test)]
+mod tests;

@@ -88,3 +88,6 @@ fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usiz
     let corners = if points > 0 { rays.frustum(first, depths) } else { [DVec3::ZERO; 8] };
     Tile { points, has_unknown: unknown != 0, corners }
 }
+
+#[cfg(test)]
+mod tests;

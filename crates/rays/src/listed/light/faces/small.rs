@@ -129,8 +129,9 @@ impl Batch {
         // A sum is NaN where one is, whatever a minimum makes of it.
         let sum = x0 + x1 + x2;
         let is_usable = sum.simd_eq(sum);
+        // What is found to be at 2 may be rounded to that by 2 ε.
         let size = splat(simd, 2.0);
-        let near_the_face = x_max.simd_le(size) & x_min.simd_ge(-size) & y_max.simd_le(size) & y_min.simd_ge(-size);
+        let near_the_face = x_max.simd_lt(size) & x_min.simd_gt(-size) & y_max.simd_lt(size) & y_min.simd_gt(-size);
         let is_even = if face.is_parallel {
             mask32x16::splat(simd, true)
         } else {
