@@ -141,7 +141,8 @@ impl Tracer<'_> {
     }
 }
 
-/// By how much, in relation to what is added up, boxes are grown for the roundings of a sum that is at most about four.
+/// By how much, in relation to what is added up, boxes are grown for the roundings of a sum that is at most about four, and for
+/// that of a part's own bounds.
 const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
 
 /// The box of a patch in relation to a tile's origin.

@@ -134,6 +134,3 @@ fn edge<S: Simd>(
     let error = (product * (along_error + length * ROUNDED) + of_corners) * 4.04;
     (dot(along, normal), error)
 }
-
-#[cfg(test)]
-mod tests;
