@@ -27,11 +27,13 @@ pub(crate) fn check_benchmarks(root: &Path, scope: Scope) -> Outcome {
     run(cargo_workspace(root, scope, &["test"]).args(["--bench", "*"]))
 }
 
-/// The names of all test programs: files in folders `tests`, and folders there with a `main.rs`.
+/// The names of all test programs: files in the folders `tests` of packages, and folders there with a `main.rs`. A
+/// folder `tests` within a package's source has modules of unit tests.
 fn test_programs(root: &Path) -> Result<BTreeSet<String>, String> {
     let program = |path: PathBuf| {
         let program = if path.ends_with("main.rs") { path.parent()? } else { &path };
-        let is_test = program.parent()?.ends_with("tests");
+        let folder = program.parent()?;
+        let is_test = folder.ends_with("tests") && folder.with_file_name("Cargo.toml").is_file();
         is_test.then(|| program.file_stem().unwrap_or_default().to_string_lossy().into_owned())
     };
     Ok(files(root, "rs")?.into_iter().filter_map(program).collect())
@@ -46,8 +48,9 @@ mod tests {
     #[test]
     fn test_programs_are_files_and_folders() {
         let root = tempfile::tempdir().unwrap();
-        for path in ["a/tests/one.rs", "a/tests/two/main.rs", "a/tests/two/b.rs", "a/src/main.rs", "b/tests/data/c.txt"]
-        {
+        let tests = ["a/tests/one.rs", "a/tests/two/main.rs", "a/tests/two/b.rs", "b/tests/data/c.txt"];
+        let others = ["a/Cargo.toml", "b/Cargo.toml", "a/src/main.rs", "a/src/module/tests/unit.rs"];
+        for path in tests.into_iter().chain(others) {
             let path = root.path().join(path);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "").unwrap();
