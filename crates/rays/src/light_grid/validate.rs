@@ -4,7 +4,6 @@ use fearless_simd::{Simd, dispatch};
 
 use super::LightGrid;
 use super::boxes::SplatBox;
-use super::candidates::Batch;
 use super::points::TILE_BLOCKS;
 use super::set_up::{Record, SetUp};
 use super::settle::Settler;
@@ -70,6 +69,23 @@ pub(super) fn validate(
     }
 }
 
+/// What the filter alone says about a triangle and the points of a slot.
+#[derive(Clone, Copy)]
+struct Verdicts {
+    /// Those that it may shadow.
+    possible: u16,
+    /// Those of them that it shadows for certain; about the others the predicate is asked.
+    certain: u16,
+    /// Why it shadows none of the rest.
+    why: &'static str,
+}
+
+impl Verdicts {
+    const fn none(why: &'static str) -> Self {
+        Self { possible: 0, certain: 0, why }
+    }
+}
+
 impl Tracer<'_> {
     fn validate_tile(
         &self,
@@ -79,126 +95,137 @@ impl Tracer<'_> {
         rays: &[Option<ShadowRay>],
         found: &mut [bool],
     ) -> Result<(), String> {
-        let triangles = settler.opacity.triangles;
-        let slots = self.slots_of_triangles();
         dispatch!(settler.level.0, simd => self.begin(simd, worker, tile));
-        self.forget(worker);
         let mut in_tile = HashMap::new();
         for part in 0..worker.parts.parts.len() {
-            dispatch!(settler.level.0, simd => self.find_candidates(simd, worker, part..part + 1));
             for slot in 0..LANES {
-                let (block, points) = (worker.parts.parts[part].blocks[slot], worker.parts.parts[part].points[slot]);
-                for lane in (0..LANES).filter(|lane| points >> lane & 1 == 1) {
-                    let index = worker.tile.first + usize::from(block) * LANES + lane;
+                for (index, _) in points_of(worker, part, slot) {
                     if let Some(other) = in_tile.insert(index, (part, slot)) {
                         return Err(format!("the point of pixel {index} is in {other:?} and {:?}", (part, slot)));
                     }
                     found[index] = true;
-                    let Some(ray) = &rays[index] else { continue };
-                    let own = settler.points.own()[index];
-                    for id in (0..triangles.len() as u32).filter(|&id| id != own && settler.opacity.is_there(id)) {
-                        let Ok(corners) = triangles.usable_corners(id) else { continue };
-                        let is_shadowed = ray.blocked_by(corners).is_some();
-                        let slot_of_triangle = slots.get(&id).copied();
-                        let verdict = dispatch!(settler.level.0, simd =>
-                            self.verdict(simd, worker, part, slot, lane, id, slot_of_triangle));
-                        match (is_shadowed, verdict) {
-                            (true, Verdict::NotShadowed(why)) => {
-                                return Err(format!("triangle {id} shadows the point of pixel {index}, but {why}"));
-                            }
-                            (false, Verdict::Shadowed) => {
-                                return Err(format!("triangle {id} doesn't shadow the point of pixel {index}"));
-                            }
-                            _ => {}
-                        }
-                    }
                 }
+            }
+            dispatch!(settler.level.0, simd => self.validate_part(simd, settler, worker, part, rays))?;
+        }
+        Ok(())
+    }
+
+    /// Asks about every triangle and the points of a part, patch by patch, since a patch is set up for all of them.
+    #[inline(always)]
+    fn validate_part<S: Simd>(
+        &self,
+        simd: S,
+        settler: &Settler<'_>,
+        worker: &mut Worker,
+        part: usize,
+        rays: &[Option<ShadowRay>],
+    ) -> Result<(), String> {
+        self.find_candidates(simd, worker, part..part + 1);
+        let slots: Vec<_> = (0..LANES).filter(|&slot| worker.parts.parts[part].points[slot] != 0).collect();
+        let mut is_in_patch = vec![false; settler.opacity.triangles.len()];
+        let mut set_up = SetUp::EMPTY;
+        let mut queue = vec![0; QUEUE];
+        for number in 0..self.patches.len() {
+            let is_candidate = worker.batch.candidates.iter().any(|candidate| candidate.number as usize == number);
+            if is_candidate {
+                self.set_up(simd, &mut set_up, number as u32, &worker.tile.extent);
+            }
+            let patch = self.patches.get(number);
+            for &slot in &slots {
+                let part_points = &worker.parts.parts[part];
+                let whole = SplatBox::new(simd, &part_points.whole);
+                let end =
+                    if is_candidate { enqueue(simd, &set_up, part_points, &whole, 1 << slot, &mut queue) } else { 0 };
+                for (triangle, &id) in patch.ids[..patch.count].iter().enumerate() {
+                    is_in_patch[id as usize] = true;
+                    let of_patch = || {
+                        if !is_candidate {
+                            Verdicts::none("it is in no candidate")
+                        } else if !queue[..end].contains(&((triangle * LANES + slot) as u32)) {
+                            Verdicts::none("its bounds are elsewhere")
+                        } else {
+                            self.verdicts(simd, worker, (part, slot), &set_up.record(triangle, id))
+                        }
+                    };
+                    let of_large = self.verdicts_of_large(simd, worker, (part, slot), id);
+                    self.compare(settler, worker, (part, slot), id, &of_large.unwrap_or_else(of_patch), rays)?;
+                }
+            }
+        }
+        for id in (0..is_in_patch.len()).filter(|&id| !is_in_patch[id]) {
+            let id = id as u32;
+            for &slot in &slots {
+                let of_large = self.verdicts_of_large(simd, worker, (part, slot), id);
+                let verdicts = of_large.unwrap_or(Verdicts::none("it is in no patch"));
+                self.compare(settler, worker, (part, slot), id, &verdicts, rays)?;
             }
         }
         Ok(())
     }
-}
 
-/// What the filter alone says about a point and a triangle, for `validate`.
-enum Verdict {
-    /// The triangle shadows the point for certain.
-    Shadowed,
-    /// It doesn't, for this reason.
-    NotShadowed(&'static str),
-    /// The predicate has to say.
-    Undecided,
-}
-
-impl Tracer<'_> {
-    /// The patch of each triangle, and its slot in that.
-    fn slots_of_triangles(&self) -> HashMap<u32, (usize, usize)> {
-        let patches = 0..self.patches.len();
-        let of_patch = |number| {
-            let patch = self.patches.get(number);
-            patch.ids[..patch.count].iter().enumerate().map(move |(slot, &id)| (id, (number, slot)))
-        };
-        patches.flat_map(of_patch).collect()
-    }
-
-    /// Forgets what was set up for another tile's [`verdict`](Self::verdict).
-    fn forget(&self, worker: &mut Worker) {
-        worker.batch.set_ups.clear();
-    }
-
-    /// What the filter says about a triangle, which is in this slot of a patch, and the point in a lane of a slot of a
-    /// part; after candidates were found for this part alone.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a point and a triangle, each by the slots that it is in")]
-    fn verdict<S: Simd>(
+    /// Compares what is said about a triangle with the predicate.
+    fn compare(
         &self,
-        simd: S,
-        worker: &mut Worker,
-        part: usize,
-        slot: usize,
-        lane: usize,
+        settler: &Settler<'_>,
+        worker: &Worker,
+        (part, slot): (usize, usize),
         id: u32,
-        slot_of_triangle: Option<(usize, usize)>,
-    ) -> Verdict {
-        let Worker { tile, parts, batch, .. } = worker;
-        let Tile { first, extent, blocks, .. } = tile;
-        let part = &parts.parts[part];
-        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.points.own());
-        let of_record = |record: &Record| {
-            let [a, b, c] = &record.quads;
-            let found = points.test(simd, [a, b, c], record.id, slot);
-            if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 || found.possible >> lane & 1 == 0 {
-                Verdict::NotShadowed("the filter says that it doesn't")
-            } else if found.certain(simd, record.errors) >> lane & 1 == 1 {
-                Verdict::Shadowed
-            } else {
-                Verdict::Undecided
+        verdicts: &Verdicts,
+        rays: &[Option<ShadowRay>],
+    ) -> Result<(), String> {
+        if !settler.opacity.is_there(id) {
+            return Ok(());
+        }
+        let Ok(corners) = settler.opacity.triangles.usable_corners(id) else { return Ok(()) };
+        for (index, lane) in points_of(worker, part, slot) {
+            let Some(ray) = rays[index].as_ref().filter(|_| settler.points.own()[index] != id) else { continue };
+            let (is_possible, is_certain) = (verdicts.possible >> lane & 1 == 1, verdicts.certain >> lane & 1 == 1);
+            match ray.blocked_by(corners) {
+                Some(_) if !is_possible => {
+                    return Err(format!("triangle {id} shadows the point of pixel {index}, but {}", verdicts.why));
+                }
+                None if is_certain => {
+                    return Err(format!("triangle {id} doesn't shadow the point of pixel {index}"));
+                }
+                _ => {}
             }
-        };
-        let mut large = batch.large.iter().filter(|(record, _)| record.id == id);
-        if let Some((first, _)) = large.next() {
-            // Of two planes one may be turned the wrong way.
-            return match (of_record(first), large.next()) {
-                (Verdict::NotShadowed(_), Some((second, _))) => of_record(second),
-                (verdict, _) => verdict,
-            };
         }
-        let Some((number, triangle)) = slot_of_triangle else { return Verdict::NotShadowed("it is in no patch") };
-        if !batch.candidates.iter().any(|candidate| candidate.number as usize == number) {
-            return Verdict::NotShadowed("it is in no candidate");
-        }
-        let Batch { set_ups, queue, .. } = batch;
-        // Most that are asked about in a row are of the same patch.
-        if set_ups.first().is_none_or(|set_up| set_up.number as usize != number) {
-            set_ups.resize(1, SetUp::EMPTY);
-            self.set_up(simd, &mut set_ups[0], number as u32, extent);
-        }
-        let set_up = &set_ups[0];
-        let whole = SplatBox::new(simd, &part.whole);
-        queue.resize(QUEUE, 0);
-        let end = enqueue(simd, set_up, part, &whole, 1 << slot, queue);
-        if !queue[..end].contains(&((triangle * LANES + slot) as u32)) {
-            return Verdict::NotShadowed("its bounds are elsewhere");
-        }
-        of_record(&set_up.record(triangle, id))
+        Ok(())
     }
+
+    /// What is said about a triangle that is tested as a large one.
+    #[inline(always)]
+    fn verdicts_of_large<S: Simd>(&self, simd: S, worker: &Worker, at: (usize, usize), id: u32) -> Option<Verdicts> {
+        let records = worker.batch.large.iter().filter(|(record, _)| record.id == id);
+        // Of two planes one may be turned the wrong way.
+        let either = |one: Verdicts, other: Verdicts| Verdicts {
+            possible: one.possible | other.possible,
+            certain: one.certain | other.certain,
+            why: one.why,
+        };
+        records.map(|(record, _)| self.verdicts(simd, worker, at, record)).reduce(either)
+    }
+
+    #[inline(always)]
+    fn verdicts<S: Simd>(&self, simd: S, worker: &Worker, (part, slot): (usize, usize), record: &Record) -> Verdicts {
+        let Tile { first, blocks, .. } = &worker.tile;
+        let part = &worker.parts.parts[part];
+        if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 {
+            return Verdicts::none("the filter says that it touches none of the block's");
+        }
+        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.points.own());
+        let [a, b, c] = &record.quads;
+        let found = points.test(simd, [a, b, c], record.id, slot);
+        let certain = found.certain(simd, record.errors);
+        Verdicts { possible: found.possible, certain, why: "the filter says that it doesn't" }
+    }
+}
+
+/// The points in a slot of a part: the indices of their pixels, and their lanes.
+fn points_of(worker: &Worker, part: usize, slot: usize) -> impl Iterator<Item = (usize, usize)> {
+    let part = &worker.parts.parts[part];
+    let (block, points) = (usize::from(part.blocks[slot]), part.points[slot]);
+    let first = worker.tile.first + block * LANES;
+    (0..LANES).filter(move |lane| points >> lane & 1 == 1).map(move |lane| (first + lane, lane))
 }
