@@ -21,10 +21,10 @@ pub(crate) fn cargo(root: &Path) -> Command {
 /// How much of the workspace a command is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
-    /// All of it, with all that its features add.
+    /// All of it, with all that its features add, and all tests.
     Whole,
-    /// All but the window, whose toolkit is more than a third of all packages.
-    WithoutWindow,
+    /// All but the window, whose toolkit is more than a third of all packages, and but tests that take long.
+    Short,
 }
 
 /// A cargo command about the workspace. Those that select the same crates and features share what they compile: tests and
@@ -35,7 +35,7 @@ pub(crate) fn cargo_workspace(root: &Path, scope: Scope, subcommand: &[&str]) ->
     command.args(subcommand).args(["--workspace", "--locked"]);
     command.args(match scope {
         Scope::Whole => ["--features", "umbrage-cli/view,umbrage-bench/view"],
-        Scope::WithoutWindow => ["--exclude", "umbrage-viewer"],
+        Scope::Short => ["--exclude", "umbrage-viewer"],
     });
     if matches!(subcommand.first(), Some(&("test" | "build"))) {
         command.args(["--features", "umbrage-bench/statistics"]);

@@ -17,7 +17,7 @@ pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
     for program in test_programs(root)?.iter().filter(|program| !APART.contains(&program.as_str())) {
         test.args(["--test", program]);
     }
-    test_times::ask_for_times(&mut test);
+    test_times::end_arguments(&mut test, scope);
     TestTimes::of(&mut test, None)?;
     Ok(())
 }

@@ -32,7 +32,7 @@ impl EquippedTests {
     /// Runs them. On a machine that could have what they need, it is a failure if they lack it.
     pub(crate) fn check(self, root: &Path, scope: Scope) -> Outcome {
         let mut test = cargo_workspace(root, scope, &["test", "--no-fail-fast", "--test", self.program]);
-        test_times::ask_for_times(&mut test);
+        test_times::end_arguments(&mut test, scope);
         test.arg("--nocapture");
         let times = TestTimes::of(&mut test, Some(self.marker))?;
         self.judge(times.marked, debian::can_have(self.package))

@@ -1,8 +1,8 @@
 //! Every check of the repository, as one program: `cargo run -p ci`.
 //!
 //! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
-//! `--all` what takes longest runs as well: the window, the page in a browser, the release build, and ten million rays and a
-//! minute of fuzzing with it. Names of checks have only these run: `cargo run -p ci -- clippy "GPU tests"`.
+//! `--all` what takes longest runs as well: tests in modules called `long`, the window, the page in a browser, the release
+//! build, and ten million rays and a minute of fuzzing with it. Names of checks have only these run: `cargo run -p ci -- clippy "GPU tests"`.
 #![forbid(unsafe_code)]
 
 mod command;
@@ -71,7 +71,7 @@ const CHECKS: &[Check] = &[
     ("fuzz", |root, _| fuzz(root, Build::Dev, ["--mutants", "300"])),
 ];
 
-/// What `--all` adds: the window, the other programs, and everything compiled once more, as users compile it.
+/// What `--all` adds to the long tests: the window, the other programs, and everything compiled once more, as users compile it.
 const LONG_CHECKS: &[Check] = &[
     ("viewer", |root, scope| VIEWER.check(root, scope)),
     ("window", |root, scope| WINDOW.check(root, scope)),
@@ -120,7 +120,7 @@ fn chosen(arguments: &[String]) -> Result<(Scope, Vec<&'static Check>), String> 
     let is_named = |(of, _): &&Check| names.iter().any(|name| of == *name);
     // Those of the window are about nothing in a workspace without it.
     let is_whole = is_all || LONG_CHECKS.iter().any(|check| is_named(&check));
-    let scope = if is_whole { Scope::Whole } else { Scope::WithoutWindow };
+    let scope = if is_whole { Scope::Whole } else { Scope::Short };
     if names.is_empty() {
         return Ok((scope, CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)).collect()));
     }
@@ -156,7 +156,7 @@ mod tests {
         };
         assert_eq!(names(&["page", "format"]), Ok((Scope::Whole, vec!["format", "page"])));
         assert_eq!(names(&["--all", "tests"]), Ok((Scope::Whole, vec!["tests"])));
-        assert_eq!(names(&["tests", "clippy"]), Ok((Scope::WithoutWindow, vec!["clippy", "tests"])));
+        assert_eq!(names(&["tests", "clippy"]), Ok((Scope::Short, vec!["clippy", "tests"])));
         let count = |arguments| names(arguments).map(|(_, names)| names.len());
         assert_eq!(count(&[]), Ok(CHECKS.len()));
         assert_eq!(count(&["--all"]), Ok(CHECKS.len() + LONG_CHECKS.len()));

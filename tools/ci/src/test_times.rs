@@ -1,18 +1,25 @@
 use std::process::Command;
 
+use crate::command::Scope;
 use crate::watch::watch;
 
 /// So many tests are named as the slowest.
 const NAMED: usize = 10;
 
-/// Ends a `cargo test`'s own arguments, and has its programs say how long each test took. They do so only for whoever may
-/// use what isn't stable; how they are compiled stays as it was.
-pub(crate) fn ask_for_times(test: &mut Command) {
+/// Tests in modules of this name take long, and run only with `--all`.
+const LONG: &str = "long::";
+
+/// Ends a `cargo test`'s own arguments, and has its programs run the tests of a scope and say how long each took. They say so
+/// only to whoever may use what isn't stable; how they are compiled stays as it was.
+pub(crate) fn end_arguments(test: &mut Command, scope: Scope) {
     if cfg!(unix) {
         test.args(["--config", "target.'cfg(unix)'.runner=['env', 'RUSTC_BOOTSTRAP=1']"]);
         test.args(["--", "-Zunstable-options", "--report-time"]);
     } else {
         test.arg("--");
+    }
+    if scope == Scope::Short {
+        test.args(["--skip", LONG]);
     }
 }
 

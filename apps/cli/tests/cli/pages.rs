@@ -104,34 +104,39 @@ fn examples(help: &str) -> Vec<Vec<String>> {
     lines.map(words).collect()
 }
 
-#[test]
-fn examples_of_the_help_work() {
-    let place = Workplace::new();
-    let (help, _) = place.succeed(&["--help"]);
-    // Windows have a test of their own, `view`.
-    let opens = |words: &Vec<String>| ["view", "model.glb"].contains(&words[0].as_str());
-    let examples: Vec<_> = examples(&help).into_iter().filter(|words| !opens(words)).collect();
-    assert!(examples.len() >= 11, "{help}");
-    for mut words in examples {
-        let example = words.join(" ");
-        for word in &mut words {
-            if let Some(demo) = word.strip_prefix("demo:") {
-                *word = format!("demo:{}?triangles=300", demo.split('?').next().unwrap());
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    #[test]
+    fn examples_of_the_help_work() {
+        let place = Workplace::new();
+        let (help, _) = place.succeed(&["--help"]);
+        // Windows have a test of their own, `view`.
+        let opens = |words: &Vec<String>| ["view", "model.glb"].contains(&words[0].as_str());
+        let examples: Vec<_> = examples(&help).into_iter().filter(|words| !opens(words)).collect();
+        assert!(examples.len() >= 11, "{help}");
+        for mut words in examples {
+            let example = words.join(" ");
+            for word in &mut words {
+                if let Some(demo) = word.strip_prefix("demo:") {
+                    *word = format!("demo:{}?triangles=300", demo.split('?').next().unwrap());
+                }
             }
+            let mut arguments: Vec<&str> = words.iter().map(String::as_str).collect();
+            if ["render", "heatmap"].contains(&arguments[0]) {
+                arguments.extend(["--size", "16x9"]);
+            }
+            if words.contains(&"y4m".to_owned()) || words.contains(&"--frames".to_owned()) {
+                // The last of two is what counts.
+                arguments.extend(["--frames", "0..2"]);
+            }
+            let output = place.run(&arguments);
+            assert!(output.status.success(), "{example}: {}", support::text(&output.stderr));
         }
-        let mut arguments: Vec<&str> = words.iter().map(String::as_str).collect();
-        if ["render", "heatmap"].contains(&arguments[0]) {
-            arguments.extend(["--size", "16x9"]);
+        let names = place.names();
+        for name in ["umbrage.png", "glass.png", "shatter.gif", "cloth_0001.exr", "orbit.apng", "1.png"] {
+            assert!(names.iter().any(|found| found == name), "{name} in {names:?}");
         }
-        if words.contains(&"y4m".to_owned()) || words.contains(&"--frames".to_owned()) {
-            // The last of two is what counts.
-            arguments.extend(["--frames", "0..2"]);
-        }
-        let output = place.run(&arguments);
-        assert!(output.status.success(), "{example}: {}", support::text(&output.stderr));
-    }
-    let names = place.names();
-    for name in ["umbrage.png", "glass.png", "shatter.gif", "cloth_0001.exr", "orbit.apng", "1.png"] {
-        assert!(names.iter().any(|found| found == name), "{name} in {names:?}");
     }
 }

@@ -142,8 +142,9 @@ fn section(number: usize, figure: &Figure, finding: &Finding) -> String {
     format!("\n## {number}. {title}\n\n{falls_short}{}\n\n*Elsewhere:* {elsewhere}\n", finding.text)
 }
 
+/// A test that takes long, which `cargo run -p ci` runs with `--all` alone.
 #[cfg(test)]
-mod tests {
+mod long {
     use super::*;
 
     /// What the document says of all of it, of a small part.

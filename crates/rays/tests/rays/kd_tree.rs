@@ -64,30 +64,6 @@ fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     expected.iter().flatten().count()
 }
 
-/// The conformance suite has each builder with one way of traversing; here is each with all of them.
-#[test]
-fn all_builders_and_traversals_hit_what_the_predicate_says() {
-    let mut random = Random(1);
-    let mesh = scene(&mut random);
-    let mut rays: Vec<_> = [0.5, 3.0, 1e15]
-        .into_iter()
-        .flat_map(|reach| [reach; 40])
-        .map(|reach| random_ray(&mut random, reach))
-        .collect();
-    rays.extend(support::rays_with_intervals(mesh.triangles(), &mut random, 20));
-    rays.extend(support::grazing_rays(mesh.triangles(), &mut random, 30));
-    assert!(check(&mesh, &rays) > 100);
-    let mesh = blocks(&mut random, 80);
-    assert!(check(&mesh, &support::rays_in_planes(&mut random, 60)) > 100);
-    let (mesh, rays) = support::corners_of_cells();
-    let rays: Vec<_> = rays.into_iter().step_by(23).collect();
-    assert!(check(&mesh, &rays) > rays.len() / 2);
-    // Where coordinates overflow hardly anything is left.
-    let overflowing = Mesh::soup(&mut random, 60, 0.05).moved(1e38, Vec3::ZERO);
-    let rays: Vec<_> = (0..40).map(|_| random_ray(&mut random, 3.0)).collect();
-    check(&overflowing, &rays.iter().map(|ray| Ray::new(ray.origin * 1e38, ray.direction * 1e38)).collect::<Vec<_>>());
-}
-
 /// Naive builds take too long for the conformance suite.
 #[test]
 fn naive_trees_of_any_number_of_triangles_are_whole() {
@@ -309,4 +285,36 @@ fn short_stacks_visit_hardly_more_than_a_whole_one() {
     assert!(restart.nodes > push_down.nodes && push_down.nodes > one.nodes && one.nodes > four.nodes);
     assert!(four.nodes as f64 <= stack.nodes as f64 * 1.03, "{four:?} {stack:?}");
     assert!(whole.nodes == stack.nodes && whole.restarts == 0, "{whole:?} {stack:?}");
+}
+
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    /// The conformance suite has each builder with one way of traversing; here is each with all of them.
+    #[test]
+    fn all_builders_and_traversals_hit_what_the_predicate_says() {
+        let mut random = Random(1);
+        let mesh = scene(&mut random);
+        let mut rays: Vec<_> = [0.5, 3.0, 1e15]
+            .into_iter()
+            .flat_map(|reach| [reach; 40])
+            .map(|reach| random_ray(&mut random, reach))
+            .collect();
+        rays.extend(support::rays_with_intervals(mesh.triangles(), &mut random, 20));
+        rays.extend(support::grazing_rays(mesh.triangles(), &mut random, 30));
+        assert!(check(&mesh, &rays) > 100);
+        let mesh = blocks(&mut random, 80);
+        assert!(check(&mesh, &support::rays_in_planes(&mut random, 60)) > 100);
+        let (mesh, rays) = support::corners_of_cells();
+        let rays: Vec<_> = rays.into_iter().step_by(23).collect();
+        assert!(check(&mesh, &rays) > rays.len() / 2);
+        // Where coordinates overflow hardly anything is left.
+        let overflowing = Mesh::soup(&mut random, 60, 0.05).moved(1e38, Vec3::ZERO);
+        let rays: Vec<_> = (0..40).map(|_| random_ray(&mut random, 3.0)).collect();
+        check(
+            &overflowing,
+            &rays.iter().map(|ray| Ray::new(ray.origin * 1e38, ray.direction * 1e38)).collect::<Vec<_>>(),
+        );
+    }
 }

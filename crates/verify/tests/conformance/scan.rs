@@ -128,41 +128,6 @@ fn check(name: &str, scanner: &mut Scanner, scan: &Scan<'_>) -> usize {
 }
 
 #[test]
-fn directions_hit_what_the_oracle_says() {
-    let mut random = Random::new(11);
-    let mut hits = 0;
-    for (name, mesh, size, middle) in meshes() {
-        let triangles = mesh.triangles();
-        let origins = origins(&mesh, size, middle, &mut random);
-        let sets: Vec<_> = origins.iter().map(|&origin| directions(&mesh, origin, size, &mut random, 300)).collect();
-        let sweeps: Vec<_> =
-            origins.iter().zip(&sets).map(|(&origin, directions)| Sweep { origin, directions }).collect();
-        for level in SimdLevel::available() {
-            let mut scanner = Scanner::with_level(level);
-            for threads in [1, 2, 3, 7] {
-                // In the second frame patches are others.
-                hits += on_threads(threads, || {
-                    scanner.build(triangles);
-                    check(name, &mut scanner, &Scan::new(triangles, &sweeps))
-                });
-            }
-        }
-        let mut scanner = Scanner::default();
-        // Patches that were grown, too.
-        (0..2).for_each(|_| scanner.build(triangles));
-        let mask = |id: u32, [u, v]: [f32; 2]| !id.is_multiple_of(5) || u + v < 0.5;
-        let base = Scan::new(triangles, &sweeps);
-        let size = f64::from(size);
-        hits += check(name, &mut scanner, &Scan { t_min: 0.3, t_max: 1.0, ..base });
-        hits += check(name, &mut scanner, &Scan { t_min: 0.5 * size, t_max: 2.0 * size, ..base });
-        hits += check(name, &mut scanner, &Scan { sides: Sides::Front, ..base });
-        hits += check(name, &mut scanner, &Scan { sides: MIXED_SIDES, opacity: &mask, ..base });
-        hits += check(name, &mut scanner, &Scan { sides: MIXED_SIDES, opacity: &Opaque, ..base });
-    }
-    assert!(hits > 100_000, "{hits} hits");
-}
-
-#[test]
 fn scans_do_not_depend_on_threads() {
     let mut random = Random::new(12);
     let mesh = TestMesh::bad_shapes(&mut random);
@@ -220,5 +185,46 @@ fn a_million_in_a_cell_hit_what_the_oracle_says() {
         let expected = truth(&scan, &ray, 3);
         assert_eq!(expected.len(), 3, "{direction}");
         assert!(scanned.hits(index).eq(expected), "{direction}");
+    }
+}
+
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    #[test]
+    fn directions_hit_what_the_oracle_says() {
+        let mut random = Random::new(11);
+        let mut hits = 0;
+        for (name, mesh, size, middle) in meshes() {
+            let triangles = mesh.triangles();
+            let origins = origins(&mesh, size, middle, &mut random);
+            let sets: Vec<_> =
+                origins.iter().map(|&origin| directions(&mesh, origin, size, &mut random, 300)).collect();
+            let sweeps: Vec<_> =
+                origins.iter().zip(&sets).map(|(&origin, directions)| Sweep { origin, directions }).collect();
+            for level in SimdLevel::available() {
+                let mut scanner = Scanner::with_level(level);
+                for threads in [1, 2, 3, 7] {
+                    // In the second frame patches are others.
+                    hits += on_threads(threads, || {
+                        scanner.build(triangles);
+                        check(name, &mut scanner, &Scan::new(triangles, &sweeps))
+                    });
+                }
+            }
+            let mut scanner = Scanner::default();
+            // Patches that were grown, too.
+            (0..2).for_each(|_| scanner.build(triangles));
+            let mask = |id: u32, [u, v]: [f32; 2]| !id.is_multiple_of(5) || u + v < 0.5;
+            let base = Scan::new(triangles, &sweeps);
+            let size = f64::from(size);
+            hits += check(name, &mut scanner, &Scan { t_min: 0.3, t_max: 1.0, ..base });
+            hits += check(name, &mut scanner, &Scan { t_min: 0.5 * size, t_max: 2.0 * size, ..base });
+            hits += check(name, &mut scanner, &Scan { sides: Sides::Front, ..base });
+            hits += check(name, &mut scanner, &Scan { sides: MIXED_SIDES, opacity: &mask, ..base });
+            hits += check(name, &mut scanner, &Scan { sides: MIXED_SIDES, opacity: &Opaque, ..base });
+        }
+        assert!(hits > 100_000, "{hits} hits");
     }
 }

@@ -1,6 +1,6 @@
 //! Tests of each structure in the table, named after it and a group of questions, so that a failure names both.
 
-macro_rules! tests {
+macro_rules! of_each {
     ($($name:ident: $make:expr;)+) => {
         $(mod $name {
             use umbrage_verify::structures::*;
@@ -33,6 +33,16 @@ macro_rules! tests {
             #[test] fn validation() { frames::notice_moved_triangles(MAKE) }
             #[test] fn steady_frames() { frames::allocate_nothing_when_steady(stringify!($name), MAKE) }
         })+
+    };
+}
+
+macro_rules! tests {
+    (short { $($name:ident: $make:expr;)+ } long { $($other:ident: $make_other:expr;)+ }) => {
+        of_each! { $($name: $make;)+ }
+
+        mod long {
+            of_each! { $($other: $make_other;)+ }
+        }
     };
 }
 

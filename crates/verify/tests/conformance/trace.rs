@@ -79,39 +79,6 @@ fn together(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Ve
     rays
 }
 
-#[test]
-fn rays_from_few_origins_hit_what_the_oracle_says() {
-    let (pools, mut random) = (pools(), Random::new(31));
-    let mut hits = 0;
-    for (name, mesh, size, middle) in meshes() {
-        let triangles = mesh.triangles();
-        let rays = together(&mesh, size, middle, &mut random);
-        let base = Trace::new(triangles, &rays);
-        let mask = |id: u32, [u, v]: [f32; 2]| !id.is_multiple_of(5) || u + v < 0.5;
-        let part = Trace { t_min: 0.3, t_max: 1.0, ..base };
-        let front = Trace { sides: Sides::Front, ..base };
-        let masked = Trace { sides: MIXED_SIDES, opacity: &mask, ..base };
-        for (trace, pool) in [base, part, front, masked].into_iter().zip(pools.chunks(1)) {
-            let truth = truth(&trace);
-            hits += truth.iter().flatten().count();
-            // Each many times, so that a scanner is worth its while; but for those that are an origin each.
-            let again: Vec<usize> =
-                (0..rays.len() - 2).flat_map(|index| [index; 12]).chain(rays.len() - 2..rays.len()).collect();
-            let many: Vec<Ray> = again.iter().map(|&index| rays[index]).collect();
-            let of_many: Vec<Option<Hit>> = again.iter().map(|&index| truth[index]).collect();
-            let by = check(name, &Trace { rays: Rays::from(&many), ..trace }, &of_many, pool);
-            assert_eq!(by, TracedBy::Scanner, "{name}");
-            // In another order, in which hardly two rays from one origin follow each other.
-            let order: Vec<usize> = (0..rays.len()).map(|index| index * 997 % rays.len()).collect();
-            let mixed: Vec<Ray> = order.iter().map(|&index| rays[index]).collect();
-            let truth: Vec<Option<Hit>> = order.iter().map(|&index| truth[index]).collect();
-            let by = check(name, &Trace { rays: Rays::from(&mixed), ..trace }, &truth, &pools);
-            assert_eq!(by, TracedBy::Hierarchy, "{name}");
-        }
-    }
-    assert!(hits > 20_000, "{hits} hits");
-}
-
 /// Intervals behind the origin, and directions that f32 hasn't, aren't for a scanner.
 #[test]
 fn what_a_scanner_does_not_take_hits_what_the_oracle_says() {
@@ -151,5 +118,43 @@ fn moving_triangles_are_traced_where_they_are() {
             assert_eq!(tracer.hierarchy(triangles).nearest(triangles, &rays.get(0), &|_| true), Some(expected));
             assert!((expected.t - 0.5 * (4.0 + f64::from(step))).abs() < 0.5);
         }
+    }
+}
+
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    #[test]
+    fn rays_from_few_origins_hit_what_the_oracle_says() {
+        let (pools, mut random) = (pools(), Random::new(31));
+        let mut hits = 0;
+        for (name, mesh, size, middle) in meshes() {
+            let triangles = mesh.triangles();
+            let rays = together(&mesh, size, middle, &mut random);
+            let base = Trace::new(triangles, &rays);
+            let mask = |id: u32, [u, v]: [f32; 2]| !id.is_multiple_of(5) || u + v < 0.5;
+            let part = Trace { t_min: 0.3, t_max: 1.0, ..base };
+            let front = Trace { sides: Sides::Front, ..base };
+            let masked = Trace { sides: MIXED_SIDES, opacity: &mask, ..base };
+            for (trace, pool) in [base, part, front, masked].into_iter().zip(pools.chunks(1)) {
+                let truth = truth(&trace);
+                hits += truth.iter().flatten().count();
+                // Each many times, so that a scanner is worth its while; but for those that are an origin each.
+                let again: Vec<usize> =
+                    (0..rays.len() - 2).flat_map(|index| [index; 12]).chain(rays.len() - 2..rays.len()).collect();
+                let many: Vec<Ray> = again.iter().map(|&index| rays[index]).collect();
+                let of_many: Vec<Option<Hit>> = again.iter().map(|&index| truth[index]).collect();
+                let by = check(name, &Trace { rays: Rays::from(&many), ..trace }, &of_many, pool);
+                assert_eq!(by, TracedBy::Scanner, "{name}");
+                // In another order, in which hardly two rays from one origin follow each other.
+                let order: Vec<usize> = (0..rays.len()).map(|index| index * 997 % rays.len()).collect();
+                let mixed: Vec<Ray> = order.iter().map(|&index| rays[index]).collect();
+                let truth: Vec<Option<Hit>> = order.iter().map(|&index| truth[index]).collect();
+                let by = check(name, &Trace { rays: Rays::from(&mixed), ..trace }, &truth, &pools);
+                assert_eq!(by, TracedBy::Hierarchy, "{name}");
+            }
+        }
+        assert!(hits > 20_000, "{hits} hits");
     }
 }

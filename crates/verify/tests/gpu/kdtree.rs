@@ -30,49 +30,6 @@ fn with_tree(width: u32, height: u32) -> Settings {
 }
 
 #[test]
-fn gallery_scenes() {
-    let Some(mut gpu) = renderer() else { return };
-    for (number, demo) in DEMOS.iter().enumerate() {
-        let scene = umbrage::open(format!("demo:{}?triangles=2000", demo.name)).expect("a scene of the gallery");
-        let settings = Settings { structure: kd_tree(number), ..sized(60, 40) };
-        compare(demo.name, &mut gpu, &scene, 0.4, &settings).expect_none(demo.name);
-    }
-}
-
-/// Skins, morph targets, masks, textures, layers that one sees through, and sides.
-#[test]
-fn real_scenes() {
-    let Some(mut gpu) = renderer() else { return };
-    let names = ["cesium_man.glb", "robot_expressive.glb", "tree_alphamask.glb", "sibenik.obj", "dispersion_test.glb"];
-    for (number, name) in names.into_iter().enumerate() {
-        if let Some(path) = real_scene(name) {
-            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
-            let settings = Settings { structure: kd_tree(number), ..sized(60, 40) };
-            compare(name, &mut gpu, &scene, 0.3, &settings).expect_none(name);
-        }
-    }
-}
-
-#[test]
-fn samples_sides_and_views() {
-    let Some(mut gpu) = renderer() else { return };
-    let scene = umbrage::open("demo:shatter?triangles=3000").expect("a scene of the gallery");
-    let camera = scene.at(0.5).expect("a frame").framing_camera(1.5);
-    let parallel = Camera { projection: Projection::Orthographic { half_height: 1.5 }, ..camera };
-    for (name, settings) in [
-        ("three samples", Settings { samples: 2, ..with_tree(60, 40) }),
-        ("front faces alone", Settings { sides: Sides::Front, ..with_tree(60, 40) }),
-        ("both sides", Settings { sides: Sides::Both, ..with_tree(60, 40) }),
-        ("a parallel view", Settings { camera: parallel.into(), ..with_tree(60, 40) }),
-        ("one pixel", with_tree(1, 1)),
-        ("the grids again", sized(60, 40)),
-        ("the tree again", with_tree(60, 40)),
-    ] {
-        compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
-    }
-}
-
-#[test]
 fn spots_and_several_lights() {
     let Some(mut gpu) = renderer() else { return };
     let scene = umbrage::open("demo:forest?triangles=3000").expect("a scene of the gallery");
@@ -170,5 +127,54 @@ fn what_a_gpu_would_ignore_is_refused() {
         let structure = format!("kdtree:{option}").parse().expect("a structure");
         let error = gpu.render(&scene, 0.0, &Settings { structure, ..sized(20, 20) }).expect_err("refused");
         assert!(error.is_of_settings() && error.to_string().contains(&option[..6]), "{error}");
+    }
+}
+
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    #[test]
+    fn gallery_scenes() {
+        let Some(mut gpu) = renderer() else { return };
+        for (number, demo) in DEMOS.iter().enumerate() {
+            let scene = umbrage::open(format!("demo:{}?triangles=2000", demo.name)).expect("a scene of the gallery");
+            let settings = Settings { structure: kd_tree(number), ..sized(60, 40) };
+            compare(demo.name, &mut gpu, &scene, 0.4, &settings).expect_none(demo.name);
+        }
+    }
+
+    /// Skins, morph targets, masks, textures, layers that one sees through, and sides.
+    #[test]
+    fn real_scenes() {
+        let Some(mut gpu) = renderer() else { return };
+        let names =
+            ["cesium_man.glb", "robot_expressive.glb", "tree_alphamask.glb", "sibenik.obj", "dispersion_test.glb"];
+        for (number, name) in names.into_iter().enumerate() {
+            if let Some(path) = real_scene(name) {
+                let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
+                let settings = Settings { structure: kd_tree(number), ..sized(60, 40) };
+                compare(name, &mut gpu, &scene, 0.3, &settings).expect_none(name);
+            }
+        }
+    }
+
+    #[test]
+    fn samples_sides_and_views() {
+        let Some(mut gpu) = renderer() else { return };
+        let scene = umbrage::open("demo:shatter?triangles=3000").expect("a scene of the gallery");
+        let camera = scene.at(0.5).expect("a frame").framing_camera(1.5);
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 1.5 }, ..camera };
+        for (name, settings) in [
+            ("three samples", Settings { samples: 2, ..with_tree(60, 40) }),
+            ("front faces alone", Settings { sides: Sides::Front, ..with_tree(60, 40) }),
+            ("both sides", Settings { sides: Sides::Both, ..with_tree(60, 40) }),
+            ("a parallel view", Settings { camera: parallel.into(), ..with_tree(60, 40) }),
+            ("one pixel", with_tree(1, 1)),
+            ("the grids again", sized(60, 40)),
+            ("the tree again", with_tree(60, 40)),
+        ] {
+            compare(name, &mut gpu, &scene, 0.5, &settings).expect_none(name);
+        }
     }
 }

@@ -111,32 +111,6 @@ fn under_a_roof(source: LightSource, shape: LightShape, settings: &Settings) -> 
 }
 
 #[test]
-fn penumbras_are_as_wide_as_the_formula_says() {
-    let settings = settings(1024);
-    // 16 rows are 0.16 units.
-    let pixels_per_unit = 100.0;
-    let lamp = LightSource::Point { position: Vec3::new(0.0, 6.0, 0.0) };
-    let lit = under_a_roof(lamp, LightShape::Ball(0.75), &settings);
-    // The edge is 5 below the light and 1 above the floor.
-    expect_disk(&lit, 150.0, 0.75 / 5.0 * pixels_per_unit, "a lamp");
-    let sun = LightSource::Directional { direction: Vec3::NEG_Y };
-    for degrees in [2.0_f32, 15.0, 25.0] {
-        let lit = under_a_roof(sun, LightShape::Ball(degrees), &settings);
-        expect_disk(&lit, 150.0, degrees.to_radians().tan() * pixels_per_unit, &format!("a sun of {degrees} degrees"));
-    }
-    // A panel's edge is a slope as wide as the panel.
-    let panel = LightShape::Rectangle { width: 1.5, height: 0.5 };
-    let source = LightSource::to_one_side(Vec3::new(0.0, 6.0, 0.0), Vec3::NEG_Y);
-    for (column, lit) in under_a_roof(source, panel, &settings).into_iter().enumerate() {
-        let expected = ((150.0 - (column as f32 + 0.5)) / (1.5 / 5.0 * pixels_per_unit) + 0.5).clamp(0.0, 1.0);
-        assert!((lit - expected).abs() < 0.02, "{column}: {lit} for {expected}");
-    }
-    // A radius that all lights have is the same.
-    let of_all = under_a_roof(lamp, LightShape::POINT, &Settings { light_radius: 0.75, ..settings.clone() });
-    assert!(of_all == under_a_roof(lamp, LightShape::Ball(0.75), &settings));
-}
-
-#[test]
 fn large_lamps_are_as_bright_as_points() {
     let floor =
         [Vec3::new(-9.0, 0.0, -9.0), Vec3::new(-9.0, 0.0, 9.0), Vec3::new(9.0, 0.0, 9.0), Vec3::new(9.0, 0.0, -9.0)];
@@ -355,27 +329,63 @@ fn what_makes_no_sense_is_refused() {
     assert!(matches!(refused(Settings { camera: parallel.into(), ..wide }), Error::ParallelLens));
 }
 
-#[test]
-fn pictures_are_done_where_they_are_even_enough() {
-    let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
-    let most = Settings { width: 64, height: 48, samples: 512, light_radius: 1.0, ..Settings::default() };
-    let mut renderer = Renderer::default();
-    let mut shown = |settings: &Settings| {
-        let image = renderer.render(&scene, 0.3, settings).expect("a picture").develop(settings);
-        (image, renderer.stats().samples)
-    };
-    let (reference, samples) = shown(&Settings { samples: 2048, ..most.clone() });
-    assert_eq!(samples, 2048);
-    let mut last = 0;
-    for noise in [8.0, 4.0] {
-        let (image, samples) = shown(&Settings { noise, ..most.clone() });
-        let levels = |pixels: &[[u16; 3]]| pixels.iter().flatten().map(|&level| f64::from(level) / 257.0).collect();
-        let [image, reference]: [Vec<f64>; 2] = [levels(&image.pixels), levels(&reference.pixels)];
-        let squares = image.iter().zip(&reference).map(|(a, b)| (a - b) * (a - b));
-        let error = (squares.sum::<f64>() / image.len() as f64).sqrt();
-        println!("noise of {noise}: {samples} samples, off by {error}");
-        assert!(error < 1.3 * f64::from(noise), "off by {error} after {samples} samples");
-        assert!(samples > last && samples < 512, "{samples} samples for {noise}");
-        last = samples;
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    #[test]
+    fn penumbras_are_as_wide_as_the_formula_says() {
+        let settings = settings(1024);
+        // 16 rows are 0.16 units.
+        let pixels_per_unit = 100.0;
+        let lamp = LightSource::Point { position: Vec3::new(0.0, 6.0, 0.0) };
+        let lit = under_a_roof(lamp, LightShape::Ball(0.75), &settings);
+        // The edge is 5 below the light and 1 above the floor.
+        expect_disk(&lit, 150.0, 0.75 / 5.0 * pixels_per_unit, "a lamp");
+        let sun = LightSource::Directional { direction: Vec3::NEG_Y };
+        for degrees in [2.0_f32, 15.0, 25.0] {
+            let lit = under_a_roof(sun, LightShape::Ball(degrees), &settings);
+            expect_disk(
+                &lit,
+                150.0,
+                degrees.to_radians().tan() * pixels_per_unit,
+                &format!("a sun of {degrees} degrees"),
+            );
+        }
+        // A panel's edge is a slope as wide as the panel.
+        let panel = LightShape::Rectangle { width: 1.5, height: 0.5 };
+        let source = LightSource::to_one_side(Vec3::new(0.0, 6.0, 0.0), Vec3::NEG_Y);
+        for (column, lit) in under_a_roof(source, panel, &settings).into_iter().enumerate() {
+            let expected = ((150.0 - (column as f32 + 0.5)) / (1.5 / 5.0 * pixels_per_unit) + 0.5).clamp(0.0, 1.0);
+            assert!((lit - expected).abs() < 0.02, "{column}: {lit} for {expected}");
+        }
+        // A radius that all lights have is the same.
+        let of_all = under_a_roof(lamp, LightShape::POINT, &Settings { light_radius: 0.75, ..settings.clone() });
+        assert!(of_all == under_a_roof(lamp, LightShape::Ball(0.75), &settings));
+    }
+
+    #[test]
+    fn pictures_are_done_where_they_are_even_enough() {
+        let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
+        let most = Settings { width: 64, height: 48, samples: 512, light_radius: 1.0, ..Settings::default() };
+        let mut renderer = Renderer::default();
+        let mut shown = |settings: &Settings| {
+            let image = renderer.render(&scene, 0.3, settings).expect("a picture").develop(settings);
+            (image, renderer.stats().samples)
+        };
+        let (reference, samples) = shown(&Settings { samples: 2048, ..most.clone() });
+        assert_eq!(samples, 2048);
+        let mut last = 0;
+        for noise in [8.0, 4.0] {
+            let (image, samples) = shown(&Settings { noise, ..most.clone() });
+            let levels = |pixels: &[[u16; 3]]| pixels.iter().flatten().map(|&level| f64::from(level) / 257.0).collect();
+            let [image, reference]: [Vec<f64>; 2] = [levels(&image.pixels), levels(&reference.pixels)];
+            let squares = image.iter().zip(&reference).map(|(a, b)| (a - b) * (a - b));
+            let error = (squares.sum::<f64>() / image.len() as f64).sqrt();
+            println!("noise of {noise}: {samples} samples, off by {error}");
+            assert!(error < 1.3 * f64::from(noise), "off by {error} after {samples} samples");
+            assert!(samples > last && samples < 512, "{samples} samples for {noise}");
+            last = samples;
+        }
     }
 }

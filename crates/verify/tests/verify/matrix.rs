@@ -74,39 +74,44 @@ fn ask_oracle(name: &str, frame: &Frame, shown: &Shown, questions: usize) {
     }
 }
 
-#[test]
-fn gallery_scenes() {
-    let all: Vec<_> = SimdLevel::available().into_iter().flat_map(|level| THREADS.map(|n| (n, level))).collect();
-    for demo in DEMOS {
-        let scene = umbrage::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
-        check(demo.name, &scene, 0.4, &all, 60);
-    }
-}
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
 
-#[test]
-fn real_scenes() {
-    // Each number of threads and each level is there once or more.
-    let levels = SimdLevel::available();
-    let some: Vec<_> = THREADS.iter().enumerate().map(|(place, &n)| (n, levels[place % levels.len()])).collect();
-    let names = [
-        ("cesium_man.glb", 60),
-        ("robot_expressive.glb", 60),
-        ("robot_arm.glb", 60),
-        ("tree_alphamask.glb", 60),
-        ("vintage_fan.glb", 20),
-        ("elephant_gallop.glb", 20),
-        ("horse_gallop_obj_sequence", 60),
-        ("stanford_bunny.obj", 20),
-        ("sibenik.obj", 20),
-        ("chess_board.glb", 10),
-        ("dispersion_test.glb", 20),
-        ("country_kitchen.glb", 4),
-        ("dream_apartment.glb", 4),
-    ];
-    for (name, questions) in names {
-        if let Some(path) = real_scene(name) {
-            let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
-            check(name, &scene, 0.3, &some, questions);
+    #[test]
+    fn gallery_scenes() {
+        let all: Vec<_> = SimdLevel::available().into_iter().flat_map(|level| THREADS.map(|n| (n, level))).collect();
+        for demo in DEMOS {
+            let scene = umbrage::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
+            check(demo.name, &scene, 0.4, &all, 60);
+        }
+    }
+
+    #[test]
+    fn real_scenes() {
+        // Each number of threads and each level is there once or more.
+        let levels = SimdLevel::available();
+        let some: Vec<_> = THREADS.iter().enumerate().map(|(place, &n)| (n, levels[place % levels.len()])).collect();
+        let names = [
+            ("cesium_man.glb", 60),
+            ("robot_expressive.glb", 60),
+            ("robot_arm.glb", 60),
+            ("tree_alphamask.glb", 60),
+            ("vintage_fan.glb", 20),
+            ("elephant_gallop.glb", 20),
+            ("horse_gallop_obj_sequence", 60),
+            ("stanford_bunny.obj", 20),
+            ("sibenik.obj", 20),
+            ("chess_board.glb", 10),
+            ("dispersion_test.glb", 20),
+            ("country_kitchen.glb", 4),
+            ("dream_apartment.glb", 4),
+        ];
+        for (name, questions) in names {
+            if let Some(path) = real_scene(name) {
+                let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
+                check(name, &scene, 0.3, &some, questions);
+            }
         }
     }
 }

@@ -228,48 +228,6 @@ fn textures_of_every_kind_look_the_same() {
 }
 
 #[test]
-fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
-    let Some(mut engines) = engines() else { return };
-    let frame = varied_panels();
-    let color = Background::Color(Vec3::new(0.2, 0.4, 0.1));
-    for (name, background) in [
-        ("sky", Background::Sky),
-        ("transparent", Background::Transparent),
-        ("black", Background::Color(Vec3::ZERO)),
-        ("colour", color),
-        ("panorama", panorama()),
-    ] {
-        for (place, light) in lights().into_iter().enumerate() {
-            let settings = Settings { background: background.clone(), ..settings(150) };
-            let frame = Frame { lights: vec![light], ..frame.clone() };
-            let films = engines.render(&frame, &settings).expect("a frame");
-            let difference = Difference::of(&films.cpu, &films.gpu, &settings);
-            difference.expect_alike(&format!("light {place} under {name}"));
-        }
-    }
-}
-
-#[test]
-fn layers_look_the_same_with_every_light_in_all_surroundings() {
-    let Some(mut engines) = engines() else { return };
-    let frame = layered_panels();
-    for (name, background) in [("sky", Background::Sky), ("panorama", panorama())] {
-        for (place, light) in lights().into_iter().enumerate() {
-            let settings = Settings { background: background.clone(), ..settings(220) };
-            let frame = Frame { lights: vec![light], ..frame.clone() };
-            let films = engines.render(&frame, &settings).expect("a frame");
-            Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("light {place} under {name}"));
-        }
-    }
-    // Flat, from behind, without tangents in the file.
-    let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..frame };
-    let camera = Camera::look_at(Vec3::new(2.5, 3.5, -8.0), Vec3::new(3.0, 2.5, -0.5), Vec3::Y, 0.9);
-    let settings = Settings { camera: camera.into(), ..settings(220) };
-    let films = engines.render(&frame, &settings).expect("a frame");
-    Difference::of(&films.cpu, &films.gpu, &settings).expect_alike("flat, from behind");
-}
-
-#[test]
 fn samples_projections_and_tone_maps_look_the_same() {
     let Some(mut engines) = engines() else { return };
     let Some(mut developer) = Developer::open() else { return };
@@ -293,20 +251,6 @@ fn samples_projections_and_tone_maps_look_the_same() {
             difference.expect_alike(&format!("{name}, {samples} samples"));
             assert_eq!(developer.developed_otherwise(&films.gpu, &settings), 0, "{name}");
         }
-    }
-}
-
-#[test]
-fn flat_surfaces_look_the_same_from_both_sides() {
-    let Some(mut engines) = engines() else { return };
-    let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..varied_panels() };
-    for z in [5.0, -6.5] {
-        let camera = Camera::look_at(Vec3::new(0.5, 2.5, z), Vec3::new(1.7, 1.7, -0.5), Vec3::Y, 0.9);
-        let settings = Settings { camera: camera.into(), ..settings(150) };
-        let films = engines.render(&frame, &settings).expect("a frame");
-        Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("from {z}"));
-        let seen = films.cpu.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
-        assert!(seen > 5000, "{seen} pixels show a triangle");
     }
 }
 
@@ -381,4 +325,65 @@ fn too_many_lights_are_refused() {
     let frame = Frame { lights: vec![lamp; 1025], ..textured_panels() };
     let error = engines.render(&frame, &settings(40)).expect_err("too many");
     assert!(error.to_string().contains("1025 lights"), "{error}");
+}
+
+/// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
+mod long {
+    use super::*;
+
+    #[test]
+    fn materials_and_layers_look_the_same_with_every_light_in_all_surroundings() {
+        let Some(mut engines) = engines() else { return };
+        let frame = varied_panels();
+        let color = Background::Color(Vec3::new(0.2, 0.4, 0.1));
+        for (name, background) in [
+            ("sky", Background::Sky),
+            ("transparent", Background::Transparent),
+            ("black", Background::Color(Vec3::ZERO)),
+            ("colour", color),
+            ("panorama", panorama()),
+        ] {
+            for (place, light) in lights().into_iter().enumerate() {
+                let settings = Settings { background: background.clone(), ..settings(150) };
+                let frame = Frame { lights: vec![light], ..frame.clone() };
+                let films = engines.render(&frame, &settings).expect("a frame");
+                let difference = Difference::of(&films.cpu, &films.gpu, &settings);
+                difference.expect_alike(&format!("light {place} under {name}"));
+            }
+        }
+    }
+
+    #[test]
+    fn layers_look_the_same_with_every_light_in_all_surroundings() {
+        let Some(mut engines) = engines() else { return };
+        let frame = layered_panels();
+        for (name, background) in [("sky", Background::Sky), ("panorama", panorama())] {
+            for (place, light) in lights().into_iter().enumerate() {
+                let settings = Settings { background: background.clone(), ..settings(220) };
+                let frame = Frame { lights: vec![light], ..frame.clone() };
+                let films = engines.render(&frame, &settings).expect("a frame");
+                Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("light {place} under {name}"));
+            }
+        }
+        // Flat, from behind, without tangents in the file.
+        let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..frame };
+        let camera = Camera::look_at(Vec3::new(2.5, 3.5, -8.0), Vec3::new(3.0, 2.5, -0.5), Vec3::Y, 0.9);
+        let settings = Settings { camera: camera.into(), ..settings(220) };
+        let films = engines.render(&frame, &settings).expect("a frame");
+        Difference::of(&films.cpu, &films.gpu, &settings).expect_alike("flat, from behind");
+    }
+
+    #[test]
+    fn flat_surfaces_look_the_same_from_both_sides() {
+        let Some(mut engines) = engines() else { return };
+        let frame = Frame { normals: Vec::new(), tangents: Vec::new(), lights: lights(), ..varied_panels() };
+        for z in [5.0, -6.5] {
+            let camera = Camera::look_at(Vec3::new(0.5, 2.5, z), Vec3::new(1.7, 1.7, -0.5), Vec3::Y, 0.9);
+            let settings = Settings { camera: camera.into(), ..settings(150) };
+            let films = engines.render(&frame, &settings).expect("a frame");
+            Difference::of(&films.cpu, &films.gpu, &settings).expect_alike(&format!("from {z}"));
+            let seen = films.cpu.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
+            assert!(seen > 5000, "{seen} pixels show a triangle");
+        }
+    }
 }
