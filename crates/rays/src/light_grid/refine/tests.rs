@@ -1,6 +1,7 @@
 //! Points as they are mapped, beside where the face has them as real numbers, wherever in the predicate's box they are.
 
 use fearless_simd::dispatch;
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::*;
@@ -9,8 +10,8 @@ use crate::light_grid::point_set::PointList;
 use crate::precise::{Precise, difference, precise};
 use crate::predicate::HitPoint;
 use crate::random::Random;
-use crate::shot::SeenPixels;
-use crate::{LightSource, SimdLevel};
+use crate::shot::{CameraRays, SeenImage, SeenPixels, Shot};
+use crate::{Camera, LightSource, Projection, SimdLevel, Triangles, View};
 
 const TRIALS: u32 = 20_000;
 
@@ -39,7 +40,7 @@ fn face(random: &mut Random) -> Option<(Face, DVec3, f64)> {
         1 => {
             LightSource::Point { position: (middle + anywhere(random, 1.0) * random.power(-1.0, 5.0) * size).as_vec3() }
         }
-        2 => LightSource::Point { position: glam::Vec3::ZERO },
+        2 => LightSource::Point { position: Vec3::ZERO },
         _ => LightSource::Directional { direction: along.as_vec3() },
     };
     let mut list = PointList::default();
@@ -128,4 +129,44 @@ fn points_are_no_more_wrong_than_is_said_and_elsewhere_only_if_they_are() {
     assert!(count > TRIALS, "{count}");
     let worst = all.iter().fold([0.0; 2], |most, (one, _)| [0, 1].map(|at| f64::max(most[at], one[at])));
     assert!(worst.iter().all(|worst| (0.9..=1.0).contains(worst)), "{worst:?} of what may be");
+}
+
+/// Where a ray meets a triangle is less certain than is said of all others if it is nearly in its plane: such points are mapped
+/// by no face, and belong to every one.
+#[test]
+fn points_of_triangles_seen_edge_on_are_of_every_face() {
+    let in_front = [Vec3::new(-9.0, -9.0, -4.0), Vec3::new(9.0, -9.0, -4.0), Vec3::new(0.0, 9.0, -4.0)];
+    let edge_on = [Vec3::new(0.0, -9.0, -3.0), Vec3::new(0.0, 9.0, -4.0), Vec3::new(0.0, 0.0, -5.0)];
+    let positions = [in_front, edge_on].concat();
+    let triangles = Triangles { positions: &positions, indices: &[[0, 1, 2], [3, 4, 5]] };
+    // From so far beside the plane, rays at the image's border meet it four units away.
+    const SLOPE: f32 = 1e-13;
+    let camera = Camera {
+        projection: Projection::Perspective { tan_half_height: SLOPE },
+        ..Camera::look_at(Vec3::new(-4.0 * SLOPE, 0.0, 0.0), Vec3::new(-4.0 * SLOPE, 0.0, -1.0), Vec3::Y, 1.0)
+    };
+    let shot = Shot::new(triangles, View { camera, width: 64, height: 64 });
+    let mut seen = SeenPixels::default();
+    seen.resize(64, 64);
+    let indices: [u32; 8] = std::array::from_fn(|lane| {
+        let index = seen.order().index(63, 8 * lane as u32);
+        (seen.triangle[index], seen.inverse_depth[index]) = (lane as u32 % 2, 0.25);
+        index as u32
+    });
+    let points = PointSet::Seen(SeenImage { shot: &shot, seen: &seen }, CameraRays::new(&shot));
+    // Far enough for the error to be little on its faces.
+    let light = DVec3::Z * 1e4;
+    let mut around = PointList::default();
+    let corner = |number: usize| light + DVec3::AXES[number / 2] * [2e4, -2e4][number % 2];
+    around.fill(6, |number| Some((HitPoint { position: corner(number), error: 0.0 }, SeenPixels::NONE)));
+    let mut faces = Vec::new();
+    choose(&LightSource::Point { position: light.as_vec3() }, DVec3::X, &around.tiles, &mut faces).expect("a light");
+    assert_eq!(faces.len(), 6);
+    for face in faces.into_iter().map(|face| Face { point_error: 1.0, ..face }) {
+        let of_face = if face.z.z < -0.5 { 0b0101_0101 } else { 0 };
+        for level in SimdLevel::available() {
+            let found = dispatch!(level.0, simd => refine_eight(simd, &points, &face, indices));
+            assert_eq!((found.members, found.exact), (0b1010_1010 | of_face, of_face), "{face:?}");
+        }
+    }
 }
