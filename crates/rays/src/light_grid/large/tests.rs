@@ -310,10 +310,17 @@ impl Trial {
             let record = large.record(number, origin.to_array(), [away as f32, far as f32], errors);
             record.errors.map(|twice| f64::from(twice) / 2.0)
         });
+        // Across the plane's slope all are as near to the light, so that what is rounded is far more than what is left.
+        let level = numbers.first().and_then(|&number| {
+            let [p, q, _] = large.planes[number].nearness;
+            DVec2::new(-q, p).try_normalize().filter(|_| self.random.unit() < 0.3)
+        });
         let is_tight = self.random.unit() < 0.5;
         let side = self.random.unit() - 0.4;
         let local: [Vec3; LANES] = std::array::from_fn(|_| {
-            let at = if is_tight {
+            let at = if let Some(level) = level {
+                first + level * (self.random.signed() * away)
+            } else if is_tight {
                 first + DVec2::new(self.random.signed(), self.random.signed()) * away
             } else {
                 self.place(truth, guess[0].min(1.0))
