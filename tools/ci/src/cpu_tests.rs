@@ -22,9 +22,10 @@ pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
     Ok(())
 }
 
-/// Each benchmark once, as a test that it can be run.
+/// Each benchmark once, as a test that it can be run; with examples, for which dependencies have the features that tests have made
+/// them with.
 pub(crate) fn check_benchmarks(root: &Path, scope: Scope) -> Outcome {
-    run(cargo_workspace(root, scope, &["test"]).args(["--bench", "*"]))
+    run(cargo_workspace(root, scope, &["test"]).args(["--bench", "*", "--examples"]))
 }
 
 /// The names of all test programs: files in the folders `tests` of packages, and folders there with a `main.rs`. A
