@@ -6,7 +6,6 @@ use super::LightGrid;
 use super::boxes::SplatBox;
 use super::points::TILE_BLOCKS;
 use super::set_up::{Record, SetUp};
-use super::settle::Settler;
 use super::test::{PartPoints, QUEUE, enqueue, may_touch};
 use super::trace::Tracer;
 use super::worker::{Tile, Worker};
@@ -48,7 +47,7 @@ pub(super) fn validate(
             let tiles = (0..tiles.len()).filter(|&tile| face.may_own(&tiles[tile]));
             result = tiles
                 .into_iter()
-                .try_for_each(|tile| tracer.validate_tile(&settler, &mut worker, tile, &rays, &mut found))
+                .try_for_each(|tile| tracer.validate_tile(&mut worker, tile, &rays, &mut found))
                 .map_err(|broken| format!("face {number}: {broken}"));
             outliers.extend_from_slice(&worker.outliers);
             number += 1;
@@ -89,13 +88,12 @@ impl Verdicts {
 impl Tracer<'_> {
     fn validate_tile(
         &self,
-        settler: &Settler<'_>,
         worker: &mut Worker,
         tile: usize,
         rays: &[Option<ShadowRay>],
         found: &mut [bool],
     ) -> Result<(), String> {
-        dispatch!(settler.level.0, simd => self.begin(simd, worker, tile));
+        dispatch!(self.settler.level.0, simd => self.begin(simd, worker, tile));
         let mut in_tile = HashMap::new();
         for part in 0..worker.parts.parts.len() {
             for slot in 0..LANES {
@@ -106,7 +104,7 @@ impl Tracer<'_> {
                     found[index] = true;
                 }
             }
-            dispatch!(settler.level.0, simd => self.validate_part(simd, settler, worker, part, rays))?;
+            dispatch!(self.settler.level.0, simd => self.validate_part(simd, worker, part, rays))?;
         }
         Ok(())
     }
@@ -116,14 +114,13 @@ impl Tracer<'_> {
     fn validate_part<S: Simd>(
         &self,
         simd: S,
-        settler: &Settler<'_>,
         worker: &mut Worker,
         part: usize,
         rays: &[Option<ShadowRay>],
     ) -> Result<(), String> {
         self.find_candidates(simd, worker, part..part + 1);
         let slots: Vec<_> = (0..LANES).filter(|&slot| worker.parts.parts[part].points[slot] != 0).collect();
-        let mut is_in_patch = vec![false; settler.opacity.triangles.len()];
+        let mut is_in_patch = vec![false; self.settler.opacity.triangles.len()];
         let mut set_up = SetUp::EMPTY;
         let mut queue = vec![0; QUEUE];
         for number in 0..self.patches.len() {
@@ -149,7 +146,7 @@ impl Tracer<'_> {
                         }
                     };
                     let of_large = self.verdicts_of_large(simd, worker, (part, slot), id);
-                    self.compare(settler, worker, (part, slot), id, &of_large.unwrap_or_else(of_patch), rays)?;
+                    self.compare(worker, (part, slot), id, &of_large.unwrap_or_else(of_patch), rays)?;
                 }
             }
         }
@@ -158,7 +155,7 @@ impl Tracer<'_> {
             for &slot in &slots {
                 let of_large = self.verdicts_of_large(simd, worker, (part, slot), id);
                 let verdicts = of_large.unwrap_or(Verdicts::none("it is in no patch"));
-                self.compare(settler, worker, (part, slot), id, &verdicts, rays)?;
+                self.compare(worker, (part, slot), id, &verdicts, rays)?;
             }
         }
         Ok(())
@@ -167,19 +164,18 @@ impl Tracer<'_> {
     /// Compares what is said about a triangle with the predicate.
     fn compare(
         &self,
-        settler: &Settler<'_>,
         worker: &Worker,
         (part, slot): (usize, usize),
         id: u32,
         verdicts: &Verdicts,
         rays: &[Option<ShadowRay>],
     ) -> Result<(), String> {
-        if !settler.opacity.is_there(id) {
+        if !self.settler.opacity.is_there(id) {
             return Ok(());
         }
-        let Ok(corners) = settler.opacity.triangles.usable_corners(id) else { return Ok(()) };
+        let Ok(corners) = self.settler.opacity.triangles.usable_corners(id) else { return Ok(()) };
         for (index, lane) in points_of(worker, part, slot) {
-            let Some(ray) = rays[index].as_ref().filter(|_| settler.points.own()[index] != id) else { continue };
+            let Some(ray) = rays[index].as_ref().filter(|_| self.settler.points.own()[index] != id) else { continue };
             let (is_possible, is_certain) = (verdicts.possible >> lane & 1 == 1, verdicts.certain >> lane & 1 == 1);
             match ray.blocked_by(corners) {
                 Some(_) if !is_possible => {
@@ -212,7 +208,7 @@ impl Tracer<'_> {
         let Tile { first, blocks, .. } = &worker.tile;
         let part = &worker.parts.parts[part];
         if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 {
-            return Verdicts::none("the filter says that it touches none of the block's");
+            return Verdicts::none("the filter says that it touches none of the block's points");
         }
         let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.points.own());
         let [a, b, c] = &record.quads;
