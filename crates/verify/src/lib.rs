@@ -17,7 +17,7 @@ pub mod views;
 
 pub use case::{Case, MIXED_SIDES, Truth, stops_light};
 pub use differences::Differences;
-pub use meshes::TestMesh;
+pub use meshes::{TestMesh, meshes_in_bad_places};
 pub use oracle::Oracle;
 pub use plates::Plates;
 pub use random::Random;

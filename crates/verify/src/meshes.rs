@@ -21,6 +21,14 @@ impl TestMesh {
         Triangles { positions: &self.positions, indices: &self.indices }
     }
 
+    /// Some triangles, none of which shares a vertex with another.
+    #[must_use]
+    pub fn of(triangles: &[[Vec3; 3]]) -> Self {
+        let mut mesh = Self::default();
+        triangles.iter().for_each(|&corners| mesh.push(corners));
+        mesh
+    }
+
     /// A closed, convex ball of radius 1: an icosahedron with each triangle split into four, `splits` times. Windings
     /// are mixed: every third triangle is turned around.
     #[must_use]
@@ -227,4 +235,36 @@ impl TestMesh {
         });
         Self { positions, indices: halves.collect() }
     }
+}
+
+/// Few triangles in bad places for a camera in the origin that looks along −z: in one plane, behind it and through it.
+#[must_use]
+pub fn meshes_in_bad_places() -> Vec<(&'static str, TestMesh)> {
+    let of = TestMesh::of;
+    let at = Vec3::new;
+    let one = [at(-1.0, -0.8, -3.0), at(1.1, -0.7, -4.0), at(0.1, 1.0, -3.5)];
+    let beside = [at(-1.0, -0.8, -3.0), at(0.1, 1.0, -3.5), at(-1.2, 0.9, -2.0)];
+    let flat = |x: f32| [at(-1.0 + x, -1.0, -3.0), at(1.0 + x, -1.0, -3.0), at(x, 1.0, -3.0)];
+    let far = [at(-1e5, -1e5, -20.0), at(1e5, -1e5, -20.0), at(0.0, 1e5, -20.0)];
+    let through = [at(-2.0, -1.0, 3.0), at(2.0, -1.0, 2.0), at(0.3, -0.5, -6.0)];
+    let touching = [at(0.0, 0.0, 0.0), at(1.0, -1.0, -2.0), at(-1.0, -1.0, -2.0)];
+    let behind = one.map(|corner| corner * at(1.0, 1.0, -1.0));
+    let edge_on = [at(0.0, 0.0, -1.0), at(0.5, 0.0, -3.0), at(-0.5, 0.0, -3.0)];
+    vec![
+        ("nothing", TestMesh::default()),
+        ("one", of(&[one])),
+        ("two that share an edge", of(&[one, beside])),
+        ("two in one plane", of(&[flat(0.0), flat(0.25)])),
+        ("two in one plane, the other way", of(&[flat(0.25), flat(0.0)])),
+        ("the same twice", of(&[one, one])),
+        ("the same, turned and mirrored", of(&[far, [one[1], one[2], one[0]], [one[2], one[1], one[0]], one])),
+        ("all of the view", of(&[far])),
+        ("all of the view, and one before it", of(&[far, one])),
+        ("behind the eye", of(&[behind])),
+        ("through the eye's plane", of(&[through])),
+        ("through the eye", of(&[touching, one])),
+        ("in the eye's plane", of(&[[at(-1.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0)], one])),
+        ("edge on", of(&[edge_on, far])),
+        ("all of them", of(&[one, beside, flat(0.0), flat(0.25), far, through, touching, behind, edge_on])),
+    ]
 }

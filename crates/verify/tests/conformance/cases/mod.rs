@@ -60,12 +60,6 @@ pub(crate) fn scene(random: &mut Random) -> TestMesh {
     mesh
 }
 
-fn of(triangles: &[[Vec3; 3]]) -> TestMesh {
-    let mut mesh = TestMesh::default();
-    triangles.iter().for_each(|&corners| mesh.push(corners));
-    mesh
-}
-
 /// The same case with rays through other parts of pixels.
 fn through(case: Case, x: f64, y: f64) -> Case {
     Case { offset_pixels: glam::DVec2::new(x, y), ..case }

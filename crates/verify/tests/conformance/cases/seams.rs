@@ -95,7 +95,7 @@ fn through_the_eye_plane() -> Vec<Case> {
         let (p, q) = (forward * 4.0, Vec3::new(0.0, -2.0, 0.0));
         let triangles = [[p, q, right * 5.0 - forward * 3.0 - Vec3::Y], [p, q, right * -5.0 - forward * 3.0 - Vec3::Y]];
         for ids in [[0, 1], [1, 0]] {
-            let mesh = super::of(&ids.map(|id: usize| triangles[id]));
+            let mesh = TestMesh::of(&ids.map(|id: usize| triangles[id]));
             let case = Case::new("through the eye plane", mesh, view(camera, 16, 16), &[point(Vec3::Y * 3.0)]);
             cases.push(through(case, 0.0, 0.5));
         }
@@ -130,7 +130,7 @@ fn coincident() -> Vec<Case> {
     for offset in [Vec3::ZERO, FAR] {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, z]| offset + Vec3::new(x, 0.0, z));
         let orders = [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3], [2, 1, 0], [3, 2, 0]];
-        let floor = super::of(&orders.map(|ids| ids.map(|id: usize| corners[id])));
+        let floor = TestMesh::of(&orders.map(|ids| ids.map(|id: usize| corners[id])));
         let camera = Camera::look_at(offset + Vec3::new(0.3, 2.0, 1.0), offset, Vec3::Y, 0.9);
         let lights = [point(offset + Vec3::new(0.2, 0.01, 0.1)), point(offset + Vec3::Y), sun(0.0, -1.0, 0.0)];
         cases.push(Case::new("one floor three times", floor, view(camera, 24, 20), &lights));

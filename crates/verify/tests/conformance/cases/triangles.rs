@@ -4,9 +4,9 @@ use glam::Vec3;
 use umbrage_rays::{Camera, LightSource};
 use umbrage_verify::lights::{among_bad_shapes, around, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, view};
-use umbrage_verify::{Case, Random, TestMesh};
+use umbrage_verify::{Case, Random, TestMesh, meshes_in_bad_places};
 
-use super::{FAR, of, room, through};
+use super::{FAR, room, through};
 
 /// A camera at the origin that looks along −z.
 fn eye() -> Camera {
@@ -28,33 +28,9 @@ pub(super) fn few() -> Vec<Case> {
 
 pub(super) fn in_bad_places() -> Vec<Case> {
     let at = Vec3::new;
-    let one = [at(-1.0, -0.8, -3.0), at(1.1, -0.7, -4.0), at(0.1, 1.0, -3.5)];
-    let beside = [at(-1.0, -0.8, -3.0), at(0.1, 1.0, -3.5), at(-1.2, 0.9, -2.0)];
-    let flat = |x: f32| [at(-1.0 + x, -1.0, -3.0), at(1.0 + x, -1.0, -3.0), at(x, 1.0, -3.0)];
-    let far = [at(-1e5, -1e5, -20.0), at(1e5, -1e5, -20.0), at(0.0, 1e5, -20.0)];
-    let through = [at(-2.0, -1.0, 3.0), at(2.0, -1.0, 2.0), at(0.3, -0.5, -6.0)];
-    let touching = [at(0.0, 0.0, 0.0), at(1.0, -1.0, -2.0), at(-1.0, -1.0, -2.0)];
-    let behind = one.map(|corner| corner * at(1.0, 1.0, -1.0));
-    let edge_on = [at(0.0, 0.0, -1.0), at(0.5, 0.0, -3.0), at(-0.5, 0.0, -3.0)];
-    let mut meshes = vec![
-        ("nothing", TestMesh::default()),
-        ("one", of(&[one])),
-        ("two that share an edge", of(&[one, beside])),
-        ("two in one plane", of(&[flat(0.0), flat(0.25)])),
-        ("two in one plane, the other way", of(&[flat(0.25), flat(0.0)])),
-        ("the same twice", of(&[one, one])),
-        ("the same, turned and mirrored", of(&[far, [one[1], one[2], one[0]], [one[2], one[1], one[0]], one])),
-        ("all of the view", of(&[far])),
-        ("all of the view, and one before it", of(&[far, one])),
-        ("behind the eye", of(&[behind])),
-        ("through the eye's plane", of(&[through])),
-        ("through the eye", of(&[touching, one])),
-        ("in the eye's plane", of(&[[at(-1.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0)], one])),
-        ("edge on", of(&[edge_on, far])),
-        ("all of them", of(&[one, beside, flat(0.0), flat(0.25), far, through, touching, behind, edge_on])),
-    ];
+    let mut meshes = meshes_in_bad_places();
     for far in [1e2, 1e7] {
-        let mesh = of(&[
+        let mesh = TestMesh::of(&[
             [at(-far, -far, -5.0), at(far, -far, -5.0), at(0.0, far, -5.0)],
             // A floor through the eye plane, another through the eye, and one behind.
             [at(-far, -1.0, far), at(far, -1.0, far), at(0.0, -1.0, -far)],

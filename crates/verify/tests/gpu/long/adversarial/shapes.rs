@@ -4,7 +4,7 @@ use glam::{EulerRot, Quat, Vec3};
 use umbrage_rays::Camera;
 use umbrage_verify::lights::{among_bad_shapes, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, view};
-use umbrage_verify::{Random, TestMesh};
+use umbrage_verify::{Random, TestMesh, meshes_in_bad_places};
 
 use super::grids::{WORLDS, case, grids};
 
@@ -13,40 +13,11 @@ fn eye() -> Camera {
     Camera { position: Vec3::ZERO, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, ..camera() }
 }
 
-fn of(triangles: &[[Vec3; 3]]) -> TestMesh {
-    let mut mesh = TestMesh::default();
-    triangles.iter().for_each(|&corners| mesh.push(corners));
-    mesh
-}
-
 #[test]
 fn few_triangles() {
     let Some(mut grids) = grids() else { return };
     let at = Vec3::new;
-    let one = [at(-1.0, -0.8, -3.0), at(1.1, -0.7, -4.0), at(0.1, 1.0, -3.5)];
-    let beside = [at(-1.0, -0.8, -3.0), at(0.1, 1.0, -3.5), at(-1.2, 0.9, -2.0)];
-    let flat = |x: f32| [at(-1.0 + x, -1.0, -3.0), at(1.0 + x, -1.0, -3.0), at(x, 1.0, -3.0)];
-    let far = [at(-1e5, -1e5, -20.0), at(1e5, -1e5, -20.0), at(0.0, 1e5, -20.0)];
-    let through = [at(-2.0, -1.0, 3.0), at(2.0, -1.0, 2.0), at(0.3, -0.5, -6.0)];
-    let touching = [at(0.0, 0.0, 0.0), at(1.0, -1.0, -2.0), at(-1.0, -1.0, -2.0)];
-    let behind = one.map(|corner| corner * at(1.0, 1.0, -1.0));
-    let edge_on = [at(0.0, 0.0, -1.0), at(0.5, 0.0, -3.0), at(-0.5, 0.0, -3.0)];
-    for (name, mesh) in [
-        ("nothing", TestMesh::default()),
-        ("one", of(&[one])),
-        ("two that share an edge", of(&[one, beside])),
-        ("two in one plane", of(&[flat(0.0), flat(0.25)])),
-        ("two in one plane, the other way", of(&[flat(0.25), flat(0.0)])),
-        ("the same twice", of(&[one, one])),
-        ("all of the view", of(&[far])),
-        ("all of the view, and one before it", of(&[far, one])),
-        ("behind the eye", of(&[behind])),
-        ("through the eye's plane", of(&[through])),
-        ("through the eye", of(&[touching, one])),
-        ("in the eye's plane", of(&[[at(-1.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0)], one])),
-        ("edge on", of(&[edge_on, far])),
-        ("all of them", of(&[one, beside, flat(0.0), flat(0.25), far, through, touching, behind, edge_on])),
-    ] {
+    for (name, mesh) in meshes_in_bad_places() {
         let lights = [point(at(0.5, 2.0, -1.0)), point(Vec3::ZERO), sun(0.2, -1.0, -0.3)];
         for (width, height) in [(1, 1), (1, 23), (23, 1), (17, 16), (65, 33)] {
             for camera in [eye(), Camera { projection: parallel_camera().projection, ..eye() }] {
