@@ -22,6 +22,9 @@ pub(crate) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
 /// Groups in a tile: of 4×4 blocks, which are 16×16 pixels.
 pub(crate) const GROUPS: usize = TILE_BLOCKS / LANES;
 
+/// How wrong s may be, with one more rounding where it is a quotient.
+const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
+
 /// The block of a tile that is one of a group's.
 pub(crate) fn block_of(group: usize, block: usize) -> usize {
     (group / 4 * 4 + block / 4) * ROW_BLOCKS + group % 4 * 4 + block % 4
@@ -365,8 +368,6 @@ impl<'a> TileMap<'a> {
         bases: &[f32x16<S>; 4],
         extremes: &Extremes<S>,
     ) -> (f32x16<S>, f32x16<S>, mask32x16<S>) {
-        // One more rounding where s is a quotient.
-        const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
         const GROWN: f32 = 1.0025;
         let Extremes { x, y, nearness, inverse, depth } = extremes;
         let (inverse, depth) = (*inverse, *depth);
@@ -404,7 +405,6 @@ impl<'a> TileMap<'a> {
         s: f32x16<S>,
         bases: [f32; 4],
     ) -> mask32x16<S> {
-        const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
         let [x, y] = self.owned;
         // How much an edge of the face is an edge of R₃.
         let most = x[0].abs().max(x[1].abs()).max(y[0].abs()).max(y[1].abs());

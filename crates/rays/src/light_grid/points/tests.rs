@@ -203,3 +203,47 @@ fn listed_points_are_no_more_wrong_than_is_said() {
     let most = worst(listed);
     assert!(most.iter().all(|most| (0.1..=1.0).contains(most)), "{most:?} of what may be");
 }
+
+/// Quotients that only their divisor makes wrong, and this only s: R₃ = s − (1 − η) with s = 1, without any rounding.
+#[test]
+fn wrong_divisors_make_quotients_no_more_wrong_than_is_said() {
+    let mut list = PointList::default();
+    list.fill(1, |_| Some((HitPoint { position: DVec3::ZERO, error: 0.0 }, SeenPixels::NONE)));
+    let points = PointSet::Listed(&list);
+    let mut faces = Vec::new();
+    choose(&LightSource::Directional { direction: Vec3::Z }, points.along(), &list.tiles, &mut faces);
+    let map = TileMap {
+        slopes: [0.0, 0.0, 0.0, 1.0],
+        spreads: [0.0; 4],
+        rounded: [0.0; 4],
+        wide_errors: [[0.0; 2]; 4],
+        point_errors: [0.0; 2],
+        point_error: 1.0,
+        ..TileMap::new(&points, &faces[0], &PixelMap::default(), 0, [0.0; 3])
+    };
+    for level in SimdLevel::available() {
+        let (mut exact, mut worst) = (0, [0.0; 2]);
+        for step in 0..64 {
+            let divisors: [f32; LANES] =
+                std::array::from_fn(|lane| OF_DEPTH * 128.0 * (1.0 + (step * LANES + lane) as f32 / 128.0));
+            let (x, nearness) = (0.01, 7.0);
+            let said = dispatch!(level.0, simd => {
+                let inverse = splat(simd, 1.0) / f32x16::simd_from(simd, divisors);
+                let [x, nearness, zero] = [x, nearness, 0.0].map(|value| [splat(simd, value); 2]);
+                let extremes = Extremes { x, y: zero, nearness, inverse, depth: inverse };
+                let (position, nearness, is_exact) = map.errors(simd, &[zero[0]; 4], &extremes);
+                (position.to_array(), nearness.to_array(), is_exact.to_bitmask())
+            });
+            for lane in bits_of(said.2) {
+                exact += 1;
+                let divisor = f64::from(divisors[lane]);
+                for (number, (value, said)) in [(x, said.0), (nearness, said.1)].into_iter().enumerate() {
+                    let wrong = f64::from(value) * (divisor / (divisor - f64::from(OF_DEPTH)) - 1.0);
+                    worst[number] = f64::max(worst[number], wrong / f64::from(said[lane]));
+                }
+            }
+        }
+        assert!((1..64 * LANES).contains(&exact), "{exact}");
+        assert!(worst.iter().all(|worst| (0.999..=1.0).contains(worst)), "{worst:?} of what may be");
+    }
+}
