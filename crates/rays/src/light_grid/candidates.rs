@@ -120,6 +120,10 @@ impl Tracer<'_> {
         );
         order.sort_unstable();
         large.clear();
+        let mut wholes = [SixteenBoxes::NO_POINTS; BATCH_PARTS / LANES];
+        for (index, part) in parts.iter().enumerate() {
+            wholes[index / LANES].set(index % LANES, part.whole);
+        }
         self.on_face.large.reaching(
             simd,
             &around,
@@ -128,9 +132,12 @@ impl Tracer<'_> {
                 let Extent { origin, reach, depth, errors } = tile.extent;
                 let record = self.on_face.large.record(number, origin, [reach, depth], errors);
                 let mut reached = PartBits::default();
-                for (index, part) in parts.iter().enumerate() {
-                    let touched = may_touch(simd, &record.quads, &part.boxes);
-                    reached[index / 64] |= u64::from(touched != 0) << (index % 64);
+                for (number, wholes) in wholes[..parts.len().div_ceil(LANES)].iter().enumerate() {
+                    for lane in bits_of(may_touch(simd, &record.quads, wholes)) {
+                        let index = number * LANES + lane;
+                        let touched = may_touch(simd, &record.quads, &parts[index].boxes);
+                        reached[index / 64] |= u64::from(touched != 0) << (index % 64);
+                    }
                 }
                 if reached != PartBits::default() {
                     large.push((record, reached));

@@ -90,6 +90,18 @@ struct Extremes<S: Simd> {
     depth: f32x16<S>,
 }
 
+/// By how much the sides of the comparisons that tell a face's points apart may be wrong, for each of 16 blocks: the constants,
+/// and s times the slopes.
+struct Borders {
+    /// How much an edge of the face is an edge of R₃.
+    most: f32,
+    constants: [f32; LANES],
+    slope: f32,
+    /// The same of R₃.
+    divisor_constants: [f32; LANES],
+    divisor_slope: f32,
+}
+
 impl<'a> TileMap<'a> {
     pub(crate) fn new(
         points: &'a PointSet<'a>,
@@ -214,10 +226,12 @@ impl<'a> TileMap<'a> {
     ) -> Option<Group> {
         let bases = self.bases(simd, group);
         let base_lanes = [bases[0].to_array(), bases[1].to_array(), bases[2].to_array(), bases[3].to_array()];
+        let borders = if self.face.owned.is_some() { Some(self.borders(simd, &bases)) } else { None };
         let zero = splat(simd, 0.0);
         let (lowest, highest) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
-        let [mut low_x, mut high_x, mut low_y, mut high_y] = [[zero; LANES]; 4];
-        let [mut farthest, mut nearest, mut inverses, mut depths] = [[zero; LANES]; 4];
+        let [mut low_x, mut low_y, mut farthest] = [[highest; LANES]; 3];
+        let [mut high_x, mut high_y, mut nearest] = [[lowest; LANES]; 3];
+        let [mut inverses, mut depths] = [[zero; LANES]; 2];
         // Which points belong to the face, and which of those this couldn't map.
         let (mut members, mut lost) = ([0_u16; LANES], [0_u16; LANES]);
         let mut any_member = 0;
@@ -225,12 +239,18 @@ impl<'a> TileMap<'a> {
             let block = block_of(group, index);
             let bases: [f32; 4] = std::array::from_fn(|row| base_lanes[row][index]);
             let (known, s, [r0, r1, r2, r3]) = self.functions(simd, block, bases);
+            let member = match &borders {
+                Some(borders) => known & !self.is_foreign(simd, [r0, r1, r3], s, borders, index),
+                None => known,
+            };
+            members[index] = member.to_bitmask() as u16;
+            // Of the blocks of a tile that several faces share, most are on one of them.
+            if members[index] == 0 {
+                continue;
+            }
+            any_member |= members[index];
             let inverse = splat(simd, 1.0) / r3;
             let (x, y, nearness) = (r0 * inverse, r1 * inverse, r2 * inverse);
-            let mut member = known;
-            if self.face.owned.is_some() {
-                member &= !self.is_foreign(simd, [r0, r1, r3], s, bases);
-            }
             let mapped = member
                 & r3.simd_gt(zero)
                 & x.simd_ge(splat(simd, self.limits[0][0]))
@@ -250,9 +270,7 @@ impl<'a> TileMap<'a> {
             nearest[index] = mapped.select(nearness, lowest);
             inverses[index] = mapped.select(inverse, zero);
             depths[index] = mapped.select(inverse * s, zero);
-            members[index] = member.to_bitmask() as u16;
             lost[index] = (member & !mapped).to_bitmask() as u16;
-            any_member |= members[index];
         }
         if any_member == 0 {
             return None;
@@ -395,29 +413,44 @@ impl<'a> TileMap<'a> {
         (position, nearness, is_exact)
     }
 
-    /// Which points certainly belong to other faces: R₀ − high R₃ > 0 and so on, or R₃ < 0, by more than they may be
-    /// wrong.
+    /// How far from the face's edges points of 16 blocks certainly belong to other faces.
+    #[inline(always)]
+    fn borders<S: Simd>(&self, simd: S, bases: &[f32x16<S>; 4]) -> Borders {
+        let [x, y] = self.owned;
+        let most = x[0].abs().max(x[1].abs()).max(y[0].abs()).max(y[1].abs());
+        let (c0, g0) = self.linear_error(simd, 0, bases[0]);
+        let (c1, g1) = self.linear_error(simd, 1, bases[1]);
+        let (c3, g3) = self.linear_error(simd, 3, bases[3]);
+        let slope = g0.max(g1)
+            + g3 * most
+            + (self.slopes[0].abs().max(self.slopes[1].abs()) + self.slopes[3].abs() * most) * OF_DEPTH;
+        // The factor covers the roundings of the comparisons' own left sides.
+        Borders {
+            most,
+            constants: ((c0.max(c1) + c3 * most) * 2.0).to_array(),
+            slope: slope * 2.0,
+            divisor_constants: (c3 * 2.0).to_array(),
+            divisor_slope: (g3 + self.slopes[3].abs() * OF_DEPTH) * 2.0,
+        }
+    }
+
+    /// Which points of a block certainly belong to other faces: R₀ − high R₃ > 0 and so on, or R₃ < 0, by more than they may
+    /// be wrong.
     #[inline(always)]
     fn is_foreign<S: Simd>(
         &self,
         simd: S,
         [r0, r1, r3]: [f32x16<S>; 3],
         s: f32x16<S>,
-        bases: [f32; 4],
+        borders: &Borders,
+        index: usize,
     ) -> mask32x16<S> {
         let [x, y] = self.owned;
-        // How much an edge of the face is an edge of R₃.
-        let most = x[0].abs().max(x[1].abs()).max(y[0].abs()).max(y[1].abs());
-        let (c0, g0) = self.linear_error(simd, 0, splat(simd, bases[0]));
-        let (c1, g1) = self.linear_error(simd, 1, splat(simd, bases[1]));
-        let (c3, g3) = self.linear_error(simd, 3, splat(simd, bases[3]));
-        let slope = g0.max(g1)
-            + g3 * most
-            + (self.slopes[0].abs().max(self.slopes[1].abs()) + self.slopes[3].abs() * most) * OF_DEPTH;
-        // The factor covers the roundings of the comparisons' own left sides.
-        let error = (c0.max(c1) + c3 * most + s.abs() * slope) * 2.0
-            + (r0.abs().max(r1.abs()) + r3.abs() * most) * (4.0 * HALF_ULP as f32);
-        let of_divisor = c3 * 2.0 + s.abs() * (g3 + self.slopes[3].abs() * OF_DEPTH) * 2.0;
+        let size = s.abs();
+        let error = size.mul_add(splat(simd, borders.slope), splat(simd, borders.constants[index]))
+            + (r0.abs().max(r1.abs()) + r3.abs() * borders.most) * (4.0 * HALF_ULP as f32);
+        let of_divisor =
+            size.mul_add(splat(simd, borders.divisor_slope), splat(simd, borders.divisor_constants[index]));
         (r0 - r3 * x[1]).simd_gt(error)
             | (r3 * x[0] - r0).simd_gt(error)
             | (r1 - r3 * y[1]).simd_gt(error)
