@@ -120,6 +120,7 @@ impl Tracer<'_> {
         );
         order.sort_unstable();
         large.clear();
+        // A large triangle reaches a tile's bounds more often than it reaches its parts.
         let mut wholes = [SixteenBoxes::NO_POINTS; BATCH_PARTS / LANES];
         for (index, part) in parts.iter().enumerate() {
             wholes[index / LANES].set(index % LANES, part.whole);

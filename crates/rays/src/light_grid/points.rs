@@ -22,7 +22,7 @@ pub(crate) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
 /// Groups in a tile: of 4×4 blocks, which are 16×16 pixels.
 pub(crate) const GROUPS: usize = TILE_BLOCKS / LANES;
 
-/// How wrong s may be, with one more rounding where it is a quotient.
+/// How wrong s may be in relation to itself, with one more rounding where it is a quotient.
 const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
 
 /// The block of a tile that is one of a group's.
