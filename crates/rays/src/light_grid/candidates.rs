@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use super::boxes::{FaceBox, SixteenBoxes, SplatBox};
 use super::face::HALF_ULP;
 use super::parts::Part;
-use super::set_up::{Extent, Record, SetUp};
+use super::set_up::{Extent, Record};
 use super::test::may_touch;
 use super::trace::Tracer;
 use super::worker::{Worker, make_room};
@@ -28,20 +28,13 @@ pub(crate) struct Batch {
     pub(crate) candidates: Vec<Candidate>,
     /// Their indices, in the lower half of each number, the nearest to the light first.
     pub(crate) order: Vec<u64>,
-    /// Those beyond `set_up_count` are left from earlier.
-    pub(crate) set_ups: Vec<SetUp>,
-    pub(crate) set_up_count: usize,
     pub(crate) large: Vec<(Record, PartBits)>,
-    /// Pairs of a triangle, in the upper bits, and a slot of a part, in the lowest four.
-    pub(crate) queue: Vec<u32>,
 }
 
 /// A patch that may shadow points of a batch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) number: u32,
-    /// Its index in `set_ups`, or none.
-    pub(crate) set_up: u32,
     /// In relation to the tile's origin.
     pub(crate) around: FaceBox,
     /// Which parts it may shadow points of.
@@ -52,28 +45,28 @@ impl Batch {
     pub(crate) fn bytes(&self) -> usize {
         self.boxes.capacity() * size_of::<SixteenBoxes>()
             + self.candidates.capacity() * (size_of::<Candidate>() + size_of::<u64>())
-            + self.set_ups.capacity() * size_of::<SetUp>()
             + self.large.capacity() * size_of::<(Record, PartBits)>()
-            + self.queue.capacity() * size_of::<u32>()
     }
 
     /// How much each list has room for.
-    pub(crate) fn room(&self) -> [usize; 4] {
-        [self.boxes.capacity(), self.candidates.capacity(), self.set_ups.len(), self.large.capacity()]
+    pub(crate) fn room(&self) -> [usize; 3] {
+        [self.boxes.capacity(), self.candidates.capacity(), self.large.capacity()]
     }
 
     /// Makes room for at least so much in each list.
-    pub(crate) fn make_room(&mut self, [boxes, candidates, set_ups, large]: [usize; 4]) {
+    pub(crate) fn make_room(&mut self, [boxes, candidates, large]: [usize; 3]) {
         make_room(&mut self.boxes, boxes);
         make_room(&mut self.candidates, candidates);
         make_room(&mut self.order, candidates);
-        make_room(&mut self.set_ups, set_ups);
         make_room(&mut self.large, large);
     }
 }
 
-/// Stands for no index in `set_ups`.
-pub(crate) const NOT_SET_UP: u32 = u32::MAX;
+/// The numbers of parts.
+#[inline(always)]
+pub(crate) fn bits_of_parts(&[low, high]: &PartBits) -> impl Iterator<Item = usize> {
+    bits_of(low).chain(bits_of(high).map(|bit| 64 + bit))
+}
 
 impl Tracer<'_> {
     /// Finds the patches and large triangles that may shadow points of some parts.
@@ -106,7 +99,7 @@ impl Tracer<'_> {
                     }
                     let around = in_tile(&tile.extent, &one);
                     let number = (number * LANES + lane) as u32;
-                    candidates.push(Candidate { number, set_up: NOT_SET_UP, around, parts: reached });
+                    candidates.push(Candidate { number, around, parts: reached });
                 }
             }
         }

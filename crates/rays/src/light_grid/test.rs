@@ -17,16 +17,21 @@ const MOST_UNTESTED: u32 = 6;
 /// Room of the queue: each triangle of a patch and each slot, and what is written beyond them.
 pub(crate) const QUEUE: usize = MOST_TRIANGLES * LANES + LANES;
 
-/// The points of a part.
-pub(crate) struct PartPoints<'a> {
-    blocks: [&'a Block; LANES],
+/// The points of a tile.
+pub(crate) struct TilePoints<'a> {
+    /// The index of its first pixel.
+    first: usize,
+    blocks: &'a [Block; TILE_BLOCKS],
     /// The triangles that they are on.
-    own: [&'a [u32]; LANES],
-    /// The index of each slot's first pixel.
-    first: [u32; LANES],
-    /// Which needn't be tested any more: those in shadow, and those that aren't in the slot.
+    own: &'a [[u32; LANES]],
+}
+
+/// Which points of a part must still be tested.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rest {
+    /// Those of each slot that needn't be: which are in shadow, or aren't in the slot.
     pub(crate) done: [u16; LANES],
-    /// The slots with points that must still be tested.
+    /// The slots that have others.
     pub(crate) alive: u16,
 }
 
@@ -51,40 +56,33 @@ impl<S: Simd> Found<S> {
     }
 }
 
-impl<'a> PartPoints<'a> {
-    /// Notes which points of a slot a triangle shadows for certain, and lists those that are pending.
-    #[inline(always)]
-    pub(crate) fn note(&mut self, slot: usize, id: u32, certain: u16, pending: u16, undecided: &mut Vec<[u32; 2]>) {
-        let slot = slot % LANES;
-        self.done[slot] |= certain;
-        self.alive &= !(u16::from(self.done[slot] == u16::MAX) << slot);
-        if pending != 0 {
-            list_pending(self.first[slot], id, pending, undecided);
-        }
-    }
+impl Rest {
+    pub(crate) const NOTHING: Self = Self { done: [u16::MAX; LANES], alive: 0 };
 
     #[inline(always)]
-    pub(crate) fn new(
-        part: &Part,
-        first: usize,
-        blocks: &'a [Block; TILE_BLOCKS],
-        shadowed: &[u16; TILE_BLOCKS],
-        own: &'a [u32],
-    ) -> Self {
-        let of_slot = part.blocks.map(usize::from);
-        let done: [u16; LANES] = std::array::from_fn(|slot| !part.points[slot] | shadowed[of_slot[slot]]);
+    pub(crate) fn of(part: &Part, shadowed: &[u16; TILE_BLOCKS]) -> Self {
+        let done: [u16; LANES] =
+            std::array::from_fn(|slot| !part.points[slot] | shadowed[usize::from(part.blocks[slot])]);
         let alive = (0..LANES).fold(0, |alive, slot| alive | u16::from(done[slot] != u16::MAX) << slot);
-        let index = of_slot.map(|block| first + block * LANES);
-        Self {
-            blocks: of_slot.map(|block| &blocks[block]),
-            own: index.map(|index| &own[index..index + LANES]),
-            first: index.map(|index| index as u32),
-            done,
-            alive,
-        }
+        Self { done, alive }
     }
 
-    /// Tests a triangle against the points of a slot.
+    /// Takes out points of a slot.
+    #[inline(always)]
+    pub(crate) fn take_out(&mut self, slot: usize, points: u16) {
+        let slot = slot % LANES;
+        self.done[slot] |= points;
+        self.alive &= !(u16::from(self.done[slot] == u16::MAX) << slot);
+    }
+}
+
+impl<'a> TilePoints<'a> {
+    /// Those of a tile whose first pixel has the index `first`; `own` has all of the image's triangles.
+    pub(crate) fn new(first: usize, blocks: &'a [Block; TILE_BLOCKS], own: &'a [u32]) -> Self {
+        Self { first, blocks, own: own[first..first + TILE_BLOCKS * LANES].as_chunks().0 }
+    }
+
+    /// Tests a triangle against the points of a block that aren't `done`.
     ///
     /// Points on the triangle itself are left out at once: that most tests of lit surfaces find something of which only these
     /// are left can't be foreseen.
@@ -94,10 +92,10 @@ impl<'a> PartPoints<'a> {
         simd: S,
         [first, second, third]: [&[f32; 4]; 3],
         id: u32,
-        slot: usize,
+        (block, done): (u8, u16),
     ) -> Found<S> {
-        let slot = slot % LANES;
-        let block = self.blocks[slot];
+        let own = u32x16::simd_from(simd, self.own[usize::from(block)]);
+        let block = &self.blocks[usize::from(block)];
         let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
         let nearness = f32x16::simd_from(simd, block.nearness);
         let e0 = line(simd, [first[0], first[1], first[2]], x, y);
@@ -107,18 +105,18 @@ impl<'a> PartPoints<'a> {
         let least = min3([e0, e1, e2]);
         let zero = splat(simd, 0.0);
         // Written so that NaN is possible.
-        let own = u32x16::from_slice(simd, self.own[slot]).simd_eq(u32x16::splat(simd, id));
-        let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own;
-        let possible = !(missed.to_bitmask() as u16 | self.done[slot]);
+        let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own.simd_eq(u32x16::splat(simd, id));
+        let possible = !(missed.to_bitmask() as u16 | done);
         Found { edges: [e0, e1, e2], least, nearer, possible }
     }
-}
 
-/// Lists the pairs of a triangle and the points of a block that are pending.
-#[cold]
-#[inline(never)]
-fn list_pending(first: u32, id: u32, pending: u16, undecided: &mut Vec<[u32; 2]>) {
-    undecided.extend(bits_of(pending).map(|lane| [first + lane as u32, id]));
+    /// Lists the pairs of a triangle and the points of a block that are pending.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn list_pending(&self, block: u8, id: u32, pending: u16, undecided: &mut Vec<[u32; 2]>) {
+        let first = (self.first + usize::from(block) * LANES) as u32;
+        undecided.extend(bits_of(pending).map(|lane| [first + lane as u32, id]));
+    }
 }
 
 /// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.

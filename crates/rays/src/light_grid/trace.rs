@@ -4,24 +4,22 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 use super::boxes::SplatBox;
-use super::candidates::{BATCH_PARTS, Batch, NOT_SET_UP};
+use super::candidates::{BATCH_PARTS, Batch, bits_of_parts};
 use super::face::{Face, HALF_ULP, VertexErrors};
+use super::parts::Part;
 use super::pixel_map::PixelMap;
 use super::point_set::PointSet;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, origin};
 use super::project::FacePatches;
-use super::set_up::{Extent, SetUp};
+use super::set_up::{Extent, Record, SetUp};
 use super::settle::Settler;
-use super::test::{Found, PartPoints, QUEUE, enqueue, may_touch};
+use super::test::{Found, QUEUE, Rest, TilePoints, enqueue, may_touch};
 use super::worker::{Tile, Worker};
 use crate::patches::Patches;
-use crate::shot::{MaskAnswers, MaskPoints, Sides, TileOrder};
+use crate::shot::{Counts, MaskAnswers, MaskPoints, Sides, TileOrder};
 use crate::simd::lanes::bits_of;
 use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
-
-/// Candidates whose triangles are set up together.
-const BATCH_CANDIDATES: usize = 256;
 
 /// Undecided pairs that are collected before they are settled.
 const MOST_UNDECIDED: usize = 1 << 12;
@@ -70,18 +68,10 @@ impl Tracer<'_> {
         for first in (0..count).step_by(BATCH_PARTS) {
             let parts = first..(first + BATCH_PARTS).min(count);
             self.find_candidates(simd, worker, parts.clone());
-            let candidates = worker.batch.candidates.len();
-            for first in (0..candidates.max(1)).step_by(BATCH_CANDIDATES) {
-                worker.batch.set_up_count = 0;
-                let candidates = first..(first + BATCH_CANDIDATES).min(candidates);
-                for part in parts.clone() {
-                    self.test_part(simd, worker, part, part - parts.start, candidates.clone());
-                }
-            }
+            self.test_batch(simd, worker, parts);
         }
-        if !worker.undecided.is_empty() {
-            self.settle(worker);
-        }
+        let Worker { tile, undecided, counts, .. } = worker;
+        self.settle(tile.first, undecided, &mut tile.shadowed, counts);
     }
 
     /// Maps a tile's points and divides them into parts.
@@ -99,9 +89,15 @@ impl Tracer<'_> {
     }
 
     #[inline(never)]
-    fn settle(&self, worker: &mut Worker) {
-        let Worker { tile, undecided, counts, .. } = worker;
-        counts.settled += self.settler.settle(undecided, tile.first, &mut *tile.shadowed);
+    fn settle(
+        &self,
+        first: usize,
+        undecided: &mut Vec<[u32; 2]>,
+        shadowed: &mut [u16; TILE_BLOCKS],
+        counts: &mut Counts,
+    ) {
+        counts.undecided += undecided.len() as u64;
+        counts.settled += self.settler.settle(undecided, first, shadowed);
         undecided.clear();
     }
 
@@ -128,89 +124,125 @@ impl Tracer<'_> {
         counts.parts += parts.parts.len() as u64;
     }
 
-    /// Tests the points of a part, number `bit` of its batch, against some of the candidates that may shadow them.
+    /// Tests the points of a batch's parts against what may shadow them.
     #[inline(never)]
-    fn test_part<S: Simd>(&self, simd: S, worker: &mut Worker, part: usize, bit: usize, candidates: Range<usize>) {
-        vectorized!(simd => self.test_part_with(simd, worker, part, bit, candidates));
+    fn test_batch<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        vectorized!(simd => self.test_batch_with(simd, worker, parts));
     }
 
+    /// Candidates one after the other, so that only one is set up at a time: its triangles stay in the fastest cache while all
+    /// parts that it may reach are tested against them.
     #[inline(always)]
-    fn test_part_with<S: Simd>(&self, simd: S, worker: &mut Worker, part: usize, bit: usize, candidates: Range<usize>) {
-        let Worker { tile, parts, batch, undecided, counts, .. } = worker;
-        let Batch { candidates: all, order, set_ups, set_up_count, large, queue, .. } = batch;
-        let part = &parts.parts[part];
-        let (word, bit) = (bit / 64, bit % 64);
-        queue.resize(QUEUE, 0);
+    fn test_batch_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+        let Worker { tile, parts: all, batch, undecided, counts, .. } = worker;
+        let parts = &all.parts[parts];
+        let Batch { candidates, order, large, .. } = batch;
         let Tile { first, extent, blocks, shadowed } = tile;
-        let mut points = PartPoints::new(part, *first, blocks, shadowed, self.settler.points.own());
+        let points = TilePoints::new(*first, blocks, self.settler.points.own());
+        let mut rests = [Rest::NOTHING; BATCH_PARTS];
+        for (rest, part) in rests.iter_mut().zip(parts) {
+            *rest = Rest::of(part, shadowed);
+        }
+        for (record, reached) in large.iter() {
+            for index in bits_of_parts(reached) {
+                self.test_large(simd, record, &parts[index], &points, &mut rests[index], undecided, counts);
+            }
+        }
+        let (mut set_up, mut queue) = (SetUp::EMPTY, [0; QUEUE]);
+        for &index in order.iter() {
+            let candidate = &candidates[index as u32 as usize];
+            let around = SplatBox::new(simd, &candidate.around);
+            let mut is_set_up = false;
+            for index in bits_of_parts(&candidate.parts) {
+                let (part, rest) = (&parts[index], &mut rests[index]);
+                if part.boxes.reached(simd, &around).to_bitmask() as u16 & rest.alive == 0 {
+                    continue;
+                }
+                if !is_set_up {
+                    is_set_up = true;
+                    self.set_up(simd, &mut set_up, candidate.number, extent);
+                    counts.small_triangles += u64::from(set_up.count);
+                }
+                self.test_part(simd, &set_up, part, &points, rest, &mut queue, undecided, counts);
+            }
+            if undecided.len() >= MOST_UNDECIDED {
+                self.settle(*first, undecided, shadowed, counts);
+            }
+        }
+        for (part, rest) in parts.iter().zip(&rests) {
+            for ((&block, &members), done) in part.blocks.iter().zip(&part.points).zip(rest.done) {
+                shadowed[usize::from(block)] |= members & done;
+            }
+        }
+    }
+
+    /// Tests the points of a part against a large triangle.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a triangle, points, and what becomes of both")]
+    fn test_large<S: Simd>(
+        &self,
+        simd: S,
+        record: &Record,
+        part: &Part,
+        points: &TilePoints<'_>,
+        rest: &mut Rest,
+        undecided: &mut Vec<[u32; 2]>,
+        counts: &mut Counts,
+    ) {
+        let opacity = self.settler.opacity.opacity;
+        for slot in bits_of(may_touch(simd, &record.quads, &part.boxes) & rest.alive) {
+            counts.tests += 1;
+            let [a, b, c] = &record.quads;
+            let block = part.blocks[slot];
+            let found = points.test(simd, [a, b, c], record.id, (block, rest.done[slot]));
+            if found.possible != 0 {
+                // Masks are asked in f64 about points of these.
+                let is_opaque = opacity.are_all_opaque() || opacity.is_opaque(record.id);
+                let certain = if is_opaque { found.certain(simd, record.errors) } else { 0 };
+                rest.take_out(slot, certain);
+                if found.possible & !certain != 0 {
+                    points.list_pending(block, record.id, found.possible & !certain, undecided);
+                }
+            }
+        }
+    }
+
+    /// Tests the points of a part against a patch's triangles.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "triangles, points, and what becomes of both")]
+    fn test_part<S: Simd>(
+        &self,
+        simd: S,
+        set_up: &SetUp,
+        part: &Part,
+        points: &TilePoints<'_>,
+        rest: &mut Rest,
+        queue: &mut [u32; QUEUE],
+        undecided: &mut Vec<[u32; 2]>,
+        counts: &mut Counts,
+    ) {
         let opacity = self.settler.opacity.opacity;
         let all_opaque = opacity.are_all_opaque();
-        let known = undecided.len();
-        if candidates.start == 0 {
-            for (record, parts) in large.iter() {
-                if parts[word] >> bit & 1 == 1 {
-                    for slot in bits_of(may_touch(simd, &record.quads, &part.boxes)) {
-                        counts.tests += 1;
-                        let [a, b, c] = &record.quads;
-                        let found = points.test(simd, [a, b, c], record.id, slot);
-                        if found.possible != 0 {
-                            // Masks are asked in f64 about points of these.
-                            let is_opaque = all_opaque || opacity.is_opaque(record.id);
-                            let certain = if is_opaque { found.certain(simd, record.errors) } else { 0 };
-                            points.note(slot, record.id, certain, found.possible & !certain, undecided);
-                        }
-                    }
-                }
-            }
-        }
         let whole = SplatBox::new(simd, &part.whole);
-        for &index in &order[candidates] {
-            let candidate = &mut all[index as u32 as usize];
-            if candidate.parts[word] >> bit & 1 == 0 {
-                continue;
-            }
-            if points.alive == 0 {
-                break;
-            }
-            let around = SplatBox::new(simd, &candidate.around);
-            if part.boxes.reached(simd, &around).to_bitmask() as u16 & points.alive == 0 {
-                continue;
-            }
-            if candidate.set_up == NOT_SET_UP {
-                candidate.set_up = *set_up_count as u32;
-                *set_up_count += 1;
-                if set_ups.len() < *set_up_count {
-                    set_ups.push(SetUp::EMPTY);
+        let end = enqueue(simd, set_up, part, &whole, rest.alive, queue);
+        counts.tests += end as u64;
+        let ids = self.patches.get(set_up.number as usize).ids;
+        for &pair in &queue[..end] {
+            let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
+            let (id, block) = (ids[triangle], part.blocks[slot]);
+            let found = points.test(simd, set_up.quads(triangle), id, (block, rest.done[slot]));
+            if found.possible != 0 {
+                let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
+                if !all_opaque && certain != 0 && !opacity.is_opaque(id) {
+                    counts.masked += u64::from(possible.count_ones());
+                    let answers = self.ask_mask(simd, set_up, triangle, id, &found);
+                    (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
                 }
-                self.set_up(simd, &mut set_ups[candidate.set_up as usize], candidate.number, extent);
-                counts.small_triangles += u64::from(set_ups[candidate.set_up as usize].count);
-            }
-            let set_up = &set_ups[candidate.set_up as usize];
-            let end = enqueue(simd, set_up, part, &whole, points.alive, queue);
-            counts.tests += end as u64;
-            let ids = self.patches.get(set_up.number as usize).ids;
-            for &pair in &queue[..end] {
-                let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
-                let found = points.test(simd, set_up.quads(triangle), ids[triangle], slot);
-                if found.possible != 0 {
-                    let id = ids[triangle];
-                    let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
-                    if !all_opaque && certain != 0 && !opacity.is_opaque(id) {
-                        counts.masked += u64::from(possible.count_ones());
-                        let answers = self.ask_mask(simd, set_up, triangle, id, &found);
-                        (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
-                    }
-                    points.note(slot, id, certain, possible & !certain, undecided);
+                rest.take_out(slot, certain);
+                if possible & !certain != 0 {
+                    points.list_pending(block, id, possible & !certain, undecided);
                 }
             }
-        }
-        counts.undecided += (undecided.len() - known) as u64;
-        let done = points.done;
-        for ((&block, &members), done) in part.blocks.iter().zip(&part.points).zip(done) {
-            shadowed[usize::from(block)] |= members & done;
-        }
-        if worker.undecided.len() >= MOST_UNDECIDED {
-            self.settle(worker);
         }
     }
 

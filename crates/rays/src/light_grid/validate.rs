@@ -4,9 +4,8 @@ use fearless_simd::{Simd, dispatch};
 
 use super::LightGrid;
 use super::boxes::SplatBox;
-use super::points::TILE_BLOCKS;
 use super::set_up::{Record, SetUp};
-use super::test::{PartPoints, QUEUE, enqueue, may_touch};
+use super::test::{QUEUE, TilePoints, enqueue, may_touch};
 use super::trace::Tracer;
 use super::worker::{Tile, Worker};
 use crate::LightSource;
@@ -210,9 +209,9 @@ impl Tracer<'_> {
         if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 {
             return Verdicts::none("the filter says that it touches none of the block's points");
         }
-        let points = PartPoints::new(part, *first, blocks, &[0; TILE_BLOCKS], self.settler.points.own());
+        let points = TilePoints::new(*first, blocks, self.settler.points.own());
         let [a, b, c] = &record.quads;
-        let found = points.test(simd, [a, b, c], record.id, slot);
+        let found = points.test(simd, [a, b, c], record.id, (part.blocks[slot], !part.points[slot]));
         let certain = found.certain(simd, record.errors);
         Verdicts { possible: found.possible, certain, why: "the filter says that it doesn't" }
     }

@@ -85,7 +85,7 @@ pub(crate) fn share_evenly(workers: &mut [Worker]) {
     let batch = workers
         .iter()
         .map(|worker| worker.batch.room())
-        .fold([0; 4], |most, room| std::array::from_fn(|list| most[list].max(room[list])));
+        .fold([0; 3], |most, room| std::array::from_fn(|list| most[list].max(room[list])));
     let [undecided, outliers, tiles, found] = [
         most(|worker| worker.undecided.capacity()),
         most(|worker| worker.outliers.capacity()),

@@ -12,7 +12,7 @@ use crate::light_grid::face::{LARGEST_POINT_ERROR, POINT_LIMIT};
 use crate::light_grid::parts::Parts;
 use crate::light_grid::points::{Group, TILE_BLOCKS, block_of};
 use crate::light_grid::set_up::Extent;
-use crate::light_grid::test::{PartPoints, may_touch};
+use crate::light_grid::test::{TilePoints, may_touch};
 use crate::precise::{Precise, PreciseVector, cross, difference, dot, precise};
 use crate::predicate::{HitPoint, ShadowRay};
 use crate::random::Random;
@@ -333,13 +333,13 @@ impl Trial {
         let mut seen = SeenPixels::default();
         seen.resize(64, 64);
         let part = &parts.parts[0];
-        let points = PartPoints::new(part, 0, &blocks, &[0; TILE_BLOCKS], &seen.triangle);
+        let points = TilePoints::new(0, &blocks, &seen.triangle);
         let (mut possible, mut certain) = (0, 0);
         for number in numbers {
             let record = large.record(number, extent.origin, [extent.reach, extent.depth], extent.errors);
             dispatch!(self.level, simd => {
                 let [a, b, c] = &record.quads;
-                let found = points.test(simd, [a, b, c], id, 0);
+                let found = points.test(simd, [a, b, c], id, (part.blocks[0], !part.points[0]));
                 if may_touch(simd, &record.quads, &part.boxes) & 1 == 1 {
                     possible |= found.possible;
                     certain |= found.certain(simd, record.errors);

@@ -12,7 +12,7 @@ use crate::light_grid::block::Block;
 use crate::light_grid::boxes::SplatBox;
 use crate::light_grid::parts::Parts;
 use crate::light_grid::points::{Group, TILE_BLOCKS, block_of};
-use crate::light_grid::test::{PartPoints, QUEUE, enqueue};
+use crate::light_grid::test::{QUEUE, TilePoints, enqueue};
 use crate::random::Random;
 use crate::shot::SeenPixels;
 
@@ -111,13 +111,14 @@ impl Setting<'_> {
         let mut seen = SeenPixels::default();
         seen.resize(64, 64);
         let [part] = &parts.parts[..] else { panic!("one part") };
-        let points = PartPoints::new(part, 0, &blocks, &[0; TILE_BLOCKS], &seen.triangle);
+        let points = TilePoints::new(0, &blocks, &seen.triangle);
         std::array::from_fn(|triangle| {
             dispatch!(level, simd => {
                 let mut queue = vec![0; QUEUE];
                 let end = enqueue(simd, &set_up, part, &SplatBox::new(simd, &part.whole), 1 << triangle, &mut queue);
                 let is_queued = queue[..end].contains(&((triangle * LANES + triangle) as u32));
-                let found = points.test(simd, set_up.quads(triangle), triangle as u32, triangle);
+                let of_slot = (part.blocks[triangle], !part.points[triangle]);
+                let found = points.test(simd, set_up.quads(triangle), triangle as u32, of_slot);
                 if is_queued { [found.possible, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
             })
         })
