@@ -147,6 +147,9 @@ impl Tracer<'_> {
             for index in bits_of_parts(reached) {
                 self.test_large(simd, record, &parts[index], &points, &mut rests[index], undecided, counts);
             }
+            if undecided.len() >= MOST_UNDECIDED {
+                self.settle(*first, undecided, shadowed, counts);
+            }
         }
         let (mut set_up, mut queue) = (SetUp::EMPTY, [0; QUEUE]);
         for &index in order.iter() {
