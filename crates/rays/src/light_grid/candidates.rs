@@ -62,7 +62,7 @@ impl Batch {
     }
 }
 
-/// The numbers of parts.
+/// The numbers that parts have in their batch.
 #[inline(always)]
 pub(crate) fn bits_of_parts(&[low, high]: &PartBits) -> impl Iterator<Item = usize> {
     bits_of(low).chain(bits_of(high).map(|bit| 64 + bit))

@@ -61,7 +61,8 @@ use worker::{Worker, share_evenly};
 
 /// Which points that the camera sees a light reaches, rebuilt for every frame and light.
 ///
-/// Where a light sees patches takes about 12 bytes a triangle; each thread's tile a fifth to a half of a megabyte, whatever the image.
+/// Where a light sees patches takes about 12 bytes a triangle; each thread's tile a fifth to a half of a megabyte, whatever the
+/// image.
 /// Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {

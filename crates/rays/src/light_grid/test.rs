@@ -152,7 +152,7 @@ fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f3
 }
 
 /// Lists the pairs of a patch's triangles and the `alive` slots of a part that the triangle may shadow points of; how many
-/// there are.
+/// there are. A pair has the triangle in its upper bits, and the slot in the lowest four.
 #[inline(always)]
 pub(crate) fn enqueue<S: Simd>(
     simd: S,
