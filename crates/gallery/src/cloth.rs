@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use self::drape::Drape;
 use super::build::math::{mix, smoothstep, turned};
@@ -56,7 +57,7 @@ fn open(triangles: usize) -> Pose {
 
         let spin = turned(drape::ball_turn_radians(seconds));
         let vertices = frame.positions[ball.clone()].par_iter_mut().zip(&mut frame.normals[ball.clone()]);
-        vertices.for_each(|(position, normal)| {
+        vertices.each(|(position, normal)| {
             *position = drape::BALL_CENTER + spin * (*position - drape::BALL_CENTER);
             *normal = spin * *normal;
         });

@@ -2,6 +2,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Affine3A, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
@@ -112,7 +113,7 @@ fn write_part(part: &Part, sheet: Sheet, positions: &mut [Vec3], normals: &mut [
     let stride = sheet.columns as usize + 1;
     let rows = positions.par_chunks_mut(stride).zip(normals.par_chunks_mut(stride)).enumerate();
     // Small parts are quicker on one thread.
-    rows.with_min_len(4096 / stride + 1).for_each(|(row, (positions, normals))| {
+    rows.with_min_len(4096 / stride + 1).each(|(row, (positions, normals))| {
         let ring = part.sweep.ring(part.sweep.along(row as u32, sheet.rows));
         for (column, (position, normal)) in positions.iter_mut().zip(normals).enumerate() {
             let (sin, cos) = sin_cos(TAU * (column % (stride - 1)) as f32 / (stride - 1) as f32);

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use glam::{Affine3A, Vec2, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use self::fall::{BOARDS, FALL, MARBLES, SECONDS};
 use super::build::math::{mix, smoothstep, wave};
@@ -54,7 +55,7 @@ fn open(triangles: usize) -> Pose {
             parts.push((positions, normals));
             rest = (other_positions, other_normals);
         }
-        parts.into_par_iter().enumerate().for_each(|(marble, (positions, normals))| {
+        parts.into_par_iter().enumerate().each(|(marble, (positions, normals))| {
             let (middle, turn) = FALL.pose(marble, seconds);
             let turn = turn.normalize();
             let world_from_marble = Affine3A::from_rotation_translation(turn, middle);

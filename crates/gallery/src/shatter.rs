@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec2, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use super::build::math::{mix, rotation, rotation_between, smoothstep, turned, wave};
 use super::build::{MeshBuilder, Paint, Random, hash, noise, srgb};
@@ -87,7 +88,7 @@ fn open(triangles: usize) -> Pose {
         const BATCH: usize = 1024;
         let moved = frame.positions[..pieces].par_chunks_mut(3 * BATCH).zip(frame.normals.par_chunks_mut(3 * BATCH));
         let rest = positions.par_chunks(3 * BATCH).zip(normals.par_chunks(3 * BATCH));
-        moved.zip(rest).zip(shards.par_chunks(BATCH)).for_each(|((moved, rest), shards)| {
+        moved.zip(rest).zip(shards.par_chunks(BATCH)).each(|((moved, rest), shards)| {
             let moved = moved.0.chunks_exact_mut(3).zip(moved.1.chunks_exact_mut(3));
             let rest = rest.0.chunks_exact(3).zip(rest.1.chunks_exact(3));
             for ((moved, rest), shard) in moved.zip(rest).zip(shards) {

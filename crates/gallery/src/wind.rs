@@ -2,6 +2,7 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use super::build::math::{cos, wave};
 
@@ -40,7 +41,7 @@ impl Wind {
             let quick = cos(TAU * (GUSTS[1] * part + 2.0 * phase));
             Vec3::new(-slow - 0.25 * quick, 0.3 * quick, -0.35 * slow + 0.4 * quick)
         });
-        positions.par_chunks_mut(CHUNK).zip(self.bends.par_chunks(CHUNK)).for_each(|(positions, bends)| {
+        positions.par_chunks_mut(CHUNK).zip(self.bends.par_chunks(CHUNK)).each(|(positions, bends)| {
             for (position, &[amplitude, phase]) in positions.iter_mut().zip(bends) {
                 let step = (phase * STEPS as f32) as usize;
                 *position += gust[step.min(STEPS - 1)] * amplitude;

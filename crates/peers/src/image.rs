@@ -1,9 +1,10 @@
 use std::array::from_fn;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::Simd;
 use glam::Vec3;
 use rayon::prelude::*;
 use umbrage_rays::{Bounds, LightSource, Shot};
+use umbrage_rays::{SimdLevel, dispatch};
 
 use crate::packet::{RayHitPacket, Valid, WIDTH};
 use crate::posed::Posed;
@@ -157,7 +158,7 @@ impl Image {
     pub fn see(&mut self, rays: &PixelRays, nearest: impl Fn(&Valid, &mut RayHitPacket) + Sync) {
         (self.width, self.height) = (rays.width, rays.height);
         self.seen.resize(rays.tiles() * PACKETS, Seen { t: [0.0; WIDTH], triangle: [Self::NOTHING; WIDTH] });
-        let level = Level::new();
+        let level = SimdLevel::default();
         self.seen.par_chunks_mut(PACKETS).enumerate().with_max_len(1).for_each(|(tile, seen)| {
             dispatch!(level, simd => see_tile(simd, rays, tile, seen, &nearest));
         });
@@ -177,7 +178,7 @@ impl Image {
         assert!((self.width, self.height) == (rays.width, rays.height), "the rays of another image");
         self.lit.resize(self.seen.len(), 0);
         let shadows = Shadows::new(light, bounds, rays);
-        let level = Level::new();
+        let level = SimdLevel::default();
         let tiles = self.lit.par_chunks_mut(PACKETS).zip(self.seen.par_chunks(PACKETS)).enumerate();
         tiles.with_max_len(1).for_each(|(tile, (lit, seen))| {
             dispatch!(level, simd => shadow_tile(simd, rays, tile, &shadows, seen, lit, &occluded));

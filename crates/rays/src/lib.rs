@@ -27,6 +27,8 @@ mod light;
 mod light_grid;
 mod listed;
 mod packet;
+#[doc(hidden)]
+pub mod parallel;
 mod parts;
 mod patches;
 #[cfg(test)]
@@ -44,6 +46,9 @@ mod structure;
 mod trace;
 mod triangles;
 mod uniform;
+
+#[doc(hidden)]
+pub use fearless_simd;
 
 pub use bounds::Bounds;
 pub use bvh::Bvh;

@@ -1,6 +1,7 @@
 //! A shot answered by single rays, one for each pixel and for each point and light: what makes a structure of anything that
 //! answers [`SingleRays`].
 
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use crate::shot::{Cone, LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
@@ -13,7 +14,7 @@ pub fn see(rays: &dyn SingleRays, shot: &Shot<'_>, seen: &mut SeenPixels) {
     let opacity: &dyn Opacity = &OpacityOfSides::of_camera(shot);
     let stops = |hit: &Hit| opacity.is_stopped_at(hit.triangle, hit.barycentric);
     let pixels = seen.triangle.par_iter_mut().zip(&mut seen.inverse_depth).enumerate();
-    pixels.for_each(|(index, (triangle, inverse_depth))| {
+    pixels.each(|(index, (triangle, inverse_depth))| {
         let pixel = order.pixel(index);
         let nearest = pixel.and_then(|(x, y)| rays.nearest(shot.triangles, &shot.ray(x, y), &stops));
         *triangle = nearest.map_or(SeenPixels::NONE, |hit| hit.triangle);
@@ -38,7 +39,7 @@ pub fn shadow(
         let stops = |id: u32, barycentric: [f32; 2]| opacity.is_stopped_at(id, barycentric);
         let cone = Cone::of(light);
         mask.resize(seen.order());
-        mask.blocks_mut().par_iter_mut().enumerate().for_each(|(block, lit)| {
+        mask.blocks_mut().par_iter_mut().enumerate().each(|(block, lit)| {
             *lit = 0;
             for lane in 0..TileOrder::BLOCK_PIXELS {
                 let index = block * TileOrder::BLOCK_PIXELS + lane;

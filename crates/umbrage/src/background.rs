@@ -3,8 +3,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::{Vec2, Vec3};
+use umbrage_rays::{SimdLevel, dispatch};
 use umbrage_scene::OpenOptions;
 
 use crate::Error;
@@ -101,7 +102,7 @@ impl<'a> Surroundings<'a> {
         const LOBE: [f32; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
         const ROWS: u32 = 64;
         let mut irradiance = [Vec3::ZERO; 9];
-        dispatch!(Level::new(), simd => project(simd, background, ROWS, &mut irradiance));
+        dispatch!(SimdLevel::default(), simd => project(simd, background, ROWS, &mut irradiance));
         let solid_angle = 4.0 * PI / (2 * ROWS * ROWS) as f32;
         for (coefficient, lobe) in irradiance.iter_mut().zip(LOBE) {
             *coefficient *= solid_angle * lobe * PI;
@@ -147,7 +148,7 @@ impl<'a> Surroundings<'a> {
 
     /// Irradiance of surfaces that face upwards.
     pub(crate) fn irradiance_from_above(&self) -> Vec3 {
-        let of_lanes: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+        let of_lanes: [Each<f32>; 3] = dispatch!(SimdLevel::default(), simd => {
             self.irradiance(simd, Vectors::splat(simd, Vec3::Y)).store()
         });
         vector_of(0, &of_lanes)
@@ -227,7 +228,7 @@ mod tests {
     use crate::shade::lanes::Each;
 
     fn irradiance(surroundings: &Surroundings<'_>, normal: Vec3) -> Vec3 {
-        let of_lanes: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+        let of_lanes: [Each<f32>; 3] = dispatch!(SimdLevel::default(), simd => {
             surroundings.irradiance(simd, Vectors::splat(simd, normal)).store()
         });
         vector_of(0, &of_lanes)

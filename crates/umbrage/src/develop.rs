@@ -1,9 +1,11 @@
 //! From films to pictures, sixteen pixels at a time.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
+use umbrage_rays::{SimdLevel, dispatch};
 
 use crate::screen::Levels;
 use crate::shade::lanes::{Each, LANES, Vectors, put};
@@ -22,18 +24,18 @@ impl Film {
 
     /// As [`Film::develop`], where pixels are still sums of so many samples.
     pub(crate) fn develop_sum(&self, settings: &Settings, samples: u32) -> Image {
-        let (developer, level) = (Developer::new(settings, samples), Level::new());
+        let (developer, level) = (Developer::new(settings, samples), SimdLevel::default());
         let Self { width, height, ref color, .. } = *self;
         let mut pixels = vec![[0; 3]; color.len()];
         let mut alpha = vec![0; if developer.covers { color.len() } else { 0 }];
         let planes = pixels.par_chunks_mut(PIXELS).zip(color.par_chunks(PIXELS)).enumerate();
         if developer.covers {
-            planes.zip(alpha.par_chunks_mut(PIXELS)).for_each(|((number, (pixels, color)), alpha)| {
+            planes.zip(alpha.par_chunks_mut(PIXELS)).each(|((number, (pixels, color)), alpha)| {
                 let film = (color, self.flat_of(number));
                 dispatch!(level, simd => developer.encode(simd, film, pixels, alpha));
             });
         } else {
-            planes.for_each(|(number, (pixels, color))| {
+            planes.each(|(number, (pixels, color))| {
                 let film = (color, self.flat_of(number));
                 dispatch!(level, simd => developer.encode(simd, film, pixels, &mut []));
             });
@@ -44,10 +46,10 @@ impl Film {
     /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
     /// are those that `develop`'s are in an eight-bit file.
     pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
-        let (developer, level, levels) = (Developer::new(settings, 1), Level::new(), Levels::get());
+        let (developer, level, levels) = (Developer::new(settings, 1), SimdLevel::default(), Levels::get());
         pixels.resize(self.color.len(), [u8::MAX; 4]);
         let planes = pixels.par_chunks_mut(PIXELS).zip(self.color.par_chunks(PIXELS)).enumerate();
-        planes.for_each(|(number, (pixels, color))| {
+        planes.each(|(number, (pixels, color))| {
             let flat = self.flat_of(number);
             for (number, (pixels, color)) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)).enumerate() {
                 let flat = flat.chunks(LANES).nth(number).unwrap_or(&[]);
@@ -209,10 +211,11 @@ mod tests {
                 assert_eq!(image.alpha.get(number), alone.alpha.first());
             }
         }
-        for level in umbrage_rays::SimdLevel::available() {
+        for level in SimdLevel::available() {
             let linear: Each<f32> = std::array::from_fn(|lane| lane as f32 * 0.061);
-            let of_level = dispatch!(Level::from(level), simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
-            let of_widest = dispatch!(Level::new(), simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
+            let of_level = dispatch!(level, simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
+            let of_widest =
+                dispatch!(SimdLevel::default(), simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
             assert_eq!(of_level, of_widest);
         }
     }

@@ -5,6 +5,7 @@ use std::collections::TryReserveError;
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 use umbrage_rays::{SeenPixels, View};
 
 pub use coverage::{Coverage, Covered};
@@ -120,7 +121,7 @@ impl Film {
             return;
         }
         let weight = 1.0 / samples as f32;
-        self.color.par_iter_mut().chain(&mut self.flat).for_each(|sum| *sum *= weight);
+        self.color.par_iter_mut().chain(&mut self.flat).each(|sum| *sum *= weight);
         self.layers.average(self.width as usize, samples);
     }
 
@@ -142,5 +143,5 @@ fn no_memory([width, height]: [u32; 2]) -> Error {
 
 fn refill<T: Copy + Send + Sync>(values: &mut Vec<T>, count: usize, value: T) {
     values.resize(count, value);
-    values.par_chunks_mut(1 << 16).for_each(|values| values.fill(value));
+    values.par_chunks_mut(1 << 16).each(|values| values.fill(value));
 }

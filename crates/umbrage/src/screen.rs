@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
+use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f32x16};
+use umbrage_rays::{SimdLevel, dispatch};
 
 use crate::develop::sixteen_bits;
 
@@ -66,7 +67,7 @@ impl Levels {
 
 /// A linear value as a channel of an eight-bit file has it.
 fn eight_bits(linear: f32) -> u8 {
-    let [sixteen, ..] = dispatch!(Level::new(), simd => sixteen_bits(simd, f32x16::splat(simd, linear)));
+    let [sixteen, ..] = dispatch!(SimdLevel::default(), simd => sixteen_bits(simd, f32x16::splat(simd, linear)));
     crate::output::eight_bits(sixteen)
 }
 

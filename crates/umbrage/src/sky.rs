@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::{DVec2, Vec3};
 use umbrage_rays::LightSource;
+use umbrage_rays::{SimdLevel, dispatch};
 use umbrage_scene::Light;
 
 use crate::background::Surroundings;
@@ -32,7 +33,7 @@ pub(crate) struct SkyLights {
 impl SkyLights {
     /// The light of the surroundings, in directions drawn at `points` of the unit square; `None` where there is none.
     pub(crate) fn new(surroundings: &Surroundings<'_>, points: impl Iterator<Item = DVec2>) -> Option<Self> {
-        let radiance = dispatch!(Level::new(), simd => radiance_of_cells(simd, surroundings));
+        let radiance = dispatch!(SimdLevel::default(), simd => radiance_of_cells(simd, surroundings));
         let mut cells: Vec<f64> = radiance.iter().map(|radiance| f64::from(luminance(*radiance).max(0.0))).collect();
         let mut rows: Vec<f64> = cells.chunks_exact_mut(COLUMNS).map(sum_up).collect();
         if sum_up(&mut rows) <= 0.0 {

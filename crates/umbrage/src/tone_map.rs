@@ -52,13 +52,13 @@ pub(crate) fn encoded_srgb<S: Simd>(simd: S, linear: f32x16<S>) -> f32x16<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use umbrage_rays::{SimdLevel, dispatch};
 
     use super::*;
     use crate::shade::lanes::{Each, vector_of};
 
     fn pbr_neutral(radiance: Vec3) -> Vec3 {
-        let shown: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+        let shown: [Each<f32>; 3] = dispatch!(SimdLevel::default(), simd => {
             ToneMap::PbrNeutral.apply(simd, Vectors::splat(simd, radiance)).store()
         });
         vector_of(0, &shown)

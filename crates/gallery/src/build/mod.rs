@@ -152,6 +152,12 @@ impl MeshBuilder {
     pub(crate) fn place(&mut self, world_from_part: Affine3A, make: impl FnOnce(&mut Self)) -> &mut Self {
         let first = self.positions.len();
         make(self);
+        self.move_from(first, world_from_part);
+        self
+    }
+
+    /// Moves the vertices from `first` on into another space.
+    fn move_from(&mut self, first: usize, world_from_part: Affine3A) {
         let normals = normals_matrix(world_from_part);
         for position in &mut self.positions[first..] {
             *position = world_from_part.transform_point3(*position);
@@ -159,7 +165,6 @@ impl MeshBuilder {
         for normal in &mut self.normals[first..] {
             *normal = (normals * *normal).normalize_or_zero();
         }
-        self
     }
 
     /// Gives the vertices from `first` on texture coordinates that follow from where they are.

@@ -95,15 +95,15 @@ impl Paint {
 /// A repeating colour texture of `size` texels: `color` gives the linear colour and opacity at (x, y), each 0 … 1,
 /// from the upper left corner.
 pub(crate) fn color_texture(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Vec4) -> Texture {
-    painted(name, size, Wrap::Repeat, color)
+    painted(name, size, Wrap::Repeat, &color)
 }
 
 /// As [`color_texture`], but mirrored at its edges: for irregular patterns, which would show a seam when repeated.
 pub(crate) fn mottled_texture(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Vec4) -> Texture {
-    painted(name, size, Wrap::MirroredRepeat, color)
+    painted(name, size, Wrap::MirroredRepeat, &color)
 }
 
-fn painted(name: &str, size: [u32; 2], wrap: Wrap, color: impl Fn(Vec2) -> Vec4) -> Texture {
+fn painted(name: &str, size: [u32; 2], wrap: Wrap, color: &dyn Fn(Vec2) -> Vec4) -> Texture {
     let byte = |linear: f32| {
         let linear = linear.clamp(0.0, 1.0);
         let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * pow(linear, 1.0 / 2.4) - 0.055 };

@@ -140,6 +140,11 @@ impl MeshBuilder {
     /// Adds a smooth tube along `path`, two points or more, whose radius is `radius` of the part of the path's
     /// points passed, 0 … 1. A radius of zero at an end closes it.
     pub(crate) fn tube(&mut self, path: &[Vec3], radius: impl Fn(f32) -> f32 + Sync, columns: u32) -> &mut Self {
+        self.any_tube(path, &radius, columns)
+    }
+
+    /// Adds a [`tube`](Self::tube): compiled once, not for each shape.
+    fn any_tube(&mut self, path: &[Vec3], radius: &(dyn Fn(f32) -> f32 + Sync), columns: u32) -> &mut Self {
         let Some(last) = path.len().checked_sub(1).filter(|&last| last > 0) else { return self };
         let sides = transported_sides(path);
         self.sheet(Sheet::tube(columns, last as u32), |u, v| {

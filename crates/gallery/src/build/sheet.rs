@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use super::MeshBuilder;
 
@@ -92,7 +93,7 @@ impl Sheet {
             let after = if around { Some(0) } else { Some(line).filter(|&line| line < count) };
             [before, after].into_iter().flatten()
         };
-        normals.par_chunks_mut(stride).enumerate().for_each(|(row, normals)| {
+        normals.par_chunks_mut(stride).enumerate().each(|(row, normals)| {
             for (column, normal) in normals.iter_mut().enumerate() {
                 let quads = beside(row, rows, self.along)
                     .flat_map(|row| beside(column, stride - 1, self.across).map(move |column| (column, row)));
@@ -116,6 +117,11 @@ impl MeshBuilder {
     ///
     /// Texture coordinates are (u, 1 − v). Triangles with two equal corners are left out.
     pub(crate) fn sheet(&mut self, sheet: Sheet, position: impl Fn(f32, f32) -> Vec3 + Sync) -> &mut Self {
+        self.any_sheet(sheet, &position)
+    }
+
+    /// Adds a [`sheet`](Self::sheet): compiled once, not for each shape.
+    fn any_sheet(&mut self, sheet: Sheet, position: &(dyn Fn(f32, f32) -> Vec3 + Sync)) -> &mut Self {
         let first = self.positions.len();
         let positions: Vec<Vec3> = (0..sheet.vertices())
             .into_par_iter()

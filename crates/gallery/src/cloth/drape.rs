@@ -1,5 +1,6 @@
 use glam::Vec3;
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use crate::build::math::{rotation, smoothstep, turned};
 use crate::build::{Sheet, noise};
@@ -61,7 +62,7 @@ impl Drape {
         let part = at - before as f32;
         let [from, to] = [&self.moments[before], &self.moments[before + 1]];
         let stride = sheet.columns as usize + 1;
-        positions.par_chunks_mut(stride).enumerate().for_each(|(row, line)| {
+        positions.par_chunks_mut(stride).enumerate().each(|(row, line)| {
             let (first_row, row_weights) = spline(row as f32 / sheet.rows as f32);
             // Four rows of particles mixed into one, with a ghost beyond each end.
             let mut mixed = [Vec3::ZERO; SIDE + 2];

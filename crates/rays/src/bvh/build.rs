@@ -1,3 +1,4 @@
+use crate::parallel::Parallel;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -99,7 +100,7 @@ impl Bvh {
             (leaves, rest) = std::mem::take(&mut rest).split_at_mut(subtree.leaves.len());
             (&*range.items, subtree, leaves)
         });
-        into.collect::<Vec<_>>().into_par_iter().for_each(|(items, subtree, leaves)| {
+        into.collect::<Vec<_>>().into_par_iter().each(|(items, subtree, leaves)| {
             for (leaf, part) in leaves.iter_mut().zip(&subtree.leaves) {
                 let ids = part.of(items).iter().map(Item::id);
                 leaf.fill(ids, |id| triangles.corners(id).map(|corner| corner * scale));
@@ -131,7 +132,7 @@ impl Built<'_> {
             (nodes, rest) = std::mem::take(&mut rest).split_at_mut(subtree.nodes.len());
             (&*range.items, subtree, start, nodes)
         });
-        into.collect::<Vec<_>>().into_par_iter().for_each(|(items, subtree, [first_node, first_leaf], nodes)| {
+        into.collect::<Vec<_>>().into_par_iter().each(|(items, subtree, [first_node, first_leaf], nodes)| {
             for (into, node) in nodes.iter_mut().zip(&subtree.nodes) {
                 let moved = |of: Child| match of.kind() {
                     _ if of == Child::NONE => of,
@@ -150,13 +151,13 @@ impl Builder {
         let Self { items, spare, top, subtrees } = self;
         top.clear();
         spare.resize(items.len(), Item::default());
-        let extent = items.par_chunks(CHUNK).map(bounds).reduce(|| Extent::EMPTY, Extent::union);
+        let extent = items.par_chunks(CHUNK).map(bounds).merge(Extent::union).unwrap_or(Extent::EMPTY);
         let mut trees = Vec::new();
         if !items.is_empty() {
             divide_top(Range { items, spare, extent }, most, top, &mut trees);
         }
         subtrees.resize_with(subtrees.len().max(trees.len()), Subtree::default);
-        trees.par_iter_mut().zip(&mut *subtrees).for_each(|(range, subtree)| subtree.build(range, most));
+        trees.par_iter_mut().zip(&mut *subtrees).each(|(range, subtree)| subtree.build(range, most));
         let (mut nodes, mut leaves) = (top.len(), 0);
         let starts = subtrees[..trees.len()].iter().map(|subtree| {
             let start = [nodes, leaves];
@@ -245,7 +246,7 @@ fn children_of<'a>(
 }
 
 fn best_split_on_all_threads(items: &[Item], most: usize) -> Option<Split> {
-    let middles = items.par_chunks(CHUNK).map(middles).reduce(|| Extent::EMPTY, Extent::union);
+    let middles = items.par_chunks(CHUNK).map(middles).merge(Extent::union).unwrap_or(Extent::EMPTY);
     let none = || {
         let mut bins = Bins::default();
         bins.clear(middles, items.len());
@@ -277,7 +278,7 @@ impl<'a> Range<'a> {
             (others, second) = second.split_at_mut(from.len() - count);
             parts.push((from, [into, others]));
         }
-        parts.into_par_iter().for_each(|(from, into)| split.scatter(from, &mut { into }));
+        parts.into_par_iter().each(|(from, into)| split.scatter(from, &mut { into }));
         Self { items, spare, extent: self.extent }.cut(split.first, split.extents)
     }
 

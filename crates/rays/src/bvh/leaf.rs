@@ -135,7 +135,7 @@ fn pairs<T: Copy>(a: [T; 3], b: [T; 3]) -> [(T, T); 3] {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::dispatch;
     use glam::DVec3;
 
     use super::*;
@@ -179,7 +179,7 @@ mod tests {
             let mut leaf = Leaf::EMPTY;
             leaf.fill(0..Leaf::LANES as u32, |id| corners[id as usize]);
             for level in SimdLevel::available() {
-                let found = dispatch!(level.into(), simd => leaf.find(simd, &line, 0xff, f32::INFINITY));
+                let found = dispatch!(level, simd => leaf.find(simd, &line, 0xff, f32::INFINITY));
                 for (lane, &corners) in corners.iter().enumerate() {
                     let found = found.as_ref().filter(|found| found.possible >> lane & 1 == 1);
                     let is_certain = found.is_some_and(|found| found.certain >> lane & 1 == 1);

@@ -184,7 +184,7 @@ impl<S: Simd> Slabs<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::dispatch;
     use glam::{DVec3, Vec3};
 
     use super::*;
@@ -222,7 +222,7 @@ mod tests {
             }
             let line = Line::new(&ray, 1.0).expect("a line");
             for level in SimdLevel::available() {
-                let (enter, met) = dispatch!(level.into(), simd => {
+                let (enter, met) = dispatch!(level, simd => {
                     let (enter, met) = Slabs::new(simd, &line).enter(simd, &node, line.far);
                     (<[f32; 8]>::from(enter), met)
                 });

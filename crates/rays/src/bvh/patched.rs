@@ -1,5 +1,6 @@
 use std::ops::Range;
 
+use crate::parallel::Parallel;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -180,7 +181,7 @@ impl Bvh {
                 leaves: take(&mut leaves_left, first_leaf[end] - first_leaf[first]),
             }
         });
-        chunks.collect::<Vec<_>>().into_par_iter().for_each(|chunk| patched.fill(chunk, *scale));
+        chunks.collect::<Vec<_>>().into_par_iter().each(|chunk| patched.fill(chunk, *scale));
         let built = builder.build(1);
         let of_patches = all.nodes as usize;
         nodes.resize(of_patches + built.nodes, Node::EMPTY);

@@ -1,6 +1,7 @@
 use std::ops::ControlFlow;
 
-use fearless_simd::{Simd, dispatch};
+use crate::dispatch;
+use fearless_simd::Simd;
 use glam::Vec3;
 
 use super::leaf::{Found, Leaf};
@@ -8,7 +9,7 @@ use super::line::{Line, Slabs};
 use super::{Bvh, Child, Kind, Node, WIDTH};
 use crate::predicate::{ShadowRay, hit, hit_of_near_at};
 use crate::simd::lanes::bits_of;
-use crate::simd::vectorized;
+use crate::vectorized;
 use crate::{Hit, Ray, SimdLevel, SingleRays, Triangles};
 
 impl SingleRays for Bvh {
@@ -16,7 +17,7 @@ impl SingleRays for Bvh {
         if !self.may_be_met(ray) {
             return None;
         }
-        dispatch!(self.level.into(), simd => self.nearest_at(simd, triangles, ray, own, stops))
+        dispatch!(self.level, simd => self.nearest_at(simd, triangles, ray, own, stops))
     }
 
     fn blocked(
@@ -30,7 +31,7 @@ impl SingleRays for Bvh {
             id != own && shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|barycentric| stops(id, barycentric))
         };
         self.may_be_met(&shadow_ray.ray)
-            && dispatch!(self.level.into(), simd => self.blocked_at(simd, &shadow_ray.ray, blocks))
+            && dispatch!(self.level, simd => self.blocked_at(simd, &shadow_ray.ray, blocks))
     }
 }
 

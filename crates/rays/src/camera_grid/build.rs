@@ -1,7 +1,9 @@
 use std::ops::Range;
 
+use crate::dispatch;
+use crate::parallel::{Parallel, both};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, mask32x16};
+use fearless_simd::{Simd, mask32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -17,7 +19,7 @@ use super::{ImageTooLarge, PerspectiveGrid, PixelBox};
 use crate::patches::{Patch, Patches};
 use crate::shot::{Opacity, Shot, Sides, TileOrder};
 use crate::simd::lanes::{bits_of, load_positions, max3, min3};
-use crate::simd::vectorized;
+use crate::vectorized;
 use crate::{SimdLevel, Triangles};
 
 impl PerspectiveGrid {
@@ -62,8 +64,8 @@ pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles
         *last = Vertex::AWKWARD;
     }
     let chunks = vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
-    chunks.for_each(|(vertices, positions)| {
-        dispatch!(level.0, simd => vectorized!(simd => space.project(simd, positions, vertices)));
+    chunks.each(|(vertices, positions)| {
+        dispatch!(level, simd => vectorized!(simd => space.project(simd, positions, vertices)));
     });
 }
 
@@ -88,7 +90,7 @@ impl Listing<'_> {
         if let [bins] = ranges {
             bins.reset(self.tiles.0, self.tiles.1);
             let numbers = start(first)..start(first + 1);
-            dispatch!(self.level.0, simd => vectorized!(simd => self.list_range(simd, numbers, bins, vertices, boxes)));
+            dispatch!(self.level, simd => vectorized!(simd => self.list_range(simd, numbers, bins, vertices, boxes)));
             return;
         }
         let middle = ranges.len() / 2;
@@ -97,7 +99,7 @@ impl Listing<'_> {
         let (low, high) = ranges.split_at_mut(middle);
         let (low_vertices, high_vertices) = vertices.split_at_mut(of_patches);
         let (low_boxes, high_boxes) = boxes.split_at_mut(patches);
-        rayon::join(
+        both(
             || self.list(first, low, low_vertices, low_boxes),
             || self.list(first + middle, high, high_vertices, high_boxes),
         );

@@ -12,8 +12,9 @@ use super::tiny::Tiny;
 use super::trace::{ListedPatches, TileTrace};
 use crate::patches::MOST_VERTICES;
 use crate::shot::Kind;
+use crate::simd::each;
 use crate::simd::lanes::{bits_of, load_positions};
-use crate::simd::{each, vectorized};
+use crate::vectorized;
 
 const TINY: usize = 0;
 const ORDINARY: usize = 1;

@@ -12,8 +12,9 @@ use super::lanes::{DepthPlane, LANES, Setup, splat};
 use super::pixel_space::HALF_ULP;
 use super::samples::{BLOCKS, SAMPLES, Samples, Undecided};
 use crate::shot::{SeenPixels, Shifts};
+use crate::simd::each;
 use crate::simd::lanes::{bits_of, max3, min3};
-use crate::simd::{each, vectorized};
+use crate::vectorized;
 pub(crate) use masked::MaskWeights;
 
 /// Half a side: tile-local coordinates have their origin at the tile's middle.

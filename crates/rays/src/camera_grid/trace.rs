@@ -1,7 +1,9 @@
 use std::sync::{Mutex, PoisonError};
 
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
@@ -15,8 +17,9 @@ use super::sight::PixelBox;
 use super::tile::{Batch, HALF, MaskWeights, Tile, block_range};
 use crate::patches::Patches;
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
+use crate::simd::each;
 use crate::simd::lanes::bits_of;
-use crate::simd::{each, vectorized};
+use crate::vectorized;
 
 impl PerspectiveGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
@@ -36,7 +39,7 @@ impl PerspectiveGrid {
         let tiles = Tiles { shot, space };
         tiles.trace(scratch, seen, work, |tile, index, triangle, inverse_depth| {
             let bins = ranges.iter().map(|range| &range.bins[index]);
-            dispatch!(level.0, simd => tile.run(simd, &listed, bins.clone(), triangle, inverse_depth));
+            dispatch!(*level, simd => tile.run(simd, &listed, bins.clone(), triangle, inverse_depth));
         })
     }
 }
@@ -86,7 +89,7 @@ impl Tiles<'_> {
         let counted = tiles.enumerate().with_max_len(1).map(|(index, ((triangle, inverse_depth), work))| {
             self.search(scratch, index, work, |trace| search(trace, index, triangle, inverse_depth))
         });
-        counted.reduce(Counts::default, Counts::plus)
+        counted.merge(Counts::plus).unwrap_or_default()
     }
 
     /// Calls `search` with the tile of an index, in this thread's part of `scratch`; what that took.

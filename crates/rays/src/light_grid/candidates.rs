@@ -11,8 +11,8 @@ use super::test::may_touch;
 use super::trace::Tracer;
 use super::worker::{Worker, make_room};
 use crate::simd::lanes::bits_of;
-use crate::simd::vectorized;
 use crate::simd::vectors::LANES;
+use crate::vectorized;
 
 /// Parts whose candidates are found together.
 pub(crate) const BATCH_PARTS: usize = 128;

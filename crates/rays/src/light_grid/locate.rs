@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-use fearless_simd::dispatch;
+use crate::dispatch;
 
 use super::LightGrid;
 use super::block::Block;
@@ -182,7 +182,7 @@ impl LightGrid {
                 let map = TileMap::new(&settler.points, face, &pixels, tile, [0.0; 3]);
                 for number in 0..GROUPS {
                     let (mut lost, mut refined) = (Vec::new(), 0);
-                    let group = dispatch!(grid.level.0, simd => map.map_group(simd, number, &mut blocks, &mut lost, &mut refined));
+                    let group = dispatch!(grid.level, simd => map.map_group(simd, number, &mut blocks, &mut lost, &mut refined));
                     for (index, members) in group.into_iter().flat_map(|group| group.members).enumerate() {
                         let block = block_of(number, index);
                         points.extend(bits_of(members).map(|lane| {

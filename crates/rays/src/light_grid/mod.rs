@@ -37,7 +37,8 @@ mod worker;
 
 use std::sync::Mutex;
 
-use fearless_simd::dispatch;
+use crate::dispatch;
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 use web_time::Instant;
 
@@ -173,11 +174,11 @@ impl LightGrid {
         shares.clear();
         shares.extend((0..threads).map(|worker| Mutex::new([worker, worker + 1].map(|of| of * tiles.len() / threads))));
         let tracer = Tracer::new(face, patches, on_face, settler);
-        workers.par_iter_mut().with_max_len(1).enumerate().for_each(|(number, worker)| {
+        workers.par_iter_mut().with_max_len(1).enumerate().each(|(number, worker)| {
             worker.start();
             while let Some(tile) = next_tile(shares, number) {
                 if face.may_own(&tiles[tile]) {
-                    dispatch!(settler.level.0, simd => tracer.trace(simd, worker, tile));
+                    dispatch!(settler.level, simd => tracer.trace(simd, worker, tile));
                     worker.keep(tile);
                 }
             }

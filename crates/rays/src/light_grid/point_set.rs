@@ -1,5 +1,6 @@
 use std::mem;
 
+use crate::parallel::Parallel;
 use fearless_simd::Simd;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -204,7 +205,7 @@ impl PointList {
             *tile = Tile { points: found as u32, has_unknown: false, corners: bounds.corners() };
             (bounds, found)
         });
-        let (bounds, found) = found.reduce(|| (Bounds::EMPTY, 0), |a, b| (a.0.union(b.0), a.1 + b.1));
+        let (bounds, found) = found.merge(|a, b| (a.0.union(b.0), a.1 + b.1)).unwrap_or((Bounds::EMPTY, 0));
         self.bounds = bounds;
         found
     }

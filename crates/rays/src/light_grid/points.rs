@@ -10,8 +10,8 @@ use super::refine::{Refined, refine_eight};
 use super::set_up::Extent;
 use crate::shot::{SeenImage, SeenPixels, TileOrder};
 use crate::simd::lanes::{bits_of, load, of_each};
-use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
+use crate::vectorized;
 
 /// Blocks in a row of a tile.
 const ROW_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;

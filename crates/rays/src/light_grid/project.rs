@@ -1,7 +1,9 @@
+use crate::parallel::both;
 use std::sync::Mutex;
 
+use crate::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f64x8};
+use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
 use super::boxes::{FaceBox, SixteenBoxes};
@@ -52,7 +54,7 @@ impl FacePatches {
         upper.extend(sixteens.chunks(LANES).map(|sixteens| {
             let mut all = SixteenBoxes::NOTHING;
             for (lane, boxes) in sixteens.iter().enumerate() {
-                all.set(lane, dispatch!(level.0, simd => boxes.around_patches(simd)));
+                all.set(lane, dispatch!(*level, simd => boxes.around_patches(simd)));
             }
             all
         }));
@@ -151,14 +153,14 @@ impl Projector<'_> {
     /// Projects the sixteens from `first` on, whose vertices are given; in halves, so that threads share them.
     fn project(&self, first: usize, vertices: &mut [[f32; 4]], sixteens: &mut [SixteenBoxes]) {
         if sixteens.len() <= CHUNK_SIXTEENS {
-            dispatch!(self.level.0, simd => self.project_chunk(simd, first, vertices, sixteens));
+            dispatch!(self.level, simd => self.project_chunk(simd, first, vertices, sixteens));
             return;
         }
         let middle = sixteens.len() / 2;
         let start = |sixteen: usize| self.patches.vertex_range(sixteen * LANES).start;
         let (low, high) = vertices.split_at_mut(start(first + middle) - start(first));
         let (low_boxes, high_boxes) = sixteens.split_at_mut(middle);
-        rayon::join(|| self.project(first, low, low_boxes), || self.project(first + middle, high, high_boxes));
+        both(|| self.project(first, low, low_boxes), || self.project(first + middle, high, high_boxes));
     }
 
     #[inline(always)]

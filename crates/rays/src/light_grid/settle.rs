@@ -1,4 +1,5 @@
-use fearless_simd::{Simd, dispatch};
+use crate::dispatch;
+use fearless_simd::Simd;
 use rayon::prelude::*;
 
 use super::face::HALF_ULP;
@@ -43,7 +44,7 @@ impl<'a> Settler<'a> {
     /// Settles pairs of a point's index and a triangle, and notes in `shadowed`, which has a word for each block from that of
     /// pixel `first` on, which points are in shadow; how many pairs the predicate was asked about.
     pub(crate) fn settle(&self, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
-        dispatch!(self.level.0, simd => self.settle_with(simd, pairs, first, shadowed))
+        dispatch!(self.level, simd => self.settle_with(simd, pairs, first, shadowed))
     }
 
     #[inline(always)]

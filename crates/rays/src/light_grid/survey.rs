@@ -1,5 +1,7 @@
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, u32x16};
+use fearless_simd::{Simd, f32x16, u32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 use web_time::Instant;
@@ -52,8 +54,8 @@ impl Survey {
         *slots = image.seen.triangle.len();
         tiles.resize(*slots / TileOrder::TILE_PIXELS, Tile::default());
         let rays = &*rays;
-        tiles.par_iter_mut().enumerate().with_min_len(4).for_each(|(index, tile)| {
-            *tile = dispatch!(level.0, simd => survey(simd, image, rays, index));
+        tiles.par_iter_mut().enumerate().with_min_len(4).each(|(index, tile)| {
+            *tile = dispatch!(level, simd => survey(simd, image, rays, index));
         });
         unknown.clear();
         for (tile, _) in tiles.iter().enumerate().filter(|(_, tile)| tile.has_unknown) {

@@ -18,8 +18,8 @@ use super::worker::{Tile, Worker};
 use crate::patches::Patches;
 use crate::shot::{Counts, MaskAnswers, MaskPoints, Sides, TileOrder};
 use crate::simd::lanes::bits_of;
-use crate::simd::vectorized;
 use crate::simd::vectors::{LANES, splat};
+use crate::vectorized;
 
 /// Undecided pairs that are collected before they are settled.
 const MOST_UNDECIDED: usize = 1 << 12;

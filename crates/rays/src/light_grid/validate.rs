@@ -1,6 +1,7 @@
 use std::collections::HashMap;
 
-use fearless_simd::{Simd, dispatch};
+use crate::dispatch;
+use fearless_simd::Simd;
 
 use super::LightGrid;
 use super::boxes::SplatBox;
@@ -92,7 +93,7 @@ impl Tracer<'_> {
         rays: &[Option<ShadowRay>],
         found: &mut [bool],
     ) -> Result<(), String> {
-        dispatch!(self.settler.level.0, simd => self.begin(simd, worker, tile));
+        dispatch!(self.settler.level, simd => self.begin(simd, worker, tile));
         let mut in_tile = HashMap::new();
         for part in 0..worker.parts.parts.len() {
             for slot in 0..LANES {
@@ -103,7 +104,7 @@ impl Tracer<'_> {
                     found[index] = true;
                 }
             }
-            dispatch!(self.settler.level.0, simd => self.validate_part(simd, worker, part, rays))?;
+            dispatch!(self.settler.level, simd => self.validate_part(simd, worker, part, rays))?;
         }
         Ok(())
     }

@@ -1,7 +1,9 @@
+use crate::parallel::both;
 use fearless_simd::prelude::*;
 use std::sync::PoisonError;
 
-use fearless_simd::{Simd, dispatch, f32x4, f32x16, u8x64, u32x16};
+use crate::dispatch;
+use fearless_simd::{Simd, f32x4, f32x16, u8x64, u32x16};
 use glam::Vec3;
 
 use super::{MOST_TRIANGLES, MOST_VERTICES, Patches};
@@ -116,7 +118,7 @@ impl Bounding<'_> {
             let middle = sixteens.len() / 2;
             let (low, high) = sixteens.split_at_mut(middle);
             let (low_positions, high_positions) = positions.split_at_mut(start(first + middle) - start(first));
-            rayon::join(|| self.bound(first, low, low_positions), || self.bound(first + middle, high, high_positions));
+            both(|| self.bound(first, low, low_positions), || self.bound(first + middle, high, high_positions));
             return;
         }
         let mut rest = positions;
@@ -124,7 +126,7 @@ impl Bounding<'_> {
             let sixteen = first + sixteen;
             let (positions, after) = rest.split_at_mut(start(sixteen + 1) - start(sixteen));
             rest = after;
-            dispatch!(self.level.0, simd => self.bound_sixteen(simd, sixteen * LANES, boxes, positions));
+            dispatch!(self.level, simd => self.bound_sixteen(simd, sixteen * LANES, boxes, positions));
         }
     }
 

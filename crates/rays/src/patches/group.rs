@@ -1,3 +1,4 @@
+use crate::parallel::{Parallel, both};
 use rayon::prelude::*;
 
 use super::order::Order;
@@ -64,7 +65,7 @@ impl Rest<'_> {
         let [only] = parts else {
             if !parts.is_empty() {
                 let (before, after) = self.split(low);
-                rayon::join(|| before.write(low), || after.write(high));
+                both(|| before.write(low), || after.write(high));
             }
             return;
         };
@@ -105,7 +106,7 @@ impl Patches {
         let Groups { order, parts } = &mut self.groups;
         let along = order.sort(triangles).par_chunks(PART);
         parts.resize_with(along.len(), Part::default);
-        parts.par_iter_mut().zip(along).for_each(|(part, along)| part.fill(triangles, along));
+        parts.par_iter_mut().zip(along).each(|(part, along)| part.fill(triangles, along));
         let mut end = Start::default();
         let mut patches = 0;
         for Part { patches: of, .. } in &*parts {

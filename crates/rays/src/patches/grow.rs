@@ -1,3 +1,4 @@
+use crate::parallel::both;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -75,5 +76,5 @@ fn bring_together(patches: &mut [(Vec3, usize, usize)]) {
     // Patches at the same place come as they grew.
     patches.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then((a.1, a.2).cmp(&(b.1, b.2))));
     let (low, high) = patches.split_at_mut(half);
-    rayon::join(|| bring_together(low), || bring_together(high));
+    both(|| bring_together(low), || bring_together(high));
 }

@@ -1,5 +1,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::parallel::{Parallel, both};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -36,21 +37,19 @@ impl Order {
         in_buckets.resize_with(count, AtomicU64::default);
         counts.clear();
         counts.resize(chunks * BUCKETS, 0);
-        keys.par_chunks_mut(chunk).zip(counts.par_chunks_mut(BUCKETS)).enumerate().for_each(
-            |(number, (keys, counts))| {
-                for (id, key) in ((number * chunk) as u32..).zip(keys) {
-                    *key = u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
-                    counts[bucket(*key)] += 1;
-                }
-            },
-        );
+        keys.par_chunks_mut(chunk).zip(counts.par_chunks_mut(BUCKETS)).enumerate().each(|(number, (keys, counts))| {
+            for (id, key) in ((number * chunk) as u32..).zip(keys) {
+                *key = u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
+                counts[bucket(*key)] += 1;
+            }
+        });
         let mut sum = 0;
         for bucket in 0..BUCKETS {
             for chunk in 0..chunks {
                 sum += std::mem::replace(&mut counts[chunk * BUCKETS + bucket], sum);
             }
         }
-        keys.par_chunks(chunk).zip(counts.par_chunks_mut(BUCKETS)).for_each(|(keys, counts)| {
+        keys.par_chunks(chunk).zip(counts.par_chunks_mut(BUCKETS)).each(|(keys, counts)| {
             for &key in keys {
                 let next = &mut counts[bucket(key)];
                 in_buckets[*next as usize].store(key, Ordering::Relaxed);
@@ -79,10 +78,7 @@ fn sort_buckets(sorted: &mut [u64], in_buckets: &[AtomicU64], ends: &[u32], firs
         let middle = ends[half - 1];
         let (low, high) = sorted.split_at_mut((middle - first) as usize);
         let (low_ends, high_ends) = ends.split_at(half);
-        rayon::join(
-            || sort_buckets(low, in_buckets, low_ends, first),
-            || sort_buckets(high, in_buckets, high_ends, middle),
-        );
+        both(|| sort_buckets(low, in_buckets, low_ends, first), || sort_buckets(high, in_buckets, high_ends, middle));
         return;
     }
     let mut start = 0;

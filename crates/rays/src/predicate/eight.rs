@@ -1,12 +1,13 @@
+use crate::{SimdLevel, dispatch};
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f64x8, mask64x8};
+use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::double::Double;
 use super::near::{LARGEST_TRUSTED_BOUND, Plane, RANGE, Sum};
 use super::{EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, hit};
-use crate::simd::vectorized;
 use crate::simd::vectors::{largest, minus};
+use crate::vectorized;
 use crate::{Hit, Ray, Triangles};
 
 /// Pairs at once.
@@ -23,7 +24,7 @@ const FEWEST: usize = 5;
 /// # Panics
 /// If an index, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
 pub(crate) fn hits(
-    level: Level,
+    level: SimdLevel,
     triangles: Triangles<'_>,
     rays: &[Ray],
     pairs: &[(u32, u32)],
@@ -288,7 +289,7 @@ mod tests {
         }
         let alone: Vec<_> = pairs.iter().map(|&(ray, id)| hit(&rays[ray as usize], triangles, id)).collect();
         assert!((500..2500).contains(&alone.iter().flatten().count()));
-        for level in crate::SimdLevel::available() {
+        for level in SimdLevel::available() {
             for together in [1, 5, 8, 21] {
                 let mut found = vec![None; pairs.len()];
                 for (pairs, found) in pairs.chunks(together).zip(found.chunks_mut(together)) {

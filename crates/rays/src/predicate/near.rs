@@ -176,7 +176,7 @@ fn product<S: Simd, N: Number>(simd: S, a: N, b: N) -> (N, N) {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::dispatch;
 
     use super::*;
     use crate::SimdLevel;
@@ -194,9 +194,9 @@ mod tests {
         let t = Edges::of_near(ray.origin, ray.direction, corners).map(|edges| edges.t().to_bits());
         let mut told = 0;
         for level in SimdLevel::available() {
-            let hit = dispatch!(level.into(), simd => hit_of_near_at(simd, ray, corners, 7));
+            let hit = dispatch!(level, simd => hit_of_near_at(simd, ray, corners, 7));
             assert_eq!(bits(hit), bits(expected), "{ray:?} and {corners:?} at {level}");
-            let quotient = dispatch!(level.into(), simd => quotient(simd, ray, corners.map(Vec3::as_dvec3)));
+            let quotient = dispatch!(level, simd => quotient(simd, ray, corners.map(Vec3::as_dvec3)));
             if let (Some(t), Some(quotient)) = (t, quotient) {
                 assert_eq!(quotient.to_bits(), t, "{ray:?} and {corners:?} at {level}");
                 told += 1;

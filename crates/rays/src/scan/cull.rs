@@ -84,7 +84,7 @@ impl Boxes {
             1 => patches.bounds.sixteens.len(),
             _ => self.levels[level - 2].len(),
         };
-        let (inside, nearest) = crate::simd::vectorized!(simd => frustum.test(simd, &of_level[sixteen]));
+        let (inside, nearest) = crate::vectorized!(simd => frustum.test(simd, &of_level[sixteen]));
         for lane in bits_of(inside) {
             let below = sixteen * LANES + lane;
             if below >= count {

@@ -1,3 +1,4 @@
+use crate::parallel::Parallel;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -276,7 +277,7 @@ impl LitPoints {
         shadows.resize_with(takers.max(shadows.len()), || Shadows::with_level(*level));
         let lights_of_each = lights.len().div_ceil(takers);
         let questions = lights.par_chunks(lights_of_each).zip(bits.words.par_chunks_mut(words * lights_of_each));
-        shadows.par_iter_mut().with_max_len(1).zip(questions).for_each(|(shadows, (lights, bits))| {
+        shadows.par_iter_mut().with_max_len(1).zip(questions).each(|(shadows, (lights, bits))| {
             for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
                 shadows.light(lit, (patches, list), light, of_each, bits);
             }

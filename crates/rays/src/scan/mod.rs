@@ -24,7 +24,8 @@ mod worker;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::dispatch;
+use crate::dispatch;
+use crate::parallel::Parallel;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -231,9 +232,9 @@ impl Scanner {
 /// Has workers answer lines that were spread to tiles.
 fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [Worker]) {
     let next = AtomicUsize::new(0);
-    workers.par_iter_mut().with_max_len(1).for_each(|worker| {
+    workers.par_iter_mut().with_max_len(1).each(|worker| {
         while let Some(tile) = spread.tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
-            dispatch!(job.level.0, simd => worker.trace(simd, job, tile, &spread.order));
+            dispatch!(job.level, simd => worker.trace(simd, job, tile, &spread.order));
         }
     });
 }

@@ -25,7 +25,7 @@ impl Worker {
         pairs.extend(candidates.iter().filter(is_left).map(|of| (of.slot, of.id)));
         found.clear();
         found.resize(pairs.len(), None);
-        hits(job.level.0, job.triangles, rays, pairs, found);
+        hits(job.level, job.triangles, rays, pairs, found);
         let found = pairs.iter().zip(found.iter()).filter_map(|(&(slot, id), hit)| {
             hit.filter(|hit| job.stops(&rays[slot as usize], id, hit.barycentric)).map(|hit| (slot, hit))
         });

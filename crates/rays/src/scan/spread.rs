@@ -1,5 +1,6 @@
 use std::ops::Range;
 
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::lines::{Face, Lines};
@@ -76,7 +77,7 @@ impl Spread {
         let raster = Raster::new(count / 3);
         let per_face = raster.side * raster.side;
         keys.resize(count, 0);
-        keys.par_chunks_mut(CHUNK).zip(crossings.par_chunks(CHUNK)).for_each(|(keys, crossings)| {
+        keys.par_chunks_mut(CHUNK).zip(crossings.par_chunks(CHUNK)).each(|(keys, crossings)| {
             for (key, Crossing { at, face }) in keys.iter_mut().zip(crossings) {
                 *key = if *face == NOWHERE { NOWHERE } else { face * per_face as u32 + raster.tile(*at) as u32 };
             }
@@ -143,7 +144,7 @@ fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, 
 fn find_crossings(lines: &Lines<'_>, crossings: &mut Vec<Crossing>) {
     crossings.resize(lines.directions.len(), Crossing::default());
     let of_chunks = crossings.par_chunks_mut(CHUNK).zip(lines.directions.par_chunks(CHUNK));
-    of_chunks.for_each(|(crossings, directions)| {
+    of_chunks.each(|(crossings, directions)| {
         for (crossing, direction) in crossings.iter_mut().zip(directions) {
             let line = direction.as_dvec3();
             *crossing = match Face::of(line) {

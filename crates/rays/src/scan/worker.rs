@@ -11,8 +11,8 @@ use super::test::{Beam, Found, SMALLEST, test};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
 use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
-use crate::simd::vectorized;
 use crate::simd::vectors::{narrow, widen};
+use crate::vectorized;
 
 /// Patches whose pairs wait together.
 const POOL: usize = 8;

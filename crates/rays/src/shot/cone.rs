@@ -1,5 +1,7 @@
+use crate::dispatch;
+use crate::parallel::Parallel;
+use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -70,10 +72,10 @@ impl LightMask {
     pub(crate) fn keep_in_cone(&mut self, light: &LightSource, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
         let Some(cone) = Cone::of(light) else { return };
         let (image, rays) = (&SeenImage { shot, seen }, &CameraRays::new(shot));
-        self.blocks_mut().par_iter_mut().enumerate().with_min_len(256).for_each(|(block, lit)| {
+        self.blocks_mut().par_iter_mut().enumerate().with_min_len(256).each(|(block, lit)| {
             if *lit != 0 {
                 let first = block * TileOrder::BLOCK_PIXELS;
-                *lit &= dispatch!(level.0, simd => in_cone(simd, &cone, light, image, rays, first, *lit));
+                *lit &= dispatch!(level, simd => in_cone(simd, &cone, light, image, rays, first, *lit));
             }
         });
     }

@@ -1,5 +1,7 @@
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, u32x16};
+use fearless_simd::u32x16;
 use rayon::prelude::*;
 
 use super::TileOrder;
@@ -62,8 +64,8 @@ impl SeenPixels {
     pub(crate) fn light_the_rest(&self, shadowed: &mut [u16], level: SimdLevel) {
         const CHUNK: usize = 4096;
         let pixels = self.triangle.par_chunks(CHUNK * TileOrder::BLOCK_PIXELS);
-        shadowed.par_chunks_mut(CHUNK).zip(pixels).for_each(|(words, pixels)| {
-            dispatch!(level.0, simd => {
+        shadowed.par_chunks_mut(CHUNK).zip(pixels).each(|(words, pixels)| {
+            dispatch!(level, simd => {
                 let none = u32x16::splat(simd, Self::NONE);
                 for (word, block) in words.iter_mut().zip(pixels.chunks_exact(TileOrder::BLOCK_PIXELS)) {
                     *word = u32x16::from_slice(simd, block).simd_ne(none).to_bitmask() as u16 & !*word;

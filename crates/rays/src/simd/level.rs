@@ -5,41 +5,45 @@ use fearless_simd::Level;
 
 use crate::UnknownChoice;
 
-/// A set of SIMD instructions of this machine.
+/// A set of SIMD instructions that this machine has and that kernels are compiled for.
 ///
 /// Every level gives the same results bit for bit; they differ in speed only.
 #[derive(Clone, Copy, Debug)]
-pub struct SimdLevel(pub(crate) Level);
+pub struct SimdLevel(Level);
 
 impl Default for SimdLevel {
     /// The widest one.
     fn default() -> Self {
-        Self(Level::new())
+        let machine = Level::new();
+        Self(compiled(machine).into_iter().flatten().last().unwrap_or(machine))
     }
 }
 
 impl From<SimdLevel> for Level {
-    /// What `fearless_simd` calls it.
+    /// The level's name in `fearless_simd`.
     fn from(level: SimdLevel) -> Self {
         level.0
     }
+}
+
+/// Those levels of a machine that kernels are compiled for, the widest last.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+fn compiled(machine: Level) -> [Option<Level>; 3] {
+    let (avx2, avx512) = (machine.as_avx2(), machine.as_avx512());
+    [machine.as_sse2().map(Level::Sse2), avx2.map(Level::Avx2), avx512.map(Level::Avx512)]
+}
+
+/// Those levels of a machine that kernels are compiled for.
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+fn compiled(machine: Level) -> [Option<Level>; 1] {
+    [Some(machine)]
 }
 
 impl SimdLevel {
     /// All levels that this machine has, the widest last.
     #[must_use]
     pub fn available() -> Vec<Self> {
-        let widest = Level::new();
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        let levels = [
-            widest.as_sse2().map(Level::Sse2),
-            widest.as_sse4_2().map(Level::Sse4_2),
-            widest.as_avx2().map(Level::Avx2),
-            widest.as_avx512().map(Level::Avx512),
-        ];
-        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-        let levels = [Some(widest)];
-        levels.into_iter().flatten().map(Self).collect()
+        compiled(Level::new()).into_iter().flatten().map(Self).collect()
     }
 
     /// A short name, such as `avx2`.
@@ -48,8 +52,6 @@ impl SimdLevel {
         match self.0 {
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             Level::Sse2(_) => "sse2",
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            Level::Sse4_2(_) => "sse4.2",
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             Level::Avx2(_) => "avx2",
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

@@ -9,6 +9,39 @@ pub use level::SimdLevel;
 // Closures that vectors pass through have to be inlined, and functions only so where they say it: what isn't inlined is
 // compiled without the instruction set.
 
+/// Runs an expression with the instructions of a [`SimdLevel`], which it has as a token:
+/// `dispatch!(level, simd => sum(simd, values))`.
+///
+/// The expression is compiled once for each of three levels of x86: SSE2, AVX2 and AVX-512. SSE4.2 isn't one of them: it
+/// would be a fifth of this library's code, for machines of before 2013 and some small ones since.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $result:expr) => {{
+        let level = $crate::fearless_simd::Level::from($level);
+        match level {
+            $crate::fearless_simd::Level::Avx512($simd) => $crate::vectorized!($simd => $result),
+            $crate::fearless_simd::Level::Avx2($simd) => $crate::vectorized!($simd => $result),
+            _ => match level.as_sse2() {
+                Some($simd) => $crate::vectorized!($simd => $result),
+                None => unreachable!("all x86 processors that Rust compiles for have SSE2"),
+            },
+        }
+    }};
+}
+
+/// Runs an expression with the instructions of a [`SimdLevel`], which it has as a token:
+/// `dispatch!(level, simd => sum(simd, values))`.
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $result:expr) => {
+        $crate::fearless_simd::dispatch!($crate::fearless_simd::Level::from($level), $simd => $result)
+    };
+}
+
 /// An expression for each of three values: `each!(x in corners.x => x - middle)`.
 macro_rules! each {
     ($value:pat in $three:expr => $result:expr) => {{
@@ -31,13 +64,16 @@ macro_rules! each {
 }
 
 /// An expression, compiled with the instruction set of a token: `vectorized!(simd => sum(simd, values))`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! vectorized {
     ($simd:expr => $result:expr) => {
-        $simd.vectorize(
+        $crate::fearless_simd::Simd::vectorize(
+            $simd,
             #[inline(always)]
             || $result,
         )
     };
 }
 
-pub(crate) use {each, vectorized};
+pub(crate) use each;

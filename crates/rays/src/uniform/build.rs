@@ -1,6 +1,7 @@
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
+use crate::parallel::{Parallel, both};
 use rayon::prelude::*;
 
 use super::lattice::{CellBox, Lattice, VertexCells};
@@ -52,7 +53,7 @@ impl UniformGrid {
     fn survey(&mut self, triangles: Triangles<'_>) {
         let Self { chunks, bounds, omitted, .. } = self;
         chunks.resize_with(triangles.len().div_ceil(CHUNK), Chunk::default);
-        chunks.par_iter_mut().enumerate().for_each(|(index, chunk)| {
+        chunks.par_iter_mut().enumerate().each(|(index, chunk)| {
             chunk.bounds = Bounds::EMPTY;
             chunk.omitted.clear();
             let first = index * CHUNK;
@@ -100,7 +101,7 @@ impl UniformGrid {
         let positions = if is_shared { triangles.positions } else { &[] };
         let Self { vertices, boxes, chunks, .. } = self;
         resize(vertices, positions.len(), VertexCells::default);
-        vertices.par_chunks_mut(CHUNK).zip(positions.par_chunks(CHUNK)).for_each(|(cells, positions)| {
+        vertices.par_chunks_mut(CHUNK).zip(positions.par_chunks(CHUNK)).each(|(cells, positions)| {
             cells.iter_mut().zip(positions).for_each(|(cells, &position)| *cells = lattice.cells_at(position));
         });
         let vertices = &*vertices;
@@ -131,7 +132,7 @@ impl UniformGrid {
         let Self { starts, boxes, options, .. } = self;
         let len = lattice.len() + 2;
         starts.truncate(len);
-        starts.par_chunks_mut(CHUNK_CELLS).for_each(|starts| starts.iter_mut().for_each(|start| *start.get_mut() = 0));
+        starts.par_chunks_mut(CHUNK_CELLS).each(|starts| starts.iter_mut().for_each(|start| *start.get_mut() = 0));
         resize(starts, len, AtomicU32::default);
         let starts = &*starts;
         for_each_reference(triangles, lattice, boxes, options.insertion, |cell, _| {
@@ -174,7 +175,7 @@ pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
     for index in 1..sums.len() {
         sums[index] += sums[index - 1];
     }
-    starts.par_chunks_mut(part).zip(&*sums).for_each(|(starts, &before)| {
+    starts.par_chunks_mut(part).zip(&*sums).each(|(starts, &before)| {
         let mut sum = before;
         for start in starts {
             let start = start.get_mut();
@@ -193,7 +194,7 @@ fn for_each_reference(
     insertion: Insertion,
     visit: impl Fn(usize, u32) + Sync,
 ) {
-    boxes.par_chunks(CHUNK).enumerate().for_each(|(chunk, boxes)| {
+    boxes.par_chunks(CHUNK).enumerate().each(|(chunk, boxes)| {
         for (index, cells) in boxes.iter().enumerate() {
             let id = (chunk * CHUNK + index) as u32;
             for_each_cell(triangles, lattice, (id, cells), insertion, |cell| visit(cell, id));
@@ -229,7 +230,7 @@ pub(super) fn sort(starts: &[AtomicU32], end: u32, mut ids: &mut [AtomicU32]) {
         let (low, high) = starts.split_at(starts.len() / 2);
         let (first, boundary) = (low[0].load(Relaxed), high[0].load(Relaxed));
         let (low_ids, high_ids) = ids.split_at_mut((boundary - first) as usize);
-        rayon::join(|| sort(low, boundary, low_ids), || sort(high, end, high_ids));
+        both(|| sort(low, boundary, low_ids), || sort(high, end, high_ids));
         return;
     }
     for (cell, start) in starts.iter().enumerate() {

@@ -1,6 +1,7 @@
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
+use crate::parallel::Parallel;
 use glam::UVec3;
 use rayon::prelude::*;
 
@@ -63,7 +64,7 @@ pub(super) fn count(lattice: &Lattice, side: u32) -> UVec3 {
 /// start.
 pub(super) fn mark(lattice: &Lattice, side: u32, starts: &[AtomicU32], occupied: &mut [bool]) {
     let UVec3 { x: columns, y: rows, .. } = count(lattice, side);
-    occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).for_each(|(index, occupied)| {
+    occupied.par_chunks_mut(columns as usize).enumerate().with_min_len(16).each(|(index, occupied)| {
         let (row, layer) = (index as u32 % rows, index as u32 / rows);
         occupied.fill(false);
         for z in layer * side..lattice.cells.z.min((layer + 1) * side) {

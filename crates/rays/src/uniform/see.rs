@@ -1,7 +1,9 @@
 use std::sync::{Mutex, PoisonError};
 
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16, u32x16};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u32x16};
 use rayon::prelude::*;
 
 use super::UniformGrid;
@@ -64,12 +66,11 @@ impl CameraTrace<'_> {
         let tiles = tiles.zip(seen.inverse_depth.par_chunks_mut(TileOrder::TILE_PIXELS));
         let counts = tiles.enumerate().with_max_len(1).map(|(tile, (triangle, inverse_depth))| {
             self.grid.with_worker(|worker| {
-                let level = self.grid.level.into();
-                dispatch!(level, simd => self.trace_tile(simd, worker, tile, triangle, inverse_depth));
+                dispatch!(self.grid.level, simd => self.trace_tile(simd, worker, tile, triangle, inverse_depth));
                 worker.scratch.statistics.take()
             })
         });
-        counts.reduce(Counts::default, Counts::plus)
+        counts.merge(Counts::plus).unwrap_or_default()
     }
 
     #[inline(always)]

@@ -1,7 +1,9 @@
 use std::sync::Mutex;
 
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -64,11 +66,11 @@ impl LightTrace<'_> {
     fn trace(&self, blocks: &mut [u16]) -> Counts {
         let counts = blocks.par_chunks_mut(TILE_BLOCKS).enumerate().with_max_len(1).map(|(tile, lit)| {
             self.grid.with_worker(|worker| {
-                dispatch!(self.grid.level.into(), simd => self.trace_tile(simd, worker, tile, lit));
+                dispatch!(self.grid.level, simd => self.trace_tile(simd, worker, tile, lit));
                 worker.scratch.statistics.take()
             })
         });
-        counts.reduce(Counts::default, Counts::plus)
+        counts.merge(Counts::plus).unwrap_or_default()
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@ use crate::Triangles;
 use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
 use crate::shot::Statistics;
 use crate::simd::lanes::bits_of;
-use crate::simd::vectorized;
+use crate::vectorized;
 
 /// What tests the triangles that a packet comes across.
 pub trait Visitor {

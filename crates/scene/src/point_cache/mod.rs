@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use crate::memory::Budget;
 use crate::obj::{self, SharedMaterials};
@@ -76,7 +77,7 @@ impl Animated for PointCache {
         frame.positions.resize(self.point_of_vertex.len(), Vec3::ZERO);
         let moment = self.samples.at(seconds);
         let vertices = frame.positions.par_iter_mut().zip(&self.point_of_vertex).with_min_len(GRAIN);
-        vertices.for_each(|(position, &point)| *position = moment.position(point as usize));
+        vertices.each(|(position, &point)| *position = moment.position(point as usize));
         match &self.normals {
             Some(normals) => normals.follow(&self.rest.mesh.triangles, &frame.positions, &mut frame.normals),
             None => frame.normals.clear(),

@@ -1,6 +1,7 @@
 //! A rig's vertices in a pose, on the CPU.
 
 use std::ops::Range;
+use umbrage_rays::parallel::both;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 
@@ -37,7 +38,7 @@ impl Rig {
         if range.len() > GRAIN {
             let middle = range.start + range.len() / 2;
             let (left, right) = vertices.split_at(middle - range.start);
-            rayon::join(
+            both(
                 || self.pose_vertices(pose, range.start..middle, left),
                 || self.pose_vertices(pose, middle..range.end, right),
             );

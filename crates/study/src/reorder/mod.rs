@@ -13,7 +13,8 @@ mod ranged;
 mod rays;
 mod stream;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
+use umbrage_rays::dispatch;
 use umbrage_rays::internals::{BvhInside, BvhLine, BvhNearest};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Bvh, Hit, Ray, SeenPixels, SingleRays as _, Triangles};
@@ -137,7 +138,7 @@ pub fn nearest(
                 nearest: members.iter().zip(lines).map(of_ray).collect(),
                 far: lines.iter().map(|line| line.far).collect(),
             };
-            dispatch!(inside.level.into(), simd => {
+            dispatch!(inside.level, simd => {
                 visit(simd, how.by, inside, lines, &mut task, &mut counts);
                 for ((&index, nearest), far) in members.iter().zip(&mut task.nearest).zip(&mut task.far) {
                     let again = || bvh.nearest(triangles, &rays[index], stops);
@@ -185,7 +186,7 @@ pub fn blocked(
             };
             let is_blocked = vec![false; lines.len()];
             let mut task = BlockedTask { lines, leaves: inside.leaves, blocks, is_blocked };
-            dispatch!(inside.level.into(), simd => visit(simd, how.by, inside, lines, &mut task, &mut counts));
+            dispatch!(inside.level, simd => visit(simd, how.by, inside, lines, &mut task, &mut counts));
             members.iter().zip(&task.is_blocked).for_each(|(&index, &is_blocked)| blocked[index] = is_blocked);
         },
     );

@@ -11,7 +11,8 @@ mod search;
 #[allow(clippy::module_inception, reason = "one file for each of the parts")]
 mod shaft;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
+use umbrage_rays::dispatch;
 use umbrage_rays::internals::{Ask, Extent, LANES, Rays, Scale};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Counts, Hit, KdTree, Ray, Triangles};
@@ -90,7 +91,7 @@ fn visit(
     tree.prepare(ray, count, ask, &mut |rays, ask| {
         let mut shafts =
             Shafts { tree, entry, triangles, scale: Scale::of(&tree.extent()), options, visits: &mut visits };
-        let met = dispatch!(tree.level().into(), simd => shafts.visit(simd, rays, ask));
+        let met = dispatch!(tree.level(), simd => shafts.visit(simd, rays, ask));
         if let Some(root) = met {
             tree.visit_from(triangles, rays, root, ask);
         }

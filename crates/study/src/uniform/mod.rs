@@ -2,8 +2,9 @@
 
 mod lines;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
 use glam::DVec3;
+use umbrage_rays::dispatch;
 use umbrage_rays::internals::{Beam, Group, Lattice, Planes, Scratch, Statistics, Visitor};
 use umbrage_rays::predicate::{ShadowRay, hit};
 use umbrage_rays::{Hit, Ray, Triangles, UniformGrid};
@@ -105,7 +106,7 @@ fn visit_packet(
         }
         let (beam, within) = packet.beam(&lattice);
         let scratch = &mut scratch;
-        dispatch!(grid.level().into(), simd => grid.visit_beam(simd, triangles, beam, within, scratch, &mut packet));
+        dispatch!(grid.level(), simd => grid.visit_beam(simd, triangles, beam, within, scratch, &mut packet));
     }
 }
 

@@ -1,7 +1,8 @@
 //! The fast triangle tests against the predicate, within the bounds that they state.
 
-use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
+use fearless_simd::{Simd, f32x16, prelude::*};
 use glam::{DVec3, Vec3};
+use umbrage_rays::dispatch;
 use umbrage_rays::predicate::crossing;
 use umbrage_rays::{Ray, SimdLevel, Triangles};
 use umbrage_study::triangle::{
@@ -61,7 +62,7 @@ struct Subject {
     bound: Bound,
     single: fn(Corners, &Line) -> Found,
     /// Sixteen rays with one origin; only the tests for any rays may be given others.
-    sixteen: fn(Level, Corners, &[Line; 16]) -> [Found; 16],
+    sixteen: fn(SimdLevel, Corners, &[Line; 16]) -> [Found; 16],
     shares_origin: bool,
 }
 
@@ -79,7 +80,7 @@ fn of_test<T: TriangleTest>(bound: Bound) -> Subject {
     fn single<T: TriangleTest>(corners: Corners, line: &Line) -> Found {
         found(T::new(corners).hit(&line.rays()))
     }
-    fn sixteen<T: TriangleTest>(level: Level, corners: Corners, lines: &[Line; 16]) -> [Found; 16] {
+    fn sixteen<T: TriangleTest>(level: SimdLevel, corners: Corners, lines: &[Line; 16]) -> [Found; 16] {
         dispatch!(level, simd => {
             let [origin, direction] = vectors(simd, lines);
             lanes(T::new(corners).hit(&Rays::new(origin, direction, intervals(simd, lines))))
@@ -92,7 +93,7 @@ fn of_bundle<T: BundleTest>(bound: Bound) -> Subject {
     fn single<T: BundleTest>(corners: Corners, line: &Line) -> Found {
         found(T::new(corners, line.origin).hit(&line.bundle()))
     }
-    fn sixteen<T: BundleTest>(level: Level, corners: Corners, lines: &[Line; 16]) -> [Found; 16] {
+    fn sixteen<T: BundleTest>(level: SimdLevel, corners: Corners, lines: &[Line; 16]) -> [Found; 16] {
         dispatch!(level, simd => {
             let ([_, direction], [t_min, t_max]) = (vectors(simd, lines), intervals(simd, lines));
             lanes(T::new(corners, lines[0].origin).hit(&Bundle { direction, t_min, t_max }))
@@ -115,7 +116,7 @@ fn of_fan() -> Subject {
         (0..fans.len()).for_each(|place| fans.fan(place).hit(&line.rays(), |_, hits| result = found(Some(hits))));
         result
     }
-    fn sixteen(level: Level, corners: Corners, lines: &[Line; 16]) -> [Found; 16] {
+    fn sixteen(level: SimdLevel, corners: Corners, lines: &[Line; 16]) -> [Found; 16] {
         let fans = fan(corners);
         let mut result = [None; 16];
         dispatch!(level, simd => {

@@ -5,6 +5,7 @@ mod tests;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 use umbrage_rays::{Hit, LightMask, LightSource, Ray, SeenPixels, predicate};
 
 use super::hit_of;
@@ -33,10 +34,10 @@ impl SeenAndLit<'_> {
             let objects = &frame.mesh.objects;
             let (numbers, unnamed) = layers.numbers(objects);
             let object = |triangle| objects.of_triangle(triangle).map_or(unnamed, |object| numbers[object as usize]);
-            layers.coverage.rows_mut(width).enumerate().for_each(|(y, mut row)| {
+            layers.coverage.rows_mut(width).enumerate().each(|(y, mut row)| {
                 seen.for_each(y, |[x, _], _, triangle| row.add(x, object(triangle)));
             });
-            layers.object.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            layers.object.par_chunks_mut(width).enumerate().each(|(y, row)| {
                 seen.for_each_first(y, |x, _, triangle| row[x] = object(triangle));
             });
         }
@@ -44,7 +45,7 @@ impl SeenAndLit<'_> {
             hit_of(frame, &sample.ray(&staged.view, x as u32, y as u32), triangle)
         };
         let fill = |values: &mut Vec<Vec2>, value: &(dyn Fn(&Hit) -> Vec2 + Sync)| {
-            values.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            values.par_chunks_mut(width).enumerate().each(|(y, row)| {
                 seen.for_each_first(y, |x, sample, triangle| {
                     row[x] = hit(x, y, sample, triangle).map_or(Vec2::ZERO, |hit| value(&hit));
                 });
@@ -65,7 +66,7 @@ impl SeenAndLit<'_> {
             if layer.name != light.name {
                 continue;
             }
-            layer.lit.par_chunks_mut(view.width as usize).enumerate().for_each(|(y, row)| {
+            layer.lit.par_chunks_mut(view.width as usize).enumerate().each(|(y, row)| {
                 seen.for_each(y, |[x, which], sample, triangle| {
                     let [column, row_of_samples] = seen.samples_at(x, y, which);
                     if mask.is_lit(column, row_of_samples) {

@@ -3,10 +3,10 @@
 
 use std::mem;
 
-use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Hit, LightSource, Ray};
+use umbrage_rays::{SimdLevel, dispatch};
 use umbrage_scene::Material;
 
 use super::met::Ways;
@@ -131,7 +131,7 @@ pub(super) struct Queue {
 
 impl Queue {
     /// Answers all rays, and those that go on from these, and adds what they see to the film.
-    pub(super) fn follow(&mut self, level: Level, shading: &Shading<'_>, film: &mut Strip<'_>) {
+    pub(super) fn follow(&mut self, level: SimdLevel, shading: &Shading<'_>, film: &mut Strip<'_>) {
         let Self { next, now, found, shadows } = self;
         shading.light(shadows, film);
         while !next.is_empty() {

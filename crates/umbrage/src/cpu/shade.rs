@@ -1,10 +1,11 @@
 use std::array;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{Vec3, Vec4};
 use rayon::iter::Either;
 use rayon::prelude::*;
+use umbrage_rays::dispatch;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
@@ -28,7 +29,7 @@ impl Cpu {
         let Staged { frame, lights, sky_lights, ref view, surroundings, .. } = *staged;
         let Self { masks: lit, seen, sides, follows, .. } = self;
         let (sides, follows, rays_onward) = (sides.get(), *follows, self.single_rays());
-        let (level, footprint) = (Level::from(self.level), Footprint::new(view, samples.as_slice()[0].of));
+        let (level, footprint) = (self.level, Footprint::new(view, samples.as_slice()[0].of));
         let tints = follows.bounces > 0 && frame.is_see_through();
         let first_sky_light = lights.len() - sky_lights;
         let shading = Shading {

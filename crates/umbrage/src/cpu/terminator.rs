@@ -3,6 +3,7 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 use umbrage_rays::predicate::{self, HitPoint};
 use umbrage_rays::{
     Hit, LightMask, LightSource, Lit, LitBits, Patches, Ray, Receivers, Scanner, SeenPixels, Shot, SimdLevel, TileOrder,
@@ -62,7 +63,7 @@ impl SmoothTerminator {
         scanner.lit_with(patches, &question, lights, bits);
         for (light, mask) in masks.iter_mut().enumerate() {
             let blocks = mask.blocks_mut().par_iter_mut().zip(positions.par_chunks(LANES));
-            blocks.enumerate().with_min_len(TileOrder::TILE_PIXELS / LANES).for_each(|(block, (lit, positions))| {
+            blocks.enumerate().with_min_len(TileOrder::TILE_PIXELS / LANES).each(|(block, (lit, positions))| {
                 for (lane, _) in positions.iter().enumerate().filter(|(_, position)| !position.is_nan()) {
                     let is_lit = bits.is_lit(light, block * LANES + lane);
                     *lit = *lit & !(1 << lane) | u16::from(is_lit) << lane;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 /// What of a pixel an object covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +71,7 @@ impl Coverage {
         if self.pixels.is_empty() {
             return;
         }
-        self.rows_mut(width).for_each(|row| {
+        self.rows_mut(width).each(|row| {
             let mut all = Vec::new();
             for (x, ranks) in (0..).zip(row.pixels) {
                 all.clear();
@@ -110,7 +111,7 @@ mod tests {
         // Object n is seen n times, the largest ones last, in one pixel.
         let order: Vec<u32> = (1..=9).flat_map(|object| vec![object; object as usize]).collect();
         let samples = order.len() as f32;
-        coverage.rows_mut(2).enumerate().for_each(|(y, mut row)| {
+        coverage.rows_mut(2).enumerate().each(|(y, mut row)| {
             if y == 1 {
                 order.iter().for_each(|&object| row.add(1, object));
                 row.add(0, 5);

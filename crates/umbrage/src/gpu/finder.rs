@@ -1,4 +1,5 @@
 use std::fmt::Debug;
+use umbrage_rays::parallel::both;
 
 use glam::DVec2;
 use umbrage_gpu::kdtree::{KdSight, KdTracerOptions};
@@ -141,7 +142,7 @@ struct Grids {
 
 impl Grids {
     fn new(gpu: &Gpu) -> Self {
-        let (camera, lights) = rayon::join(|| CameraGrid::new(gpu, CameraOptions::default()), || LightGrid::new(gpu));
+        let (camera, lights) = both(|| CameraGrid::new(gpu, CameraOptions::default()), || LightGrid::new(gpu));
         Self { camera, lights, fit: Fit::new(gpu) }
     }
 }

@@ -25,6 +25,7 @@ mod rig;
 mod tables;
 
 use std::sync::Arc;
+use umbrage_rays::parallel::both;
 
 #[doc(hidden)] // For tests of the stage `pose`.
 pub use rig::tables as rig_tables;
@@ -141,9 +142,9 @@ impl GpuEngine {
     /// Where the device has no memory for fixed tables.
     pub(crate) fn new(gpu: Gpu) -> Result<Self, GpuError> {
         // Drivers compile kernels for so long that all processors have to take part.
-        let (finders, (rig, (shade, picture))) = rayon::join(
+        let (finders, (rig, (shade, picture))) = both(
             || Finders::new(&gpu),
-            || rayon::join(|| FrameRig::new(&gpu), || rayon::join(|| Shade::new(&gpu), || Picture::new(&gpu))),
+            || both(|| FrameRig::new(&gpu), || both(|| Shade::new(&gpu), || Picture::new(&gpu))),
         );
         Ok(Self {
             rig: rig?,

@@ -268,7 +268,7 @@ fn schlick<S: Simd>(f0: Vectors<S>, f90: f32x16<S>, cosine: f32x16<S>) -> Vector
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use umbrage_rays::{SimdLevel, dispatch};
 
     use super::*;
     use crate::shade::lanes::{Each, LANES, put, vector_of};
@@ -298,14 +298,14 @@ mod tests {
             for (lane, light) in lights.iter().enumerate() {
                 put(lane, *light, &mut each);
             }
-            let reflected: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+            let reflected: [Each<f32>; 3] = dispatch!(SimdLevel::default(), simd => {
                 self.seen(simd, view).evaluate(simd, Vectors::load(simd, &each), None).store()
             });
             std::array::from_fn(|lane| vector_of(lane, &reflected))
         }
 
         fn ambient(&self, view: Vec3) -> Vec3 {
-            let reflected: [Each<f32>; 3] = dispatch!(Level::new(), simd => {
+            let reflected: [Each<f32>; 3] = dispatch!(SimdLevel::default(), simd => {
                 let (irradiance, radiance) = (Vectors::splat(simd, Vec3::splat(PI)), Vectors::splat(simd, Vec3::ONE));
                 self.seen(simd, view).ambient(irradiance, radiance).store()
             });

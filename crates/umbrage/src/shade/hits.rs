@@ -213,9 +213,9 @@ fn gather(of_vertices: &[Vec3], vertices: &Each<[u32; 3]>) -> [[Each<f32>; 3]; 3
 mod tests {
     use std::sync::Arc;
 
-    use fearless_simd::{Level, dispatch};
     use glam::Vec3;
     use umbrage_rays::{Camera, View};
+    use umbrage_rays::{SimdLevel, dispatch};
     use umbrage_scene::Mesh;
 
     use super::*;
@@ -230,7 +230,7 @@ mod tests {
         let truth: [Option<Hit>; LANES] =
             std::array::from_fn(|lane| predicate::hit(&block.ray(lane), frame.triangles(), 0));
         let seen = truth.map(|hit| hit.map_or(SeenPixels::NONE, |hit| hit.triangle));
-        let hits: Vec<[f32; 3]> = dispatch!(Level::new(), simd => {
+        let hits: Vec<[f32; 3]> = dispatch!(SimdLevel::default(), simd => {
             let rays = BlockRays::new(simd, &block);
             let hits = BlockHits::of_seen(simd, &frame, &block, &rays, &seen).expect("some pixel shows it");
             assert!((0..LANES).all(|lane| (hits.shown >> lane & 1 == 1) == truth[lane].is_some()));

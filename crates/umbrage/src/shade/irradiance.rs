@@ -75,8 +75,8 @@ fn fade<S: Simd>(distance: f32x16<S>) -> f32x16<S> {
 mod tests {
     use std::f32::consts::FRAC_PI_4;
 
-    use fearless_simd::{Level, dispatch};
     use glam::DVec3;
+    use umbrage_rays::{SimdLevel, dispatch};
 
     use super::*;
     use crate::shade::lanes::{Each, vector_of};
@@ -87,7 +87,7 @@ mod tests {
 
     /// Direction towards the light and irradiance; `None` where that is zero.
     fn arriving_at(light: &Light, point: DVec3) -> Option<[Vec3; 2]> {
-        let arriving: [[Each<f32>; 3]; 2] = dispatch!(Level::new(), simd => {
+        let arriving: [[Each<f32>; 3]; 2] = dispatch!(SimdLevel::default(), simd => {
             let arriving = arriving(simd, light, [Wide::splat(simd, point); 2]);
             [arriving.towards.store(), arriving.irradiance.store()]
         });

@@ -118,9 +118,9 @@ fn eight_rays<S: Simd>(simd: S, block: &Block<'_>, first_row: u32) -> (Wide<S>, 
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
     use glam::{DVec3, Vec3};
     use umbrage_rays::Camera;
+    use umbrage_rays::{SimdLevel, dispatch};
 
     use super::*;
 
@@ -132,7 +132,7 @@ mod tests {
             let view = View { camera, width: 301, height: 203 };
             for sample in Sample::all(3) {
                 let block = Block { view: &view, sample: &sample, corner: [132, 68] };
-                let rays: [[Vec<[f64; 3]>; 2]; 2] = dispatch!(Level::new(), simd => {
+                let rays: [[Vec<[f64; 3]>; 2]; 2] = dispatch!(SimdLevel::default(), simd => {
                     let rays = BlockRays::new(simd, &block);
                     [rays.origin, rays.direction].map(|halves| halves.map(|half| {
                         (0..8).map(|lane| [half.x[lane], half.y[lane], half.z[lane]]).collect()

@@ -2,8 +2,9 @@ use std::f32::consts::{LOG2_E, PI};
 use std::sync::LazyLock;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
+use umbrage_rays::{SimdLevel, dispatch};
 
 use super::lanes::{Each, LANES, Vector, Vectors};
 use super::transcendental::{exp2, power};
@@ -143,7 +144,7 @@ static TABLE: LazyLock<[[f32; SIDE]; SIDE]> = LazyLock::new(|| {
     let roughness = |row: usize| value(row).max(0.5 * STRAIGHTEST);
     let integrated = |row, column: usize| {
         let n_v = (value(column) * value(column)).max(1e-4);
-        dispatch!(Level::new(), simd => integrated(simd, roughness(row), n_v))
+        dispatch!(SimdLevel::default(), simd => integrated(simd, roughness(row), n_v))
     };
     std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column)))
 });

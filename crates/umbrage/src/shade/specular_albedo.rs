@@ -2,8 +2,9 @@ use std::f32::consts::PI;
 use std::sync::LazyLock;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::Vec2;
+use umbrage_rays::{SimdLevel, dispatch};
 
 use super::lanes::{Each, LANES, Vector};
 
@@ -14,7 +15,7 @@ const SIDE: usize = 24;
 static TABLE: LazyLock<[[Vec2; SIDE]; SIDE]> = LazyLock::new(|| {
     // At zero itself the integrand has no value.
     let value = |index: usize| (index as f32 / (SIDE - 1) as f32).max(1e-3);
-    let integrated = |row, column| dispatch!(Level::new(), simd => integrated(simd, value(row), value(column)));
+    let integrated = |row, column| dispatch!(SimdLevel::default(), simd => integrated(simd, value(row), value(column)));
     std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column)))
 });
 

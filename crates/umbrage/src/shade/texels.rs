@@ -360,8 +360,8 @@ fn gather_tangents(frame: &Frame, vertices: &Each<[u32; 3]>) -> ([[Each<f32>; 3]
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
     use glam::Vec4;
+    use umbrage_rays::{SimdLevel, dispatch};
 
     use super::*;
 
@@ -373,7 +373,7 @@ mod tests {
     }
 
     fn read(image: &Texture, u: &Each<f32>, v: &Each<f32>, footprint: &Each<f32>, lanes: u16) -> [Each<f32>; 4] {
-        dispatch!(Level::new(), simd => {
+        dispatch!(SimdLevel::default(), simd => {
             let coords = load_coords(simd, &[*u, *v]);
             colors(simd, image, coords, f32x16::from_slice(simd, footprint), lanes)
         })

@@ -66,7 +66,7 @@ pub(crate) fn cosine<S: Simd>(radians: f32x16<S>) -> f32x16<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use umbrage_rays::{SimdLevel, dispatch};
 
     use super::*;
     use crate::shade::lanes::{Each, LANES};
@@ -92,14 +92,14 @@ mod tests {
     fn they_are_those_of_mathematics() {
         let exponentials = largest_error(
             &numbers(-125.0, 126.0),
-            |x| dispatch!(Level::new(), simd => exp2(f32x16::from_slice(simd, x)).into()),
+            |x| dispatch!(SimdLevel::default(), simd => exp2(f32x16::from_slice(simd, x)).into()),
             f64::exp2,
         );
         // What f32 has of x, up to 127, times ln 2, and a few roundings.
         assert!(exponentials < 3e-7, "{exponentials}");
         let logarithms = largest_error(
             &numbers(1e-6, 9.0),
-            |x| dispatch!(Level::new(), simd => log2(f32x16::from_slice(simd, x)).into()),
+            |x| dispatch!(SimdLevel::default(), simd => log2(f32x16::from_slice(simd, x)).into()),
             f64::log2,
         );
         assert!(logarithms < 4e-7, "{logarithms}");
@@ -107,7 +107,7 @@ mod tests {
             &numbers(-30.0, 30.0),
             |x| {
                 let raised: Each<f32> =
-                    dispatch!(Level::new(), simd => (cosine(f32x16::from_slice(simd, x)) + 2.0).into());
+                    dispatch!(SimdLevel::default(), simd => (cosine(f32x16::from_slice(simd, x)) + 2.0).into());
                 raised
             },
             |x| x.cos() + 2.0,
@@ -117,12 +117,12 @@ mod tests {
 
     #[test]
     fn zero_is_as_little_as_there_is() {
-        let least: [f32; 2] = dispatch!(Level::new(), simd => {
+        let least: [f32; 2] = dispatch!(SimdLevel::default(), simd => {
             let zero = f32x16::splat(simd, 0.0);
             [power(zero, f32x16::splat(simd, 2.0))[0], exp(f32x16::splat(simd, f32::NEG_INFINITY))[0]]
         });
         assert!(least.iter().all(|least| (0.0..1e-37).contains(least)), "{least:?}");
-        let huge: f32 = dispatch!(Level::new(), simd => cosine(f32x16::splat(simd, 1e30))[0]);
+        let huge: f32 = dispatch!(SimdLevel::default(), simd => cosine(f32x16::splat(simd, 1e30))[0]);
         assert!(huge.abs() <= 1.000_001, "{huge}");
     }
 }

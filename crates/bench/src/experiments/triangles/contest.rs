@@ -4,8 +4,9 @@ use std::fmt;
 use std::hint::black_box;
 use std::time::Instant;
 
-use fearless_simd::{Simd, dispatch, f32x16, prelude::*};
+use fearless_simd::{Simd, f32x16, prelude::*};
 use glam::Vec3;
+use umbrage::rays::dispatch;
 use umbrage::rays::predicate;
 use umbrage::rays::{Ray, SimdLevel, Triangles};
 use umbrage_study::triangle::{self, Bundle, BundleTest, Fans, Hits, TriangleTest};
@@ -90,7 +91,7 @@ impl<'a> Contest<'a> {
                 }
             })
         };
-        let sixteen = move |tests: &Vec<T>| dispatch!(level.into(), simd => sixteen(simd, tests, pairs));
+        let sixteen = move |tests: &Vec<T>| dispatch!(level, simd => sixteen(simd, tests, pairs));
         let bytes = size_of::<T>() as f64;
         self.push(T::NAME, Rays::One, bytes, counts(&pairs.single, |_| 1), prepare, one);
         self.push(T::NAME, Rays::Sixteen, bytes, counts(&pairs.sixteen, |_| 16), prepare, sixteen);
@@ -101,7 +102,7 @@ impl<'a> Contest<'a> {
         let Self { triangles, pairs, level, .. } = *self;
         let origin = pairs.blocks[0][0].origin.as_vec3();
         let prepare = move || -> Vec<T> { corners(triangles).map(|corners| T::new(corners, origin)).collect() };
-        let run = move |tests: &Vec<T>| dispatch!(level.into(), simd => bundled(simd, tests, pairs));
+        let run = move |tests: &Vec<T>| dispatch!(level, simd => bundled(simd, tests, pairs));
         let (bytes, tests) = (size_of::<T>() as f64, counts(&pairs.sixteen, |_| 16));
         self.push(T::NAME, Rays::SixteenBundled, bytes, tests, prepare, run);
     }
@@ -143,7 +144,7 @@ impl<'a> Contest<'a> {
                 });
             })
         };
-        let sixteen = move |fans: &Fans| dispatch!(level.into(), simd => sixteen_fans(simd, fans, pairs, &of_sixteen));
+        let sixteen = move |fans: &Fans| dispatch!(level, simd => sixteen_fans(simd, fans, pairs, &of_sixteen));
         self.push("Galin–Akkouche", Rays::One, bytes, tests[0], prepare, one);
         self.push("Galin–Akkouche", Rays::Sixteen, bytes, tests[1], prepare, sixteen);
     }

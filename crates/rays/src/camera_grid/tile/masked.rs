@@ -7,8 +7,9 @@ use super::{BLOCKS, Batch, HALF, PossibleHits, Tile, lane_and_block};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
 use crate::shot::{MaskPoints, Opacity};
+use crate::simd::each;
 use crate::simd::lanes::{bits_of, max3, min3};
-use crate::simd::{each, vectorized};
+use crate::vectorized;
 
 /// What turns the edge functions of a batch into the barycentric coordinates that the predicate gives.
 #[repr(C, align(64))]

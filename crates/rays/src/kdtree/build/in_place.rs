@@ -6,6 +6,7 @@
 //! build the nodes in parallel. Choi et al. keep a list of nodes for each triangle and don't clip it. Here the part on the left of a
 //! plane replaces the reference that is cut, the part on the right comes last, and the events of both are merged in.
 
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::Job;
@@ -187,7 +188,7 @@ impl Upper<'_> {
         for &node in node.iter().filter(|&&node| node != NOWHERE && node as usize >= self.live.end) {
             nodes[node as usize].count += 1;
         }
-        self.events.par_iter_mut().zip(&mut fresh).for_each(|(events, fresh)| {
+        self.events.par_iter_mut().zip(&mut fresh).each(|(events, fresh)| {
             fresh.par_sort_unstable();
             events.retain(|&event| !is_cut[presorted::index(event)]);
             let old = std::mem::take(events);

@@ -16,6 +16,8 @@ mod streaming;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::parallel::Parallel;
+use crate::parallel::both;
 use rayon::prelude::*;
 
 use super::extent::{Extent, Plane, Reference, Sides};
@@ -158,7 +160,7 @@ impl KdTree {
 impl Job<'_> {
     /// Adds the tree of all references of a space, and returns the extent of its root.
     fn root(&self, space: &mut Space, builder: KdBuilder, out: &mut Branch) -> Extent {
-        let extent = space.references.par_iter().map(|r| r.extent).reduce(|| Extent::EMPTY, Extent::union);
+        let extent = space.references.par_iter().map(|r| r.extent).merge(Extent::union).unwrap_or(Extent::EMPTY);
         let count = space.references.len();
         if count == 0 {
             out.push_leaf(std::iter::empty());
@@ -187,7 +189,7 @@ impl Job<'_> {
     ) {
         let index = out.open(plane);
         let mut right_branch = self.pool.branches.take();
-        rayon::join(|| left(out), || right(&mut right_branch));
+        both(|| left(out), || right(&mut right_branch));
         out.turn_right(index);
         out.append(&right_branch);
         self.pool.branches.keep(right_branch);

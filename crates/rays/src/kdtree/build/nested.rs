@@ -8,6 +8,7 @@
 
 use std::ops::Range;
 
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::Job;
@@ -78,9 +79,9 @@ impl Job<'_> {
                 let measure = Measure::new(&self.heuristic, cell.extent, count);
                 presorted::sweep(measure, axis, &events[chunk], before, |_| 1).best
             });
-            best.reduce(|| None, Candidate::better)
+            best.merge(Candidate::better).flatten()
         };
-        (0..3).into_par_iter().map(best_across).reduce(|| None, Candidate::better)
+        (0..3).into_par_iter().map(best_across).merge(Candidate::better).flatten()
     }
 
     /// The left and the right child of a node.
@@ -111,7 +112,7 @@ impl Job<'_> {
             })
             .collect();
         for (side, (child, fresh)) in children.iter_mut().zip(&mut fresh).enumerate() {
-            child.events.par_iter_mut().zip(fresh).zip(&parts).for_each(|((events, fresh), parts)| {
+            child.events.par_iter_mut().zip(fresh).zip(&parts).each(|((events, fresh), parts)| {
                 fresh.par_sort_unstable();
                 presorted::merge(parts.iter().map(|part| &part[side][..]), fresh, events);
             });

@@ -1,5 +1,6 @@
 //! Finding planes among faces of boxes that are sorted once: Wald and Havran 2006, §4.3.
 
+use crate::parallel::both;
 use std::ops::Range;
 
 use super::sah::{AxisMeasure, Candidate, Measure};
@@ -84,7 +85,7 @@ impl Space {
         const PARALLEL: usize = 1 << 12;
         let [x, y, z] = events;
         if references.len() >= PARALLEL {
-            rayon::join(|| list(0, x), || rayon::join(|| list(1, y), || list(2, z)));
+            both(|| list(0, x), || both(|| list(1, y), || list(2, z)));
         } else {
             [x, y, z].into_iter().enumerate().for_each(|(axis, events)| list(axis, events));
         }

@@ -16,7 +16,8 @@ mod step;
 mod tester;
 mod trail;
 
-use fearless_simd::{Simd, dispatch, f32x4, f32x8, f32x16};
+use crate::dispatch;
+use fearless_simd::{Simd, f32x4, f32x8, f32x16};
 
 use super::KdTree;
 use crate::predicate::{self, ShadowRay};
@@ -156,7 +157,7 @@ impl KdTree {
             };
             let ray = |index: usize| ray(first + index);
             let count = (count - first).min(MOST_RAYS);
-            dispatch!(self.level.into(), simd => rays.set_up(simd, &self.extent, &scale, &ray, count));
+            dispatch!(self.level, simd => rays.set_up(simd, &self.extent, &scale, &ray, count));
             for (group, &exhaustive) in rays.exhaustive[..count.div_ceil(LANES)].iter().enumerate() {
                 for lane in bits_of(exhaustive) {
                     let index = (group * LANES + lane) as u32;
@@ -181,7 +182,7 @@ impl KdTree {
             steps: Steps::new(&self.visits),
         };
         let mut packets = Packets { rays, stack: &mut stack, root, tester };
-        let level = self.level.into();
+        let level = self.level;
         // Each width is dispatched by itself, since all of them together would become one huge function.
         match self.options.packets.width {
             KdPacketWidth::Four => dispatch!(level, simd => packets.visit::<_, f32x4<_>>(simd)),

@@ -1,3 +1,4 @@
+use crate::parallel::Parallel;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -40,7 +41,7 @@ pub(crate) trait PacketRays: Sync {
         let order = seen.order();
         let tiles = seen.triangle.par_chunks_mut(TileOrder::TILE_PIXELS);
         let tiles = tiles.zip(seen.inverse_depth.par_chunks_mut(TileOrder::TILE_PIXELS));
-        tiles.enumerate().with_max_len(1).for_each(|(tile, (triangle, inverse_depth))| {
+        tiles.enumerate().with_max_len(1).each(|(tile, (triangle, inverse_depth))| {
             triangle.fill(SeenPixels::NONE);
             inverse_depth.fill(f32::NAN);
             for square in squares() {
@@ -82,45 +83,43 @@ pub(crate) trait PacketRays: Sync {
         let (triangles, order) = (shot.triangles, seen.order());
         let opacity: &dyn Opacity = &OpacityOfSides::of_light(shot, light);
         let stops = |id, barycentric| opacity.is_stopped_at(id, barycentric);
-        mask.blocks_mut().par_chunks_mut(TILE_BLOCKS * TILE_BLOCKS).enumerate().with_max_len(1).for_each(
-            |(tile, lit)| {
-                lit.fill(0);
-                for square in squares() {
-                    let mut points = Places::default();
-                    let mut rays = [NO_RAY; SQUARE_PIXELS];
-                    let mut pairs = [(0, 0); SQUARE_PIXELS];
-                    for index in pixels_of(square) {
-                        let in_image = tile * TileOrder::TILE_PIXELS + index;
-                        let own = seen.triangle[in_image];
-                        if let Some((x, y)) = order.pixel(in_image).filter(|_| own != SeenPixels::NONE) {
-                            rays[points.count] = shot.ray(x, y);
-                            pairs[points.count] = (points.count as u32, own);
-                            points.push(index);
-                        }
-                    }
-                    if points.count == 0 {
-                        continue;
-                    }
-                    let (pairs, mut hits) = (&pairs[..points.count], [None; SQUARE_PIXELS]);
-                    predicate::hits(self.level().into(), triangles, &rays, pairs, &mut hits);
-                    let mut own = [u32::MAX; SQUARE_PIXELS];
-                    let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PIXELS];
-                    // A camera's ray meets what it has seen.
-                    for (index, hit) in hits[..points.count].iter().enumerate() {
-                        let t = hit.map_or(f64::NAN, |hit| hit.t);
-                        shadow_rays[index] = ShadowRay::new(light, HitPoint::new(&rays[index], t));
-                        own[index] = pairs[index].1;
-                    }
-                    let mut blocked = [false; SQUARE_PIXELS];
-                    let (count, blocked) = (points.count, &mut blocked[..points.count]);
-                    self.blocked(triangles, &shadow_rays[..count], &own[..count], stops, blocked);
-                    for (&index, &blocked) in points.indices.iter().zip(&*blocked) {
-                        let (block, bit) = (usize::from(index) / 16, index % 16);
-                        lit[block] |= u16::from(!blocked) << bit;
+        mask.blocks_mut().par_chunks_mut(TILE_BLOCKS * TILE_BLOCKS).enumerate().with_max_len(1).each(|(tile, lit)| {
+            lit.fill(0);
+            for square in squares() {
+                let mut points = Places::default();
+                let mut rays = [NO_RAY; SQUARE_PIXELS];
+                let mut pairs = [(0, 0); SQUARE_PIXELS];
+                for index in pixels_of(square) {
+                    let in_image = tile * TileOrder::TILE_PIXELS + index;
+                    let own = seen.triangle[in_image];
+                    if let Some((x, y)) = order.pixel(in_image).filter(|_| own != SeenPixels::NONE) {
+                        rays[points.count] = shot.ray(x, y);
+                        pairs[points.count] = (points.count as u32, own);
+                        points.push(index);
                     }
                 }
-            },
-        );
+                if points.count == 0 {
+                    continue;
+                }
+                let (pairs, mut hits) = (&pairs[..points.count], [None; SQUARE_PIXELS]);
+                predicate::hits(self.level().into(), triangles, &rays, pairs, &mut hits);
+                let mut own = [u32::MAX; SQUARE_PIXELS];
+                let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PIXELS];
+                // A camera's ray meets what it has seen.
+                for (index, hit) in hits[..points.count].iter().enumerate() {
+                    let t = hit.map_or(f64::NAN, |hit| hit.t);
+                    shadow_rays[index] = ShadowRay::new(light, HitPoint::new(&rays[index], t));
+                    own[index] = pairs[index].1;
+                }
+                let mut blocked = [false; SQUARE_PIXELS];
+                let (count, blocked) = (points.count, &mut blocked[..points.count]);
+                self.blocked(triangles, &shadow_rays[..count], &own[..count], stops, blocked);
+                for (&index, &blocked) in points.indices.iter().zip(&*blocked) {
+                    let (block, bit) = (usize::from(index) / 16, index % 16);
+                    lit[block] |= u16::from(!blocked) << bit;
+                }
+            }
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! Large triangles beside precise numbers, and beside the predicate. Triangles reach through the light, are nearly in a plane
 //! with it or have edges that are, and points are where the errors decide.
 
-use fearless_simd::{Level, dispatch};
+use crate::dispatch;
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -105,7 +105,7 @@ impl Truth {
 /// A light's face with triangles.
 struct Trial {
     random: Random,
-    level: Level,
+    level: SimdLevel,
     light: LightSource,
     face: Face,
     /// Right, up and forward, and half the face and its middle, in lengths or tangents.
@@ -170,7 +170,7 @@ impl Trial {
         let light = LightSource::Point { position: origin };
         let light = if is_parallel { LightSource::Directional { direction: forward } } else { light };
         let frame = [right, up, direction];
-        Self { random, level: level.0, light, face, frame, half, middle, towards, flat, size }
+        Self { random, level: level, light, face, frame, half, middle, towards, flat, size }
     }
 
     fn corners(&mut self) -> [Vec3; 3] {

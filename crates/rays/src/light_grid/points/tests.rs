@@ -1,6 +1,6 @@
 //! Points as they are mapped, beside where they are, with depths as wrong as they may be.
 
-use fearless_simd::dispatch;
+use crate::dispatch;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -100,7 +100,7 @@ impl Trial {
             let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
             for group in 0..GROUPS {
                 let (mut outliers, mut refined) = (Vec::new(), 0);
-                let found = dispatch!(level.0, simd =>
+                let found = dispatch!(*level, simd =>
                     map.map_group(simd, group, &mut blocks, &mut outliers, &mut refined));
                 for index in outliers.into_iter().map(|index| index as usize) {
                     on_faces[index / LANES] |= 1 << (index % LANES);
@@ -182,7 +182,7 @@ fn listed(mut random: Random, level: SimdLevel) -> Option<[f64; 2]> {
     let (mut blocks, mut outliers, mut worst) = (Box::new([Block::EMPTY; TILE_BLOCKS]), Vec::new(), [0.0; 2]);
     for group in 0..GROUPS {
         let mut refined = 0;
-        let found = dispatch!(level.0, simd => map.map_group(simd, group, &mut blocks, &mut outliers, &mut refined));
+        let found = dispatch!(level, simd => map.map_group(simd, group, &mut blocks, &mut outliers, &mut refined));
         let Some(found) = found.filter(|_| refined == 0 && outliers.is_empty()) else { continue };
         for (index, members) in found.members.into_iter().enumerate() {
             let block = block_of(group, index);
@@ -227,7 +227,7 @@ fn wrong_divisors_make_quotients_no_more_wrong_than_is_said() {
             let divisors: [f32; LANES] =
                 std::array::from_fn(|lane| OF_DEPTH * 128.0 * (1.0 + (step * LANES + lane) as f32 / 128.0));
             let (x, nearness) = (0.01, 7.0);
-            let said = dispatch!(level.0, simd => {
+            let said = dispatch!(level, simd => {
                 let inverse = splat(simd, 1.0) / f32x16::simd_from(simd, divisors);
                 let [x, nearness, zero] = [x, nearness, 0.0].map(|value| [splat(simd, value); 2]);
                 let extremes = Extremes { x, y: zero, nearness, inverse, depth: inverse };

@@ -1,7 +1,6 @@
 //! What is brought to a face beside precise numbers: vertices and boxes at the face's borders, about in the light's plane, and as
 //! far away as the farthest point.
 
-use fearless_simd::Level;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -24,13 +23,13 @@ struct Aim {
     farthest: f64,
     /// In relation to that, how far away vertices are.
     share: f64,
-    level: Level,
+    level: SimdLevel,
 }
 
 impl Aim {
     fn new(seed: u32) -> Option<Self> {
         let levels = SimdLevel::available();
-        let level = levels[seed as usize % levels.len()].0;
+        let level = levels[seed as usize % levels.len()];
         let mut random = Random::new(seed.into());
         // Such as underflow, now and then.
         let powers = if random.unit() < 0.1 { -45..=-39 } else { -8..=8 };
@@ -220,7 +219,7 @@ fn patches_that_may_shadow_are_kept_and_in_their_boxes() {
         let Some(mut aim) = Aim::new(seed) else { return [0; 3] };
         let positions = vertices(&mut aim);
         let indices = std::array::from_fn::<_, TRIANGLES, _>(|id| [0, 1, 2].map(|corner| 3 * id as u32 + corner));
-        let level = SimdLevel(aim.level);
+        let level = aim.level;
         let mut patches = Patches::default();
         patches.update(Triangles { positions: &positions, indices: &indices }, level);
         let (mut found, mut of_large) = (vec![[0.0; 4]; patches.vertex_count()], Vec::new());

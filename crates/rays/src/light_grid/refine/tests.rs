@@ -1,6 +1,6 @@
 //! Points as they are mapped, beside where the face has them as real numbers, wherever in the predicate's box they are.
 
-use fearless_simd::dispatch;
+use crate::dispatch;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -85,7 +85,7 @@ fn run(random: &mut Random, level: SimdLevel) -> Option<([f64; 2], u32)> {
     let mut list = PointList::default();
     list.points = points.to_vec();
     let lanes = std::array::from_fn(|lane| lane as u32);
-    let found = dispatch!(level.0, simd => refine_eight(simd, &PointSet::Listed(&list), &face, lanes));
+    let found = dispatch!(level, simd => refine_eight(simd, &PointSet::Listed(&list), &face, lanes));
     let (mut worst, mut count) = ([0.0_f64; 2], 0);
     for (lane, point) in points.into_iter().enumerate() {
         let (is_member, is_exact) = (found.members >> lane & 1 == 1, found.exact >> lane & 1 == 1);
@@ -165,7 +165,7 @@ fn points_of_triangles_seen_edge_on_are_of_every_face() {
     for face in faces.into_iter().map(|face| Face { point_error: 1.0, ..face }) {
         let of_face = if face.z.z < -0.5 { 0b0101_0101 } else { 0 };
         for level in SimdLevel::available() {
-            let found = dispatch!(level.0, simd => refine_eight(simd, &points, &face, indices));
+            let found = dispatch!(level, simd => refine_eight(simd, &points, &face, indices));
             assert_eq!((found.members, found.exact), (0b1010_1010 | of_face, of_face), "{face:?}");
         }
     }

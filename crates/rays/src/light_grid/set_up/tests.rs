@@ -2,7 +2,7 @@
 //! errors decide, so that each term of the errors is most of those of some triangles: without any one of them some point is
 //! decided that can't be.
 
-use fearless_simd::{Level, dispatch};
+use crate::dispatch;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -40,7 +40,7 @@ fn functions(corners: Corners, point: DVec3) -> ([f64; 3], f64) {
 /// A patch of sixteen triangles and sixteen blocks of points, each aimed at one of them.
 struct Trial {
     random: Random,
-    level: Level,
+    level: SimdLevel,
     face: Face,
     origin: DVec3,
     /// Of a triangle, and how far it is from the origin.
@@ -60,7 +60,7 @@ type Decisions = [[u16; 2]; LANES];
 
 /// Sixteen triangles with these vertices, and for each a block of points as they are found in relation to the origin.
 struct Setting<'a> {
-    level: Level,
+    level: SimdLevel,
     face: &'a Face,
     vertex_errors: &'a VertexErrors,
     origin: [f32; 3],
@@ -139,7 +139,7 @@ impl Trial {
         let rise = random.power(-7.0, -0.6);
         let face = Face { x: DVec3::X, y: DVec3::Y, z: DVec3::Z, is_parallel, ..Face::default() };
         let one_sided = if random.unit() < 0.5 { random.unit().to_bits() } else { 0 };
-        let trial = Self { random, level: level.0, face, origin, size, away, aspect, rise, errors, one_sided };
+        let trial = Self { random, level: level, face, origin, size, away, aspect, rise, errors, one_sided };
         trial.tiny_or_not()
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use fearless_simd::dispatch;
+use crate::dispatch;
 use glam::{DVec3, Vec3};
 
 use super::*;
@@ -145,7 +145,7 @@ impl Trial {
         let indices: [[u32; 3]; 8] = std::array::from_fn(|id| [0, 1, 2].map(|corner| 3 * id as u32 + corner));
         let triangles = Triangles { positions: self.triangles.as_flattened(), indices: &indices };
         let lanes = std::array::from_fn(|lane| lane as u32);
-        let found = dispatch!(level.0, simd => settle_eight(simd, triangles, points, &self.light, at, lanes));
+        let found = dispatch!(level, simd => settle_eight(simd, triangles, points, &self.light, at, lanes));
         let seen = Seen::default();
         let opacity = OpacityOfSides::between(triangles, (&seen, Sides::Both), &self.light);
         let settler = Settler { points: *points, light: &self.light, opacity, level };

@@ -1,4 +1,5 @@
-use fearless_simd::dispatch;
+use crate::dispatch;
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 use web_time::Instant;
 
@@ -49,12 +50,12 @@ impl ListedGrid {
         // Whole batches, and whole words of mask bits.
         let length = count.div_ceil(ranges).next_multiple_of(u64::BITS as usize).max(u64::BITS as usize);
         let words = length / u64::BITS as usize;
-        let level = self.level.0;
+        let level = self.level;
         self.ranges.resize_with(ranges, Range::default);
         self.masked.resize(words * ranges, 0);
         let (vertices, facing) = (&self.vertices, self.facing);
         let ranges = self.ranges.par_iter_mut().zip(self.masked.par_chunks_mut(words)).enumerate().with_max_len(1);
-        ranges.for_each(|(index, (range, masked_bits))| {
+        ranges.each(|(index, (range, masked_bits))| {
             let ids = (index * length).min(count)..((index + 1) * length).min(count);
             let drop = Drop { space, triangles, vertices, opacity, facing, sides, range, masked_bits };
             dispatch!(level, simd => drop.run(simd, ids));
@@ -75,7 +76,7 @@ impl ListedGrid {
     fn list(&mut self, space: &PixelSpace, triangles: Triangles<'_>) {
         let (order, cells, slices) = (self.order(), self.options.cells, &self.slices);
         let (columns, rows) = order.tiles();
-        self.ranges.par_iter_mut().with_max_len(1).for_each(|range| {
+        self.ranges.par_iter_mut().with_max_len(1).each(|range| {
             let Range { kept, general, unsorted, pairs, .. } = range;
             unsorted.clear();
             List { space, triangles, cells, slices, tile_columns: columns, pairs: unsorted }.run(kept, general);
@@ -89,7 +90,7 @@ impl ListedGrid {
         self.tiles.resize_with(columns as usize * rows as usize, Sorted::default);
         let (ranges, cells) = (&self.ranges, self.options.cells.in_tile());
         let tiles = self.tiles.par_iter_mut().enumerate().with_max_len(1);
-        tiles.for_each(|(tile, sorted)| {
+        tiles.each(|(tile, sorted)| {
             let pairs = ranges.iter().flat_map(|range| range.pairs.of(tile..tile + 1));
             sorted.sort(cells, pairs.map(|pair| (pair.cell_in_tile(), pair.triangle)));
         });

@@ -3,6 +3,7 @@
 use std::num::NonZeroU32;
 use std::sync::{Mutex, PoisonError};
 
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use crate::camera_grid::bins::bytes_of;
@@ -102,7 +103,7 @@ impl Crowded {
             }
             counts
         });
-        counted.reduce(Counts::default, Counts::plus)
+        counted.merge(Counts::plus).unwrap_or_default()
     }
 
     /// Whether the tile at an index was searched in parts; then it has the nearest of what they found.

@@ -1,5 +1,6 @@
+use crate::dispatch;
+use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch};
 use glam::IVec2;
 
 use super::ListedGrid;
@@ -12,7 +13,7 @@ use crate::camera_grid::trace::{Placed, TileTrace, Tiles};
 use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder};
 use crate::simd::lanes::{bits_of, min3};
-use crate::simd::vectorized;
+use crate::vectorized;
 
 impl ListedGrid {
     /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
@@ -32,11 +33,11 @@ impl ListedGrid {
         crowded.divide(&self.tiles, self.options.most_triangles);
         let of_parts = crowded.search(&tiles, &mut scratch, work, |tile, index, part| {
             let mut trace = ListedTrace { grid: self, cells: &self.tiles[index], part, tile };
-            dispatch!(self.level.0, simd => trace.run(simd));
+            dispatch!(self.level, simd => trace.run(simd));
         });
         let counted = tiles.trace(&mut scratch, seen, work, |tile, index, triangle, inverse_depth| {
             let cells = &self.tiles[index];
-            dispatch!(self.level.0, simd => {
+            dispatch!(self.level, simd => {
                 if !crowded.merge(tile, index) {
                     ListedTrace { grid: self, cells, part: Part::WHOLE, tile }.run(simd);
                 }

@@ -1,6 +1,7 @@
 use std::ops::RangeInclusive;
 
-use fearless_simd::dispatch;
+use crate::dispatch;
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::cells::Axis;
@@ -54,8 +55,8 @@ impl<M: LightMap> Lists<M> {
         // Ranges don't depend on the number of threads.
         ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
         let length = count.div_ceil(ranges.len());
-        let level = pass.level.0;
-        ranges.par_iter_mut().enumerate().with_max_len(1).for_each(|(index, range)| {
+        let level = pass.level;
+        ranges.par_iter_mut().enumerate().with_max_len(1).each(|(index, range)| {
             let ids = (index * length).min(count)..((index + 1) * length).min(count);
             range.bins.unsorted.clear();
             range.large.clear();
@@ -74,7 +75,7 @@ impl<M: LightMap> Lists<M> {
     pub(super) fn sort_pairs(&mut self, counts: &mut Counts) {
         let Self { axes: [across, down], slices, ranges, triangle_rows, .. } = self;
         triangle_rows.resize_with(down.count, Sorted::default);
-        triangle_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, triangles)| {
+        triangle_rows.par_iter_mut().enumerate().with_max_len(1).each(|(row, triangles)| {
             let entries = ranges.iter().flat_map(|range| range.row(row));
             triangles.sort(across.count * slices.count, entries.map(|entry| entry.key_and_item()));
         });

@@ -1,5 +1,6 @@
 use std::ops::Range;
 
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::cells::Axis;
@@ -104,7 +105,7 @@ impl<M: LightMap> Lists<M> {
         }
         let slices = *slices;
         point_bins.resize_with(ranges, Bins::default);
-        point_bins.par_iter_mut().enumerate().with_max_len(1).for_each(|(range, bins)| {
+        point_bins.par_iter_mut().enumerate().with_max_len(1).each(|(range, bins)| {
             bins.unsorted.clear();
             for (item, Place { at: [x, y], farthest, .. }) in places(range) {
                 let key = (across.cell(x) * slices.count + slices.cell(farthest)) as u16;
@@ -113,7 +114,7 @@ impl<M: LightMap> Lists<M> {
             bins.sort(down.count);
         });
         point_rows.resize_with(down.count, PointRow::default);
-        point_rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(row, points)| {
+        point_rows.par_iter_mut().enumerate().with_max_len(1).each(|(row, points)| {
             let entries = point_bins.iter().flat_map(|bins| bins.row(row));
             points.indices.sort(across.count * slices.count, entries.map(Entry::key_and_item));
             points.gather(across.count, slices.count, map);

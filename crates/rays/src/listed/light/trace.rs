@@ -1,8 +1,10 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::dispatch;
+use crate::parallel::Parallel;
+use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 use super::Lists;
@@ -56,12 +58,12 @@ impl<M: LightMap> Lists<M> {
     pub(super) fn test(&mut self, pass: &LightPass, settler: &Settler<'_>) {
         const TAKEN_AT_ONCE: usize = 16;
         let Self { map, slices, point_rows, triangle_rows, large, jobs, workers, .. } = self;
-        let level = pass.level.0;
+        let level = pass.level;
         let tester = Tester { map, slices: slices.count, point_rows, triangle_rows, large, settler };
         let jobs = &*jobs;
         workers.resize_with(rayon::current_num_threads(), Worker::default);
         let next = AtomicUsize::new(0);
-        workers.par_iter_mut().for_each(|worker| {
+        workers.par_iter_mut().each(|worker| {
             worker.start(&pass.members);
             loop {
                 let first = next.fetch_add(TAKEN_AT_ONCE, Ordering::Relaxed);

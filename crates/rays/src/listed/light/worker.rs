@@ -1,3 +1,4 @@
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::Lists;
@@ -76,7 +77,7 @@ impl<M: LightMap> Lists<M> {
 
         const CHUNK: usize = 4096;
         let chunks = shadowed.par_chunks_mut(CHUNK).zip(members.par_chunks(CHUNK)).enumerate();
-        chunks.for_each(|(chunk, (shadowed, members))| {
+        chunks.each(|(chunk, (shadowed, members))| {
             for worker in workers.iter() {
                 let found = &worker.shadowed[chunk * CHUNK..][..shadowed.len()];
                 shadowed.iter_mut().zip(found).zip(members).for_each(|((all, found), members)| *all |= found & members);

@@ -1,7 +1,7 @@
 //! Points as they are found, beside where the predicate has them. Planes go through the camera, or nearly so, and contain its
 //! direction, or nearly so, by coordinates that are whole numbers: so roundings are most of what there is.
 
-use fearless_simd::dispatch;
+use crate::dispatch;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -101,7 +101,7 @@ impl Trial {
             index as u32
         });
         let (image, rays) = (SeenImage { shot: &shot, seen: &seen }, CameraRays::new(&shot));
-        let (offset, errors, certain) = dispatch!(level.0, simd => {
+        let (offset, errors, certain) = dispatch!(level, simd => {
             let found = EightPoints::find(simd, &image, &rays, indices, *light);
             let [x, y, z] = found.offset;
             let errors = [found.error.to_array(), found.predicate_error.to_array()];
@@ -162,7 +162,7 @@ fn listed_points_are_no_more_wrong_than_is_said() {
             // No more than the size of a coordinate is what it is rounded by.
             HitPoint { position, error: anywhere(-30.0, -3.0).x.abs() * position.max_element().abs() }
         });
-        let (offset, error, of_predicate, certain) = dispatch!(levels[seed as usize % levels.len()].0, simd => {
+        let (offset, error, of_predicate, certain) = dispatch!(levels[seed as usize % levels.len()], simd => {
             let found = EightPoints::new(simd, points, light);
             let [x, y, z] = found.offset;
             let offset = [x.to_array(), y.to_array(), z.to_array()];

@@ -2,6 +2,7 @@ use std::ops::Range;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
+use crate::parallel::{Parallel, both};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -138,7 +139,7 @@ impl Nested {
         if found.len() < chunks {
             found.resize_with(chunks, Vec::new);
         }
-        found.par_iter_mut().enumerate().for_each(|(chunk, found)| {
+        found.par_iter_mut().enumerate().each(|(chunk, found)| {
             found.clear();
             let first = cells.start + chunk * CHUNK_CELLS;
             let end = cells.end.min(first + CHUNK_CELLS);
@@ -220,10 +221,10 @@ impl Nested {
         }
         let unset = if first_cell == 0 { 0 } else { first_cell + 2 };
         let fresh = &mut starts[unset..cells.end + 2];
-        fresh.par_chunks_mut(CHUNK_CELLS).for_each(|starts| starts.iter_mut().for_each(|start| *start.get_mut() = 0));
+        fresh.par_chunks_mut(CHUNK_CELLS).each(|starts| starts.iter_mut().for_each(|start| *start.get_mut() = 0));
         let visit = |crowd: &Crowd, grid: &NestedGrid, ids: &[AtomicU32], work: &(dyn Fn(usize, u32) + Sync)| {
             let boxes = &boxes[crowd.first_box..][..crowd.len()];
-            ids[crowd.range()].par_chunks(CHUNK).zip(boxes.par_chunks(CHUNK)).for_each(|(ids, boxes)| {
+            ids[crowd.range()].par_chunks(CHUNK).zip(boxes.par_chunks(CHUNK)).each(|(ids, boxes)| {
                 for (id, cells) in ids.iter().zip(boxes) {
                     let id = id.load(Relaxed);
                     for_each_cell(triangles, &grid.lattice, (id, cells), options.insertion, |cell| {
@@ -234,7 +235,7 @@ impl Nested {
         };
         let visit_all = |ids: &[AtomicU32], work: &(dyn Fn(usize, u32) + Sync)| {
             let crowds = crowds.par_iter().zip(&grids[level.clone()]);
-            crowds.for_each(|(crowd, grid)| visit(crowd, grid, ids, work));
+            crowds.each(|(crowd, grid)| visit(crowd, grid, ids, work));
         };
         let counted = &*starts;
         visit_all(scene_ids.unwrap_or(ids), &|cell, _| {
@@ -302,7 +303,7 @@ fn choose(crowd: &mut Crowd, boxes: &mut [CellBox], ids: &[AtomicU32], triangles
             bounds.union(Bounds { min: a.min(b).min(c), max: a.max(b).max(c) })
         })
     });
-    let bounds = bounds.reduce(|| Bounds::EMPTY, Bounds::union);
+    let bounds = bounds.merge(Bounds::union).unwrap_or(Bounds::EMPTY);
     let bounds = Bounds { min: bounds.min.max(crowd.room.min), max: bounds.max.min(crowd.room.max) };
     let count = ids.len() as f64;
     let limit = (count * limits.references) as u64;
@@ -347,5 +348,5 @@ fn for_each_part<T: Send, P: Send>(
     }
     let (low, high) = items.split_at_mut(items.len() / 2);
     let (low_pool, high_pool) = pool.split_at_mut(low.iter().map(len).sum());
-    rayon::join(|| for_each_part(low, low_pool, len, work), || for_each_part(high, high_pool, len, work));
+    both(|| for_each_part(low, low_pool, len, work), || for_each_part(high, high_pool, len, work));
 }

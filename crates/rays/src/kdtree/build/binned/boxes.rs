@@ -1,6 +1,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
+use crate::parallel::Parallel;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -9,7 +10,7 @@ use super::clip::clip;
 use crate::Triangles;
 use crate::kdtree::build::sah::Candidate;
 use crate::kdtree::extent::{Extent, Plane, Reference};
-use crate::simd::vectorized;
+use crate::vectorized;
 
 /// A triangle's box in a cell, and its id. 32 bytes: the lower faces, the id's bits, the upper faces negated, and nothing.
 ///
@@ -76,7 +77,7 @@ impl Around {
     /// Around the boxes of all chunks.
     pub(super) fn chunks<S: Simd>(simd: S, chunks: &[Arena]) -> Self {
         let around = chunks.par_iter().map(|chunk| vectorized!(simd => Self::all(simd, &chunk.boxes)));
-        around.reduce(|| Self::NOTHING, Self::both)
+        around.merge(Self::both).unwrap_or(Self::NOTHING)
     }
 
     #[inline(always)]
@@ -182,7 +183,7 @@ fn remove_empty(boxes: &mut [Boxed]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::dispatch;
 
     use super::*;
     use crate::SimdLevel;
@@ -206,11 +207,10 @@ mod tests {
             for level in SimdLevel::available() {
                 let mut right = boxes.clone();
                 let (mut left, mut cut) = (vec![Boxed::default(); 4], [[0; 2]; 4]);
-                let (counts, cut_count) =
-                    dispatch!(level.into(), simd => part(simd, &mut right, &best, &mut left, &mut cut));
+                let (counts, cut_count) = dispatch!(level, simd => part(simd, &mut right, &best, &mut left, &mut cut));
                 let children = [&mut left[..counts[0]], &mut right[..counts[1]]];
                 let cut = &cut[..cut_count];
-                let counts = dispatch!(level.into(), simd => clip_cut(simd, triangles, best.plane, children, cut));
+                let counts = dispatch!(level, simd => clip_cut(simd, triangles, best.plane, children, cut));
                 let ids = |boxes: &[Boxed]| boxes.iter().map(Boxed::id).collect::<Vec<_>>();
                 let expected = if planar_left { [vec![2, 3], vec![0, 1]] } else { [vec![3], vec![0, 1, 2]] };
                 assert_eq!([ids(&left[..counts[0]]), ids(&right[..counts[1]])], expected);

@@ -53,7 +53,7 @@ pub(super) fn clip<S: Simd>(simd: S, corners: [Vec3; 3], plane: Plane, below: &m
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use crate::dispatch;
 
     use super::*;
     use crate::SimdLevel;
@@ -82,7 +82,7 @@ mod tests {
                 continue;
             }
             let plane = Plane { axis, at };
-            let clipped = |level: Level| {
+            let clipped = |level: SimdLevel| {
                 let (mut below, mut above) = (whole, whole);
                 below.0[4 + axis] = -at;
                 above.0[axis] = at;

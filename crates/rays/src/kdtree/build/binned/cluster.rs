@@ -12,7 +12,7 @@ use super::planes::{Counts, Node, best_of, count_part};
 use super::{Arena, Binning};
 use crate::kdtree::build::sah::Cell;
 use crate::kdtree::layout::Branch;
-use crate::simd::vectorized;
+use crate::vectorized;
 
 /// Nodes of fewer boxes are clusters, which one thread builds, …
 const CLUSTER: usize = 1 << 12;
@@ -36,7 +36,7 @@ impl<S: Simd> Binning<'_, S> {
             return;
         }
         let around = Around::chunks(*simd, &chunks);
-        let counts = chunks.par_iter().map(|chunk| vectorized!(simd => count_part(*simd, &chunk.boxes, &around)));
+        let counts = chunks.par_iter().map(|chunk| vectorized!(*simd => count_part(*simd, &chunk.boxes, &around)));
         let counts = counts.reduce(Counts::default, |mut a, b| {
             let of_b = b.iter().flatten().flatten();
             a.iter_mut().flatten().flatten().zip(of_b).for_each(|(a, b)| *a += b);

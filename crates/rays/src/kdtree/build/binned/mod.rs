@@ -8,7 +8,8 @@ mod planes;
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, dispatch};
+use crate::dispatch;
+use fearless_simd::Simd;
 use rayon::prelude::*;
 
 use super::sah::{Candidate, Cell, Heuristic};
@@ -17,7 +18,7 @@ use crate::SimdLevel;
 use crate::kdtree::extent::{Extent, Reference};
 use crate::kdtree::layout::Branch;
 use crate::kdtree::{Clipping, SahCosts};
-use crate::simd::vectorized;
+use crate::vectorized;
 use boxes::{Around, Boxed, clip_cut, part};
 use planes::{Counted, Node};
 
@@ -35,7 +36,7 @@ const CLIPPED_FROM: usize = 9;
 impl Job<'_> {
     /// Adds the tree of all triangles that can be hit; the extent of its root.
     pub(super) fn bin(&self, is_any_omitted: bool, out: &mut Branch) -> Extent {
-        dispatch!(SimdLevel::default().into(), simd => self.bin_with(simd, is_any_omitted, out))
+        dispatch!(SimdLevel::default(), simd => self.bin_with(simd, is_any_omitted, out))
     }
 
     fn bin_with<S: Simd>(&self, simd: S, is_any_omitted: bool, out: &mut Branch) -> Extent {
@@ -65,7 +66,7 @@ impl Job<'_> {
     pub(super) fn bin_references(&self, references: &[Reference], reach: f32, cell: Cell, out: &mut Branch) {
         let mut arena = self.pool.arenas.take();
         arena.boxes.extend(references.iter().map(Boxed::from));
-        dispatch!(SimdLevel::default().into(), simd => {
+        dispatch!(SimdLevel::default(), simd => {
             self.binning(simd, reach).grow(&mut arena, 0..references.len(), cell, out);
         });
         self.pool.arenas.keep(arena);
@@ -106,7 +107,7 @@ impl<S: Simd> Binning<'_, S> {
             return;
         }
         let boxes = &arena.boxes[range.clone()];
-        let counted = vectorized!(simd => planes::count_all(*simd, boxes));
+        let counted = vectorized!(*simd => planes::count_all(*simd, boxes));
         self.split(arena, range, &counted, cell, out);
     }
 
@@ -115,7 +116,7 @@ impl<S: Simd> Binning<'_, S> {
         let Self { job, simd, costs, .. } = self;
         let count = range.len();
         let node = Node::new(costs, &cell.extent, count);
-        let best = vectorized!(simd => planes::least(*simd, &node, counted));
+        let best = vectorized!(*simd => planes::least(*simd, &node, counted));
         let is_empty = best.as_ref().map_or([false; 2], |best| best.is_empty);
         let Some((best, cells)) = job.heuristic.split(&cell, count, best.map(|best| best.candidate)) else {
             out.push_leaf(arena.boxes[range].iter().map(Boxed::id));

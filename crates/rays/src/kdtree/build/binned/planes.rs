@@ -193,7 +193,7 @@ fn cost<S: Simd>(simd: S, node: &Node<'_>, axis: usize, at: f32x16<S>, [left, ri
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::dispatch;
     use glam::Vec3;
 
     use super::*;
@@ -224,7 +224,7 @@ mod tests {
             let exact = naive::best(Measure::new(&heuristic, extent, count as usize), &references).expect("a plane");
             let node = Node::new(&costs, &extent, count as usize);
             for level in SimdLevel::available() {
-                let found = dispatch!(level.into(), simd => least(simd, &node, &count_all(simd, &boxes)));
+                let found = dispatch!(level, simd => least(simd, &node, &count_all(simd, &boxes)));
                 let found = found.expect("a plane").candidate;
                 assert_eq!(found.plane, exact.plane, "{count}");
                 assert!((found.cost - exact.cost).abs() < 1e-5 * exact.cost, "{found:?} {exact:?}");
@@ -244,7 +244,7 @@ mod tests {
             let costs = SahCosts { empty: 1.0, ..KdTreeOptions::DEFAULT.costs };
             let node = Node::new(&costs, &extent, boxes.len());
             for level in SimdLevel::available() {
-                let found = dispatch!(level.into(), simd => least(simd, &node, &count_all(simd, &boxes)));
+                let found = dispatch!(level, simd => least(simd, &node, &count_all(simd, &boxes)));
                 let found = found.expect("a plane").candidate;
                 assert_eq!((found.plane, found.planar_left), (Plane { axis: 2, at: z }, is_left));
             }
@@ -261,7 +261,7 @@ mod tests {
                 let extent = Extent { min, max };
                 let node = Node::new(&costs, &extent, boxes.len());
                 for level in SimdLevel::available() {
-                    let found = dispatch!(level.into(), simd => least(simd, &node, &count_all(simd, &boxes)));
+                    let found = dispatch!(level, simd => least(simd, &node, &count_all(simd, &boxes)));
                     let Best { candidate: Candidate { plane, planar_left, .. }, is_empty } = found.expect("a plane");
                     let low = |boxed: &Boxed| boxed.low(plane.axis);
                     let high = |boxed: &Boxed| boxed.high(plane.axis);
@@ -283,7 +283,7 @@ mod tests {
         let node = Node::new(&KdTreeOptions::DEFAULT.costs, &extent, boxes.len());
         let mut planes = Vec::new();
         for level in SimdLevel::available() {
-            let pair = dispatch!(level.into(), simd => {
+            let pair = dispatch!(level, simd => {
                 let around = Around::all(simd, &boxes);
                 let mut counts = Counts::default();
                 for part in boxes.chunks(33) {

@@ -1,6 +1,8 @@
 use std::sync::mpsc::{TryRecvError, channel};
 use std::sync::{Mutex, PoisonError};
 
+use crate::parallel::Parallel;
+use crate::parallel::both;
 use rayon::prelude::*;
 
 use crate::kdtree::Extent;
@@ -108,7 +110,8 @@ impl BackgroundKdTree {
                 *drift = by;
                 extent
             })
-            .reduce(|| Extent::EMPTY, Extent::union);
+            .merge(Extent::union)
+            .unwrap_or(Extent::EMPTY);
         drift_of_nodes(tree, triangle_drift, drift);
         if drift[0] == 0.0 {
             return Some(1.0);
@@ -177,7 +180,7 @@ fn grown_cost_below(tree: &KdTree, drift: &[f32], index: u32, cell: Extent, dept
     let ([left, right], [below, above]) = (tree.nodes().children(index, node), cell.cut(node.plane()));
     let cost = |index: u32, cell: Extent| grown_cost_below(tree, drift, index, cell, depth + 1);
     let (left, right) = if depth < PARALLEL {
-        rayon::join(|| cost(left, below), || cost(right, above))
+        both(|| cost(left, below), || cost(right, above))
     } else {
         (cost(left, below), cost(right, above))
     };

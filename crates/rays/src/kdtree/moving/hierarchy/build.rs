@@ -10,6 +10,7 @@
 //! unless its box is outside of the cell, or only touches it without being flat: then a part of it is strictly on the
 //! other side of that face, to which its group has gone as well.
 
+use crate::parallel::both;
 use rayon::prelude::*;
 
 use super::groups::SceneHierarchy;
@@ -107,7 +108,7 @@ impl Hierarchical<'_> {
         let [left, right] = children;
         if count >= PARALLEL {
             let mut right_branch = Branch::default();
-            rayon::join(|| self.grow(left, cells[0], out), || self.grow(right, cells[1], &mut right_branch));
+            both(|| self.grow(left, cells[0], out), || self.grow(right, cells[1], &mut right_branch));
             out.turn_right(index);
             out.append(&right_branch);
         } else {

@@ -1,3 +1,4 @@
+use crate::parallel::Parallel;
 use rayon::prelude::*;
 
 use super::rest::Rest;
@@ -18,7 +19,7 @@ impl TwoLevelKdTree {
     pub fn update(&mut self, triangles: Triangles<'_>, parts: Parts<'_>) {
         self.take(triangles, parts);
         let Self { options, moved, .. } = *self;
-        self.objects.par_iter_mut().for_each(|object| object.update(triangles, options, moved));
+        self.objects.par_iter_mut().each(|object| object.update(triangles, options, moved));
         let boxes = self.objects.iter().zip(0..).filter(|(object, _)| !object.extent.is_empty());
         let boxes: Vec<_> = boxes.map(|(object, id)| Reference { extent: object.extent, id }).collect();
         self.top.build_over_boxes(&boxes);
@@ -35,7 +36,7 @@ impl TwoLevelKdTree {
         self.objects.clear();
         self.take(rest, parts);
         let options = self.options;
-        self.objects.par_iter_mut().for_each(|object| object.prepare(rest, poses, options));
+        self.objects.par_iter_mut().each(|object| object.prepare(rest, poses, options));
     }
 
     /// Parts triangles into objects, unless they are.

@@ -7,7 +7,8 @@ mod small;
 use std::ops::Range as Ids;
 use std::sync::Mutex;
 
-use fearless_simd::{Simd, dispatch, mask32x16};
+use crate::dispatch;
+use fearless_simd::{Simd, mask32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -97,7 +98,7 @@ impl LightMap for Faces {
         blocks.resize(survey.slots / LANES, Block::EMPTY);
         errors.resize(blocks.len(), BlockErrors::default());
         let pixels = PixelMap::new(chosen, &survey.rays);
-        let (level, tiles, face) = (level.0, &survey.tiles, &*chosen);
+        let (level, tiles, face) = (level, &survey.tiles, &*chosen);
         let outliers = Mutex::new(outliers);
         let outputs = blocks
             .par_chunks_exact_mut(TILE_BLOCKS)
@@ -110,7 +111,7 @@ impl LightMap for Faces {
                 let map = TileMap::new(points, face, &pixels, number, [0.0; 3]);
                 for number in 0..GROUPS {
                     let group =
-                        dispatch!(level, simd => map.map_group(simd, number, &mut *blocks, &mut lost, &mut refined));
+                        dispatch!(*level, simd => map.map_group(simd, number, &mut *blocks, &mut lost, &mut refined));
                     let Some(group) = group else { continue };
                     let [position, nearness] = group.errors;
                     for (index, of_block) in group.members.into_iter().enumerate() {

@@ -1,5 +1,7 @@
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -22,8 +24,8 @@ pub(super) fn project(face: &Face, positions: &[Vec3], vertices: &mut Vec<[f32; 
     vertices.resize(positions.len() + 1, UNUSABLE);
     vertices[positions.len()] = UNUSABLE;
     let chunks = vertices[..positions.len()].par_chunks_mut(CHUNK_VERTICES).zip(positions.par_chunks(CHUNK_VERTICES));
-    chunks.for_each(|(vertices, positions)| {
-        dispatch!(level.0, simd => project_chunk(simd, face, positions, vertices));
+    chunks.each(|(vertices, positions)| {
+        dispatch!(level, simd => project_chunk(simd, face, positions, vertices));
     });
 }
 

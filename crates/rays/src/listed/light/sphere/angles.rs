@@ -92,13 +92,13 @@ impl Arc {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::dispatch;
 
     use super::*;
     use crate::SimdLevel;
 
     fn angles(across: [f32; 16], along: [f32; 16]) -> [f32; 16] {
-        dispatch!(SimdLevel::default().0, simd => {
+        dispatch!(SimdLevel::default(), simd => {
             atan2(simd, f32x16::simd_from(simd, across), f32x16::simd_from(simd, along)).into()
         })
     }

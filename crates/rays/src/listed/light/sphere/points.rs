@@ -1,7 +1,8 @@
 use std::sync::Mutex;
 
+use crate::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask32x16};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 use rayon::prelude::*;
 
 use super::angles::{ANGLE_ERROR, atan2};
@@ -125,7 +126,7 @@ pub(super) fn map(
 ) -> Seen {
     let LightPass { survey, members, outliers, level, .. } = pass;
     blocks.resize(survey.slots / LANES, Offsets::default());
-    let (level, tiles) = (level.0, &survey.tiles);
+    let (level, tiles) = (level, &survey.tiles);
     let mapper = Mapper { frame, cone, image, rays: &survey.rays };
     let outliers = Mutex::new(outliers);
     let outputs = blocks.par_chunks_exact_mut(TILE_BLOCKS).zip(members.par_chunks_exact_mut(TILE_BLOCKS));
@@ -133,7 +134,7 @@ pub(super) fn map(
         let mut lost = Vec::new();
         let mut seen = Seen::default();
         if tiles[tile].points > 0 {
-            seen = dispatch!(level, simd => mapper.map_tile(simd, tile, blocks, members, &mut lost));
+            seen = dispatch!(*level, simd => mapper.map_tile(simd, tile, blocks, members, &mut lost));
         }
         if let (false, Ok(mut all)) = (lost.is_empty(), outliers.lock()) {
             all.append(&mut lost);

@@ -1,5 +1,7 @@
+use crate::dispatch;
+use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8};
+use fearless_simd::{Simd, f32x16, f64x8};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -43,8 +45,8 @@ impl Vertices {
         }
         let quads = self.positions.par_chunks_mut(CHUNK_VERTICES).zip(self.angles.par_chunks_mut(CHUNK_VERTICES));
         let chunks = positions.par_chunks(CHUNK_VERTICES).zip(quads);
-        chunks.for_each(|(positions, (copies, angles))| {
-            dispatch!(level.0, simd => project(simd, frame, positions, copies, angles));
+        chunks.each(|(positions, (copies, angles))| {
+            dispatch!(level, simd => project(simd, frame, positions, copies, angles));
         });
     }
 
