@@ -1,7 +1,8 @@
 //! Every check of the repository, as one program.
 //!
 //! - `cargo run -p ci` runs the first tier: the checks that every change needs.
-//! - `-- --all` adds the parts of the second tier.
+//! - `-- --changed` adds those parts of the second tier whose inputs have changed since they last passed.
+//! - `-- --all` adds all parts.
 //! - Names of steps and parts run only these: `cargo run -p ci -- clippy "GPU tests"`.
 //!
 //! All steps run, whatever fails. The summary has each with its time, and the exit code is 1 if any failed.
@@ -16,6 +17,7 @@ mod equipped_tests;
 mod examples;
 mod file_length;
 mod first_picture;
+mod inputs;
 mod licences;
 mod links;
 mod lints;
@@ -23,6 +25,7 @@ mod log;
 mod outcome;
 mod page;
 mod parts;
+mod passed;
 mod python;
 mod report;
 mod repository;
@@ -36,6 +39,7 @@ use std::process::ExitCode;
 use command::{Scope, build, cargo, cargo_workspace};
 use equipped_tests::GPU;
 use parts::{PARTS, Part, Step};
+use passed::Passed;
 use report::Report;
 use test_times::Length;
 
@@ -73,12 +77,13 @@ fn main() -> ExitCode {
 
 /// Runs the checks that arguments select.
 fn run(arguments: &[String]) -> Result<(), String> {
-    let Selection { steps, parts, is_complete } = selection(arguments)?;
+    let Selection { steps, parts, only_changed, is_complete } = selection(arguments)?;
     let root = repository::root()?;
+    let mut passed = Passed::read(&root)?;
     let mut report = Report::new(&root)?;
     report.run_all(&root, steps);
     for part in parts {
-        report.run_all(&root, part.steps);
+        part.run(&root, &mut report, &mut passed, only_changed)?;
     }
     report.finish(&repository::target(&root), is_complete)?;
     if report.has_failed() { Err("the checks have failed".to_owned()) } else { Ok(()) }
@@ -89,6 +94,8 @@ fn run(arguments: &[String]) -> Result<(), String> {
 struct Selection {
     steps: Vec<&'static Step>,
     parts: Vec<&'static Part>,
+    /// Parts that have passed with the same inputs are left out.
+    only_changed: bool,
     /// No names were given.
     is_complete: bool,
 }
@@ -96,26 +103,29 @@ struct Selection {
 /// The checks that arguments select. A name is a step's of the first tier, a part's, or a step's of a part.
 fn selection(arguments: &[String]) -> Result<Selection, String> {
     let (options, names): (Vec<_>, Vec<_>) = arguments.iter().partition(|argument| argument.starts_with("--"));
+    let has = |option: &str| options.iter().any(|given| *given == option);
+    let only_changed = has("--changed") && !has("--all");
     let is_named = |name: &str| names.iter().any(|given| *given == name);
     let steps_of_parts = || PARTS.iter().flat_map(|part| part.steps);
     let is_part = |name: &str| PARTS.iter().any(|part| part.name == name);
     let known: Vec<_> = FIRST_TIER.iter().map(|(name, _)| *name).chain(PARTS.iter().map(|part| part.name)).collect();
     let is_known = |name: &str| known.contains(&name) || steps_of_parts().any(|(step, _)| *step == name);
-    let is_option = |argument: &str| argument == "--all";
+    let is_option = |argument: &str| ["--all", "--changed"].contains(&argument);
     if let Some(unknown) = arguments.iter().find(|argument| !is_option(argument) && !is_known(argument)) {
         return Err(format!(
-            "usage: cargo run -p ci [-- [--all] [NAME ...]]\nThere is no \"{unknown}\", but \"{}\"",
+            "usage: cargo run -p ci [-- [--all | --changed] [NAME ...]]\nThere is no \"{unknown}\", but \"{}\"",
             known.join("\", \"")
         ));
     }
     if names.is_empty() {
         let parts = PARTS.iter().filter(|_| !options.is_empty()).collect();
-        return Ok(Selection { steps: FIRST_TIER.iter().collect(), parts, is_complete: true });
+        return Ok(Selection { steps: FIRST_TIER.iter().collect(), parts, only_changed, is_complete: true });
     }
     let steps = FIRST_TIER.iter().chain(steps_of_parts().filter(|(name, _)| !is_part(name)));
     Ok(Selection {
         steps: steps.filter(|(name, _)| is_named(name)).collect(),
         parts: PARTS.iter().filter(|part| is_named(part.name)).collect(),
+        only_changed,
         is_complete: false,
     })
 }
@@ -130,16 +140,21 @@ mod tests {
     fn checks_are_a_tier_or_those_that_are_named() {
         let names = |arguments: &[&str]| {
             let arguments: Vec<_> = arguments.iter().map(ToString::to_string).collect();
-            let Selection { steps, parts, .. } = selection(&arguments)?;
+            let Selection { steps, parts, only_changed, .. } = selection(&arguments)?;
             let steps: Vec<_> = steps.into_iter().map(|(name, _)| *name).collect();
-            Ok((steps, parts.into_iter().map(|part| part.name).collect::<Vec<_>>()))
+            Ok((steps, parts.into_iter().map(|part| part.name).collect::<Vec<_>>(), only_changed))
         };
-        assert_eq!(names(&["page", "format"]), Ok((vec!["format"], vec!["page"])));
-        assert_eq!(names(&["tests", "window tests", "clippy"]), Ok((vec!["clippy", "tests", "window tests"], vec![])));
-        assert_eq!(names(&["--all", "python"]), Ok((vec![], vec!["python"])));
-        let counts = |arguments| names(arguments).map(|(steps, parts)| (steps.len(), parts.len()));
-        assert_eq!(counts(&[]), Ok((FIRST_TIER.len(), 0)));
-        assert_eq!(counts(&["--all"]), Ok((FIRST_TIER.len(), PARTS.len())));
+        assert_eq!(names(&["page", "format"]), Ok((vec!["format"], vec!["page"], false)));
+        assert_eq!(
+            names(&["tests", "window tests", "clippy"]),
+            Ok((vec!["clippy", "tests", "window tests"], vec![], false))
+        );
+        assert_eq!(names(&["--changed", "python"]), Ok((vec![], vec!["python"], true)));
+        let counts =
+            |arguments| names(arguments).map(|(steps, parts, only_changed)| (steps.len(), parts.len(), only_changed));
+        assert_eq!(counts(&[]), Ok((FIRST_TIER.len(), 0, false)));
+        assert_eq!(counts(&["--changed"]), Ok((FIRST_TIER.len(), PARTS.len(), true)));
+        assert_eq!(counts(&["--all"]), Ok((FIRST_TIER.len(), PARTS.len(), false)));
         let refused: Result<_, String> = names(&["format", "--every"]);
         assert!(refused.unwrap_err().contains("no \"--every\", but \"packages\""));
     }

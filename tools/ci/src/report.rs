@@ -9,6 +9,7 @@ use crate::cpu_time;
 use crate::log::{Compiled, Log};
 use crate::outcome::{NotPassed, Outcome};
 use crate::parts::Step;
+use crate::passed::Pass;
 use crate::repository::{read, target};
 use crate::tables;
 use crate::test_times::slowest;
@@ -30,7 +31,9 @@ const INDENTATION: &str = "\n                     ";
 /// The steps of a run: how they ended and where time went.
 #[derive(Debug, Default)]
 pub(crate) struct Report {
-    steps: Vec<Ran>,
+    pub(crate) steps: Vec<Ran>,
+    /// Parts whose inputs are as they last passed.
+    left_out: Vec<String>,
     /// Seconds and name of each test.
     tests: Vec<(f64, String)>,
     /// CPU seconds of steps by name.
@@ -62,7 +65,8 @@ impl Report {
     }
 
     /// Runs steps one after the other, whatever fails.
-    pub(crate) fn run_all<'a>(&mut self, root: &Path, steps: impl IntoIterator<Item = &'a Step>) {
+    pub(crate) fn run_all<'a>(&mut self, root: &Path, steps: impl IntoIterator<Item = &'a Step>) -> &[Ran] {
+        let first = self.steps.len();
         for (name, check) in steps {
             println!("\n=== {name}");
             let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
@@ -73,6 +77,13 @@ impl Report {
             self.tests.append(&mut log.tests);
             self.steps.push(Ran { name, seconds, cpu_seconds, compiled: log.compiled, outcome });
         }
+        &self.steps[first..]
+    }
+
+    /// Notes a part that needn't run.
+    pub(crate) fn leave_out(&mut self, part: &str, Pass { seconds, cpu_seconds, .. }: &Pass) {
+        let took = format!("it took {seconds:.1} s, {cpu_seconds:.1} CPU s");
+        self.left_out.push(format!("{part:<NAME_WIDTH$} has passed with the same inputs; {took}"));
     }
 
     pub(crate) fn has_failed(&self) -> bool {
@@ -117,6 +128,9 @@ impl Report {
                 let _ = write!(text, "{INDENTATION}packages compiled: {count}, of the workspace: {}", listed(own));
             }
             text.push('\n');
+        }
+        for part in &self.left_out {
+            let _ = writeln!(text, "{part}");
         }
         let seconds = self.steps.iter().map(|step| step.seconds).sum();
         let cpu_seconds = self.steps.iter().map(|step| step.cpu_seconds).sum();
@@ -204,11 +218,13 @@ mod tests {
         failed.compiled = Compiled { count: 3, own: BTreeSet::from(["rays".to_owned(), "scene".to_owned()]) };
         let mut report = Report { steps: vec![ran("a", 1.0, Ok(())), failed], ..Report::default() };
         report.steps.push(ran("c", 0.0, skipped("not here")));
+        report.leave_out("page", &Pass { inputs: String::new(), seconds: 5.0, cpu_seconds: 9.0 });
         report.tests.push((1.5, "x::y".to_owned()));
         let text = report.summary(false);
         let parts =
             ["a ", "passed\n", "FAILED: first\n", "  second", "skipped: not here", "1 failed\n", "1.50 s  x::y"];
-        let more = ["packages compiled: 3, of the workspace: rays, scene\n", " 3.0       6.0 "];
+        let more =
+            ["packages compiled: 3, of the workspace: rays, scene\n", "it took 5.0 s, 9.0 CPU s\n", " 3.0       6.0 "];
         for part in parts.iter().chain(&more) {
             assert!(text.contains(part), "{part} in {text}");
         }
