@@ -3,7 +3,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Features of all checks but the window's, each behind the package that has it. Every command selects all of them, so that
-/// no package is compiled twice.
+/// no package is compiled twice; the check `features` sees to it.
 pub(crate) const FEATURES: &[&str] = &["umbrage-bench/statistics"];
 
 /// The window's features. Its toolkit is more than a third of all packages.

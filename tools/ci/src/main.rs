@@ -15,6 +15,7 @@ mod debian;
 mod dependencies;
 mod equipped_tests;
 mod examples;
+mod features;
 mod file_length;
 mod first_picture;
 mod inputs;
@@ -51,6 +52,7 @@ const FIRST_TIER: &[Step] = &[
     ("links", |root, _| links::check(root)),
     ("licences", |root, _| licences::check(root)),
     ("dependencies", dependencies::check),
+    ("features", |root, _| features::check(root)),
     ("clippy", |root, log| log.run(&mut lints::denied(lints::clippy(root)))),
     ("docs", |root, log| log.run(&mut lints::docs(root))),
     ("tests", |root, log| cpu_tests::check(root, log, Length::Short)),
