@@ -2,7 +2,12 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::outcome::Outcome;
+/// Features of all checks but the window's, each behind the package that has it. Every command selects all of them, so that
+/// no package is compiled twice; the check `features` sees to it.
+pub(crate) const FEATURES: &[&str] = &["umbrage-bench/statistics"];
+
+/// The window's features. Its toolkit is more than a third of all packages.
+pub(crate) const WINDOW_FEATURES: &[&str] = &["umbrage-bench/view", "umbrage-cli/view"];
 
 /// Whether cargo has a subcommand of this name, which may come from a program that was installed beside it.
 pub(crate) fn has_subcommand(name: &str) -> bool {
@@ -18,28 +23,31 @@ pub(crate) fn cargo(root: &Path) -> Command {
     command
 }
 
-/// How much of the workspace a command is about.
+/// The part of the workspace that a command compiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
-    /// All of it, with all that its features add, and all tests.
+    /// All packages, with the window and all features.
     Whole,
-    /// All but the window, whose toolkit is more than a third of all packages, and but tests that take long.
-    Short,
+    /// All but the window.
+    Windowless,
 }
 
-/// A cargo command about the workspace. Those that select the same crates and features share what they compile: tests and
-/// builds count what some tests ask about, so that `umbrage-rays` isn't compiled once more for these; clippy and docs are
-/// about the features that users have.
-pub(crate) fn cargo_workspace(root: &Path, scope: Scope, subcommand: &[&str]) -> Command {
+/// A cargo command about the workspace. Commands of one scope share what they compile if all of them select examples or
+/// tests: dev-dependencies, which come with these, turn on features of other dependencies.
+pub(crate) fn cargo_workspace(root: &Path, scope: Scope, arguments: &[&str]) -> Command {
     let mut command = cargo(root);
-    command.args(subcommand).args(["--workspace", "--locked"]);
-    command.args(match scope {
-        Scope::Whole => ["--features", "umbrage-cli/view,umbrage-bench/view"],
-        Scope::Short => ["--exclude", "umbrage-viewer"],
-    });
-    if matches!(subcommand.first(), Some(&("test" | "build"))) {
-        command.args(["--features", "umbrage-bench/statistics"]);
-    }
+    command.args(arguments).args(["--workspace", "--locked", "--features", &FEATURES.join(",")]);
+    match scope {
+        Scope::Whole => command.args(["--features", &WINDOW_FEATURES.join(",")]),
+        Scope::Windowless => command.args(["--exclude", "umbrage-viewer"]),
+    };
+    command
+}
+
+/// Builds programs and all examples, as the tests are built.
+pub(crate) fn build(root: &Path, programs: &[&str]) -> Command {
+    let mut command = cargo_workspace(root, Scope::Windowless, &["build", "--examples"]);
+    command.args(programs.iter().flat_map(|name| ["--bin", name]));
     command
 }
 
@@ -47,17 +55,7 @@ fn cargo_path() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// Runs a command whose output is for the person who reads the log.
-pub(crate) fn run(command: &mut Command) -> Outcome {
-    println!("$ {}", shown(command));
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{}: {status}", shown(command)).into()),
-        Err(error) => Err(format!("{}: {error}", shown(command)).into()),
-    }
-}
-
-/// A command's standard output; what it says on standard error is for the log.
+/// A command's standard output; standard error goes to the log.
 ///
 /// # Errors
 /// Says why it could not be run, or that it failed.
@@ -69,7 +67,8 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     String::from_utf8(output.stdout).map_err(|error| format!("{}: {error}", shown(command)))
 }
 
-fn shown(command: &Command) -> String {
+/// The command as one types it, without the program's folder.
+pub(crate) fn shown(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_stem().unwrap_or_default().to_string_lossy();
     let arguments = command.get_args().map(|argument| argument.to_string_lossy());
     std::iter::once(program).chain(arguments).collect::<Vec<_>>().join(" ")
@@ -80,11 +79,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_pass_and_fail() {
+    fn output_is_read_from_commands_that_succeed() {
         let root = Path::new(".");
-        assert_eq!(run(cargo(root).arg("--version")), Ok(()));
-        assert!(run(cargo(root).arg("no-such-command")).is_err());
-        assert!(run(&mut Command::new("no-such-program")).is_err());
         assert!(output(cargo(root).arg("--version")).unwrap().starts_with("cargo "));
         assert!(output(cargo(root).arg("no-such-command")).is_err());
         assert!(has_subcommand("clippy") && !has_subcommand("no-such-command"));

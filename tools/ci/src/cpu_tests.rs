@@ -1,31 +1,36 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use crate::command::{Scope, cargo_workspace, run};
+use crate::command::{Scope, cargo_workspace};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
+use crate::log::Log;
 use crate::outcome::Outcome;
 use crate::repository::files;
-use crate::test_times::{self, TestTimes};
+use crate::test_times::{Length, run_tests};
 
-/// Test programs that have a check of their own.
+/// Test programs that have a step of their own.
 const APART: [&str; 3] = [GPU.program, VIEWER.program, WINDOW.program];
 
-/// All tests but those in documentation and those that have a check of their own. A program's tests run in one process,
-/// since those of the conformance suite share what the oracle says.
-pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
-    let mut test = cargo_workspace(root, scope, &["test", "--no-fail-fast", "--lib", "--bins", "--examples"]);
+/// Runs all tests but those in documentation and those that have a step of their own.
+pub(crate) fn check(root: &Path, log: &mut Log, length: Length) -> Outcome {
+    run_tests(log, &mut command(root)?, length, None).map(drop)
+}
+
+/// `cargo test` of all programs that have no step of their own. A program's tests run in one process, since those of the
+/// conformance suite share the oracle's answers.
+pub(crate) fn command(root: &Path) -> Result<Command, String> {
+    let arguments = ["test", "--no-fail-fast", "--lib", "--bins", "--examples"];
+    let mut test = cargo_workspace(root, Scope::Windowless, &arguments);
     for program in test_programs(root)?.iter().filter(|program| !APART.contains(&program.as_str())) {
         test.args(["--test", program]);
     }
-    test_times::end_arguments(&mut test, scope);
-    TestTimes::of(&mut test, None)?;
-    Ok(())
+    Ok(test)
 }
 
-/// Each benchmark once, as a test that it can be run; with examples, for which dependencies have the features that tests have made
-/// them with.
-pub(crate) fn check_benchmarks(root: &Path, scope: Scope) -> Outcome {
-    run(cargo_workspace(root, scope, &["test"]).args(["--bench", "*", "--examples"]))
+/// Runs each benchmark once, as a test.
+pub(crate) fn benchmarks(root: &Path) -> Command {
+    cargo_workspace(root, Scope::Windowless, &["test", "--bench", "*", "--examples"])
 }
 
 /// The names of all test programs: files in the folders `tests` of packages, and folders there with a `main.rs`. A
@@ -60,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_a_check_of_its_own_is_there() {
+    fn programs_with_a_step_of_their_own_are_there() {
         let programs = test_programs(&crate::repository::root().unwrap()).unwrap();
         assert!(APART.iter().all(|name| programs.contains(*name)), "{programs:?}");
     }

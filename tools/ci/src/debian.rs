@@ -1,7 +1,8 @@
 use std::process::{Command, Stdio};
 
-use crate::command::{output, run};
-use crate::outcome::{NotPassed, Outcome};
+use crate::command::output;
+use crate::log::Log;
+use crate::outcome::{Outcome, skipped};
 
 /// Mesa's Vulkan adapter in software, lavapipe, which stands in for a GPU.
 pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";
@@ -17,14 +18,16 @@ pub(crate) const CHROMIUM: &str = "/usr/bin/chromium";
 const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0", "chromium"];
 
 /// Installs what is missing, where that is possible.
-pub(crate) fn install() -> Outcome {
+pub(crate) fn install(log: &mut Log) -> Outcome {
     install_missing(PACKAGES, is_installed, may_install(), |packages| {
-        run(Command::new("apt-get").arg("update"))?;
+        log.run(Command::new("apt-get").arg("update"))?;
         let mut install = Command::new("apt-get");
-        run(install
-            .args(["install", "--yes", "--no-install-recommends"])
-            .args(packages)
-            .env("DEBIAN_FRONTEND", "noninteractive"))
+        log.run(
+            install
+                .args(["install", "--yes", "--no-install-recommends"])
+                .args(packages)
+                .env("DEBIAN_FRONTEND", "noninteractive"),
+        )
     })
 }
 
@@ -38,7 +41,7 @@ fn install_missing(
     match may_install {
         _ if missing.is_empty() => Ok(()),
         Ok(()) => install(&missing),
-        Err(why) => Err(NotPassed::Skipped(format!("{} missing, and {why}", missing.join(", ")))),
+        Err(why) => skipped(&format!("{} missing, and {why}", missing.join(", "))),
     }
 }
 
@@ -74,7 +77,7 @@ mod tests {
         assert_eq!(install_missing(&["here"], is_installed, Ok(()), asked), Ok(()));
         assert_eq!(install_missing(&["here", "gone"], is_installed, Ok(()), asked), asked(&["gone"]));
         let refused = install_missing(&["gone"], is_installed, Err("no".to_owned()), asked);
-        assert_eq!(refused, Err(NotPassed::Skipped("gone missing, and no".to_owned())));
+        assert_eq!(refused, skipped("gone missing, and no"));
     }
 
     #[test]

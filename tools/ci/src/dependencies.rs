@@ -1,11 +1,12 @@
 use std::path::{Path, PathBuf};
 
-use crate::command::{cargo, has_subcommand, run};
-use crate::outcome::{NotPassed, Outcome};
+use crate::command::{cargo, has_subcommand};
+use crate::log::Log;
+use crate::outcome::{Outcome, skipped};
 
-/// What `deny.toml` asks of dependencies, where the tool for that is here: no known vulnerabilities, as far as a database of
-/// them is here too, no versions side by side but those that are listed, and no other sources.
-pub(crate) fn check(root: &Path) -> Outcome {
+/// Dependencies are as `deny.toml` asks, if cargo-deny is installed: no versions side by side but those that are listed, no
+/// other sources, and no known vulnerabilities if a database of advisories is here.
+pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     if !has_subcommand("deny") {
         return skipped("cargo-deny is not installed (cargo install cargo-deny)");
     }
@@ -13,15 +14,11 @@ pub(crate) fn check(root: &Path) -> Outcome {
     let mut deny = cargo(root);
     deny.args(["deny", "--offline", "check", "bans", "licenses", "sources"]);
     let Some(database) = database else {
-        run(&mut deny)?;
+        log.run(&mut deny)?;
         return skipped("there is no database of advisories (cargo deny fetch db); all else is as deny.toml asks");
     };
     println!("advisories of the database that was fetched to {}", database.display());
-    run(deny.arg("advisories"))
-}
-
-fn skipped(why: &str) -> Outcome {
-    Err(NotPassed::Skipped(why.to_owned()))
+    log.run(deny.arg("advisories"))
 }
 
 /// The advisories that cargo-deny fetched before, below cargo's folder.

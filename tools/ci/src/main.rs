@@ -1,8 +1,11 @@
-//! Every check of the repository, as one program: `cargo run -p ci`.
+//! Every check of the repository, as one program.
 //!
-//! All checks run, whatever fails; the summary names each with its time, and the exit code is 1 where any failed. With
-//! `--all` what takes longest runs as well: tests in modules called `long`, the window, the page in a browser, the release
-//! build, and ten million rays and a minute of fuzzing with it. Names of checks have only these run: `cargo run -p ci -- clippy "GPU tests"`.
+//! - `cargo run -p ci` runs the first tier: the checks that every change needs.
+//! - `-- --changed` adds those parts of the second tier whose inputs have changed since they last passed.
+//! - `-- --all` adds all parts.
+//! - Names of steps and parts run only these: `cargo run -p ci -- clippy "GPU tests"`.
+//!
+//! All steps run, whatever fails. The summary has each with its time, and the exit code is 1 if any failed.
 #![forbid(unsafe_code)]
 
 mod command;
@@ -12,154 +15,159 @@ mod debian;
 mod dependencies;
 mod equipped_tests;
 mod examples;
+mod features;
 mod file_length;
+mod first_picture;
+mod inputs;
 mod licences;
 mod links;
+mod lints;
+mod log;
 mod outcome;
 mod page;
+mod parts;
+mod passed;
 mod python;
+mod report;
 mod repository;
 mod smoke;
+mod tables;
 mod test_times;
-mod watch;
+mod trust;
 
-use std::path::Path;
-use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::process::ExitCode;
 
-use command::{Scope, cargo, cargo_workspace, run};
-use equipped_tests::{GPU, VIEWER, WINDOW};
-use outcome::{Outcome, Ran};
-use repository::Build;
+use command::{Scope, build, cargo, cargo_workspace};
+use equipped_tests::GPU;
+use parts::{PARTS, Part, Step};
+use passed::Passed;
+use report::Report;
+use test_times::Length;
 
-/// A check's name and what does it, in the repository and for tests of so much of it.
-type Check = (&'static str, fn(&Path, Scope) -> Outcome);
-
-/// In the order in which they run: what fails fast comes first, and what builds the most comes last.
-const CHECKS: &[Check] = &[
-    ("packages", |_, _| debian::install()),
-    ("format", |root, _| run(cargo(root).args(["fmt", "--all", "--check"]))),
+/// The steps that every change needs, fast ones first. All that are compiled are compiled alike, and share it.
+const FIRST_TIER: &[Step] = &[
+    ("packages", |_, log| debian::install(log)),
+    ("format", |root, log| log.run(cargo(root).args(["fmt", "--all", "--check"]))),
     ("file length", |root, _| file_length::check(root)),
     ("links", |root, _| links::check(root)),
     ("licences", |root, _| licences::check(root)),
-    ("dependencies", |root, _| dependencies::check(root)),
-    ("clippy", |root, _| {
-        run(cargo_workspace(root, Scope::Whole, &["clippy", "--all-targets"]).args(["--", "-D", "warnings"]))
-    }),
-    ("docs", |root, _| {
-        run(cargo_workspace(root, Scope::Whole, &["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
-    }),
-    ("tests", cpu_tests::check),
+    ("dependencies", dependencies::check),
+    ("features", |root, _| features::check(root)),
+    ("clippy", |root, log| log.run(&mut lints::denied(lints::clippy(root)))),
+    ("docs", |root, log| log.run(&mut lints::docs(root))),
+    ("tests", |root, log| cpu_tests::check(root, log, Length::Short)),
+    ("GPU tests", |root, log| GPU.check(root, log, Length::Short)),
+    ("doc tests", |root, log| log.run(&mut cargo_workspace(root, Scope::Windowless, &["test", "--doc"]))),
     ("examples", examples::check),
-    ("GPU tests", |root, scope| GPU.check(root, scope)),
-    ("doc tests", |root, scope| run(&mut cargo_workspace(root, scope, &["test", "--doc"]))),
-    ("benchmarks", cpu_tests::check_benchmarks),
-    // Tests have made these already, with the features that examples give their dependencies.
-    ("programs", |root, scope| {
-        run(cargo_workspace(root, scope, &["build", "--examples"]).args([
-            "--bin",
-            "umbrage",
-            "--bin",
-            "watertight",
-            "--bin",
-            "fuzz",
-        ]))
-    }),
-    ("python", python::check),
-    ("smoke render", |root, _| smoke::check(root, Build::Dev)),
-    ("watertight", |root, _| watertight(root, Build::Dev, "1e6")),
-    ("fuzz", |root, _| fuzz(root, Build::Dev, ["--mutants", "300"])),
-];
-
-/// What `--all` adds to the long tests: the window, the other programs, and everything compiled once more, as users compile it.
-const LONG_CHECKS: &[Check] = &[
-    ("viewer", |root, scope| VIEWER.check(root, scope)),
-    ("window", |root, scope| WINDOW.check(root, scope)),
-    ("all programs", |root, scope| run(&mut cargo_workspace(root, scope, &["build", "--bins", "--examples"]))),
-    ("page", |root, _| page::check(root)),
-    ("release build", |root, _| {
-        run(cargo(root).args(["build", "--release", "--bins", "-p", "umbrage-cli", "-p", "umbrage-verify", "--locked"]))
-    }),
-    ("smoke, release", |root, _| smoke::check(root, Build::Release)),
-    ("10⁷ rays", |root, _| watertight(root, Build::Release, "1e7")),
-    ("fuzz, release", |root, _| fuzz(root, Build::Release, ["--minutes", "1"])),
+    ("benchmarks", |root, log| log.run(&mut cpu_tests::benchmarks(root))),
+    ("programs", |root, log| log.run(&mut build(root, trust::PROGRAMS))),
+    ("smoke render", smoke::check),
+    trust::WATERTIGHT,
+    trust::FUZZ,
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
-    let (scope, checks) = match chosen(&arguments) {
-        Ok(chosen) => chosen,
-        Err(usage) => {
-            eprintln!("{usage}");
-            return ExitCode::FAILURE;
-        }
-    };
-    let root = match repository::root() {
-        Ok(root) => root,
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            eprintln!("error: {why}");
-            return ExitCode::FAILURE;
+            eprintln!("{why}");
+            ExitCode::FAILURE
         }
-    };
-    let mut results = Vec::new();
-    for (name, check) in checks {
-        println!("\n=== {name}");
-        let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
-        let outcome = check(&root, scope);
-        let cpu_seconds = cpu_time::of_children().zip(cpu_started).map(|(end, start)| end - start);
-        results.push(Ran { name, seconds: started.elapsed().as_secs_f64(), cpu_seconds, outcome });
     }
-    print!("{}", outcome::summary(&results));
-    if results.iter().any(Ran::has_failed) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// The checks that arguments ask for, those that are named or else all, and for how much of the workspace.
-fn chosen(arguments: &[String]) -> Result<(Scope, Vec<&'static Check>), String> {
-    let is_all = arguments.iter().any(|argument| argument == "--all");
-    let names: Vec<_> = arguments.iter().filter(|argument| *argument != "--all").collect();
-    let is_named = |(of, _): &&Check| names.iter().any(|name| of == *name);
-    // Those of the window are about nothing in a workspace without it.
-    let is_whole = is_all || LONG_CHECKS.iter().any(|check| is_named(&check));
-    let scope = if is_whole { Scope::Whole } else { Scope::Short };
+/// Runs the checks that arguments select.
+fn run(arguments: &[String]) -> Result<(), String> {
+    let Selection { steps, parts, only_changed, is_complete } = selection(arguments)?;
+    let root = repository::root()?;
+    let mut passed = Passed::read(&root)?;
+    let mut report = Report::new(&root)?;
+    report.run_all(&root, steps);
+    for part in parts {
+        part.run(&root, &mut report, &mut passed, only_changed)?;
+    }
+    report.finish(&repository::target(&root), is_complete)?;
+    if report.has_failed() { Err("the checks have failed".to_owned()) } else { Ok(()) }
+}
+
+/// The checks of a run.
+#[derive(Debug)]
+struct Selection {
+    steps: Vec<&'static Step>,
+    parts: Vec<&'static Part>,
+    /// Parts that have passed with the same inputs are left out.
+    only_changed: bool,
+    /// No names were given.
+    is_complete: bool,
+}
+
+/// The checks that arguments select. A name is a step's of the first tier, a part's, or a step's of a part.
+fn selection(arguments: &[String]) -> Result<Selection, String> {
+    let (options, names): (Vec<_>, Vec<_>) = arguments.iter().partition(|argument| argument.starts_with("--"));
+    let has = |option: &str| options.iter().any(|given| *given == option);
+    let only_changed = has("--changed") && !has("--all");
+    let is_named = |name: &str| names.iter().any(|given| *given == name);
+    let steps_of_parts = || PARTS.iter().flat_map(|part| part.steps);
+    let is_part = |name: &str| PARTS.iter().any(|part| part.name == name);
+    let known: Vec<_> = FIRST_TIER.iter().map(|(name, _)| *name).chain(PARTS.iter().map(|part| part.name)).collect();
+    let is_known = |name: &str| known.contains(&name) || steps_of_parts().any(|(step, _)| *step == name);
+    let is_option = |argument: &str| ["--all", "--changed"].contains(&argument);
+    if let Some(unknown) = arguments.iter().find(|argument| !is_option(argument) && !is_known(argument)) {
+        return Err(format!(
+            "usage: cargo run -p ci [-- [--all | --changed] [NAME ...]]\nThere is no \"{unknown}\", but \"{}\"",
+            known.join("\", \"")
+        ));
+    }
     if names.is_empty() {
-        return Ok((scope, CHECKS.iter().chain(LONG_CHECKS.iter().filter(|_| is_all)).collect()));
+        let parts = PARTS.iter().filter(|_| !options.is_empty()).collect();
+        return Ok(Selection { steps: FIRST_TIER.iter().collect(), parts, only_changed, is_complete: true });
     }
-    let all = || CHECKS.iter().chain(LONG_CHECKS);
-    match names.iter().find(|name| all().all(|(of, _)| of != **name)) {
-        None => Ok((scope, all().filter(is_named).collect())),
-        Some(unknown) => {
-            let known = all().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-            Err(format!("usage: cargo run -p ci [-- [--all] [NAME ...]]\nThere is no check \"{unknown}\", but {known}"))
-        }
-    }
-}
-
-/// So many rays at shared edges and corners: none slips through.
-fn watertight(root: &Path, build: Build, rays: &str) -> Outcome {
-    run(Command::new(build.program(root, "watertight")).args(["--rays", rays]))
-}
-
-/// So many mutants of all input, or for so long: none is a finding.
-fn fuzz(root: &Path, build: Build, how_long: [&str; 2]) -> Outcome {
-    run(Command::new(build.program(root, "fuzz")).args(how_long))
+    let steps = FIRST_TIER.iter().chain(steps_of_parts().filter(|(name, _)| !is_part(name)));
+    Ok(Selection {
+        steps: steps.filter(|(name, _)| is_named(name)).collect(),
+        parts: PARTS.iter().filter(|part| is_named(part.name)).collect(),
+        only_changed,
+        is_complete: false,
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
-    fn checks_are_all_or_those_that_are_named() {
+    fn checks_are_a_tier_or_those_that_are_named() {
         let names = |arguments: &[&str]| {
             let arguments: Vec<_> = arguments.iter().map(ToString::to_string).collect();
-            chosen(&arguments).map(|(scope, checks)| (scope, checks.iter().map(|(name, _)| *name).collect::<Vec<_>>()))
+            let Selection { steps, parts, only_changed, .. } = selection(&arguments)?;
+            let steps: Vec<_> = steps.into_iter().map(|(name, _)| *name).collect();
+            Ok((steps, parts.into_iter().map(|part| part.name).collect::<Vec<_>>(), only_changed))
         };
-        assert_eq!(names(&["page", "format"]), Ok((Scope::Whole, vec!["format", "page"])));
-        assert_eq!(names(&["--all", "tests"]), Ok((Scope::Whole, vec!["tests"])));
-        assert_eq!(names(&["tests", "clippy"]), Ok((Scope::Short, vec!["clippy", "tests"])));
-        let count = |arguments| names(arguments).map(|(_, names)| names.len());
-        assert_eq!(count(&[]), Ok(CHECKS.len()));
-        assert_eq!(count(&["--all"]), Ok(CHECKS.len() + LONG_CHECKS.len()));
-        assert!(names(&["format", "--every"]).unwrap_err().contains("no check \"--every\", but \"packages\""));
+        assert_eq!(names(&["page", "format"]), Ok((vec!["format"], vec!["page"], false)));
+        assert_eq!(
+            names(&["tests", "window tests", "clippy"]),
+            Ok((vec!["clippy", "tests", "window tests"], vec![], false))
+        );
+        assert_eq!(names(&["--changed", "python"]), Ok((vec![], vec!["python"], true)));
+        let counts =
+            |arguments| names(arguments).map(|(steps, parts, only_changed)| (steps.len(), parts.len(), only_changed));
+        assert_eq!(counts(&[]), Ok((FIRST_TIER.len(), 0, false)));
+        assert_eq!(counts(&["--changed"]), Ok((FIRST_TIER.len(), PARTS.len(), true)));
+        assert_eq!(counts(&["--all"]), Ok((FIRST_TIER.len(), PARTS.len(), false)));
+        let refused: Result<_, String> = names(&["format", "--every"]);
+        assert!(refused.unwrap_err().contains("no \"--every\", but \"packages\""));
+    }
+
+    #[test]
+    fn every_step_has_a_budget() {
+        let text = repository::read(&repository::root().unwrap().join(report::BUDGETS)).unwrap();
+        let budgets: Vec<_> = tables::read(&text).unwrap().into_iter().flat_map(|(_, budgets)| budgets).collect();
+        let named: BTreeSet<_> = budgets.iter().map(|(step, _)| step.as_str()).collect();
+        let steps: Vec<_> = FIRST_TIER.iter().chain(PARTS.iter().flat_map(|part| part.steps)).collect();
+        assert_eq!(named, steps.iter().map(|(name, _)| *name).collect());
+        assert_eq!(budgets.len(), steps.len(), "names are unique");
     }
 }

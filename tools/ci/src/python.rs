@@ -2,9 +2,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::command::{Scope, cargo_workspace, run};
-use crate::outcome::{NotPassed, Outcome};
-use crate::repository::{self, Build};
+use crate::command::build;
+use crate::log::Log;
+use crate::outcome::{NotPassed, Outcome, skipped};
+use crate::repository;
 
 /// The folder of the package.
 const FOLDER: &str = "crates/python";
@@ -20,38 +21,37 @@ const COMMAND: &str = "umbrage";
 
 /// The Python package, of a library that is compiled with the whole workspace: its tests pass, and its examples make
 /// pictures. `pip install .` would compile the dependencies once more, with other features.
-pub(crate) fn check(root: &Path, scope: Scope) -> Outcome {
+pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     let python = python()?;
-    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    let venv = folder.path().join("venv");
-    run(Command::new(&python).args(["-m", "venv"]).arg(&venv))?;
+    let folder = repository::empty_folder(root, "python")?;
+    let venv = folder.join("venv");
+    log.run(Command::new(&python).args(["-m", "venv"]).arg(&venv))?;
     let python = venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let install = |packages: &[&str]| {
+    let mut install = |packages: &[&str]| {
         let mut install = Command::new(&python);
-        run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(packages))
+        log.run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(packages))
     };
     if install(PACKAGES).is_err() {
         return skipped("the packages that the tests use can't be installed");
     }
     // The tests say themselves what they are without.
     let _ = install(FARM_PACKAGES);
-    // With examples, dependencies have the features that tests have made them with.
-    run(&mut cargo_workspace(root, scope, &["build", "--lib", "--examples", "--bin", COMMAND]))?;
-    let package = folder.path().join("site");
+    log.run(&mut library(root))?;
+    let package = folder.join("site");
     stage(root, &package)?;
     let others = std::env::var_os("PATH").unwrap_or_default();
-    let path = std::iter::once(Build::Dev.folder(root)).chain(std::env::split_paths(&others));
+    let path = std::iter::once(repository::built_folder(root)).chain(std::env::split_paths(&others));
     let path = std::env::join_paths(path).map_err(|error| error.to_string())?;
     let in_package = |arguments: &[&str]| {
         let mut command = Command::new(&python);
         command.current_dir(root).env("PYTHONPATH", &package).env("PATH", &path).args(arguments);
         command
     };
-    let tests = run(&mut in_package(&["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]));
+    let tests = log.run(&mut in_package(&["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]));
     let examples = repository::files(&root.join(FOLDER).join("examples"), "py")?;
+    let picture = folder.join("picture.png");
     let examples = examples.iter().map(|example| {
-        let picture = folder.path().join("picture.png");
-        run(in_package(&[]).arg(example).arg(&picture))?;
+        log.run(in_package(&[]).arg(example).arg(&picture))?;
         let bytes = fs::metadata(&picture).map(|file| file.len()).map_err(|error| error.to_string())?;
         fs::remove_file(&picture).map_err(|error| error.to_string())?;
         // One colour everywhere compresses to next to nothing.
@@ -72,8 +72,11 @@ fn python() -> Result<PathBuf, NotPassed> {
     found.ok_or_else(|| NotPassed::Skipped("there is no Python 3.11 or newer with venv".to_owned()))
 }
 
-fn skipped(why: &str) -> Outcome {
-    Err(NotPassed::Skipped(why.to_owned()))
+/// Builds the library and the command.
+pub(crate) fn library(root: &Path) -> Command {
+    let mut build = build(root, &[COMMAND]);
+    build.arg("--lib");
+    build
 }
 
 /// Lays the package out as it is installed.
@@ -93,7 +96,7 @@ fn stage(root: &Path, site: &Path) -> Result<(), String> {
     }
     let library = format!("{}umbrage_python{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let module = if cfg!(windows) { "_umbrage.pyd" } else { "_umbrage.abi3.so" };
-    copy(&Build::Dev.folder(root).join(library), &package.join(module))
+    copy(&repository::built_folder(root).join(library), &package.join(module))
 }
 
 #[cfg(test)]

@@ -23,33 +23,33 @@ pub(crate) fn within<'a>(root: &Path, path: &'a Path) -> std::path::Display<'a> 
     path.strip_prefix(root).unwrap_or(path).display()
 }
 
-/// How programs are compiled.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Build {
-    /// As tests are.
-    Dev,
-    /// Examples, as tests are.
-    Example,
-    /// As users compile them.
-    Release,
+/// The folder of build output.
+pub(crate) fn target(root: &Path) -> PathBuf {
+    root.join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-impl Build {
-    /// The program of that name.
-    pub(crate) fn program(self, root: &Path, name: &str) -> PathBuf {
-        self.folder(root).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
-    }
+/// The folder of programs and libraries that are built as the tests are.
+pub(crate) fn built_folder(root: &Path) -> PathBuf {
+    target(root).join("debug")
+}
 
-    /// Where programs and libraries are put.
-    pub(crate) fn folder(self, root: &Path) -> PathBuf {
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-        let folder = match self {
-            Self::Dev => "debug",
-            Self::Example => "debug/examples",
-            Self::Release => "release",
-        };
-        root.join(target).join(folder)
+/// A program that is built as the tests are.
+pub(crate) fn built(root: &Path, name: &str) -> PathBuf {
+    built_folder(root).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// An empty folder of that name in the build output, for the files of a step.
+///
+/// # Errors
+/// Where it can't be made.
+pub(crate) fn empty_folder(root: &Path, name: &str) -> Result<PathBuf, String> {
+    let folder = target(root).join("ci").join(name);
+    let failure = |error| format!("{}: {error}", folder.display());
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(failure)?;
     }
+    fs::create_dir_all(&folder).map_err(failure)?;
+    Ok(folder)
 }
 
 /// All files under `root` with this extension, sorted; hidden folders, build output and packages of

@@ -2,16 +2,21 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::run;
+use crate::command::build;
+use crate::log::Log;
 use crate::outcome::Outcome;
-use crate::repository::Build;
+use crate::repository::{built, empty_folder};
 
 /// The command renders a picture.
-pub(crate) fn check(root: &Path, build: Build) -> Outcome {
-    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    let picture = folder.path().join("smoke.png");
-    let mut umbrage = Command::new(build.program(root, "umbrage"));
-    run(umbrage.args(["render", "demo:cloth", "--size", "320x180", "--output"]).arg(&picture))?;
+pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
+    log.run(&mut build(root, &["umbrage"]))?;
+    render(root, log, Command::new(built(root, "umbrage")))
+}
+
+/// Renders a picture with the command, as tests build it or as `cargo run` does.
+pub(crate) fn render(root: &Path, log: &mut Log, mut umbrage: Command) -> Outcome {
+    let picture = empty_folder(root, "smoke")?.join("smoke.png");
+    log.run(umbrage.args(["render", "demo:cloth", "--size", "320x180", "--output"]).arg(&picture))?;
     let bytes = fs::read(&picture).map_err(|error| format!("{}: {error}", picture.display()))?;
     judge(&bytes)
 }

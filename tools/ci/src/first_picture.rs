@@ -1,0 +1,29 @@
+use std::path::Path;
+use std::time::Instant;
+
+use crate::command::cargo;
+use crate::cpu_time;
+use crate::log::Log;
+use crate::outcome::Outcome;
+use crate::smoke;
+
+/// Seconds from a fresh clone to its first picture, on two idle processors: the goal, on the clock and of both processors.
+const GOAL: (f64, f64) = (180.0, 360.0);
+
+/// The README's way to a first picture works: the command is compiled for release, with its default features, and renders.
+/// A machine may be busy, so more time than the goal is printed and no failure.
+pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
+    let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
+    let mut umbrage = cargo(root);
+    umbrage.args(["run", "--release", "--locked", "--"]);
+    smoke::render(root, log, umbrage)?;
+    let cpu_seconds = cpu_time::of_children().zip(cpu_started).map_or(f64::NAN, |(end, start)| end - start);
+    println!(
+        "first picture: {:.1} s (goal {:.0}), {cpu_seconds:.1} CPU s (goal {:.0}), with {} packages compiled",
+        started.elapsed().as_secs_f64(),
+        GOAL.0,
+        GOAL.1,
+        log.compiled.count
+    );
+    Ok(())
+}

@@ -1,0 +1,95 @@
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::tables;
+
+/// The file that says which inputs each part has passed with.
+pub(crate) const FILE: &str = "tools/ci/passed.toml";
+
+const HEADING: &str = "\
+# Each part of the checks, with the hash of its inputs when it last passed, and the seconds that it took then on the clock and
+# on all processors. `cargo run -p ci` writes it; with `-- --changed` it runs the parts whose inputs have another hash now.
+";
+
+/// Parts that have passed, by name.
+#[derive(Debug)]
+pub(crate) struct Passed {
+    path: PathBuf,
+    parts: BTreeMap<String, Pass>,
+}
+
+/// When a part last passed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pass {
+    /// The hash of its inputs.
+    pub(crate) inputs: String,
+    pub(crate) seconds: f64,
+    /// 0 where the system doesn't say.
+    pub(crate) cpu_seconds: f64,
+}
+
+impl Passed {
+    /// Reads the file; without one no part has passed.
+    ///
+    /// # Errors
+    /// Where the file can't be read, or isn't as this program writes it.
+    pub(crate) fn read(root: &Path) -> Result<Self, String> {
+        let path = root.join(FILE);
+        let text = if path.is_file() { crate::repository::read(&path)? } else { String::new() };
+        let mut parts = BTreeMap::new();
+        for (part, keys) in tables::read(&text).map_err(|why| format!("{FILE}: {why}"))?.into_iter().skip(1) {
+            let value = |of: &str| keys.iter().find(|(key, _)| key == of).map(|(_, value)| value.as_str());
+            let number = |of: &str| value(of).and_then(|text| text.parse().ok());
+            let pass = value("inputs").zip(number("seconds")).zip(number("cpu_seconds"));
+            let ((inputs, seconds), cpu_seconds) = pass.ok_or_else(|| format!("{FILE}: {part} lacks a value"))?;
+            parts.insert(part, Pass { inputs: inputs.to_owned(), seconds, cpu_seconds });
+        }
+        Ok(Self { path, parts })
+    }
+
+    /// When the part passed with these inputs; `None` if it is due.
+    pub(crate) fn with_inputs(&self, part: &str, inputs: &str) -> Option<&Pass> {
+        self.parts.get(part).filter(|pass| pass.inputs == inputs)
+    }
+
+    /// Notes a part that has passed, in the file as well.
+    ///
+    /// # Errors
+    /// Where the file can't be written.
+    pub(crate) fn record(&mut self, part: &str, pass: Pass) -> Result<(), String> {
+        self.parts.insert(part.to_owned(), pass);
+        let mut text = HEADING.to_owned();
+        for (part, Pass { inputs, seconds, cpu_seconds }) in &self.parts {
+            // Writing to a string can't fail.
+            let _ = write!(
+                text,
+                "\n[\"{part}\"]\ninputs = \"{inputs}\"\nseconds = {seconds:.1}\ncpu_seconds = {cpu_seconds:.1}\n"
+            );
+        }
+        fs::write(&self.path, text).map_err(|error| format!("{}: {error}", self.path.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_are_read_again() {
+        let root = tempfile::tempdir().unwrap();
+        fs::create_dir_all(root.path().join(FILE).parent().unwrap()).unwrap();
+        let mut passed = Passed::read(root.path()).unwrap();
+        let pass = |inputs: &str| Pass { inputs: inputs.to_owned(), seconds: 1.5, cpu_seconds: 3.0 };
+        passed.record("long tests", pass("0a")).unwrap();
+        passed.record("page", pass("0b")).unwrap();
+        passed.record("page", pass("0c")).unwrap();
+        let passed = Passed::read(root.path()).unwrap();
+        assert_eq!(passed.with_inputs("long tests", "0a"), Some(&pass("0a")));
+        assert_eq!(passed.with_inputs("page", "0c"), Some(&pass("0c")));
+        assert_eq!((passed.with_inputs("page", "0b"), passed.with_inputs("python", "0a")), (None, None));
+        fs::write(root.path().join(FILE), "[\"page\"]\nseconds = 1\n").unwrap();
+        assert!(Passed::read(root.path()).unwrap_err().contains("page lacks a value"));
+    }
+}
