@@ -445,7 +445,7 @@ pub(crate) struct RenderFlags {
     /// needs them. The picture is the same. For files, on the CPU [default: all textures are in memory]
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub(crate) texture_memory: Option<ByteSize>,
-    /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512, as far as this machine has them; the picture is
+    /// SIMD instructions for the grids: sse2, avx2 or avx512, as far as this machine has them; the picture is
     /// the same [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     pub(crate) simd: Option<SimdLevel>,

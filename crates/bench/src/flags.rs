@@ -74,7 +74,7 @@ pub(crate) struct AnimationFlags {
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512 [default: the widest]
+    /// SIMD instructions for the grids: sse2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     pub(crate) simd: Option<SimdLevel>,
     #[command(flatten)]

@@ -34,7 +34,7 @@ pub(crate) struct FrameFlags {
     /// The GPU, by a part of its name [default: the first]
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
-    /// SIMD instructions for the grids: sse2, sse4.2, avx2 or avx512 [default: the widest]
+    /// SIMD instructions for the grids: sse2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     simd: Option<SimdLevel>,
     /// Print what the grids had to do as well, and how long the light grid's own stages took

@@ -30,7 +30,7 @@ pub(crate) struct TrianglesFlags {
     /// How often all tests are run in turn; once more comes first and doesn't count
     #[arg(long, value_name = "N", default_value = "15", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// SIMD instructions for sixteen rays: sse2, sse4.2, avx2 or avx512 [default: the widest]
+    /// SIMD instructions for sixteen rays: sse2, avx2 or avx512 [default: the widest]
     #[arg(long, value_name = "LEVEL")]
     simd: Option<SimdLevel>,
     #[command(flatten)]
