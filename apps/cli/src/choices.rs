@@ -5,9 +5,10 @@ use std::ffi::OsStr;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use umbrage::rays::{Choice, UnknownChoice};
-use umbrage::{ImpossibleOption, Layer, Layers, OptionValues, Structure, StructureOption};
+use umbrage::{EngineKind, ImpossibleOption, Layer, Layers, OptionValues, Structure, StructureOption};
 
 use crate::failure::Failure;
+use crate::feature::Feature;
 
 /// Reads a value with `parse`, and names what it can be.
 #[derive(Clone)]
@@ -40,6 +41,15 @@ where
 /// One of a type's choices, by its name.
 pub(crate) fn choice<T: Choice + Send + Sync>() -> impl TypedValueParser<Value = T> {
     Named { names: T::names(), parse: T::named }
+}
+
+/// The engines. A command without the GPU's names the feature that brings it.
+pub(crate) fn engine() -> impl TypedValueParser<Value = EngineKind> {
+    let described = |(name, about)| match EngineKind::named(name) {
+        Ok(EngineKind::Gpu) if !Feature::Gpu.is_there() => (name, "a GPU, in builds with `--features gpu`"),
+        _ => (name, about),
+    };
+    Named { names: EngineKind::names().into_iter().map(described).collect(), parse: EngineKind::named }
 }
 
 /// Layers by their names, with commas between them, or all of them.

@@ -4,6 +4,8 @@ use std::process::ExitCode;
 
 use umbrage::{output, scene};
 
+use crate::feature::Feature;
+
 /// Says a line on standard error. Where that is full or closed, there is nobody left to tell.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr(), "{line}");
@@ -30,12 +32,18 @@ impl Failure {
         Self::Input { message: message.into(), hint: Some(hint.into()) }
     }
 
+    /// What is asked for needs a part that this command is compiled without.
+    pub(crate) fn without(feature: Feature) -> Self {
+        Self::input(feature.lack(), feature.remedy())
+    }
+
     /// A GPU was named, and the CPU asked for.
     pub(crate) fn gpu_named_for_cpu() -> Self {
         Self::input("--device names a GPU, but the CPU renders", "add `--engine gpu`")
     }
 
     /// What is wrong, without a hint.
+    #[cfg(feature = "gpu")]
     pub(crate) fn message(&self) -> &str {
         match self {
             Self::Input { message, .. } | Self::Work(message) => message,
@@ -68,8 +76,10 @@ impl From<scene::Error> for Failure {
             return Self::Work(error.to_string());
         }
         let missing = matches!(&error, scene::Error::Read { source, .. } if source.kind() == io::ErrorKind::NotFound);
-        let hint = "a scene is a file, a folder of numbered files or `demo:NAME`; `umbrage info` lists the demos";
-        Self::Input { message: error.to_string(), hint: missing.then(|| hint.to_owned()) }
+        let address = "a scene is a file, a folder of numbered files or `demo:NAME`; `umbrage info` lists the demos";
+        let message = error.to_string();
+        let hint = missing.then(|| address.to_owned()).or_else(|| Feature::named_in(&message).map(Feature::remedy));
+        Self::Input { message, hint }
     }
 }
 

@@ -9,7 +9,7 @@ use umbrage::scene::{Clip, Ground, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, ToneMap};
 
-use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, layers};
+use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, engine, layers};
 use crate::staging::OrbitingLights;
 use crate::values::{self, FrameRange, Shard, Size};
 
@@ -393,7 +393,7 @@ pub(crate) struct RenderFlags {
     )]
     pub(crate) exposure: f32,
     /// What renders: triangles and shadows are the same, colours differ by rounding
-    #[arg(long, default_value = "cpu", value_parser = choice::<EngineKind>())]
+    #[arg(long, default_value = "cpu", value_parser = engine())]
     pub(crate) engine: EngineKind,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
     #[arg(long, value_name = "NAME")]
@@ -496,7 +496,7 @@ pub(crate) struct ViewFlags {
     #[arg(long)]
     pub(crate) watch: bool,
     /// What renders at first [default: as in the last window]
-    #[arg(long, value_parser = choice::<EngineKind>())]
+    #[arg(long, value_parser = engine())]
     pub(crate) engine: Option<EngineKind>,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
     #[arg(long, value_name = "NAME")]

@@ -6,12 +6,13 @@ use std::time::Instant;
 use serde::Serialize;
 use serde_json::{Value, json};
 use umbrage::gallery::{DEMOS, DemoScene};
-use umbrage::gpu::Adapter;
 use umbrage::rays::{KdRebuild, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Structure as _};
 use umbrage::scene::Frame;
 use umbrage::{OmittedTriangles, Scene, Structure};
 
+use crate::engine;
 use crate::failure::Failure;
+use crate::feature::Feature;
 use crate::flags::InfoFlags;
 use crate::progress::Progress;
 use crate::report::{count, thousands};
@@ -70,7 +71,7 @@ struct AnimationContents {
 
 pub(crate) fn run(flags: &InfoFlags) -> Result<(), Failure> {
     if flags.devices {
-        return devices(flags.json);
+        return Ok(io::stdout().write_all(engine::devices(flags.json)?.as_bytes())?);
     }
     let Some(address) = &flags.scene else { return gallery(flags.json) };
     let opening = Progress::opening(address, false);
@@ -91,35 +92,15 @@ pub(crate) fn run(flags: &InfoFlags) -> Result<(), Failure> {
         text.push_str(&lines);
     }
     let text = if flags.json { json_text(&contents)? } else { text };
+    Feature::hint_at_missing(scene.warnings());
     Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
-fn json_text(value: &impl Serialize) -> Result<String, Failure> {
+/// A value as the command prints it.
+pub(crate) fn json_text(value: &impl Serialize) -> Result<String, Failure> {
     let mut json = serde_json::to_string_pretty(value).map_err(|error| Failure::Work(error.to_string()))?;
     json.push('\n');
     Ok(json)
-}
-
-/// Lists what can stand as a GPU.
-fn devices(as_json: bool) -> Result<(), Failure> {
-    let all = Adapter::all();
-    let text = if as_json {
-        let listed = all.iter().map(|Adapter { name, driver, backend, is_software }| {
-            json!({ "name": name, "driver": driver, "backend": backend, "is_software": is_software })
-        });
-        json_text(&listed.collect::<Value>())?
-    } else if all.is_empty() {
-        "No GPU, and no program that stands in for one. A Vulkan driver may be missing; on Debian, the package\n\
-         mesa-vulkan-drivers has one in software.\n"
-            .to_owned()
-    } else {
-        let lines = all.iter().map(|Adapter { name, driver, backend, is_software }| {
-            let kind = if *is_software { "a program on the CPU" } else { "a GPU" };
-            format!("{name}\n    {kind}, {backend}, {driver}\n")
-        });
-        lines.collect()
-    };
-    Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
 /// Lists the built-in scenes.

@@ -8,6 +8,7 @@ use umbrage::spec::{BackgroundSpec, LightSpec};
 use umbrage::{Background, EngineKind, Layers, Settings, Structure};
 
 use crate::failure::Failure;
+use crate::feature::Feature;
 use crate::flags::{OpeningFlags, RenderFlags};
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
@@ -155,9 +156,13 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
             Err(Failure::input("a GPU has no choice of SIMD level", "leave out --engine or --simd"))
         }
         EngineKind::Gpu => {
-            structure.check_on_gpu().map_err(|error| Failure::input(error.to_string(), "leave it out, or --engine"))
+            structure.check_on_gpu().map_err(|error| Failure::input(error.to_string(), "leave it out, or --engine"))?;
+            Feature::Gpu.check()
         }
-        EngineKind::Cpu if flags.device.is_some() => Err(Failure::gpu_named_for_cpu()),
+        EngineKind::Cpu if flags.device.is_some() => {
+            Feature::Gpu.check()?;
+            Err(Failure::gpu_named_for_cpu())
+        }
         _ => Ok(()),
     }
 }
@@ -389,7 +394,7 @@ mod tests {
             assert_eq!(quality(&[frames, &["--samples", "8", "--bounces", "1"]].concat()), [8, 1]);
             assert_eq!(quality(&[frames, &["--gloss"]].concat()), [64, 2]);
         }
-        for engine in ["cpu", "gpu", "auto"] {
+        for engine in ["cpu", "auto"].into_iter().chain(Feature::Gpu.is_there().then_some("gpu")) {
             assert_eq!(quality(&["--engine", engine]), [4, 2]);
         }
         assert!(job(&["--gloss", "--bounces", "0"]).is_err());

@@ -6,6 +6,7 @@
 mod choices;
 mod engine;
 mod failure;
+mod feature;
 mod flags;
 mod heatmap;
 mod info;

@@ -9,6 +9,7 @@ use umbrage::{Film, OmittedTriangles, Scene};
 
 use crate::engine;
 use crate::failure::{Failure, say};
+use crate::feature::Feature;
 use crate::flags::StatsFlag;
 use crate::job::{Job, use_threads};
 use crate::progress::Progress;
@@ -27,6 +28,7 @@ pub(crate) fn run(job: &Job) -> Result<(), Failure> {
         for warning in scene.warnings() {
             say(format_args!("warning: {warning}"));
         }
+        Feature::hint_at_missing(scene.warnings());
     }
     let mut report = Report::new(&job.scene, &job.settings);
     report.open_milliseconds = 1e3 * started.elapsed().as_secs_f64();

@@ -6,28 +6,20 @@ use std::path::Path;
 use clap::CommandFactory;
 
 use crate::failure::say;
+use crate::feature::Feature;
 use crate::flags::Flags;
-
-/// Whether this command was built with a window.
-const HAS_WINDOW: bool = cfg!(feature = "view");
 
 /// Endings of files that are scenes.
 const SCENES: [&str; 7] = ["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"];
 
 /// The words of the command line, with what is to be done with a scene where they only name one.
 pub(crate) fn written_out(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
-    let words = expanded(words.into_iter().collect(), HAS_WINDOW);
-    if let [_, command, scene, flag, picture, ..] = &words[..]
-        && (command.as_os_str(), flag.as_os_str()) == (OsStr::new("render"), OsStr::new("-o"))
-        && !HAS_WINDOW
-        && Some(picture) == beside(scene).as_ref()
-    {
-        let picture = picture.display();
-        say(format_args!(
-            "note: the picture is {picture}; this command was built without a window (`--features view`)"
-        ));
+    let words: Vec<_> = words.into_iter().collect();
+    let expanded = expanded(words.clone(), Feature::View.is_there());
+    if expanded != words && !Feature::View.is_there() {
+        say(format_args!("note: {}, so it writes a picture; {}", Feature::View.lack(), Feature::View.remedy()));
     }
-    words
+    expanded
 }
 
 fn expanded(mut words: Vec<OsString>, has_window: bool) -> Vec<OsString> {

@@ -1,14 +1,13 @@
 //! `umbrage view`: the window, where the command was built with it.
 
 use crate::failure::Failure;
+#[cfg(not(feature = "view"))]
+use crate::feature::Feature;
 use crate::flags::ViewFlags;
 
 #[cfg(not(feature = "view"))]
 pub(crate) fn run(_: ViewFlags) -> Result<(), Failure> {
-    Err(Failure::input(
-        "this `umbrage` was built without its window",
-        "build it with `cargo build --release --features view`, or use `umbrage render`",
-    ))
+    Err(Failure::without(Feature::View))
 }
 
 #[cfg(feature = "view")]

@@ -41,4 +41,4 @@ pub use material::{Alpha, Material, Materials, TextureUse, Volume};
 pub use objects::Objects;
 pub use opacity::{FrameOpacity, OpaquePart};
 pub use scene::{Animated, Animation, Clip, OpenOptions, Scene};
-pub use texture::{ColorSpace, Filter, Texture, TextureTraffic, Wrap};
+pub use texture::{AVIF_LEFT_OUT, ColorSpace, Filter, Texture, TextureTraffic, Wrap};

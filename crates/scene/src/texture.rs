@@ -8,7 +8,7 @@ use image::ImageDecoder;
 use crate::memory::Budget;
 use level::Level;
 
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "avif", not(target_family = "wasm")))]
 mod avif;
 mod ktx2;
 mod level;
@@ -90,7 +90,7 @@ impl Texture {
         Self { name: name.into(), space, filter, wrap, levels, opacities: Arc::default() }
     }
 
-    /// A texture from the bytes of an image file (PNG, JPEG, WebP, AVIF, BMP, TGA or KTX2).
+    /// A texture from the bytes of an image file (PNG, JPEG, WebP, BMP, TGA or KTX2, and with the feature `avif` AVIF).
     ///
     /// # Errors
     /// Says in words why the bytes are no such image, or that it is larger than [`Texture::MAX_SIDE`].
@@ -151,8 +151,10 @@ impl Texture {
             return ktx2::decode(bytes, budget);
         }
         if is_avif(bytes) {
-            #[cfg(not(target_family = "wasm"))]
+            #[cfg(all(feature = "avif", not(target_family = "wasm")))]
             return avif::decode(bytes, budget);
+            #[cfg(not(any(feature = "avif", target_family = "wasm")))]
+            return Err(AVIF_LEFT_OUT.to_owned());
             #[cfg(target_family = "wasm")]
             return Err(
                 "AVIF images are not read in browsers; convert it to PNG, as with ImageMagick or GIMP".to_owned()
@@ -294,7 +296,12 @@ impl Texture {
 }
 
 /// Whether there is a decoder for AVIF.
-pub(crate) const READS_AVIF: bool = cfg!(not(target_family = "wasm"));
+pub(crate) const READS_AVIF: bool = cfg!(all(feature = "avif", not(target_family = "wasm")));
+
+/// What errors and warnings say of AVIF textures where this crate is compiled without its feature `avif`.
+///
+/// A program whose users can compile it looks for these words, to say how they get the feature.
+pub const AVIF_LEFT_OUT: &str = "AVIF textures need the feature `avif`, which this build leaves out";
 
 /// Whether bytes are an AVIF file's: its first box names kinds of files, and that is one of them.
 fn is_avif(bytes: &[u8]) -> bool {

@@ -41,7 +41,8 @@
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit;
 //!   [`rays::Scanner`] answers any directions from one origin, and lights on any points; [`rays::Tracer`] any rays, by what takes
 //!   the least; [`scene::Instances`] says which rigid object a hit is of.
-//! - [`gpu`] opens devices, with the feature of that name.
+#![cfg_attr(feature = "gpu", doc = "- [`gpu`] opens devices, with the feature of that name.")]
+#![cfg_attr(not(feature = "gpu"), doc = "- `gpu` opens devices, with the feature of that name.")]
 //! - [`glam`] is the library whose vectors all of these take.
 #![forbid(unsafe_code)]
 

@@ -3,6 +3,7 @@
 mod failures;
 #[cfg(unix)]
 mod faults;
+mod features;
 mod files;
 mod heatmap;
 mod pages;

@@ -5,7 +5,7 @@ use std::path::Path;
 use gltf::json::Root;
 
 use crate::Error;
-use crate::texture::READS_AVIF;
+use crate::texture::{AVIF_LEFT_OUT, READS_AVIF};
 
 /// Those that this reader understands, at least approximately.
 const SUPPORTED: &[&str] = &[
@@ -73,9 +73,12 @@ const UNSEEN: &[&str] = &[
 /// Read where there is a decoder.
 pub(super) const AVIF: &str = "EXT_texture_avif";
 
-/// Of extensions that may be refused: what their owner can do.
-const ADVICE: &[(&str, &str)] =
-    &[(AVIF, "convert its textures to PNG: `npx @gltf-transform/cli png --formats avif FILE OUT.glb`")];
+/// What the owner of a file that requires [`AVIF`] can do where there is no decoder.
+const AVIF_ADVICE: &str = if cfg!(target_family = "wasm") {
+    "convert its textures to PNG: `npx @gltf-transform/cli png --formats avif FILE OUT.glb`"
+} else {
+    AVIF_LEFT_OUT
+};
 
 /// Compares the extensions that a file uses and requires with those that are read.
 ///
@@ -89,16 +92,14 @@ pub(super) fn check(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Res
             warnings.push(format!("the file requires the glTF extension `{name}`, which changes nothing in a picture"));
         } else if !is_read(name) {
             let what = format!("the glTF extension `{name}`, which the file requires,");
-            let advice = ADVICE.iter().find(|(known, _)| known == name);
-            return Err(Error::unsupported(
-                path,
-                what,
-                advice.map_or("export the scene without it", |(_, advice)| advice),
-            ));
+            let advice = if name == AVIF { AVIF_ADVICE } else { "export the scene without it" };
+            return Err(Error::unsupported(path, what, advice));
         }
     }
     for name in json.extensions_used.iter().filter(|name| !is_read(name) && !is_in(UNSEEN, name)) {
-        warnings.push(format!("the glTF extension `{name}` is not supported and was left out"));
+        let is_compiled_out = name == AVIF && cfg!(not(target_family = "wasm"));
+        let reason = if is_compiled_out { format!(": {AVIF_LEFT_OUT}") } else { String::new() };
+        warnings.push(format!("the glTF extension `{name}` is not supported and was left out{reason}"));
     }
     Ok(())
 }

@@ -16,5 +16,6 @@ mod instances;
 mod memory;
 mod opacity;
 mod pose_allocations;
+#[cfg(feature = "avif")]
 mod textures_avif;
 mod textures_on_demand;

@@ -165,6 +165,9 @@ fn pictures_in_other_formats_have_the_texels_of_the_png() {
         [[230, 60, 40, 255], [250, 220, 60, 255], [40, 160, 90, 255], [60, 90, 200, 128]]
     );
     for (name, most) in [("webp", 0), ("avif", 0), ("basisu-uastc", 4), ("basisu-zstd", 4), ("basisu-etc1s", 12)] {
+        if name == "avif" && cfg!(not(feature = "avif")) {
+            continue;
+        }
         let far = |(a, b): (&[u8; 4], &[u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > most);
         assert!(!plain.iter().zip(&texels(name)).any(far), "{name}");
     }
@@ -311,6 +314,36 @@ fn broken_pictures_are_left_out_with_a_warning_that_says_where() {
         bytes[level + 2] ^= 0xff;
     });
     assert!(zstd.contains("images[0]: not a usable image: KTX2: its compressed texels are broken"), "{zstd}");
-    let avif = warning("avif", |bytes| bytes[4..8].copy_from_slice(b"meat"));
-    assert!(avif.contains("images[0]: not a usable image: AVIF: it has no box `meta`"), "{avif}");
+    if cfg!(feature = "avif") {
+        let avif = warning("avif", |bytes| bytes[4..8].copy_from_slice(b"meat"));
+        assert!(avif.contains("images[0]: not a usable image: AVIF: it has no box `meta`"), "{avif}");
+    }
+}
+
+#[cfg(not(feature = "avif"))]
+#[test]
+fn avif_without_its_feature_is_named() {
+    use umbrage_scene::AVIF_LEFT_OUT;
+
+    let required = error("avif", |_| ());
+    assert!(required.contains("broken.glb: the glTF extension `EXT_texture_avif`"), "{required}");
+    assert!(required.ends_with(AVIF_LEFT_OUT), "{required}");
+    let warnings = |change: fn(&mut Value)| {
+        let glb = changed("avif", |json| {
+            json["extensionsRequired"] = json!([]);
+            change(json);
+        });
+        let scene = open_bytes("picture.glb", &glb, Default::default()).unwrap();
+        (scene.at(0.0).unwrap().materials.textures.len(), scene.warnings().to_vec())
+    };
+    let extension = format!("the glTF extension `EXT_texture_avif` is not supported and was left out: {AVIF_LEFT_OUT}");
+    let texture = format!("a texture was left out: images[0]: {AVIF_LEFT_OUT}");
+    assert_eq!(warnings(|_| ()), (0, vec![extension.clone(), texture]));
+    // A plain picture beside it, as files have it for readers without the extension, is taken.
+    let beside = warnings(|json| {
+        let png = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==";
+        json["images"].as_array_mut().unwrap().push(json!({ "uri": png }));
+        json["textures"][0]["source"] = json!(1);
+    });
+    assert_eq!(beside, (1, vec![extension]));
 }
