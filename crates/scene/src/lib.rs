@@ -9,6 +9,8 @@ mod formats;
 mod frame;
 mod ground;
 mod hidden;
+#[doc(hidden)]
+pub mod image_file;
 mod instances;
 mod layers;
 mod light;

@@ -1,10 +1,10 @@
 use std::borrow::Cow;
-use std::io::Cursor;
 use std::sync::{Arc, LazyLock, OnceLock};
 
 use glam::{Vec2, Vec4};
-use image::ImageDecoder;
+use image::ImageFormat;
 
+use crate::image_file;
 use crate::memory::Budget;
 use level::Level;
 
@@ -160,31 +160,24 @@ impl Texture {
                 "AVIF images are not read in browsers; convert it to PNG, as with ImageMagick or GIMP".to_owned()
             );
         }
-        let mut reader = image::ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| format!("not an image: {error}"))?;
-        // It is read where backgrounds may have it, and takes memory for more texels than it says here.
-        if reader.format() == Some(image::ImageFormat::OpenExr) {
-            return Err("not a usable image: OpenEXR is for backgrounds".to_owned());
-        }
         // TGA is the one format that doesn't say in its first bytes what it is.
-        if reader.format().is_none() {
-            reader.set_format(image::ImageFormat::Tga);
+        let format = image_file::format(bytes).unwrap_or(ImageFormat::Tga);
+        // It is read where backgrounds may have it, and takes memory for more texels than it says here.
+        if format == ImageFormat::OpenExr {
+            return Err("not a usable image: OpenEXR is for backgrounds".to_owned());
         }
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(Self::MAX_SIDE);
         limits.max_image_height = Some(Self::MAX_SIDE);
         limits.max_alloc = Some(budget.all());
-        reader.limits(limits);
-        let unusable = |error| format!("not a usable image: {error}");
-        let decoder = reader.into_decoder().map_err(unusable)?;
-        let (width, height) = decoder.dimensions();
-        if width == 0 || height == 0 {
-            return Err("an image without texels".to_owned());
-        }
-        Self::take([width, height], budget)?;
-        let image = image::DynamicImage::from_decoder(decoder).map_err(unusable)?.into_rgba8();
-        Ok(([width, height], image.pixels().map(|pixel| pixel.0).collect()))
+        let image = image_file::decode(bytes, format, limits, &mut |[width, height]| {
+            if width == 0 || height == 0 {
+                return Err("an image without texels".to_owned());
+            }
+            Self::take([width, height], budget)
+        })?;
+        let size = [image.width(), image.height()];
+        Ok((size, image.into_rgba8().pixels().map(|pixel| pixel.0).collect()))
     }
 
     /// The longest side of an image that [`Texture::decode`] accepts, in texels.

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use exr::meta::MetaData;
 use glam::{Vec2, Vec3};
-use image::{DynamicImage, ImageDecoder, ImageFormat};
+use image::ImageFormat;
+use umbrage_scene::image_file;
 
 use crate::background::panorama_coords;
 
@@ -51,13 +52,8 @@ impl Panorama {
         /// Of a texel: as it is decoded, as four numbers, and as it stays in all levels.
         const BYTES: u64 = 48;
         let bytes = read(path, max_memory).map_err(|error| error.to_string())?;
-        let mut reader =
-            image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| e.to_string())?;
-        let mut limits = image::Limits::default();
-        limits.max_alloc = Some(max_memory);
-        reader.limits(limits);
-        let unusable = |error| format!("not a usable image: {error}");
-        if reader.format() == Some(ImageFormat::OpenExr) {
+        let format = image_file::format(&bytes).ok_or("not a usable image: its format is none that is known")?;
+        if format == ImageFormat::OpenExr {
             // Of the image, which may be larger than what is shown of it, whole blocks are decoded.
             let meta = MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(|error| error.to_string())?;
             for header in &meta.headers {
@@ -67,14 +63,12 @@ impl Panorama {
                 check(format_args!("a layer of {width}x{height} texels"), takes, max_memory)?;
             }
         }
-        let decoder = reader.into_decoder().map_err(unusable)?;
-        let (width, height) = decoder.dimensions();
-        check(
-            format_args!("an image of {width}x{height} texels"),
-            BYTES * u64::from(width) * u64::from(height),
-            max_memory,
-        )?;
-        let image = DynamicImage::from_decoder(decoder).map_err(unusable)?;
+        let mut limits = image::Limits::default();
+        limits.max_alloc = Some(max_memory);
+        let image = image_file::decode(&bytes, format, limits, &mut |[width, height]| {
+            let takes = BYTES * u64::from(width) * u64::from(height);
+            check(format_args!("an image of {width}x{height} texels"), takes, max_memory)
+        })?;
         // Eight-bit images are sRGB-encoded, Radiance and OpenEXR files are linear.
         let encoded = !matches!(image.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
         let image = image.into_rgb32f();

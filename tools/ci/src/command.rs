@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 /// Features of all checks but the window's, each behind the package that has it. Every command selects all of them, so that
 /// no package is compiled twice; the check `features` sees to it.
-pub(crate) const FEATURES: &[&str] = &["umbrage-bench/statistics"];
+pub(crate) const FEATURES: &[&str] = &["umbrage-bench/statistics", "umbrage-cli/avif", "umbrage-cli/gpu"];
 
 /// The window's features. Its toolkit is more than a third of all packages.
 pub(crate) const WINDOW_FEATURES: &[&str] = &["umbrage-bench/view", "umbrage-cli/view"];
