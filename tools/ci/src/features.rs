@@ -16,14 +16,14 @@ type Units = BTreeMap<String, (String, BTreeMap<BTreeSet<String>, BTreeSet<&'sta
 /// their own, are left out, and so is this program, which is compiled before.
 pub(crate) fn check(root: &Path) -> Outcome {
     let commands = [
-        ("clippy", lints::clippy(root)),
+        ("clippy", lints::clippy(root, Scope::Core)),
         ("docs", lints::docs(root)),
         ("tests", cpu_tests::command(root)?),
         ("GPU tests", GPU.command(root)),
-        ("doc tests", cargo_workspace(root, Scope::Windowless, &["test", "--doc"])),
-        ("examples", build(root, &[])),
+        ("doc tests", cargo_workspace(root, Scope::Core, &["test", "--doc"])),
+        ("examples", build(root, Scope::Core, &[])),
         ("benchmarks", cpu_tests::benchmarks(root)),
-        ("programs", build(root, trust::PROGRAMS)),
+        ("programs", build(root, Scope::Core, trust::PROGRAMS)),
         ("python", python::library(root)),
     ];
     let mut units = Units::new();

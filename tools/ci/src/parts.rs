@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use crate::command::{FEATURES, WINDOW_FEATURES};
+use crate::command::{FEATURES, Scope, WINDOW_FEATURES};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
 use crate::inputs::Inputs;
 use crate::log::Log;
@@ -45,12 +45,21 @@ pub(crate) const PARTS: &[Part] = &[
     },
     Part {
         name: "python",
-        steps: &[("python", python::check)],
+        steps: &[
+            ("python clippy", |root, log| log.run(&mut lints::denied(lints::clippy(root, Scope::Python)))),
+            ("python tests", python::check),
+        ],
         inputs: Inputs {
             packages: &["umbrage-python", "umbrage-cli"],
             tests: false,
             features: &[FEATURES],
-            others: &["pyproject.toml", "docs/python.md", "tools/ci/src/python.rs"],
+            others: &[
+                "clippy.toml",
+                "pyproject.toml",
+                "docs/python.md",
+                "tools/ci/src/lints.rs",
+                "tools/ci/src/python.rs",
+            ],
         },
     },
     Part {
@@ -79,13 +88,17 @@ pub(crate) const PARTS: &[Part] = &[
     },
     Part {
         name: "page",
-        steps: &[("page", page::check)],
+        steps: &[
+            ("page clippy", |root, log| log.run(&mut lints::denied(lints::clippy(root, Scope::Page)))),
+            ("page tests", page::tests),
+            ("browser", page::check),
+        ],
         inputs: Inputs {
             // The page has the GPU engine in browsers alone.
             packages: &["web", "umbrage-page", "umbrage-gpu"],
-            tests: false,
+            tests: true,
             features: &[],
-            others: &["tools/web-tests", "tools/ci/src/page.rs"],
+            others: &["clippy.toml", "tools/web-tests", "tools/ci/src/page.rs", "tools/ci/src/lints.rs"],
         },
     },
     Part {
