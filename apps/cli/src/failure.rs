@@ -32,7 +32,7 @@ impl Failure {
         Self::Input { message: message.into(), hint: Some(hint.into()) }
     }
 
-    /// What is asked for needs a part that this command is compiled without.
+    /// The command lacks an optional part that it is asked to use.
     pub(crate) fn without(feature: Feature) -> Self {
         Self::input(feature.lack(), feature.remedy())
     }

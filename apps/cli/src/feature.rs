@@ -1,8 +1,8 @@
-//! Parts of the command that are compiled only where a feature asks for them.
+//! Optional parts of the command: each is compiled with a feature of the same name.
 
 use crate::failure::{Failure, say};
 
-/// A part that a first picture doesn't need.
+/// An optional part of the command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Feature {
     /// The decoder of textures in AVIF.
@@ -32,12 +32,12 @@ impl Feature {
         }
     }
 
-    /// Refuses what needs it where it isn't there.
+    /// Fails where the command lacks it.
     pub(crate) fn check(self) -> Result<(), Failure> {
         if self.is_there() { Ok(()) } else { Err(Failure::without(self)) }
     }
 
-    /// What a command without it lacks, in words.
+    /// Says that this command lacks it.
     pub(crate) fn lack(self) -> String {
         let part = match self {
             Self::Avif => "decoder for AVIF",
@@ -47,7 +47,7 @@ impl Feature {
         format!("this `umbrage` was built without its {part}")
     }
 
-    /// The commands that bring it: one for a clone of the repository, and one that installs all features.
+    /// The commands that bring it: one runs it in a clone of the repository, the other installs all features.
     pub(crate) fn remedy(self) -> String {
         let name = self.name();
         format!(
@@ -55,12 +55,12 @@ impl Feature {
         )
     }
 
-    /// The feature whose lack an error or a warning of the library tells of.
+    /// The missing feature that an error or a warning of the library names.
     pub(crate) fn named_in(message: &str) -> Option<Self> {
         message.contains(umbrage::scene::AVIF_LEFT_OUT).then_some(Self::Avif)
     }
 
-    /// Says, below the warnings of a scene, how to get a feature that they tell of.
+    /// Says how to get a missing feature that a scene's warnings name.
     pub(crate) fn hint_at_missing(warnings: &[String]) {
         if let Some(feature) = warnings.iter().find_map(|warning| Self::named_in(warning)) {
             say(format_args!("hint: {}", feature.remedy()));

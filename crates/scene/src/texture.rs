@@ -291,9 +291,10 @@ impl Texture {
 /// Whether there is a decoder for AVIF.
 pub(crate) const READS_AVIF: bool = cfg!(all(feature = "avif", not(target_family = "wasm")));
 
-/// What errors and warnings say of AVIF textures where this crate is compiled without its feature `avif`.
+/// Part of every error and warning about an AVIF texture in a build without the feature `avif`.
 ///
-/// A program whose users can compile it looks for these words, to say how they get the feature.
+/// A program can look for it in [`Error`](crate::Error)s and [`Scene::warnings`](crate::Scene::warnings), to add how its users
+/// get the feature.
 pub const AVIF_LEFT_OUT: &str = "AVIF textures need the feature `avif`, which this build leaves out";
 
 /// Whether bytes are an AVIF file's: its first box names kinds of files, and that is one of them.

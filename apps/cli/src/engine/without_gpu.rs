@@ -1,4 +1,4 @@
-//! What is said where the command is compiled without the feature `gpu`.
+//! In place of `gpu.rs` in a command without that feature: every question fails, with the command that brings it.
 
 use umbrage::Renderer;
 

@@ -73,7 +73,7 @@ const UNSEEN: &[&str] = &[
 /// Read where there is a decoder.
 pub(super) const AVIF: &str = "EXT_texture_avif";
 
-/// What the owner of a file that requires [`AVIF`] can do where there is no decoder.
+/// Advice about a file that requires [`AVIF`], in a build without a decoder.
 const AVIF_ADVICE: &str = if cfg!(target_family = "wasm") {
     "convert its textures to PNG: `npx @gltf-transform/cli png --formats avif FILE OUT.glb`"
 } else {
