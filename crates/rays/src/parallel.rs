@@ -1,7 +1,7 @@
 //! Loops on the threads of the current rayon pool, compiled once.
 //!
 //! rayon's own loops compile its scheduler anew for each closure: that was a fifth of this library's code. Here rayon
-//! sees only [`join`], which isn't generic, and loops are divided as rayon divides them.
+//! sees only `join`, which isn't generic, and loops are divided as rayon divides them.
 
 use rayon::iter::IndexedParallelIterator;
 use rayon::iter::plumbing::{Producer, ProducerCallback};

@@ -293,7 +293,7 @@ mod tests {
             for together in [1, 5, 8, 21] {
                 let mut found = vec![None; pairs.len()];
                 for (pairs, found) in pairs.chunks(together).zip(found.chunks_mut(together)) {
-                    hits(level.into(), triangles, &rays, pairs, found);
+                    hits(level, triangles, &rays, pairs, found);
                 }
                 let bits = |hit: &Option<Hit>| hit.map(|hit| (hit.t.to_bits(), hit.triangle, hit.barycentric));
                 assert!(found.iter().map(bits).eq(alone.iter().map(bits)), "{level}");

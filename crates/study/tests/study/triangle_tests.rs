@@ -260,7 +260,7 @@ fn check(subject: &Subject, cases: &[(Corners, [Line; 16])]) -> Tally {
             tally.note(subject, line, *corners, found);
         }
         for level in SimdLevel::available() {
-            let together = (subject.sixteen)(level.into(), *corners, &lines);
+            let together = (subject.sixteen)(level, *corners, &lines);
             let bits = |found: [Found; 16]| found.map(|found| found.map(|numbers| numbers.map(f32::to_bits)));
             assert_eq!(bits(together), bits(alone), "{} with {level}: {corners:?} {lines:?}", subject.name);
         }
@@ -430,7 +430,7 @@ fn the_interval_is_open() {
             let line = Line { interval, ..line };
             let found = (subject.single)(corners, &line);
             assert_eq!(found.is_some(), is_hit, "{}: {interval:?} {found:?}", subject.name);
-            let [first, ..] = (subject.sixteen)(SimdLevel::default().into(), corners, &[line; 16]);
+            let [first, ..] = (subject.sixteen)(SimdLevel::default(), corners, &[line; 16]);
             assert_eq!(first, found, "{}: {interval:?}", subject.name);
         }
     }
@@ -474,7 +474,7 @@ fn nan_and_nothing_miss() {
         assert!((subject.single)(corners, &line).is_some(), "{}", subject.name);
         let misses = |corners: Corners, line: Line| {
             assert_eq!((subject.single)(corners, &line), None, "{}: {line:?} {corners:?}", subject.name);
-            let sixteen = (subject.sixteen)(SimdLevel::default().into(), corners, &[line; 16]);
+            let sixteen = (subject.sixteen)(SimdLevel::default(), corners, &[line; 16]);
             assert_eq!(sixteen, [None; 16], "{}: {line:?} {corners:?}", subject.name);
         };
         for axis in 0..3 {

@@ -68,7 +68,7 @@ impl KdTree {
         hits.fill(None);
         let mut found = [None; MOST_PAIRS];
         visit(&mut |pairs, ends| {
-            predicate::hits(self.level.into(), triangles, rays, pairs, &mut found);
+            predicate::hits(self.level, triangles, rays, pairs, &mut found);
             for ((&(index, id), end), hit) in pairs.iter().zip(ends).zip(found) {
                 let best = &mut hits[index as usize];
                 if let Some(hit) = hit

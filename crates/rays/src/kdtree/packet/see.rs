@@ -102,7 +102,7 @@ pub(crate) trait PacketRays: Sync {
                     continue;
                 }
                 let (pairs, mut hits) = (&pairs[..points.count], [None; SQUARE_PIXELS]);
-                predicate::hits(self.level().into(), triangles, &rays, pairs, &mut hits);
+                predicate::hits(self.level(), triangles, &rays, pairs, &mut hits);
                 let mut own = [u32::MAX; SQUARE_PIXELS];
                 let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PIXELS];
                 // A camera's ray meets what it has seen.

@@ -170,7 +170,7 @@ impl Trial {
         let light = LightSource::Point { position: origin };
         let light = if is_parallel { LightSource::Directional { direction: forward } } else { light };
         let frame = [right, up, direction];
-        Self { random, level: level, light, face, frame, half, middle, towards, flat, size }
+        Self { random, level, light, face, frame, half, middle, towards, flat, size }
     }
 
     fn corners(&mut self) -> [Vec3; 3] {

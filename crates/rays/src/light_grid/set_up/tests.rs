@@ -139,7 +139,7 @@ impl Trial {
         let rise = random.power(-7.0, -0.6);
         let face = Face { x: DVec3::X, y: DVec3::Y, z: DVec3::Z, is_parallel, ..Face::default() };
         let one_sided = if random.unit() < 0.5 { random.unit().to_bits() } else { 0 };
-        let trial = Self { random, level: level, face, origin, size, away, aspect, rise, errors, one_sided };
+        let trial = Self { random, level, face, origin, size, away, aspect, rise, errors, one_sided };
         trial.tiny_or_not()
     }
 

@@ -89,7 +89,7 @@ mod tests {
                 dispatch!(level, simd => clip(simd, corners, plane, &mut below, &mut above));
                 [below, above]
             };
-            let all = SimdLevel::available().into_iter().map(|level| clipped(level.into()));
+            let all = SimdLevel::available().into_iter().map(clipped);
             let all: Vec<_> = all.collect();
             for [below, above] in &all {
                 for (boxed, first, side) in [(below, &all[0][0], 1.0), (above, &all[0][1], -1.0)] {

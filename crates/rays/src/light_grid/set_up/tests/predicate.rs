@@ -27,7 +27,7 @@ impl Trial {
         let point_error = random.power(-10.8, -5.0) / if is_parallel { scale.max_element() } else { 1.0 };
         let [x, y, z] = [DVec3::X * scale.x, DVec3::Y * scale.y, DVec3::Z * scale.z];
         let face = Face { x, y, z, near: 1.0, is_parallel, scale, point_error, ..Face::default() };
-        Self { random, level: level, face, light }
+        Self { random, level, face, light }
     }
 
     /// A world position that is at X, Y and W of the face.
