@@ -25,5 +25,17 @@ pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
         GOAL.1,
         log.compiled.count
     );
+    names_lacking_feature(root)
+}
+
+/// The command without features says how to get the one that is asked for: every other step has it with features.
+fn names_lacking_feature(root: &Path) -> Outcome {
+    let mut umbrage = cargo(root);
+    umbrage.args(["run", "--release", "--locked", "--quiet", "--", "render", "--engine", "gpu"]);
+    let ended = umbrage.output().map_err(|error| error.to_string())?;
+    let error = String::from_utf8_lossy(&ended.stderr);
+    if ended.status.success() || !error.contains("cargo run --release --features gpu") {
+        return Err(format!("without its GPU engine the command says: {error}").into());
+    }
     Ok(())
 }
