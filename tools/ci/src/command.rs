@@ -23,54 +23,31 @@ pub(crate) fn cargo(root: &Path) -> Command {
     command
 }
 
-/// Packages that have a part of their own in the second tier: what they alone bring in, a toolkit for windows, bindings for
-/// Python and for browsers, is more than half of all dependencies.
-const APART: [&str; 4] = ["umbrage-page", "umbrage-python", "umbrage-viewer", "web"];
-
 /// The packages that a command selects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
-    /// All that have no part of their own.
-    Core,
-    /// Those, and the Python package.
-    Python,
-    /// Those, and the page with the program that makes it.
-    Page,
-    /// Those, and the window.
-    Window,
-    /// All packages, with all features.
+    /// All packages, with the window and all features.
     Whole,
+    /// All but the window.
+    Windowless,
 }
 
-impl Scope {
-    /// The packages that it adds to the core.
-    fn added(self) -> &'static [&'static str] {
-        match self {
-            Self::Core => &[],
-            Self::Python => &["umbrage-python"],
-            Self::Page => &["umbrage-page", "web"],
-            Self::Window => &["umbrage-viewer"],
-            Self::Whole => &APART,
-        }
-    }
-}
-
-/// A cargo command about the workspace. Commands share what they compile if all of them select examples or tests:
-/// dev-dependencies, which come with these, turn on features of other dependencies.
+/// A cargo command about the workspace. Commands of one scope share what they compile if all of them select examples or
+/// tests: dev-dependencies, which come with these, turn on features of other dependencies. So do the Python package and the
+/// page: left out here, their parts would compile everything once more.
 pub(crate) fn cargo_workspace(root: &Path, scope: Scope, arguments: &[&str]) -> Command {
     let mut command = cargo(root);
     command.args(arguments).args(["--workspace", "--locked", "--features", &FEATURES.join(",")]);
-    if matches!(scope, Scope::Window | Scope::Whole) {
-        command.args(["--features", &WINDOW_FEATURES.join(",")]);
-    }
-    let left_out = APART.iter().filter(|package| !scope.added().contains(package));
-    command.args(left_out.flat_map(|package| ["--exclude", package]));
+    match scope {
+        Scope::Whole => command.args(["--features", &WINDOW_FEATURES.join(",")]),
+        Scope::Windowless => command.args(["--exclude", "umbrage-viewer"]),
+    };
     command
 }
 
 /// Builds programs and all examples, as the tests are built.
-pub(crate) fn build(root: &Path, scope: Scope, programs: &[&str]) -> Command {
-    let mut command = cargo_workspace(root, scope, &["build", "--examples"]);
+pub(crate) fn build(root: &Path, programs: &[&str]) -> Command {
+    let mut command = cargo_workspace(root, Scope::Windowless, &["build", "--examples"]);
     command.args(programs.iter().flat_map(|name| ["--bin", name]));
     command
 }

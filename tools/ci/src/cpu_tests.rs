@@ -6,12 +6,11 @@ use crate::command::{Scope, cargo_workspace};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
 use crate::log::Log;
 use crate::outcome::Outcome;
-use crate::page;
 use crate::repository::files;
 use crate::test_times::{Length, run_tests};
 
 /// Test programs that have a step of their own.
-const APART: [&str; 4] = [GPU.program, VIEWER.program, WINDOW.program, page::PROGRAM];
+const APART: [&str; 3] = [GPU.program, VIEWER.program, WINDOW.program];
 
 /// Runs all tests but those in documentation and those that have a step of their own.
 pub(crate) fn check(root: &Path, log: &mut Log, length: Length) -> Outcome {
@@ -22,7 +21,7 @@ pub(crate) fn check(root: &Path, log: &mut Log, length: Length) -> Outcome {
 /// conformance suite share the oracle's answers.
 pub(crate) fn command(root: &Path) -> Result<Command, String> {
     let arguments = ["test", "--no-fail-fast", "--lib", "--bins", "--examples"];
-    let mut test = cargo_workspace(root, Scope::Core, &arguments);
+    let mut test = cargo_workspace(root, Scope::Windowless, &arguments);
     for program in test_programs(root)?.iter().filter(|program| !APART.contains(&program.as_str())) {
         test.args(["--test", program]);
     }
@@ -31,7 +30,7 @@ pub(crate) fn command(root: &Path) -> Result<Command, String> {
 
 /// Runs each benchmark once, as a test.
 pub(crate) fn benchmarks(root: &Path) -> Command {
-    cargo_workspace(root, Scope::Core, &["test", "--bench", "*", "--examples"])
+    cargo_workspace(root, Scope::Windowless, &["test", "--bench", "*", "--examples"])
 }
 
 /// The names of all test programs: files in the folders `tests` of packages, and folders there with a `main.rs`. A

@@ -21,15 +21,19 @@ pub(crate) struct EquippedTests {
 
 /// The tests that need a GPU adapter. Those of one program share a device, so that its kernels are compiled once, which a
 /// process for each test would not.
-pub(crate) const GPU: EquippedTests =
-    EquippedTests { program: "gpu", scope: Scope::Core, marker: "skipped-gpu:", package: debian::SOFTWARE_ADAPTER };
+pub(crate) const GPU: EquippedTests = EquippedTests {
+    program: "gpu",
+    scope: Scope::Windowless,
+    marker: "skipped-gpu:",
+    package: debian::SOFTWARE_ADAPTER,
+};
 
 /// The viewer's interface and its engines, drawn by an adapter without a window.
-pub(crate) const VIEWER: EquippedTests = EquippedTests { program: "viewer", scope: Scope::Window, ..GPU };
+pub(crate) const VIEWER: EquippedTests = EquippedTests { program: "viewer", scope: Scope::Whole, ..GPU };
 
 /// The command with its window, on an X server without a screen.
 pub(crate) const WINDOW: EquippedTests =
-    EquippedTests { program: "view", scope: Scope::Window, marker: "skipped-window:", package: debian::X_SERVER };
+    EquippedTests { program: "view", scope: Scope::Whole, marker: "skipped-window:", package: debian::X_SERVER };
 
 impl EquippedTests {
     /// Runs them. On a machine that could have what they need, it is a failure if they lack it.

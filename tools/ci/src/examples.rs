@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::{Scope, build};
+use crate::command::build;
 use crate::log::Log;
 use crate::outcome::Outcome;
 use crate::repository;
@@ -11,7 +11,7 @@ const FOLDER: &str = "crates/umbrage/examples";
 
 /// Every example runs to its end.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
-    log.run(&mut build(root, Scope::Core, &[]))?;
+    log.run(&mut build(root, &[]))?;
     let sources = repository::files(&root.join(FOLDER), "rs")?;
     if sources.is_empty() {
         return Err(format!("{FOLDER}: there are no examples").into());

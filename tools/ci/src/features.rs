@@ -16,14 +16,14 @@ type Units = BTreeMap<String, (String, BTreeMap<BTreeSet<String>, BTreeSet<&'sta
 /// their own, are left out, and so is this program, which is compiled before.
 pub(crate) fn check(root: &Path) -> Outcome {
     let commands = [
-        ("clippy", lints::clippy(root, Scope::Core)),
+        ("clippy", lints::clippy(root)),
         ("docs", lints::docs(root)),
         ("tests", cpu_tests::command(root)?),
         ("GPU tests", GPU.command(root)),
-        ("doc tests", cargo_workspace(root, Scope::Core, &["test", "--doc"])),
-        ("examples", build(root, Scope::Core, &[])),
+        ("doc tests", cargo_workspace(root, Scope::Windowless, &["test", "--doc"])),
+        ("examples", build(root, &[])),
         ("benchmarks", cpu_tests::benchmarks(root)),
-        ("programs", build(root, Scope::Core, trust::PROGRAMS)),
+        ("programs", build(root, trust::PROGRAMS)),
         ("python", python::library(root)),
     ];
     let mut units = Units::new();

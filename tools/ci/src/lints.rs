@@ -9,9 +9,9 @@ const ARGUMENTS: [&str; 2] = ["-D", "warnings"];
 /// Packages that have something about the window.
 pub(crate) const WINDOW_PACKAGES: &[&str] = &["umbrage-bench", "umbrage-cli", "umbrage-viewer"];
 
-/// Clippy on the packages of a scope.
-pub(crate) fn clippy(root: &Path, scope: Scope) -> Command {
-    cargo_workspace(root, scope, &["clippy", "--all-targets"])
+/// Clippy on all but the window.
+pub(crate) fn clippy(root: &Path) -> Command {
+    cargo_workspace(root, Scope::Windowless, &["clippy", "--all-targets"])
 }
 
 /// Clippy on the window, and on the command and the benchmarks with it.
@@ -31,7 +31,7 @@ pub(crate) fn denied(mut clippy: Command) -> Command {
 /// The documentation of all libraries but the window's. With an example and with all packages, dependencies have the features
 /// that clippy has checked them with; with fewer, many would be checked again.
 pub(crate) fn docs(root: &Path) -> Command {
-    of_docs(cargo_workspace(root, Scope::Core, &["doc", "--no-deps", "--lib", "--example", "rays"]))
+    of_docs(cargo_workspace(root, Scope::Windowless, &["doc", "--no-deps", "--lib", "--example", "rays"]))
 }
 
 /// The documentation of all packages, programs included.

@@ -1,12 +1,11 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::command::{Scope, build, cargo_workspace};
+use crate::command::build;
 use crate::debian;
 use crate::log::Log;
 use crate::outcome::{Outcome, skipped};
 use crate::repository::built;
-use crate::test_times::{Length, run_tests};
 
 /// Rust's library for browsers.
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -14,21 +13,12 @@ const TARGET: &str = "wasm32-unknown-unknown";
 /// The program in JavaScript that opens the page.
 const TESTS: &str = "tools/web-tests";
 
-/// The test program of the page's studio.
-pub(crate) const PROGRAM: &str = "page";
-
-/// The tests of the page's studio and of the program that makes the page, without a browser.
-pub(crate) fn tests(root: &Path, log: &mut Log) -> Outcome {
-    let mut test = cargo_workspace(root, Scope::Page, &["test", "--no-fail-fast", "--bin", "web", "--test", PROGRAM]);
-    run_tests(log, &mut test, Length::Short, None).map(drop)
-}
-
 /// The page is compiled for browsers, and a browser shows it, with the same pictures as this machine's.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     if !is_there(Command::new("rustup"), &["target", "add", TARGET]) {
         return skipped("Rust's library for browsers can't be installed (rustup target add wasm32-unknown-unknown)");
     }
-    log.run(&mut build(root, Scope::Page, &["web"]))?;
+    log.run(&mut build(root, &["web"]))?;
     let web = built(root, "web");
     log.run(Command::new(&web).current_dir(root).arg("build"))?;
     if !Path::new(debian::CHROMIUM).is_file() {

@@ -2,7 +2,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::command::{Scope, build};
+use crate::command::build;
 use crate::log::Log;
 use crate::outcome::{NotPassed, Outcome, skipped};
 use crate::repository;
@@ -74,7 +74,7 @@ fn python() -> Result<PathBuf, NotPassed> {
 
 /// Builds the library and the command.
 pub(crate) fn library(root: &Path) -> Command {
-    let mut build = build(root, Scope::Python, &[COMMAND]);
+    let mut build = build(root, &[COMMAND]);
     build.arg("--lib");
     build
 }

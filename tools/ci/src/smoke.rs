@@ -2,14 +2,14 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::{Scope, build};
+use crate::command::build;
 use crate::log::Log;
 use crate::outcome::Outcome;
 use crate::repository::{built, empty_folder};
 
 /// The command renders a picture.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
-    log.run(&mut build(root, Scope::Core, &["umbrage"]))?;
+    log.run(&mut build(root, &["umbrage"]))?;
     render(root, log, Command::new(built(root, "umbrage")))
 }
 

@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::{Scope, build};
+use crate::command::build;
 use crate::log::Log;
 use crate::outcome::Outcome;
 use crate::parts::Step;
@@ -24,6 +24,6 @@ pub(crate) const AT_LENGTH: &[Step] = &[
 ];
 
 fn run(root: &Path, log: &mut Log, program: &str, arguments: [&str; 2]) -> Outcome {
-    log.run(&mut build(root, Scope::Core, PROGRAMS))?;
+    log.run(&mut build(root, PROGRAMS))?;
     log.run(Command::new(built(root, program)).current_dir(root).args(arguments))
 }
