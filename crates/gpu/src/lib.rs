@@ -27,6 +27,7 @@ mod omit;
 mod onward;
 #[cfg(feature = "operations")]
 mod operations;
+mod pipelines;
 pub mod pose;
 pub mod primitives;
 mod recorder;
