@@ -17,7 +17,6 @@ pub mod kdtree;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
-#[path = "../tests/gpu/layout.rs"]
 mod layout;
 mod light;
 mod link;
