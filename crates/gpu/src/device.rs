@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::GpuError;
 use crate::memory::Memory;
+use crate::pipelines::Pipelines;
 
 #[cfg(target_arch = "wasm32")]
 pub(crate) use browser as platform;
@@ -23,6 +24,7 @@ pub struct Gpu {
     info: Adapter,
     pub(crate) uploaded_bytes: Arc<AtomicU64>,
     pub(crate) memory: Arc<Memory>,
+    pub(crate) pipelines: Arc<Pipelines>,
     /// The first thing that went wrong, until it is asked for.
     trouble: Arc<Mutex<Option<GpuError>>>,
     /// Why the device is lost, if it is: from then on it answers anything with errors of any kind.
@@ -176,6 +178,7 @@ impl Gpu {
             info,
             uploaded_bytes: Arc::default(),
             memory,
+            pipelines: Arc::default(),
             trouble,
             loss,
             is_shared,
@@ -209,7 +212,19 @@ impl Gpu {
         self.device.destroy();
     }
 
-    /// Bytes that were written to buffers so far.
+    /// The same device with a counter of its own for uploads.
+    #[must_use]
+    pub fn with_own_counts(self) -> Self {
+        Self { uploaded_bytes: Arc::default(), ..self }
+    }
+
+    /// Number of shader entry points that the device has compiled.
+    #[must_use]
+    pub fn compiled_entry_points(&self) -> usize {
+        self.pipelines.count()
+    }
+
+    /// Bytes written to buffers so far, through this handle and its clones.
     #[must_use]
     pub fn uploaded_bytes(&self) -> u64 {
         self.uploaded_bytes.load(Ordering::Relaxed)

@@ -1,12 +1,14 @@
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use crate::link::{link, link_text, shared_constants};
 #[cfg(feature = "operations")]
 use crate::operations::Counter;
+use crate::pipelines::{EntryPoint, Pipeline};
 use crate::{Buffer, Gpu};
 
-/// One entry point of a shader, ready to run.
+/// One entry point of a shader, ready to run. A device compiles it once, for all of its kernels.
 #[derive(Debug)]
 pub struct Kernel {
     name: &'static str,
@@ -58,7 +60,7 @@ impl Kernel {
         entries: [&'static str; N],
         constants: &[(&str, f64)],
     ) -> [Self; N] {
-        Self::of_linked(gpu, path, &link(path), entries, constants)
+        Self::of_root(gpu, path, path, || link(path), entries, constants)
     }
 
     /// The entry point `entry` of a shader that isn't the crate's own but may import its modules.
@@ -67,46 +69,31 @@ impl Kernel {
     /// If it isn't valid, or imports what isn't there.
     #[must_use]
     pub fn of_text(gpu: &Gpu, text: &str, entry: &'static str, constants: &[(&str, f64)]) -> Self {
-        let [kernel] = Self::of_linked(gpu, "text", &link_text(text), [entry], constants);
+        let [kernel] = Self::of_root(gpu, "text", text, || link_text(text), [entry], constants);
         kernel
     }
 
-    fn of_linked<const N: usize>(
+    /// Entry points of the shader `root`. `link` joins it with its modules, if one of the entry points isn't compiled yet.
+    fn of_root<const N: usize>(
         gpu: &Gpu,
-        path: &str,
-        text: &str,
+        label: &str,
+        root: &str,
+        link: impl Fn() -> String,
         entries: [&'static str; N],
         constants: &[(&str, f64)],
     ) -> [Self; N] {
-        let device = &gpu.device;
-        let label = Some(path);
-        let (read, source) = source(gpu, text);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
-        let layouts = layouts(&read).map(|entries| {
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries })
-        });
-        let layouts: Vec<_> = layouts.collect();
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label,
-            bind_group_layouts: &layouts.iter().map(Some).collect::<Vec<_>>(),
-            immediate_size: 0,
-        });
-        entries.map(|entry| {
-            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-                cache: None,
+        let shader = OnceCell::new();
+        entries.map(|name| {
+            let Pipeline { pipeline, layouts } = gpu.pipelines.get(EntryPoint::new(root, name, constants), || {
+                shader.get_or_init(|| Shader::new(gpu, label, &link())).compile(gpu, name, constants)
             });
             Self {
-                name: entry,
+                name,
                 pipeline,
                 layout: layouts[0].clone(),
                 bound: Mutex::default(),
                 #[cfg(feature = "operations")]
-                counter: layouts.get(1).map(|layout| Counter::new(gpu, format!("{path}::{entry}"), layout)),
+                counter: layouts.get(1).map(|layout| Counter::new(gpu, format!("{label}::{name}"), layout)),
             }
         })
     }
@@ -158,6 +145,46 @@ impl Kernel {
         let buffers = buffers.iter().map(|buffer| buffer.raw().clone()).collect();
         bound.push_back(Bound { buffers, group: group.clone() });
         group
+    }
+}
+
+/// A linked shader, whose entry points can be compiled.
+#[derive(Debug)]
+struct Shader {
+    module: wgpu::ShaderModule,
+    /// The bindings of each group.
+    layouts: Vec<wgpu::BindGroupLayout>,
+    pipeline_layout: wgpu::PipelineLayout,
+}
+
+impl Shader {
+    fn new(gpu: &Gpu, label: &str, text: &str) -> Self {
+        let device = &gpu.device;
+        let label = Some(label);
+        let (read, source) = source(gpu, text);
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+        let layouts = layouts(&read).map(|entries| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries })
+        });
+        let layouts: Vec<_> = layouts.collect();
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label,
+            bind_group_layouts: &layouts.iter().map(Some).collect::<Vec<_>>(),
+            immediate_size: 0,
+        });
+        Self { module, layouts, pipeline_layout }
+    }
+
+    fn compile(&self, gpu: &Gpu, entry: &'static str, constants: &[(&str, f64)]) -> Pipeline {
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&self.pipeline_layout),
+            module: &self.module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            cache: None,
+        });
+        Pipeline { pipeline, layouts: self.layouts.clone() }
     }
 }
 

@@ -17,7 +17,6 @@ pub mod kdtree;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
-#[path = "../tests/gpu/layout.rs"]
 mod layout;
 mod light;
 mod link;
@@ -27,6 +26,7 @@ mod omit;
 mod onward;
 #[cfg(feature = "operations")]
 mod operations;
+mod pipelines;
 pub mod pose;
 pub mod primitives;
 mod recorder;

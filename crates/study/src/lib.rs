@@ -9,7 +9,7 @@ pub mod gpu_kdtree;
 pub mod kd_tasks;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
-#[path = "../../gpu/tests/gpu/layout.rs"]
+#[path = "../../gpu/src/layout.rs"]
 mod layout;
 pub mod light_buffer;
 pub mod on_demand;

@@ -10,7 +10,7 @@ use crate::test_times::{Length, run_tests};
 /// A test program with a step of its own, since a machine may lack what its tests need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EquippedTests {
-    /// The test program's name, in every crate that has one.
+    /// The test program's name.
     pub(crate) program: &'static str,
     scope: Scope,
     /// Start of the line on standard error with which a test says what it lacks.

@@ -4,5 +4,5 @@
 mod pose;
 mod tables;
 
-pub use pose::{Pose, PoseSize, PosedAttributes};
+pub use pose::{Pose, PosedAttributes};
 pub use tables::{Deltas, Influences, PosePart, PoseShape, RigPart, RigShape, RigTables, RigTarget};

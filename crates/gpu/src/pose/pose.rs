@@ -39,17 +39,17 @@ pub struct PosedAttributes {
 /// What a dispatch poses, as in `pose.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct PoseSize {
+pub(crate) struct PoseSize {
     /// How many vertices.
-    pub vertices: u32,
+    pub(crate) vertices: u32,
     /// How many parts there are.
-    pub parts: u32,
+    pub(crate) parts: u32,
     /// Where the matrices start.
-    pub matrix_word: u32,
+    pub(crate) matrix_word: u32,
     /// Where normals go, or [`PoseShape::NO_ATTRIBUTE`].
-    pub normal_word: u32,
+    pub(crate) normal_word: u32,
     /// Where tangents go, or [`PoseShape::NO_ATTRIBUTE`].
-    pub tangent_word: u32,
+    pub(crate) tangent_word: u32,
 }
 
 impl Pose {

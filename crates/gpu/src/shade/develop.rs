@@ -1,4 +1,5 @@
-use super::{DevelopSettings, FilmPlanes};
+use super::FilmPlanes;
+use super::tables::DevelopSettings;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// From linear radiance to what a screen can show.

@@ -4,6 +4,8 @@
 mod develop;
 mod develop_turns;
 mod film;
+#[cfg(test)]
+mod layout;
 mod shown;
 mod stage;
 mod tables;
@@ -14,7 +16,5 @@ pub use develop_turns::Turns;
 pub use film::{FilmKeeps, FilmPlanes};
 pub use shown::Shown;
 pub use stage::{Attributes, Layer, Moving, Shade, ShadeInputs};
-pub use tables::{
-    DevelopSettings, ShadeLayers, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture,
-};
+pub use tables::{ShadeLayers, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture};
 pub use texels::Texels;

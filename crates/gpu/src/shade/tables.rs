@@ -399,28 +399,28 @@ impl ShadeTexture {
 /// How a film is developed: 28 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct DevelopSettings {
+pub(crate) struct DevelopSettings {
     /// What makes means of the film's sums: one over the number of samples.
-    pub weight: f32,
+    pub(crate) weight: f32,
     /// What the means are multiplied by.
-    pub exposure: f32,
+    pub(crate) exposure: f32,
     /// [`DevelopSettings::NEUTRAL`] or [`DevelopSettings::CLIP`].
-    pub tone_map: u32,
+    pub(crate) tone_map: u32,
     /// Of the image in pixels.
-    pub width: u32,
+    pub(crate) width: u32,
     /// Of the image in pixels.
-    pub height: u32,
+    pub(crate) height: u32,
     /// From one row of the image to the next.
-    pub row_pixels: u32,
+    pub(crate) row_pixels: u32,
     /// Where the film's plane of what is shown as it is starts, in pixels; [`DevelopSettings::NO_PLANE`] for none.
-    pub flat_plane: u32,
+    pub(crate) flat_plane: u32,
 }
 
 impl DevelopSettings {
     /// `tone_map`: Khronos PBR Neutral.
-    pub const NEUTRAL: u32 = 0;
+    pub(crate) const NEUTRAL: u32 = 0;
     /// `tone_map`: everything above one is cut off.
-    pub const CLIP: u32 = 1;
+    pub(crate) const CLIP: u32 = 1;
     /// `flat_plane`: nothing is shown as it is.
-    pub const NO_PLANE: u32 = u32::MAX;
+    pub(crate) const NO_PLANE: u32 = u32::MAX;
 }

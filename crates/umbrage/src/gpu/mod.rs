@@ -141,6 +141,8 @@ impl GpuEngine {
     /// # Errors
     /// Where the device has no memory for fixed tables.
     pub(crate) fn new(gpu: Gpu) -> Result<Self, GpuError> {
+        // Other engines on the device have uploads, too.
+        let gpu = gpu.with_own_counts();
         // Drivers compile kernels for so long that all processors have to take part.
         let (finders, (rig, (shade, picture))) = both(
             || Finders::new(&gpu),

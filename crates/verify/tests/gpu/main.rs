@@ -1,4 +1,4 @@
-//! Tests of the GPU engine, as one program, so that each kernel is compiled once.
+//! All tests that need a GPU, as one program: they share a device, so that each kernel is compiled once.
 
 #[path = "../../../scene/tests/scene/builder.rs"]
 #[allow(dead_code, clippy::unwrap_used, reason = "shared with the reader's tests, which use more of it")]
@@ -16,4 +16,6 @@ mod long {
 mod own_frames;
 mod pose;
 mod shade;
+mod stages;
+mod study;
 mod texture;

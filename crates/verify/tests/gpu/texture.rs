@@ -1,54 +1,40 @@
 //! Frames that a GPU renders to a texture show what its films are developed to.
 
 use std::collections::HashSet;
-use std::sync::{MutexGuard, OnceLock};
 
-use umbrage::gpu::{Adapter, DeviceLimits, Gpu, wgpu};
+use umbrage::gpu::wgpu;
 use umbrage::scene::Scene;
 use umbrage::{Error, Renderer, Settings, Stats, ToneMap};
 
-use crate::common::{Once, lock};
+use crate::common::{Device, Pooled, device, renderer, small_device, small_renderer};
 
-/// A renderer, and whoever else works on its device.
-pub(crate) struct Shared {
-    pub(crate) renderer: Renderer,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+/// A renderer and its device, to read textures with.
+struct Shared {
+    renderer: Pooled<Renderer>,
+    device: &'static Device,
 }
 
 impl Shared {
-    /// On the machine's adapter, opened as a window would open it.
-    fn open(limits: DeviceLimits) -> Option<Self> {
-        let expected = Adapter::find("").map_err(|error| eprintln!("skipped-gpu: {error}")).ok()?;
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-        let adapter = all.into_iter().find(|adapter| Adapter::of(adapter) == expected)?;
-        let descriptor = Gpu::descriptor(&adapter, limits).expect("a suitable adapter");
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
-        let gpu = Gpu::of_device(&adapter, device.clone(), queue.clone()).expect("a suitable device");
-        Some(Self { renderer: Renderer::with_gpu(gpu).expect("room for fixed tables"), device, queue })
-    }
-
     /// A texture's pixels, in rows from the upper left corner.
     fn pixels(&self, texture: &wgpu::Texture) -> Vec<[u8; 4]> {
         let [width, height] = [texture.width(), texture.height()];
         let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+        let buffer = self.device.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: u64::from(row * height),
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
         encoder.copy_texture_to_buffer(
             texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
             texture.size(),
         );
-        self.queue.submit([encoder.finish()]);
+        self.device.queue.submit([encoder.finish()]);
         buffer.map_async(wgpu::MapMode::Read, .., |mapped| mapped.expect("mapped"));
-        self.device.poll(wgpu::PollType::wait_indefinitely()).expect("done");
+        self.device.device.poll(wgpu::PollType::wait_indefinitely()).expect("done");
         let bytes = buffer.get_mapped_range(..).expect("mapped");
         let rows = bytes.chunks_exact(row as usize).flat_map(|row| row[..4 * width as usize].chunks_exact(4));
         rows.map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect()
@@ -67,10 +53,8 @@ impl Shared {
     }
 }
 
-/// One for these tests and those of [`crate::shade`].
-pub(crate) fn shared() -> Option<MutexGuard<'static, Shared>> {
-    static SHARED: Once<Shared> = OnceLock::new();
-    lock(&SHARED, || Shared::open(DeviceLimits::Portable))
+fn shared() -> Option<Shared> {
+    Some(Shared { renderer: renderer()?, device: device()? })
 }
 
 fn open_scene(name: &str) -> Scene {
@@ -137,7 +121,8 @@ fn counts_are_known_without_fetching() {
 
 #[test]
 fn bands_are_put_together() {
-    let Some(mut shared) = Shared::open(DeviceLimits::Buffers(1 << 20)) else { return };
+    let (Some(renderer), Some(device)) = (small_renderer(), small_device()) else { return };
+    let mut shared = Shared { renderer, device };
     // A row of the first takes 48 bytes for each of 128 pixels, one of the second for each of 256: bands have 128 and 64
     // rows.
     for [width, height] in [[90, 200], [230, 150]] {

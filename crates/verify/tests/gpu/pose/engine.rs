@@ -1,12 +1,16 @@
 //! A frame of the GPU engine brings what moves vertices to the GPU, and no vertices.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
 use glam::Vec3;
 use serde_json::json;
 use umbrage::rays::Camera;
 use umbrage::{CameraChoice, Renderer, Scene, Settings, Sides};
+use umbrage_gpu::Buffer;
 
 use crate::builder::{self, Builder};
-use crate::common::renderer;
+use crate::common::{gpu, renderer};
 
 /// A skinned and morphed strip of so many vertices beside a still one, with two triangles that no ray can hit.
 fn strips(vertices: u16) -> Scene {
@@ -69,6 +73,30 @@ fn uploads_do_not_grow_with_the_vertices() {
         assert_eq!(large[1..], small[1..]);
         assert!(large[2] < 8_000, "{large:?}");
     }
+}
+
+#[test]
+fn uploads_of_others_on_the_device_are_not_counted() {
+    let (Some(mut renderer), Some(gpu)) = (renderer(), gpu()) else { return };
+    let scene = strips(200);
+    let mut uploads = |seconds: f64| {
+        renderer.render(&scene, seconds, &settings()).expect("a frame");
+        renderer.stats().uploaded_bytes
+    };
+    uploads(0.1);
+    let alone = uploads(0.2);
+    let (is_done, mut words) = (AtomicBool::new(false), Buffer::storage(&gpu, "words"));
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_done.load(Ordering::Relaxed) {
+                words.write(&gpu, &[0_u32; 99]).expect("room");
+                thread::yield_now();
+            }
+        });
+        let beside_others = [0.3, 0.4].map(&mut uploads);
+        is_done.store(true, Ordering::Relaxed);
+        assert_eq!(beside_others, [alone; 2]);
+    });
 }
 
 fn triangles(renderer: &Renderer) -> Vec<u32> {

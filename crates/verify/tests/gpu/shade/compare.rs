@@ -1,16 +1,14 @@
 //! How two films differ.
 
-use std::sync::MutexGuard;
-
 use umbrage::scene::Frame;
 use umbrage::{Error, Film, Renderer, Settings};
 
-use crate::texture::{Shared, shared};
+use crate::common::{Pooled, renderer};
 
 /// Both engines.
 pub(crate) struct Engines {
     cpu: Renderer,
-    gpu: MutexGuard<'static, Shared>,
+    gpu: Pooled<Renderer>,
 }
 
 /// The same frame twice.
@@ -22,16 +20,16 @@ pub(crate) struct Films {
     pub(crate) uploaded_bytes: u64,
 }
 
-/// Both, the GPU's to itself.
+/// Both.
 pub(crate) fn engines() -> Option<Engines> {
-    Some(Engines { cpu: Renderer::default(), gpu: shared()? })
+    Some(Engines { cpu: Renderer::default(), gpu: renderer()? })
 }
 
 impl Engines {
     pub(crate) fn render(&mut self, frame: &Frame, settings: &Settings) -> Result<Films, Error> {
-        let gpu = self.gpu.renderer.render_frame(frame, settings)?.clone();
+        let gpu = self.gpu.render_frame(frame, settings)?.clone();
         let cpu = self.cpu.render_frame(frame, settings)?.clone();
-        Ok(Films { cpu, gpu, uploaded_bytes: self.gpu.renderer.stats().uploaded_bytes })
+        Ok(Films { cpu, gpu, uploaded_bytes: self.gpu.stats().uploaded_bytes })
     }
 }
 

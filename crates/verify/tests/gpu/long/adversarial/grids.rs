@@ -1,7 +1,5 @@
 //! The GPU's grids, in all the forms that they have, against what is true.
 
-use std::sync::{MutexGuard, OnceLock};
-
 use glam::Vec3;
 use umbrage_gpu::{
     CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, LightOptions, LightWork, Recorder, Sight,
@@ -12,7 +10,7 @@ use umbrage_verify::lights::point;
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, TestMesh, Truth};
 
-use crate::common::{Once, gpu, lock};
+use crate::common::{Pool, Pooled, gpu};
 
 /// Both mappings of the camera's grid, one and many slices, each with a map of lights with one and with several. Each form
 /// of the camera's grid has kernels of its own, which take seconds to compile.
@@ -37,18 +35,16 @@ pub(crate) struct Grids {
     lights: LightGrid,
 }
 
-/// One for all tests. `None`, and a line that says so, where there is no adapter.
-pub(crate) fn grids() -> Option<MutexGuard<'static, Grids>> {
-    static GRIDS: Once<Grids> = OnceLock::new();
-    lock(&GRIDS, || {
-        let gpu = gpu()?;
-        Some(Grids {
-            geometry: Geometry::new(&gpu),
-            cameras: FORMS.map(|(camera, _)| CameraGrid::new(&gpu, camera)),
-            lights: LightGrid::new(&gpu),
-            gpu,
-        })
-    })
+/// Grids on the shared device. `None` without an adapter.
+pub(crate) fn grids() -> Option<Pooled<Grids>> {
+    static GRIDS: Pool<Grids> = Pool::new();
+    let gpu = gpu()?;
+    Some(GRIDS.take(|| Grids {
+        geometry: Geometry::new(&gpu),
+        cameras: FORMS.map(|(camera, _)| CameraGrid::new(&gpu, camera)),
+        lights: LightGrid::new(&gpu),
+        gpu,
+    }))
 }
 
 impl Grids {

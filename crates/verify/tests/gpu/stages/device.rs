@@ -3,7 +3,7 @@
 use std::thread;
 
 use umbrage_gpu::primitives::Scan;
-use umbrage_gpu::{Adapter, Buffer, DeviceLimits, Gpu, GpuError, Recorder, wgpu};
+use umbrage_gpu::{Adapter, Buffer, DeviceLimits, Gpu, GpuError, Groups, Kernel, Recorder, wgpu};
 
 use crate::common;
 
@@ -22,7 +22,7 @@ fn sum(gpu: &Gpu) -> Result<u32, GpuError> {
 
 #[test]
 fn a_closed_device_is_an_error() {
-    let Some(gpu) = common::gpu() else { return };
+    let Some(gpu) = common::open(DeviceLimits::Portable) else { return };
     assert_eq!(sum(&gpu).expect("a sum"), 500_500);
     gpu.close();
     let error = sum(&gpu).expect_err("a lost device");
@@ -45,7 +45,7 @@ fn what_is_too_large_is_named() {
 
 #[test]
 fn several_devices_and_threads_work_at_once() {
-    let Some(first) = common::gpu() else { return };
+    let Some(first) = common::open(DeviceLimits::Portable) else { return };
     let second = Gpu::open("", DeviceLimits::Adapter).expect("there was one before");
     thread::scope(|scope| {
         let sums: Vec<_> = [&first, &second, &first, &second].map(|gpu| scope.spawn(|| sum(gpu))).into();
@@ -66,17 +66,9 @@ fn names_choose_adapters() {
     assert!(error.contains("no such GPU") && error.contains(name.as_str()), "{error}");
 }
 
-/// The adapter that tests use, as whoever opens a window has it.
-fn raw_adapter() -> Option<wgpu::Adapter> {
-    let expected = common::gpu()?.adapter().clone();
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-    all.into_iter().find(|adapter| Adapter::of(adapter) == expected)
-}
-
 #[test]
 fn a_device_is_shared_with_whoever_has_opened_it() {
-    let Some(adapter) = raw_adapter() else { return };
+    let Some(adapter) = common::adapter() else { return };
     let descriptor = Gpu::descriptor(&adapter, DeviceLimits::Adapter).expect("a suitable adapter");
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
     let gpu = Gpu::of_device(&adapter, device.clone(), queue.clone()).expect("a suitable device");
@@ -99,7 +91,7 @@ fn a_device_is_shared_with_whoever_has_opened_it() {
 
 #[test]
 fn a_device_that_can_do_too_little_says_what_is_missing() {
-    let Some(adapter) = raw_adapter() else { return };
+    let Some(adapter) = common::adapter() else { return };
     let required_limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
     let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
@@ -107,4 +99,34 @@ fn a_device_that_can_do_too_little_says_what_is_missing() {
     assert!(is_limited, "wgpu gives more than it was asked for");
     let error = Gpu::of_device(&adapter, device, queue).expect_err("too few buffers").to_string();
     assert!(error.contains("max_storage_buffers_per_shader_stage is 4 where 8 is needed"), "{error}");
+}
+
+#[test]
+fn a_device_compiles_each_kernel_once() {
+    let Some(gpu) = common::open(DeviceLimits::Portable) else { return };
+    let text = "override ADDED: u32 = 0u;\n\
+        @group(0) @binding(0) var<storage, read_write> word: array<u32>;\n\
+        @compute @workgroup_size(1) fn add() { word[0] += ADDED; }\n\
+        @compute @workgroup_size(1) fn twice() { word[0] *= 2u; }\n";
+    let run = |entry, added: u32| {
+        let kernel = Kernel::of_text(&gpu, text, entry, &[("ADDED", added.into())]);
+        let mut word = Buffer::storage(&gpu, "word");
+        word.write(&gpu, &[10_u32]).expect("room");
+        let mut recorder = Recorder::new(&gpu);
+        recorder.stage("run", |pass| kernel.dispatch(&gpu, pass, &[&word], Groups::Flat(1)));
+        recorder.submit_and_wait().expect("done");
+        (word.read::<u32>(&gpu, 1).expect("read")[0], gpu.compiled_entry_points())
+    };
+    assert_eq!([run("add", 1), run("add", 1), run("add", 2)], [(11, 1), (11, 1), (12, 2)]);
+    assert_eq!([run("twice", 2), run("add", 1), run("twice", 2)], [(20, 3), (11, 3), (20, 3)]);
+    assert_eq!(common::open(DeviceLimits::Portable).expect("there was one before").compiled_entry_points(), 0);
+}
+
+#[test]
+fn uploads_are_counted_apart_where_that_is_asked_for() {
+    let Some(gpu) = common::open(DeviceLimits::Portable) else { return };
+    let (clone, apart) = (gpu.clone(), gpu.clone().with_own_counts());
+    Buffer::storage(&clone, "words").write(&clone, &[0_u32; 5]).expect("room");
+    Buffer::storage(&apart, "words").write(&apart, &[0_u32; 2]).expect("room");
+    assert_eq!([&gpu, &clone, &apart].map(Gpu::uploaded_bytes), [20, 20, 8]);
 }

@@ -87,3 +87,26 @@ fn constant(module: &Module, name: &str) -> Option<u32> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_comparison_finds_each_kind_of_difference() {
+        #[repr(C)]
+        struct Pair {
+            first: [f32; 3],
+            second: u32,
+        }
+        let of_rust = layout!(Pair { first, second });
+        let complaints = |wgsl: &str| differences(&module(wgsl), &of_rust).len();
+        assert_eq!(complaints("struct Pair { first: vec3<f32>, second: u32 }"), 0);
+        assert_eq!(complaints("struct Other { first: vec3<f32>, second: u32 }"), 1);
+        assert_eq!(complaints("struct Pair { second: vec3<f32>, first: u32 }"), 2);
+        // The second member starts behind the padding of the first, and all of it becomes larger.
+        assert_eq!(complaints("struct Pair { first: vec4<f32>, second: u32 }"), 3);
+        assert_eq!(complaints("struct Pair { first: vec3<f32>, second: vec2<u32> }"), 2);
+        assert_eq!(complaints("struct Pair { first: vec3<f32> }"), 1);
+    }
+}

@@ -1,15 +1,10 @@
 //! Rays through the kd-tree on the GPU against the CPU's, which the predicate is asked about: equal bit for bit.
 
-#[path = "../../../gpu/tests/gpu/common.rs"]
-#[allow(dead_code, reason = "shared with the tests of stages, which use more of it")]
-mod common;
 mod frames;
 mod rays;
-#[path = "../../../rays/tests/rays/support/mod.rs"]
+#[path = "../../../../rays/tests/rays/support/mod.rs"]
 mod support;
 mod visits;
-
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::DVec3;
 use support::Mesh;
@@ -18,22 +13,19 @@ use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SingleRays as _};
 use umbrage_study::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 
-/// A device with all kernels.
+use crate::common::{self, Pool, Pooled};
+
+/// A device and a frame.
 struct Device {
     gpu: Gpu,
     frame: KdFrame,
 }
 
-/// One for all tests: software adapters take seconds to compile the kernels. `None` where there is no adapter.
-fn device() -> Option<MutexGuard<'static, Device>> {
-    static DEVICE: OnceLock<Option<Mutex<Device>>> = OnceLock::new();
-    let device = DEVICE.get_or_init(|| {
-        let gpu = common::gpu()?;
-        let frame = KdFrame::new(&gpu, KdTracerOptions::DEFAULT);
-        Some(Mutex::new(Device { gpu, frame }))
-    });
-    // A test that has failed leaves nothing that the next one would build on.
-    let mut device = device.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+/// The shared device with a frame of its own. `None` without an adapter.
+fn device() -> Option<Pooled<Device>> {
+    static DEVICES: Pool<Device> = Pool::new();
+    let gpu = common::gpu()?;
+    let mut device = DEVICES.take(|| Device { frame: KdFrame::new(&gpu, KdTracerOptions::DEFAULT), gpu });
     let Device { gpu, frame } = &mut *device;
     frame.set_options(gpu, KdTracerOptions::DEFAULT);
     Some(device)

@@ -4,33 +4,26 @@ use glam::Vec3;
 use umbrage_gpu::Gpu;
 use umbrage_rays::{Camera, Counts, KdBuilder, KdTraversal, KdTreeOptions, LightSource, View};
 use umbrage_study::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
+use umbrage_verify::real_scene;
 
-use crate::frames::{SCENERY, render, triangle};
-use crate::support::Mesh;
-use crate::{Device, Scene, device};
+use super::frames::{SCENERY, render, triangle};
+use super::support::Mesh;
+use super::{Device, Scene, device};
 
 const SIZE: u32 = 128;
 
 /// Prints the tables of `docs/gpu.md`. Run with
-/// `UMBRAGE_SCENES=… cargo test --release -p umbrage-study --test gpu visits -- --ignored --nocapture`.
+/// `UMBRAGE_SCENES=… cargo test --release -p umbrage-verify --test gpu visits -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn visits() {
     let Some(mut device) = device() else { return };
     let Device { gpu, frame } = &mut *device;
-    let folder = std::env::var("UMBRAGE_SCENES").unwrap_or_else(|_| "../../../shared/scenes".to_owned());
-    let files = ["stanford_bunny.obj", "sibenik.obj", "country_kitchen.glb"].map(|file| format!("{folder}/{file}"));
-    for address in files.into_iter().chain(["demo:hall".to_owned()]) {
-        let opened = if address.starts_with(umbrage_gallery::PREFIX) {
-            umbrage_gallery::open(&address)
-        } else {
-            umbrage_scene::Scene::open(&address)
-        };
-        let Ok(opened) = opened else {
-            println!("skipped: {address} is not there");
-            continue;
-        };
-        let (scene, view, light) = made(gpu, &address, &opened);
+    let files = ["stanford_bunny.obj", "sibenik.obj", "country_kitchen.glb"].into_iter().filter_map(real_scene);
+    for address in files.chain(["demo:hall".into()]) {
+        let opened = umbrage::open(&address).unwrap_or_else(|error| panic!("{error}"));
+        let address = address.display();
+        let (scene, view, light) = made(gpu, &address.to_string(), &opened);
         println!("{address}, {} triangles", scene.mesh.indices.len());
         let scenery = KdScenery { light, ..SCENERY };
         for (name, options) in named() {
@@ -79,7 +72,7 @@ fn named() -> Vec<(&'static str, KdTracerOptions)> {
     ]
 }
 
-fn made(gpu: &Gpu, address: &str, opened: &umbrage_scene::Scene) -> (Scene, View, LightSource) {
+fn made(gpu: &Gpu, address: &str, opened: &umbrage::Scene) -> (Scene, View, LightSource) {
     let posed = opened.at(0.0).expect("a frame");
     let mesh = Mesh { positions: posed.positions.clone(), indices: posed.mesh.triangles.clone() };
     // Rooms from inside, as in the benchmarks.

@@ -9,7 +9,7 @@ use super::predicate::{ANSWER_WORDS, kernel, pair_case, shadow_case};
 use super::{LANES, Random, common};
 
 /// Times are the processor's, of all threads together. Mesa keeps compiled shaders on disk; without, the first dispatch
-/// compiles. Run with `MESA_SHADER_CACHE_DISABLE=true cargo test --release -p umbrage-gpu --test gpu exact::speed -- --ignored --nocapture`.
+/// compiles. Run with `MESA_SHADER_CACHE_DISABLE=true cargo test --release -p umbrage-verify --test gpu exact::speed -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn speed() {

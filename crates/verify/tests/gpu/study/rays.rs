@@ -3,11 +3,10 @@
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _};
-
-use crate::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
 use umbrage_study::gpu_kdtree::{KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 
-use crate::{Device, Scene, bits, blocked, check, device, free, nearest_of, walks};
+use super::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
+use super::{Device, Scene, bits, blocked, check, device, free, nearest_of, walks};
 
 #[test]
 fn nearest_hits_are_those_of_the_cpu_each_way() {

@@ -4,6 +4,7 @@ use glam::Vec3;
 use umbrage_gpu::{Geometry, Gpu, Omit, Recorder};
 use umbrage_rays::{Omitted, Triangles};
 
+use super::numbers;
 use crate::common;
 
 fn omitted(gpu: &Gpu, omit: &mut Omit, triangles: Triangles<'_>) -> Omitted {
@@ -25,7 +26,7 @@ fn omit_counts_what_the_cpu_leaves_out() {
         let seed = 2 * seed as u32;
         // Few vertices for many triangles, and some that aren't there.
         let vertices = 40 + size / 3;
-        let positions: Vec<Vec3> = common::numbers(vertices, seed)
+        let positions: Vec<Vec3> = numbers(vertices, seed)
             .iter()
             .enumerate()
             .map(|(index, &number)| {
@@ -33,7 +34,7 @@ fn omit_counts_what_the_cpu_leaves_out() {
                 Vec3::new(at, [0.0, -0.0][index % 2], [at, 3.0][index / 2 % 2])
             })
             .collect();
-        let corners = common::numbers(3 * size, seed + 1);
+        let corners = numbers(3 * size, seed + 1);
         let range = vertices as u32 + vertices as u32 / 30;
         let indices: Vec<[u32; 3]> = corners.as_chunks().0.iter().map(|corners| corners.map(|of| of % range)).collect();
         let triangles = Triangles { positions: &positions, indices: &indices };

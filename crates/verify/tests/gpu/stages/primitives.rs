@@ -3,7 +3,16 @@
 use umbrage_gpu::primitives::Scan;
 use umbrage_gpu::{Buffer, Gpu, Groups, Kernel, Recorder};
 
+use super::numbers;
 use crate::common;
+
+/// Sizes from nothing to 2²⁰ + 1, with those around powers of two.
+fn sizes() -> Vec<usize> {
+    let around = (0..=20).map(|power| 1_usize << power).flat_map(|size| [size - 1, size, size + 1]);
+    let mut sizes: Vec<_> = around.collect();
+    sizes.dedup();
+    sizes
+}
 
 fn buffer(gpu: &Gpu, contents: &[u32]) -> Buffer {
     let mut buffer = Buffer::storage(gpu, "test");
@@ -16,9 +25,9 @@ fn prefix_sums_are_those_of_std() {
     let Some(gpu) = common::gpu() else { return };
     let mut scan = Scan::new(&gpu);
     let mut values = Buffer::storage(&gpu, "values");
-    for count in common::sizes() {
+    for count in sizes() {
         for seed in 0..2 {
-            let input = common::numbers(count, seed);
+            let input = numbers(count, seed);
             let mut sum = 0_u32;
             let mut expected = Vec::with_capacity(count);
             for value in &input {

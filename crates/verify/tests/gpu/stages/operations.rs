@@ -23,7 +23,7 @@ fn add_up(at: Invocation) {
 
 #[test]
 fn what_is_in_a_loop_counts_once_a_turn() {
-    if common::gpu().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let gpu = Gpu::open_counting("").expect("the same adapter");

@@ -6,8 +6,8 @@ use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{Camera, Hit, KdTraversal, KdTreeOptions, LightSource, Projection, SingleRays as _, View};
 use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 
-use crate::support::{Mesh, Random, blocks};
-use crate::{Device, Scene, bits, device, walks};
+use super::support::{Mesh, Random, blocks};
+use super::{Device, Scene, bits, device, walks};
 
 const MATERIALS: [KdMaterial; 2] =
     [KdMaterial { color: [0.8, 0.5, 0.3], mirror: 0.0 }, KdMaterial { color: [0.7, 0.9, 1.0], mirror: 0.6 }];
