@@ -22,6 +22,7 @@ mod camera;
 mod camera_grid;
 mod choice;
 mod grids;
+mod hash_key;
 mod kdtree;
 mod light;
 mod light_grid;
@@ -49,6 +50,8 @@ mod uniform;
 
 #[doc(hidden)]
 pub use fearless_simd;
+#[doc(hidden)]
+pub use hash_key::HashKey;
 
 pub use bounds::Bounds;
 pub use bvh::Bvh;

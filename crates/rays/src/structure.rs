@@ -27,7 +27,7 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     ///
     /// A point is lit unless some triangle but its own shadows it as
     /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says, where the shot's `shadow_opacity` says that
-    /// it stops rays. Cones of spot lights play no part.
+    /// it stops rays; and a spot lights no point outside of its cone.
     ///
     /// # Panics
     /// If there are more or fewer masks than lights, or `seen` isn't of the size of the shot's view. Structures that hold

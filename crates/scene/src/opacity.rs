@@ -84,7 +84,7 @@ impl Frame {
             (1.0 - (color * ahead).max_element().clamp(0.0, 1.0) * weight) * (1.0 - Clearcoat::F0 * coat)
         });
         let metallic = material.metallic * read(material.metallic_roughness_texture).z;
-        let transmission = material.transmission * read(material.transmission_texture).x * (1.0 - metallic);
+        let transmission = material.transmission.max(0.0) * read(material.transmission_texture).x * (1.0 - metallic);
         Vec3::splat(1.0 - opacity) + color.truncate() * (opacity * transmission * entering)
     }
 

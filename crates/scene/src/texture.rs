@@ -138,8 +138,8 @@ impl Texture {
     /// Says in words that there isn't enough.
     pub(crate) fn take([width, height]: [u32; 2], budget: &Budget) -> Result<(), String> {
         const BYTES: u64 = 8;
-        let texels = u64::from(width) * u64::from(height);
-        budget.take(BYTES * texels, format_args!("an image of {width}x{height} texels"))
+        let bytes = BYTES.saturating_mul(u64::from(width)).saturating_mul(u64::from(height));
+        budget.take(bytes, format_args!("an image of {width}x{height} texels"))
     }
 
     /// Width and height, at least 1, and the RGBA texels of an image file, the upper row first.

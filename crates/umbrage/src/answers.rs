@@ -86,7 +86,8 @@ impl Renderer {
 
     /// Finds which of the points that a view sees each light reaches: a mask for each light, in which misses are dark.
     ///
-    /// Cones and ranges of lights don't count, and lights that cast no shadow reach all points.
+    /// A spot lights no point outside of its cone. Ranges of lights don't count, and lights that cast no shadow reach all points
+    /// that their cones hold.
     ///
     /// # Errors
     /// Where a light is not what [`Frame::check`] asks for, or a GPU renders.

@@ -66,7 +66,7 @@ impl Panorama {
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(max_memory);
         let image = image_file::decode(&bytes, format, limits, &mut |[width, height]| {
-            let takes = BYTES * u64::from(width) * u64::from(height);
+            let takes = BYTES.saturating_mul(u64::from(width)).saturating_mul(u64::from(height));
             check(format_args!("an image of {width}x{height} texels"), takes, max_memory)
         })?;
         // Eight-bit images are sRGB-encoded, Radiance and OpenEXR files are linear.
@@ -208,6 +208,9 @@ mod tests {
             let cause = Panorama::open(&hdr, max_memory).unwrap_err();
             assert!(cause.starts_with(what) && cause.ends_with("(--max-memory)"), "{cause}");
         }
+        fs::write(&hdr, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4294967295 +X 4294967295\n").unwrap();
+        let cause = Panorama::open(&hdr, ENOUGH).unwrap_err();
+        assert!(cause.contains("4294967295x4294967295 texels would take 18446744073709551615 bytes"), "{cause}");
         assert_eq!(Panorama::open(folder.path(), ENOUGH).unwrap_err(), "not a regular file");
     }
 

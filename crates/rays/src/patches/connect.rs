@@ -1,4 +1,4 @@
-use crate::Triangles;
+use crate::{HashKey, Triangles};
 
 /// Which triangles share edges. Positions count, not vertices, so that seams are no rims.
 ///
@@ -59,6 +59,7 @@ struct Numbers {
     keys: Vec<(u64, u32)>,
     /// Numbers by their keys' hashes, or [`Numbers::FREE`].
     slots: Vec<u32>,
+    hash_key: HashKey,
 }
 
 impl Numbers {
@@ -85,8 +86,7 @@ impl Numbers {
     /// The slot of a key, or a free one for it.
     #[inline(always)]
     fn find(&self, key: (u64, u32)) -> usize {
-        let hash = (key.0 ^ u64::from(key.1).rotate_left(24)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let mut slot = ((hash ^ hash >> 32).wrapping_mul(0xD6E8_FEB8_6659_FD93) >> 32) as usize;
+        let mut slot = self.hash_key.mix(self.hash_key.mix(self.hash_key.start(), key.0), key.1.into()) as usize;
         loop {
             slot &= self.slots.len() - 1;
             let number = self.slots[slot];

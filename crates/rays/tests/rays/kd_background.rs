@@ -87,6 +87,8 @@ fn trees_of_any_age_lead_to_what_the_predicate_says() {
             lazy_below: 100,
             ..KdTreeOptions::DEFAULT
         },
+        // Children before their parents.
+        KdTreeOptions { layout: KdLayout::Scattered, ..KdTreeOptions::DEFAULT },
     ] {
         for policy in [NEVER, ALWAYS, RebuildPolicy::DEFAULT] {
             let mut tree = with(options, policy);

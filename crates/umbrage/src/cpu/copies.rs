@@ -1,4 +1,4 @@
-use umbrage_rays::{Omitted, Opacity as _, Sides, Triangles};
+use umbrage_rays::{HashKey, Omitted, Opacity as _, Sides, Triangles};
 use umbrage_scene::Frame;
 
 use super::opacities;
@@ -104,7 +104,8 @@ impl Copies {
 /// Where the table has the triangles with the corners of triangle `id`, or room for them; `None` where it can't be hit.
 fn slot<'t>(table: &'t mut [(u32, u32)], triangles: Triangles<'_>, id: u32) -> Option<&'t mut (u32, u32)> {
     let corners = ordered(triangles, id)?;
-    let hash = corners.as_flattened().iter().fold(0, |hash, &bits| mixed(hash ^ u64::from(bits)));
+    let key = HashKey::default();
+    let hash = corners.as_flattened().iter().fold(key.start(), |hash, &bits| key.mix(hash, bits.into()));
     let last = table.len() - 1;
     let mut index = hash as usize & last;
     while table[index].0 != Copies::FREE && ordered(triangles, table[index].0) != Some(corners) {

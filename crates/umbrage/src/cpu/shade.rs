@@ -543,6 +543,7 @@ mod tests {
             Material { base_color: Vec4::splat(huge), ..clay.clone() },
             Material { base_color: Vec4::splat(-huge), alpha: Alpha::Blend, ..clay.clone() },
             Material { base_color: Vec4::splat(huge), transmission: huge, ..clay.clone() },
+            Material { base_color: Vec4::splat(-huge), transmission: -huge, ..clay.clone() },
             Material { roughness: huge, metallic: -huge, ior: huge, ..clay.clone() },
             Material { roughness: 0.0, metallic: 1.0, ior: 0.0, ..clay },
         ];

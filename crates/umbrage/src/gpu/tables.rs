@@ -175,7 +175,7 @@ fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMa
         metallic: material.metallic,
         roughness: material.roughness,
         ior: material.ior,
-        transmission: material.transmission,
+        transmission: material.transmission.max(0.0),
         normal_scale: material.normal_scale,
         occlusion_strength: material.occlusion_strength,
         is_blended: u32::from(material.alpha == Alpha::Blend),

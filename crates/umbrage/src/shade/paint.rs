@@ -61,7 +61,7 @@ impl Paint {
             metallic: each(material.metallic),
             roughness: each(material.roughness),
             ior: each(material.ior),
-            transmission: each(material.transmission),
+            transmission: each(material.transmission.max(0.0)),
             ambient_occlusion: each(1.0),
             emitted: material.emissive.to_array().map(each),
             bumps: Bumps::none(),
@@ -80,7 +80,7 @@ impl Paint {
         self.metallic[lane] = material.metallic;
         self.roughness[lane] = material.roughness;
         self.ior[lane] = material.ior;
-        self.transmission[lane] = material.transmission;
+        self.transmission[lane] = material.transmission.max(0.0);
         put(lane, material.emissive, &mut self.emitted);
         let bit = 1 << lane;
         self.blended = self.blended & !bit | if material.alpha == Alpha::Blend { bit } else { 0 };

@@ -1,7 +1,7 @@
 //! Triangles of every number, in every bad place, of every bad shape, and such as are none.
 
 use glam::Vec3;
-use umbrage_rays::{Camera, LightSource};
+use umbrage_rays::{Camera, LightSource, Sides};
 use umbrage_verify::lights::{among_bad_shapes, around, point, sun};
 use umbrage_verify::views::{camera, parallel_camera, placed, view};
 use umbrage_verify::{Case, Random, TestMesh, meshes_in_bad_places};
@@ -146,7 +146,9 @@ pub(super) fn that_are_none() -> Vec<Case> {
     broken.indices.push([u32::MAX, 1, 2]);
     // Nor has the ball where its upper pole is one side of triangles.
     assert_eq!(broken.triangles().omitted().total(), 22 + 18);
-    cases.push(Case::new("a broken room", broken, view(camera(), 29, 23), &lights));
+    cases.push(Case::new("a broken room", broken.clone(), view(camera(), 29, 23), &lights));
+    let fronts = Case::new("fronts of a broken room", broken, view(camera(), 29, 23), &lights[..3]);
+    cases.push(Case { sides: Sides::Front, ..fronts });
 
     let mut only = TestMesh::default();
     (0..40).for_each(|_| only.push([Vec3::X, Vec3::Y, Vec3::NAN]));

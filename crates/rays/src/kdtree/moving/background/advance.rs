@@ -151,14 +151,20 @@ fn drift_of_nodes(tree: &KdTree, of_triangles: &[f32], drift: &mut Vec<f32>) {
     };
     let indices = (0..tree.nodes().len() as u32).into_par_iter().with_min_len(1 << 10);
     indices.map(of_leaf).collect_into_vec(drift);
-    // Children come after their parents.
-    for index in (0..tree.nodes().len() as u32).rev() {
-        let node = tree.nodes().get(index);
-        if !node.is_leaf() {
-            let [left, right] = tree.nodes().children(index, node);
-            drift[index as usize] = drift[left as usize].max(drift[right as usize]);
-        }
+    if !drift.is_empty() {
+        drift_of_inner_nodes(tree, 0, drift);
     }
+}
+
+/// Of the nodes below one, wherever the layout has them. Returns the node's own.
+fn drift_of_inner_nodes(tree: &KdTree, index: u32, drift: &mut [f32]) -> f32 {
+    let node = tree.nodes().get(index);
+    if !node.is_leaf() {
+        let children = tree.nodes().children(index, node);
+        let [left, right] = children.map(|child| drift_of_inner_nodes(tree, child, drift));
+        drift[index as usize] = left.max(right);
+    }
+    drift[index as usize]
 }
 
 /// What a ray through the tree's box is expected to cost if cells are as much larger as their nodes drift, times half the

@@ -135,7 +135,7 @@ impl LightMap for Sphere {
             let angles: [[[f32; LANES]; 3]; 2] = angles.map(|corners| corners.map(Into::into));
             for lane in bits_of(left) {
                 let id = (first + lane) as u32;
-                if listing.opacity.is_there(id) && listing.triangles.usable_corners(id).is_ok() {
+                if listing.triangles.usable_corners(id).is_ok() && listing.opacity.is_there(id) {
                     let arcs = [0, 1].map(|plane| {
                         let of_corners = angles[plane].map(|lanes| lanes[lane]);
                         Arc::of(of_corners, margins[plane]).parts()
