@@ -16,10 +16,14 @@ pub(crate) fn has_subcommand(name: &str) -> bool {
     asked.status().is_ok_and(|status| status.success())
 }
 
+/// Settings of all compilation here. Nothing is kept for the next one, and crates are compiled whole: tests take a quarter less
+/// time than with crates in sixteen parts.
+const COMPILED_WHOLE: [(&str, &str); 2] = [("CARGO_INCREMENTAL", "0"), ("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1")];
+
 /// The cargo that runs this program, in the repository's root.
 pub(crate) fn cargo(root: &Path) -> Command {
     let mut command = Command::new(cargo_path());
-    command.current_dir(root);
+    command.current_dir(root).envs(COMPILED_WHOLE);
     command
 }
 

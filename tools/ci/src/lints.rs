@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::command::{FEATURES, Scope, WINDOW_FEATURES, cargo, cargo_workspace, output};
+use crate::command::{Scope, cargo_workspace, output};
 
 /// Clippy's own arguments.
 const ARGUMENTS: [&str; 2] = ["-D", "warnings"];
@@ -14,12 +14,9 @@ pub(crate) fn clippy(root: &Path) -> Command {
     cargo_workspace(root, Scope::Windowless, &["clippy", "--all-targets"])
 }
 
-/// Clippy on the window, and on the command and the benchmarks with it.
+/// Clippy on the window as well.
 pub(crate) fn window_clippy(root: &Path) -> Command {
-    let mut command = cargo(root);
-    command.args(["clippy", "--locked", "--all-targets"]).args(WINDOW_PACKAGES.iter().flat_map(|name| ["-p", name]));
-    command.args(FEATURES.iter().chain(WINDOW_FEATURES).flat_map(|feature| ["--features", feature]));
-    command
+    cargo_workspace(root, Scope::Whole, &["clippy", "--all-targets"])
 }
 
 /// Has clippy take its warnings for errors.
@@ -62,6 +59,7 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::command::cargo;
 
     #[test]
     fn docs_find_fresh_what_clippy_has_checked() {

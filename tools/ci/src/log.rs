@@ -1,9 +1,9 @@
 use std::collections::BTreeSet;
 use std::io::{self, BufRead, BufReader};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 
 use crate::command::shown;
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, of_complaints};
 
 /// What the commands of a step print, and what it tells: packages that they compile and tests that they run.
 #[derive(Clone, Debug, Default)]
@@ -27,18 +27,34 @@ impl Log {
         self.watch(command, |_| {})
     }
 
-    /// Runs a command, and shows each line of both its streams to `see`.
-    pub(crate) fn watch(&mut self, command: &mut Command, see: impl FnMut(&str)) -> Outcome {
-        println!("$ {}", shown(command));
-        self.read(command, see).map_err(|error| format!("{}: {error}", shown(command)).into())
+    /// Runs commands beside each other, with the lines of all of them in the log.
+    pub(crate) fn run_together(&mut self, commands: &mut [Command]) -> Outcome {
+        self.watch_together(&mut commands.iter_mut().collect::<Vec<_>>(), |_| {})
     }
 
-    fn read(&mut self, command: &mut Command, mut see: impl FnMut(&str)) -> io::Result<()> {
+    /// Runs a command, and shows each line of both its streams to `see`.
+    pub(crate) fn watch(&mut self, command: &mut Command, see: impl FnMut(&str)) -> Outcome {
+        self.watch_together(&mut [command], see)
+    }
+
+    fn watch_together(&mut self, commands: &mut [&mut Command], see: impl FnMut(&str)) -> Outcome {
+        let shown: Vec<_> = commands.iter().map(|command| shown(command)).collect();
+        shown.iter().for_each(|command| println!("$ {command}"));
+        let statuses = self.read(commands, see).map_err(|error| format!("{}: {error}", shown.join(", ")))?;
+        let failed = shown.iter().zip(&statuses).filter(|(_, status)| !status.success());
+        of_complaints(&failed.map(|(command, status)| format!("{command}: {status}")).collect::<Vec<_>>())
+    }
+
+    fn read(&mut self, commands: &mut [&mut Command], mut see: impl FnMut(&str)) -> io::Result<Vec<ExitStatus>> {
         let (output, input) = io::pipe()?;
-        let child = command.stdout(input.try_clone()?).stderr(input).spawn();
-        // The output ends when the last writer has ended, so this process may not be one.
-        command.stdout(Stdio::inherit()).stderr(Stdio::inherit());
-        let mut child = child?;
+        let mut children = Vec::new();
+        for command in commands {
+            let child = command.stdout(input.try_clone()?).stderr(input.try_clone()?).spawn();
+            // The output ends when the last writer has ended, so this process may not be one.
+            command.stdout(Stdio::inherit()).stderr(Stdio::inherit());
+            children.push(child?);
+        }
+        drop(input);
         for line in BufReader::new(output).split(b'\n') {
             let line = line?;
             let line = String::from_utf8_lossy(&line);
@@ -46,8 +62,7 @@ impl Log {
             self.compiled.add(&line);
             see(&line);
         }
-        let status = child.wait()?;
-        if status.success() { Ok(()) } else { Err(io::Error::other(status.to_string())) }
+        children.iter_mut().map(Child::wait).collect()
     }
 }
 
@@ -81,6 +96,22 @@ mod tests {
         assert_eq!(shell("echo output; echo error >&2"), (true, both.clone()));
         assert_eq!(shell("echo error >&2; echo output; exit 1"), (false, both));
         assert!(Log::default().run(&mut Command::new("no-such-program")).is_err());
+    }
+
+    #[test]
+    fn commands_run_beside_each_other() {
+        // The first one ends after the second has, whose failure is told.
+        let folder = tempfile::tempdir().unwrap();
+        let shell = |script: &str| {
+            let mut shell = Command::new("sh");
+            shell.current_dir(folder.path()).args(["-c", script]);
+            shell
+        };
+        let first = || shell("while ! [ -e done ]; do sleep 0.01; done");
+        let second = |code: u8| shell(&format!("touch done; exit {code}"));
+        assert_eq!(Log::default().run_together(&mut [first(), second(0)]), Ok(()));
+        let failed = Log::default().run_together(&mut [first(), second(3)]);
+        assert_eq!(failed, Err("sh -c touch done; exit 3: exit status: 3".to_owned().into()));
     }
 
     #[test]

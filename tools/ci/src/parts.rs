@@ -61,7 +61,7 @@ pub(crate) const PARTS: &[Part] = &[
     },
     Part {
         name: "trust",
-        steps: trust::AT_LENGTH,
+        steps: &[trust::AT_LENGTH],
         inputs: Inputs {
             packages: &["umbrage-verify", "umbrage-cli"],
             tests: false,

@@ -16,14 +16,20 @@ pub(crate) const WATERTIGHT: Step = ("watertight", |root, log| run(root, log, "w
 /// The same 300 mutants of each kind of input every time: none is a finding.
 pub(crate) const FUZZ: Step = ("fuzz", |root, log| run(root, log, "fuzz", ["--mutants", "300"]));
 
-/// Random scenes, rays and mutants for ten minutes and more.
-pub(crate) const AT_LENGTH: &[Step] = &[
-    ("referee at length", |root, log| run(root, log, "referee", ["--minutes", "5"])),
-    ("fuzz at length", |root, log| run(root, log, "fuzz", ["--minutes", "5"])),
-    ("10⁷ rays", |root, log| run(root, log, "watertight", ["--rays", "1e7"])),
-];
+/// Random scenes, rays and mutants for ten minutes of processors and more. Each program takes one, so they run together.
+pub(crate) const AT_LENGTH: Step = ("trust at length", |root, log| {
+    log.run(&mut build(root, PROGRAMS))?;
+    let programs = [("referee", ["--minutes", "5"]), ("fuzz", ["--minutes", "5"]), ("watertight", ["--rays", "1e7"])];
+    log.run_together(&mut programs.map(|(program, arguments)| command(root, program, arguments)))
+});
 
 fn run(root: &Path, log: &mut Log, program: &str, arguments: [&str; 2]) -> Outcome {
     log.run(&mut build(root, PROGRAMS))?;
-    log.run(Command::new(built(root, program)).current_dir(root).args(arguments))
+    log.run(&mut command(root, program, arguments))
+}
+
+fn command(root: &Path, program: &str, arguments: [&str; 2]) -> Command {
+    let mut command = Command::new(built(root, program));
+    command.current_dir(root).args(arguments);
+    command
 }

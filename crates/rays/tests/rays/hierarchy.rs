@@ -73,7 +73,7 @@ fn scale_and_distance_change_nothing() {
         let mesh = small.moved(scale, Vec3::splat(offset));
         let far = f64::from(scale) * 1e4;
         let place = |point: DVec3| point * f64::from(scale) + f64::from(offset);
-        let rays: Vec<Ray> = (0..150)
+        let rays: Vec<Ray> = (0..60)
             .flat_map(|_| {
                 let ray = random_ray(&mut random, 3.0);
                 let (origin, target) = (place(ray.origin), place(ray.origin + ray.direction));

@@ -173,7 +173,7 @@ fn trees_are_as_good_as_the_exact_one_and_do_not_depend_on_threads() {
         let first = build(triangles, first_frame, KdTreeOptions::DEFAULT);
         let [cost, best] = [first.tree().counts().sah_cost, exact.counts().sah_cost];
         assert!(cost < best * most, "{cost} {best}");
-        for threads in [1, 2, 3, 7] {
+        for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let again = pool.install(|| build(triangles, first_frame, KdTreeOptions::DEFAULT));
             assert!(again.tree().is_same_as(first.tree()), "{threads} threads");

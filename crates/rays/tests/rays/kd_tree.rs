@@ -107,14 +107,12 @@ fn threads_that_share_nodes_make_the_tree_of_one() {
     flat.append(&blocks(&mut random, 500));
     flat.append(&Mesh::floor(70, 4.0).moved(1.0, Vec3::Y));
     for mesh in [&curved, &flat] {
-        for clipping in [Clipping::Boxes, Clipping::Triangles] {
-            for mailbox in [false, true] {
-                let costs = SahCosts { mailbox, ..KdTreeOptions::DEFAULT.costs };
-                let [one, nested, in_place] = [KdBuilder::Presorted, KdBuilder::Nested, KdBuilder::InPlace]
-                    .map(|builder| tree(mesh.triangles(), KdTreeOptions { clipping, costs, ..with(builder) }));
-                assert!(nested.is_same_as(&one), "{clipping:?} {:?} {:?}", nested.counts(), one.counts());
-                assert!(in_place.is_same_as(&one), "{clipping:?} {:?} {:?}", in_place.counts(), one.counts());
-            }
+        for (clipping, mailbox) in [(Clipping::Boxes, false), (Clipping::Triangles, true)] {
+            let costs = SahCosts { mailbox, ..KdTreeOptions::DEFAULT.costs };
+            let [one, nested, in_place] = [KdBuilder::Presorted, KdBuilder::Nested, KdBuilder::InPlace]
+                .map(|builder| tree(mesh.triangles(), KdTreeOptions { clipping, costs, ..with(builder) }));
+            assert!(nested.is_same_as(&one), "{clipping:?} {:?} {:?}", nested.counts(), one.counts());
+            assert!(in_place.is_same_as(&one), "{clipping:?} {:?} {:?}", in_place.counts(), one.counts());
         }
     }
 }
@@ -128,7 +126,7 @@ fn trees_do_not_depend_on_threads_or_on_what_was_built_before() {
     for builder in KdBuilder::all().filter(|&builder| builder != KdBuilder::Naive) {
         let first = tree(mesh.triangles(), with(builder));
         let mut again = tree(Mesh::soup(&mut random, 500, 0.1).triangles(), with(builder));
-        for threads in [1, 2, 3, 7] {
+        for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| again.build(mesh.triangles()));
             assert!(again.is_same_as(&first), "{builder:?} on {threads} threads");
@@ -149,7 +147,7 @@ fn layouts_hold_the_same_tree() {
 
 #[test]
 fn many_triangles_in_one_place_do_not_fill_memory() {
-    const COUNT: usize = 100_000;
+    const COUNT: usize = 40_000;
     let mut random = Random(16);
     let mut equal = Mesh::default();
     equal.push([Vec3::ZERO, Vec3::new(1.0, 2.0, 0.5), Vec3::new(-1.0, 0.5, 3.0)]);

@@ -119,11 +119,11 @@ fn awkward_batches_hit_what_single_rays_do() {
     let [hit, _] = check(&cells, &at_corners);
     assert!(hit > 100, "{hit}");
     let cubes = blocks(&mut random, 60);
-    let mut rays = rays_in_planes(&mut random, 500);
-    rays.extend(grazing_rays(cubes.triangles(), &mut random, 500));
-    rays.extend(rays_with_intervals(cubes.triangles(), &mut random, 500));
+    let mut rays = rays_in_planes(&mut random, 200);
+    rays.extend(grazing_rays(cubes.triangles(), &mut random, 200));
+    rays.extend(rays_with_intervals(cubes.triangles(), &mut random, 200));
     let [hit, _] = check(&cubes, &rays);
-    assert!(hit > 500, "{hit}");
+    assert!(hit > 200, "{hit}");
     // Of all sizes and far away, where f32 holds little.
     for (scale, offset) in [(1e-18, 0.0), (1e12, 0.0), (1.0, 3e4), (1e-3, 7.0)] {
         let moved = scene(&mut random).moved(scale, Vec3::splat(offset));
@@ -132,10 +132,10 @@ fn awkward_batches_hit_what_single_rays_do() {
             direction: ray.direction * f64::from(scale),
             ..ray
         };
-        let mut rays: Vec<_> = (0..400).map(|_| place(random_ray(&mut random, 2.0))).collect();
+        let mut rays: Vec<_> = (0..150).map(|_| place(random_ray(&mut random, 2.0))).collect();
         rays.extend(fan(&mut random, 20).into_iter().map(place));
         let [hit, _] = check(&moved, &rays);
-        assert!(hit > 50, "{hit} at {scale} and {offset}");
+        assert!(hit > 20, "{hit} at {scale} and {offset}");
     }
     check(&Mesh::default(), &fan(&mut random, 9));
 }

@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn four_samples_at_once_show_what_four_do() {
-        let scenes = ["demo:glass?triangles=600", "demo:statue?triangles=9000", "demo:forest?triangles=3000"];
+        let scenes = ["demo:glass?triangles=600", "demo:statue?triangles=1000", "demo:forest?triangles=3000"];
         let structures = [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh];
         let of_scenes =
             scenes.into_iter().flat_map(|name| [4, 8].map(|samples| (name, Structure::Perspective, samples)));

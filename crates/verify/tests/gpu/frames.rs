@@ -27,8 +27,8 @@ fn gallery_scenes() {
     let Some(mut gpu) = renderer() else { return };
     for demo in DEMOS {
         let scene = umbrage::open(format!("demo:{}?triangles=5000", demo.name)).expect("a scene of the gallery");
-        for moment in [0.0, 0.4, 0.8] {
-            compare(demo.name, &mut gpu, &scene, moment, &sized(150, 70)).expect_none(demo.name);
+        for moment in [0.0, 0.6] {
+            compare(demo.name, &mut gpu, &scene, moment, &sized(100, 60)).expect_none(demo.name);
         }
     }
 }
@@ -47,7 +47,7 @@ fn small_scenes_of_every_kind() {
     scenes.sort();
     for path in scenes {
         let scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
-        for moment in [0.0, 0.35, 0.7] {
+        for moment in [0.0, 0.6] {
             let name = path.display().to_string();
             compare(&name, &mut gpu, &scene, moment, &sized(90, 60)).expect_none(&name);
         }

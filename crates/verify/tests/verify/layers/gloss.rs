@@ -76,7 +76,7 @@ fn layers_that_are_followed_are_as_bright_under_white_surroundings() {
             for cosine in [1.0, 0.5] {
                 let view = direction(cosine, 30.0);
                 let once = radiance(&material, view, Vec::new(), WHITE);
-                let followed = drawn(&square(&material), view, &WHITE, 256);
+                let followed = drawn(&square(&material), view, &WHITE, 128);
                 // Of grooves, a round highlight that covers as much stands in the table.
                 let tolerance = if is_stretched { 0.065 } else { 0.02 };
                 expect_near(followed, once, tolerance, &format!("{kind}{name}, {cosine}"));

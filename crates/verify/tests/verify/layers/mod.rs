@@ -102,8 +102,8 @@ fn under_suns(material: &Material, view: DVec3) -> DVec3 {
 
 /// What is shown under those of them that are in some directions.
 fn under_some_suns(material: &Material, view: DVec3, is_there: impl Fn(DVec3) -> bool) -> DVec3 {
-    const RINGS: usize = 64;
-    const STEPS: usize = 128;
+    const RINGS: usize = 40;
+    const STEPS: usize = 64;
     let light = |ring: usize, step: usize| {
         // Cosines are squares, so that there are many suns near the horizon, where sheen and lacquer reflect most.
         let root = (ring as f64 + 0.5) / RINGS as f64;

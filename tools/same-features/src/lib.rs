@@ -1,0 +1,2 @@
+//! Nothing but a list of features, in `Cargo.toml`.
+#![forbid(unsafe_code)]
