@@ -117,9 +117,10 @@ impl<'a> OpacityOfSides<'a> {
         Self { triangles, opacity, sides, source: Source::of_light(light) }
     }
 
-    /// Whether rays come to a side of a triangle that stops them, where they hit it.
+    /// Whether rays come to a side of a triangle that stops them, where they hit it; anything of one that can't be hit.
     pub(crate) fn is_there(&self, triangle: u32) -> bool {
-        self.sides.has_back(triangle) || self.source.falls_on_front(self.triangles.corners(triangle))
+        let faces = || self.source.falls_on_front(self.triangles.corners(triangle));
+        self.sides.has_back(triangle) || self.triangles.has_all_corners(triangle) && faces()
     }
 }
 

@@ -150,7 +150,7 @@ fn flat_lamps_are_as_bright_as_lamberts_formula_says() {
         forward: Vec3::NEG_Y,
         projection: Projection::Orthographic { half_height: 3.0 },
     };
-    let settings = Settings { width: 20, height: 15, camera: camera.into(), ..settings(1024) };
+    let settings = Settings { width: 40, height: 30, camera: camera.into(), ..settings(1024) };
     let position = Vec3::new(0.3, 2.0, 0.2);
     for (direction, shape) in [
         (Vec3::NEG_Y, LightShape::Rectangle { width: 2.0, height: 1.0 }),
@@ -180,9 +180,9 @@ fn flat_lamps_are_as_bright_as_lamberts_formula_says() {
             }
         };
         let (mut largest, mut dark) = (0.0_f64, 0);
-        for (pixel, color) in (0..20 * 15).zip(&film.color) {
-            let (x, z) = (f64::from(pixel % 20) + 0.5, f64::from(pixel / 20) + 0.5);
-            let point = DVec3::new((x - 10.0) * 0.4, 0.0, (z - 7.5) * 0.4);
+        for (pixel, color) in (0..40 * 30).zip(&film.color) {
+            let (x, z) = (f64::from(pixel % 40) + 0.5, f64::from(pixel / 40) + 0.5);
+            let point = DVec3::new((x - 20.0) * 0.2, 0.0, (z - 15.0) * 0.2);
             let in_front = corners.iter().filter(|corner| (point - **corner).dot(direction.as_dvec3()) > 0.05).count();
             let expected = lamberts_irradiance(point, &corners) * 3.0 / area / std::f64::consts::PI;
             if in_front == corners.len() {
