@@ -86,7 +86,7 @@ test('pictures are those of this machine, bit for bit', async () => {
 });
 
 test('without a GPU the page says so and the processor goes on', async () => {
-  const { page, errors, context } = await open('#scene=demo:gears?triangles=2000&engine=gpu');
+  const { page, errors, context } = await open('#scene=demo:gears?triangles=2000&time=0&engine=gpu');
   await page.waitForSelector('#trouble:not([hidden])');
   assert.match(await page.textContent('#trouble p'), /no GPU adapter.*The processor goes on/);
   await settled(page);
@@ -128,7 +128,7 @@ test('a scene is shown, gone round and linked to', async () => {
 });
 
 test('the light moves, heat maps and times are shown', async () => {
-  const { page, errors, context } = await open('#scene=demo:marbles?triangles=5000');
+  const { page, errors, context } = await open('#scene=demo:marbles?triangles=5000&time=2');
   await settled(page);
   await page.click('#more');
   await page.waitForSelector('#stages tr');
@@ -151,7 +151,7 @@ test('the light moves, heat maps and times are shown', async () => {
 });
 
 test('files of this machine are opened, and broken ones are errors after which all goes on', async () => {
-  const { page, errors, context } = await open('#scene=demo:gears?triangles=2000');
+  const { page, errors, context } = await open('#scene=demo:gears?triangles=2000&time=0');
   await settled(page);
   const file = (name, text) => ({ name, mimeType: '', buffer: Buffer.from(text) });
   await page.setInputFiles('#files', [file('broken.glb', 'glTF and then nothing of the kind')]);
@@ -172,6 +172,33 @@ test('files of this machine are opened, and broken ones are errors after which a
   assert.ok(red[0] > 60 && red[0] > 3 * red[1], `the square is red: ${red}`);
   assert.deepEqual(errors, []);
   await context.close();
+});
+
+test('demos play at once, and stay as large as they can be seen', async () => {
+  for (const name of ['cloth', 'forest', 'hall', 'gears', 'marbles']) {
+    const { page, errors, context } = await open(`#scene=demo:${name}?triangles=20000`);
+    await page.waitForFunction(() => umbrage.state.isPlaying && umbrage.work.shown);
+    const start = await page.evaluate(() => umbrage.state.seconds);
+    assert.ok(name === 'gears' || start > 1, `${name} starts at ${start} s, where there is nothing to see`);
+    const pictures = await page.evaluate(async () => {
+      const seen = new Set();
+      const end = performance.now() + 3000;
+      while (performance.now() < end) {
+        seen.add(umbrage.state.seconds);
+        await new Promise(requestAnimationFrame);
+      }
+      return seen.size;
+    });
+    const factor = await page.evaluate(() => {
+      const canvas = document.getElementById('picture');
+      return canvas.width / canvas.clientWidth;
+    });
+    await shot(page, `playing-${name}`);
+    assert.ok(factor > 0.24, `${name} has shrunk to ${factor}`);
+    assert.ok(pictures > 3, `${name} shows ${pictures} moments in three seconds`);
+    assert.deepEqual(errors, []);
+    await context.close();
+  }
 });
 
 test('desktops and phones show the page whole', async () => {

@@ -296,10 +296,8 @@ pub(crate) struct SceneFlags {
 }
 
 impl SceneFlags {
-    /// The scene's address, and the moment at which it is shown where nobody says which.
-    pub(crate) fn address(&self) -> (PathBuf, f64) {
-        // One at which the cloth looks good.
-        self.address.clone().map_or_else(|| ("demo:cloth".into(), 2.5), |address| (address, 0.0))
+    pub(crate) fn address(&self) -> PathBuf {
+        self.address.clone().unwrap_or_else(|| "demo:cloth".into())
     }
 }
 
@@ -312,7 +310,8 @@ pub(crate) struct RenderFlags {
     /// The file's format, whatever its name
     #[arg(long, value_parser = choice::<Format>())]
     pub(crate) format: Option<Format>,
-    /// The moment to show; the animation starts again after its end
+    /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
+    /// middle of the animation]
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames", allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
     /// Frames to show, without B (0..24) or with it (0..=23); frame k shows second k / FPS
@@ -476,7 +475,8 @@ pub(crate) struct HeatmapFlags {
     /// The count that has the last colour [default: one that few pixels exceed]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) max: Option<u32>,
-    /// The moment to show; the animation starts again after its end
+    /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
+    /// middle of the animation]
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
     /// Width and height in pixels, without the legend

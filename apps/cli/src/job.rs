@@ -27,8 +27,8 @@ pub(crate) struct Job {
 /// Which moments are shown.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Moments {
-    /// One, in seconds.
-    Single(f64),
+    /// One, in seconds; `None` for the one that shows the scene best.
+    Single(Option<f64>),
     /// Frame k at second k / rate.
     Frames(Range<u32>),
     /// The whole animation.
@@ -44,13 +44,12 @@ impl Moments {
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
         let structure = flags.structure.structure()?;
-        let (scene, default_seconds) = flags.scene.address();
+        let scene = flags.scene.address();
         let (target, format) = target(flags.output.clone(), flags.format, flags.frames.is_some())?;
         let moments = match (&flags.frames, flags.time) {
             (Some(frames), _) => Moments::Frames(frames.0.clone()),
-            (None, Some(seconds)) => Moments::Single(seconds),
             (None, None) if format.is_animation() || is_numbered(&target)? => Moments::All,
-            (None, None) => Moments::Single(default_seconds),
+            (None, seconds) => Moments::Single(seconds),
         };
         let quality = Quality::new(&flags, !moments.are_several())?;
         engine(&flags, structure)?;
@@ -87,11 +86,11 @@ impl Job {
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
-    /// What is shown when.
-    pub(crate) fn schedule(&self, duration_seconds: f64) -> Schedule {
+    /// What is shown when, of an animation that takes so many seconds and is shown best at `still_seconds`.
+    pub(crate) fn schedule(&self, duration_seconds: f64, still_seconds: f64) -> Schedule {
         let rate: FrameRate = self.output_options.rate;
         let (frames, single) = match &self.moments {
-            Moments::Single(seconds) => (0..1, Some(*seconds)),
+            Moments::Single(seconds) => (0..1, Some(seconds.unwrap_or(still_seconds))),
             Moments::Frames(frames) => (frames.clone(), None),
             Moments::All => (0..rate.frames_within(duration_seconds), None),
         };
@@ -320,16 +319,16 @@ mod tests {
     fn nothing_said_is_the_cloth() {
         let job = job(&[]).unwrap();
         assert_eq!((job.scene.as_path(), path(&job)), (Path::new("demo:cloth"), Path::new("umbrage.png")));
-        assert_eq!(job.moments, Moments::Single(2.5));
+        assert_eq!(job.moments, Moments::Single(None));
     }
 
     #[test]
     fn the_output_decides_what_is_shown() {
         let moments = |arguments: &[&str]| job(arguments).unwrap().moments;
-        assert_eq!(moments(&["a.obj"]), Moments::Single(0.0));
+        assert_eq!(moments(&["a.obj"]), Moments::Single(None));
         assert_eq!(moments(&["a.obj", "-o", "a.gif"]), Moments::All);
         assert_eq!(moments(&["a.obj", "-o", "a_%03d.png"]), Moments::All);
-        assert_eq!(moments(&["a.obj", "-o", "a.gif", "--time", "2"]), Moments::Single(2.0));
+        assert_eq!(moments(&["a.obj", "-o", "a.gif", "--time", "2"]), Moments::Single(Some(2.0)));
         assert_eq!(moments(&["a.obj", "--frames", "3..=4"]), Moments::Frames(3..5));
         assert_eq!(path(&job(&["a.obj", "--frames", "3..=4"]).unwrap()), Path::new("umbrage_%04d.png"));
         assert_eq!(path(&job(&["--format", "gif"]).unwrap()), Path::new("umbrage.gif"));
@@ -339,9 +338,16 @@ mod tests {
     #[test]
     fn frames_are_shown_at_their_rate() {
         let job = job(&["a.obj", "--frames", "12..14", "--fps", "24"]).unwrap();
-        let schedule = job.schedule(0.0);
+        let schedule = job.schedule(0.0, 0.0);
         assert_eq!((schedule.frames.clone(), schedule.share.clone()), (12..14, 12..14));
         assert_eq!(schedule.seconds(12), 0.5);
+    }
+
+    #[test]
+    fn a_single_picture_shows_the_scene_at_its_best() {
+        let seconds = |arguments: &[&str]| job(arguments).unwrap().schedule(6.0, 2.5).seconds(0);
+        assert_eq!((seconds(&[]), seconds(&["--time", "0"])), (2.5, 0.0));
+        assert_eq!(seconds(&["--frames", "0..2"]), 0.0);
     }
 
     #[test]
@@ -356,7 +362,7 @@ mod tests {
             job(&[flag, &["--frames", "0..9"]].concat()).unwrap();
             job(&[flag, &["-o", "%d.exr"]].concat()).unwrap();
         }
-        let shared = job(&["--frames", "2..12", "--shard", "2/3", "--orbit-light"]).unwrap().schedule(0.0);
+        let shared = job(&["--frames", "2..12", "--shard", "2/3", "--orbit-light"]).unwrap().schedule(0.0, 0.0);
         assert_eq!((shared.share.clone(), shared.turn(7)), (5..8, 0.5), "as in a render of all frames");
     }
 

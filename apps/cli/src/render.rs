@@ -41,7 +41,7 @@ pub(crate) fn run(job: &Job) -> Result<(), Failure> {
 }
 
 fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Failure> {
-    let schedule = job.schedule(scene.duration_seconds());
+    let schedule = job.schedule(scene.duration_seconds(), scene.still_seconds());
     let records = match &job.target {
         Target::Path(path) if job.flags.resume => Records::new(job, path, scene, &schedule)?,
         _ => None,

@@ -29,7 +29,7 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
     };
     crate::job::use_threads(flags.scene.threads)?;
     let start = Start {
-        scene: Some(flags.scene.address().0),
+        scene: Some(flags.scene.address()),
         options: flags.scene.opening.options(),
         watches: flags.watch,
         engine,
@@ -206,7 +206,7 @@ mod tests {
                     show: None,
                     engine,
                 });
-                assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(seconds)));
+                assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(Some(seconds))));
                 assert_eq!(format!("{:?}", job.flags.scene.opening.options()), format!("{options:?}"));
                 assert_eq!(job.flags.camera, camera);
                 for (spec, light) in job.flags.lights.iter().zip(&lights) {

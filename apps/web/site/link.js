@@ -7,10 +7,10 @@ const numbers = (values) => values.map(number).join(',');
 const cameraText = ({ position, target, fovDegrees }) =>
   `${numbers(position)}:${numbers(target)}:${number(fovDegrees)}`;
 
-export function toLink({ address, seconds, heat, engine, view }) {
+export function toLink({ address, duration, seconds, heat, engine, view }) {
   const words = new URLSearchParams();
   words.set('scene', address);
-  if (seconds > 0) words.set('time', Number(seconds.toFixed(3)));
+  if (duration > 0) words.set('time', Number(seconds.toFixed(3)));
   if (view.camera) words.set('camera', cameraText(view.camera));
   if (view.light) words.set('light', numbers(view.light));
   if (heat) words.set('heat', heat);
@@ -28,10 +28,10 @@ export function fromLink(hash) {
   };
   const [position, target, fov] = (words.get('camera') ?? '').split(':');
   const isCamera = vector(position) && vector(target) && Number(fov) > 0;
-  const seconds = Number(words.get('time'));
+  const seconds = words.has('time') ? Number(words.get('time')) : NaN;
   return {
     address: words.get('scene'),
-    seconds: Number.isFinite(seconds) ? Math.max(seconds, 0) : 0,
+    seconds: Number.isFinite(seconds) ? Math.max(seconds, 0) : null,
     heat: words.get('heat') ?? '',
     engine: words.get('engine') === 'gpu' ? 'gpu' : 'cpu',
     camera: isCamera ? { position: vector(position), target: vector(target), fovDegrees: Number(fov) } : null,
@@ -39,14 +39,14 @@ export function fromLink(hash) {
   };
 }
 
-export function toCommand({ address, seconds, heat, engine, view, width, height, samples, bounces }) {
+export function toCommand({ address, duration, seconds, heat, engine, view, width, height, samples, bounces }) {
   const word = (text) => (/^[\w.:,/=-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
   const parts = ['umbrage', heat ? 'heatmap' : 'render', word(address)];
   parts.push('--size', `${width}x${height}`);
   if (heat) parts.push('--of', heat);
   else parts.push('--samples', samples, '--bounces', bounces);
   if (engine !== 'cpu' && !heat) parts.push('--engine', engine);
-  if (seconds > 0) parts.push('--time', Number(seconds.toFixed(3)));
+  if (duration > 0) parts.push('--time', Number(seconds.toFixed(3)));
   if (view.camera) parts.push(`--camera=${cameraText(view.camera)}`);
   // The command's lights take the place of all of a scene's.
   return parts.join(' ') + (view.light ? '  # with the lights where they were' : '');

@@ -2,6 +2,7 @@
 
 import { Engine } from './engine.js';
 import { fromLink, toCommand, toLink } from './link.js';
+import { Pace } from './pace.js';
 import { View, control } from './view.js';
 
 /** A picture in motion should take no longer, in milliseconds. */
@@ -14,6 +15,8 @@ const TRIANGLES = 100000;
 const STEPS = [{ samples: 1, bounces: 0 }, { samples: 4, bounces: 2 }, { samples: 16, bounces: 2 }];
 /** Microseconds a pixel that these may take, until they were measured. */
 const COSTS = [0.4, 2, 8];
+/** A picture in motion has at least so many pixels for one of the page's, along each side. */
+const COARSEST = 0.25;
 
 const $ = (id) => document.getElementById(id);
 const canvas = $('picture');
@@ -45,6 +48,8 @@ const work = {
   moved: 0,
   /** Microseconds a pixel, of each of the steps. */
   costs: [...COSTS],
+  /** What pictures in motion take. */
+  pace: new Pace(COSTS[0] * 1e-3),
   /** A finer picture that would take longer, in milliseconds, isn't made: the next gesture would wait for it. */
   patience: 4000,
   timer: 0,
@@ -100,10 +105,9 @@ function plan() {
   if (work.step >= 0) {
     return { ...size(whole()), ...quality(work.step) };
   }
-  // A picture takes about as long as it has pixels.
-  const affordable = IN_MOTION / (work.costs[0] * 1e-3);
   const { width, height } = size(1);
-  return { ...size(Math.min(Math.sqrt(affordable / (width * height)), whole())), ...quality(0) };
+  const factor = Math.sqrt(work.pace.pixels(IN_MOTION) / (width * height));
+  return { ...size(Math.min(Math.max(factor, COARSEST), whole())), ...quality(0) };
 }
 
 async function render() {
@@ -115,10 +119,9 @@ async function render() {
   const look = { ...plan(), seconds, camera: view.camera, light: view.light, engine: by, heat: state.heat || null };
   try {
     const answer = await engine.ask('render', { look });
-    // Microseconds a pixel, of the picture's kind.
-    const cost = (answer.milliseconds * 1000) / (look.width * look.height);
-    const kind = Math.max(step, 0);
-    work.costs[kind] = step < 0 ? 0.5 * (work.costs[kind] + cost) : cost;
+    const pixels = look.width * look.height;
+    if (step < 0) work.pace.add(pixels, answer.milliseconds);
+    else work.costs[step] = (answer.milliseconds * 1000) / pixels;
     draw(look, answer);
     if (by === 'gpu' && step === 0 && !work.isWanted) await compare(look);
   } catch (error) {
@@ -171,8 +174,14 @@ async function compare(look) {
 
 function useCpu() {
   state.engine = $('engine').value = 'cpu';
-  work.costs = [...COSTS];
+  forgetCosts();
   changed();
+}
+
+/** Other pictures follow, which take other times. */
+function forgetCosts() {
+  work.costs = [...COSTS];
+  work.pace = new Pace(COSTS[0] * 1e-3);
 }
 
 /** Has pictures traced by another engine, where there is one. */
@@ -188,7 +197,7 @@ async function chooseEngine(name) {
     // Somebody may have chosen again.
     if ($('engine').value !== name) return;
     state.engine = name;
-    work.costs = [...COSTS];
+    forgetCosts();
     changed();
   } catch (error) {
     complain(new Error(`${error.message}. The processor goes on.`));
@@ -223,7 +232,8 @@ function refineLater() {
   const next = work.step + 1;
   if (state.isPlaying || next >= (state.heat ? 1 : STEPS.length)) return settle();
   const { width, height } = size(whole());
-  if (work.costs[next] * width * height * 1e-3 > work.patience) return settle();
+  const expected = next > 0 ? work.costs[next] * width * height * 1e-3 : work.pace.of(width * height);
+  if (expected > work.patience) return settle();
   const wait = Math.max(work.moved + PAUSE - performance.now(), 0);
   work.timer = setTimeout(() => {
     if (work.isRendering || work.isWanted) return;
@@ -246,7 +256,8 @@ async function open(order, { address, files = null, from = {} }) {
   say(`Opening ${address}…`);
   try {
     const { opened } = await engine.ask(order.kind, order);
-    Object.assign(state, { address, files, duration: opened.durationSeconds, seconds: from.seconds ?? 0 });
+    Object.assign(state, { address, files, duration: opened.durationSeconds, seconds: from.seconds ?? opened.stillSeconds });
+    forgetCosts();
     view.camera = from.camera ?? null;
     view.light = from.light ?? null;
     choose(address);
@@ -258,8 +269,8 @@ async function open(order, { address, files = null, from = {} }) {
     if (!state.address || error.isBroken) return say('Nothing is open');
   }
   work.isOpen = true;
-  showTime();
-  changed();
+  const staysStill = (from.seconds ?? null) !== null || matchMedia('(prefers-reduced-motion: reduce)').matches;
+  play(!staysStill);
 }
 
 const openDemo = (address, from) => open({ kind: 'openDemo', address }, { address, from });

@@ -22,6 +22,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "a sheet falls over a ball that turns",
     triangles: 92_000,
     seconds: drape::SECONDS,
+    still_seconds: 2.5,
     open,
 };
 

@@ -15,6 +15,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "a machine full of gears, in a closed case that hides nearly all of them",
     triangles: 500_000,
     seconds: 24.0,
+    still_seconds: 4.5,
     open,
 };
 

@@ -12,6 +12,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "balls of glass and mirror on a chequered floor",
     triangles: 60_000,
     seconds: 16.0,
+    still_seconds: 7.0,
     open,
 };
 

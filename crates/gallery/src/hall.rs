@@ -15,6 +15,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "the reading room of an old library, with vaults, books and swinging chandeliers",
     triangles: 284_000,
     seconds: 16.0,
+    still_seconds: 3.0,
     open,
 };
 

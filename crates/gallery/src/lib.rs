@@ -46,6 +46,8 @@ pub struct DemoScene {
     pub triangles: usize,
     /// How long it takes before it starts again.
     seconds: f32,
+    /// The moment that shows it best.
+    still_seconds: f32,
     /// Makes it of about so many triangles.
     open: fn(usize) -> Pose,
 }
@@ -71,6 +73,10 @@ struct Demo {
 impl Animated for Demo {
     fn duration_seconds(&self) -> f64 {
         f64::from(self.scene.seconds)
+    }
+
+    fn still_seconds(&self) -> f64 {
+        f64::from(self.scene.still_seconds)
     }
 
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {

@@ -16,8 +16,14 @@ use super::build::{
 use super::{DemoScene, Moment, Pose, studio};
 use umbrage_scene::Texture;
 
-pub(crate) const SCENE: DemoScene =
-    DemoScene { name: "marbles", about: "110 marbles poured into a tray", triangles: 9_000, seconds: SECONDS, open };
+pub(crate) const SCENE: DemoScene = DemoScene {
+    name: "marbles",
+    about: "110 marbles poured into a tray",
+    triangles: 9_000,
+    seconds: SECONDS,
+    still_seconds: 2.2,
+    open,
+};
 
 const WALNUT: Paint = Paint::textured("walnut", wood, [2.0, 0.5], 0.45);
 const FELT: Paint = Paint::dull("felt", 0x23423a, 0.95);

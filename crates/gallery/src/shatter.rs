@@ -15,6 +15,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "a statue bursts, every triangle for itself",
     triangles: 252_000,
     seconds: 8.0,
+    still_seconds: 1.6,
     open,
 };
 

@@ -13,6 +13,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "a finely wrought cup in the middle of a vast arena, seen from near and far",
     triangles: 200_000,
     seconds: 24.0,
+    still_seconds: 1.5,
     open,
 };
 

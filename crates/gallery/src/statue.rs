@@ -12,6 +12,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     about: "a carved Buddha of small triangles",
     triangles: 1_100_000,
     seconds: 12.0,
+    still_seconds: 2.25,
     open,
 };
 

@@ -204,8 +204,8 @@ impl Scene {
     ///
     /// Parameters
     /// ----------
-    /// seconds : float, default 0
-    ///     The moment.
+    /// seconds : float, optional
+    ///     The moment; otherwise the one that shows a demo best, or the middle of the animation.
     /// width, height : int, default 1280 and 720
     ///     Pixels, 1 to 16384.
     /// samples : int, default 1
@@ -234,12 +234,12 @@ impl Scene {
     /// --------
     /// >>> umbrage.open("demo:cloth?triangles=2000").render(0.5, 64, 36).shape
     /// (36, 64, 3)
-    #[pyo3(signature = (seconds=0.0, width=1280, height=720, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
+    #[pyo3(signature = (seconds=None, width=1280, height=720, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        seconds: f64,
+        seconds: Option<f64>,
         width: u32,
         height: u32,
         samples: u32,
@@ -252,6 +252,7 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         let look = Look::new([width, height], samples, camera, lights, background)?;
         let look = look.with_light(bounces, exposure_stops);
+        let seconds = seconds.unwrap_or(self.scene.still_seconds());
         render(py, nthreads, &self.renderer, &look, Subject::Moment(&self.scene, seconds))
     }
 

@@ -94,19 +94,25 @@ pub(crate) struct Folder {
     path: PathBuf,
     /// How far below the scene's folder this is.
     depth: usize,
+    /// The scene's folder without symbolic links; `None` where the file system doesn't say.
+    scene: Option<PathBuf>,
     allow_outside: bool,
 }
 
 impl Folder {
     /// The folder of a scene's file.
     pub(crate) fn of(scene: &Path, allow_outside: bool) -> Self {
-        Self { path: scene.parent().unwrap_or(Path::new("")).to_owned(), depth: 0, allow_outside }
+        let path = scene.parent().unwrap_or(Path::new("")).to_owned();
+        let scene = fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { &path }).ok();
+        Self { path, depth: 0, scene, allow_outside }
     }
 
     /// The file that `name` means, with `/` or `\` between its parts, and that file's own folder; `None` where it is outside
-    /// of the scene's folder and may not be.
+    /// of the scene's folder, or a symbolic link leads there, and it may not be.
     pub(crate) fn file(&self, name: &str) -> Option<(PathBuf, Self)> {
-        let is_absolute = name.starts_with(['/', '\\']) || Path::new(name).has_root();
+        // On Windows, names may have drives, with a root or without.
+        let has_drive = || Path::new(name).components().any(|part| matches!(part, Component::Prefix(_)));
+        let is_absolute = name.starts_with(['/', '\\']) || Path::new(name).has_root() || has_drive();
         let mut depth = Some(self.depth);
         let mut parts = name.split(['/', '\\']).peekable();
         while let Some(part) = parts.next() {
@@ -117,11 +123,17 @@ impl Folder {
                 _ => depth.map(|depth| depth + 1),
             };
         }
-        let is_inside = !is_absolute && depth.is_some();
         let path = self.path.join(name);
+        let is_inside = !is_absolute && depth.is_some() && self.leads_inside(&path);
         let folder = path.parent().unwrap_or(&self.path).to_owned();
-        let folder = Self { path: folder, depth: depth.unwrap_or(0), allow_outside: self.allow_outside };
+        let folder = Self { path: folder, depth: depth.unwrap_or(0), ..self.clone() };
         (is_inside || self.allow_outside).then_some((path, folder))
+    }
+
+    /// Whether a file is in the scene's folder or below once all symbolic links are followed. One that isn't there is.
+    fn leads_inside(&self, path: &Path) -> bool {
+        let Some(scene) = &self.scene else { return true };
+        fs::canonicalize(path).map_or(true, |path| path.starts_with(scene))
     }
 }
 
@@ -141,6 +153,33 @@ mod tests {
         let (_, below) = folder.file("materials/car.mtl").expect("a file below");
         assert_eq!(leads_to(&below, "../textures/b.png"), Some("scenes/car/materials/../textures/b.png".into()));
         assert_eq!(leads_to(&below, "../../b.png"), None);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_no_further_than_names() {
+        use std::os::unix::fs::symlink;
+
+        let outer = tempfile::tempdir().expect("a folder");
+        let at = |path: &str| outer.path().join(path);
+        fs::create_dir_all(at("scene/sub")).expect("a folder");
+        for path in ["secret.bin", "scene/inside.bin"] {
+            fs::write(at(path), "").expect("a file");
+        }
+        symlink("../../secret.bin", at("scene/sub/out.bin")).expect("a link");
+        symlink("../inside.bin", at("scene/sub/in.bin")).expect("a link");
+        symlink(outer.path(), at("scene/up")).expect("a link");
+        // The scene's folder may be reached by a link itself.
+        symlink(at("scene"), at("link")).expect("a link");
+        for scene in ["scene/a.obj", "link/a.obj"] {
+            let folder = Folder::of(&at(scene), false);
+            for (name, is_inside) in
+                [("sub/in.bin", true), ("sub/none.bin", true), ("sub/out.bin", false), ("up/secret.bin", false)]
+            {
+                assert_eq!(folder.file(name).is_some(), is_inside, "{name}");
+                assert!(Folder { allow_outside: true, ..folder.clone() }.file(name).is_some());
+            }
+        }
     }
 
     #[test]

@@ -22,6 +22,11 @@ pub trait Animated: Debug + Send + Sync {
     /// How long the animation takes before it starts again; zero for what doesn't move.
     fn duration_seconds(&self) -> f64;
 
+    /// The moment that a single picture shows where nobody says which: the middle, unless another one shows more.
+    fn still_seconds(&self) -> f64 {
+        0.5 * self.duration_seconds()
+    }
+
     /// Fills `frame` with the moment `seconds`, from 0 to [`Animated::duration_seconds`]: positions, normals, tangents,
     /// mesh and materials, which hold an earlier frame's; and lights and cameras, of which there are none before.
     ///
@@ -418,6 +423,12 @@ impl Scene {
     #[must_use]
     pub fn duration_seconds(&self) -> f64 {
         self.source.duration_seconds()
+    }
+
+    /// The moment that a single picture shows where nobody says which: the one that shows a demo best, else the middle.
+    #[must_use]
+    pub fn still_seconds(&self) -> f64 {
+        self.source.still_seconds()
     }
 
     /// The animations that the file holds; empty for scenes that have just one without a name, or none.

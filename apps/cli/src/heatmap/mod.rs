@@ -24,13 +24,12 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     let structure = flags.structure.structure()?;
     let Size { width, height } = flags.size;
     check_memory(&Settings { width, height, ..Settings::default() }, &flags.scene.opening)?;
-    let (address, default_seconds) = flags.scene.address();
-    let seconds = flags.time.unwrap_or(default_seconds);
+    let address = flags.scene.address();
     use_threads(flags.scene.threads)?;
     let opening = Progress::opening(&address, false);
     let scene = umbrage::open_with(&address, &flags.scene.opening.options())?;
     drop(opening);
-    let frame = scene.at(seconds)?;
+    let frame = scene.at(flags.time.unwrap_or(scene.still_seconds()))?;
     let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
     let light = (flags.of == HeatKind::Points).then(|| flags.light.unwrap_or(0));

@@ -78,6 +78,8 @@ impl From<LookAt> for spec::LookAt {
 pub struct Opened {
     /// How long its animation takes before it starts again; zero where nothing moves.
     pub duration_seconds: f64,
+    /// The moment that shows it best.
+    pub still_seconds: f64,
     /// What was left out or guessed, in words.
     pub warnings: Vec<String>,
 }

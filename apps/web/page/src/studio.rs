@@ -44,7 +44,11 @@ impl Studio {
     }
 
     fn show(&mut self, scene: Scene) -> Result<Opened, String> {
-        let opened = Opened { duration_seconds: scene.duration_seconds(), warnings: scene.warnings().to_vec() };
+        let opened = Opened {
+            duration_seconds: scene.duration_seconds(),
+            still_seconds: scene.still_seconds(),
+            warnings: scene.warnings().to_vec(),
+        };
         let mut tracers = mem::take(&mut self.tracers);
         tracers.forget_scene();
         *self = Self { scene: Some(scene), tracers, ..Self::default() };

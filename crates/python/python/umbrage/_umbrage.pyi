@@ -91,7 +91,7 @@ class Scene:
     def instances(self, seconds: float, nthreads: int = 0) -> list[Instance]: ...
     def render(
         self,
-        seconds: float = 0.0,
+        seconds: float | None = None,
         width: int = 1280,
         height: int = 720,
         *,
