@@ -312,11 +312,11 @@ pub(crate) struct RenderFlags {
     pub(crate) format: Option<Format>,
     /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
     /// middle of the animation]
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames")]
     pub(crate) time: Option<f64>,
     /// Frames to show, without B (0..24) or with it (0..=23); frame k shows second k / FPS
     /// [default for animations: all]
-    #[arg(long, value_name = "A..B")]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
     /// Show only one of N even shares of the frames, counted from 1, as on machine I of N; for numbered frames
     #[arg(long, value_name = "I/N")]
@@ -477,7 +477,7 @@ pub(crate) struct HeatmapFlags {
     pub(crate) max: Option<u32>,
     /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
     /// middle of the animation]
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
     pub(crate) time: Option<f64>,
     /// Width and height in pixels, without the legend
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]

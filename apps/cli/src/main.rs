@@ -21,22 +21,23 @@ mod signals;
 mod staging;
 mod values;
 mod view;
+mod words;
 mod written;
 
 use std::env;
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use failure::Failure;
 use flags::{Command, Flags};
+use words::Asked;
 
 fn main() -> ExitCode {
     signals::clean_up_when_told_to_end();
-    let done = match Flags::try_parse_from(shorthand::written_out(env::args_os())) {
-        Ok(flags) => run(flags),
+    let done = match Asked::of(shorthand::written_out(env::args_os())) {
+        Asked::Flags(flags) => run(*flags),
+        Asked::Wrong(failure) => Err(failure),
         // Help and the version are among these, and go to standard output.
-        Err(said) => match said.print() {
+        Asked::Said(said) => match said.print() {
             Err(unheard) if !said.use_stderr() => Err(unheard.into()),
             _ => return ExitCode::from(said.exit_code() as u8),
         },

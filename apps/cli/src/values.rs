@@ -50,7 +50,7 @@ impl FromStr for FrameRange {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || "give frames as A..B (without B) or A..=B (with B), such as 0..24".to_owned();
+        let wrong = || "give frames as A..B (without B) or A..=B (with B), counted from 0, such as 0..24".to_owned();
         let (first, last) = text.split_once("..").ok_or_else(wrong)?;
         let start: u32 = first.parse().map_err(|_| wrong())?;
         let end = match last.strip_prefix('=') {

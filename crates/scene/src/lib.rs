@@ -5,6 +5,7 @@ mod check;
 mod derived;
 mod error;
 mod folder;
+mod foreign;
 mod formats;
 mod frame;
 mod ground;

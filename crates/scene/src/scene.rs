@@ -14,7 +14,7 @@ use crate::ground::Grounded;
 use crate::hidden::Hidden;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
-use crate::{Error, Frame, Ground, Light};
+use crate::{Error, Frame, Ground, Light, foreign};
 use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
 /// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
@@ -517,7 +517,7 @@ fn within<T>(path: &Path, limits: Limits, read: impl FnOnce(&Budget) -> Result<T
     }
     match budget.texture_failure() {
         Some(cause) => Err(Error::TextureFile(cause.to_owned())),
-        None => result,
+        None => result.map_err(|error| foreign::or_what_it_is(error, path, &budget)),
     }
 }
 

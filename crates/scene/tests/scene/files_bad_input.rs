@@ -254,3 +254,29 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn what_is_not_what_its_name_says_is_called_what_it_is() {
+    let version_1 = br#"{"asset": {"version": "1.0"}, "meshes": {"box": {}}, "nodes": {}}"#;
+    for (name, bytes, part) in [
+        ("a.glb", &b"\x89PNG\r\n\x1a\n"[..], "this is a PNG image; a scene is a .gltf"),
+        (
+            "a.gltf",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n",
+            "a pointer of Git LFS; `git lfs pull`",
+        ),
+        ("b.ply", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "a pointer of Git LFS"),
+        ("c.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "a pointer of Git LFS"),
+        ("b.gltf", b"<!DOCTYPE html><title>Log in</title>", "a page of a web site"),
+        ("d.ply", b"PK\x03\x04", "a ZIP archive; unpack it"),
+        ("e.ply", b"glTF\x02\0\0\0", "binary glTF; call it .glb"),
+        ("c.gltf", version_1, "glTF 1.0 is not supported"),
+        ("d.gltf", b"{", "JSON: "),
+        ("f.ply", b"ply\nformat none\n", "line 2"),
+    ] {
+        let path = FOLDER.with(|folder| folder.path().join(name));
+        std::fs::write(&path, bytes).expect("room for a file");
+        let error = files::open_path(&path).expect_err(name);
+        assert!(error.contains(name) && error.contains(part), "{error}");
+    }
+}

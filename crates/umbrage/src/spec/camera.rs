@@ -60,6 +60,9 @@ impl FromStr for CameraSpec {
         let (position, target, fov) = match parts[..] {
             [position, target] => (position, target, None),
             [position, target, fov] => (position, target, Some(fov)),
+            [position] if vector(position).is_ok() => {
+                return Err(format!("a camera needs a point to look at as well, such as {position}:0,0,0"));
+            }
             _ => return Err("give a camera as X,Y,Z:X,Y,Z or X,Y,Z:X,Y,Z:FOV".to_owned()),
         };
         let (position, target) = (vector(position)?, vector(target)?);
