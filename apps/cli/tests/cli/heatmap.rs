@@ -6,7 +6,8 @@ use crate::support::{Workplace, decode_png};
 fn a_heat_map_shows_where_the_work_is() {
     let place = Workplace::new();
     for structure in ["listed", "perspective"] {
-        let (stdout, _) = place.succeed(&["heatmap", "scene.gltf", "--size", "100x80", "--structure", structure]);
+        let (stdout, _) =
+            place.succeed(&["heatmap", "scene.gltf", "--time", "0", "--size", "100x80", "--structure", structure]);
         let lines: Vec<&str> = stdout.lines().collect();
         assert_eq!(lines.len(), 4, "{stdout}");
         assert!(lines[0].starts_with("triangles tested") && lines[0].ends_with("max 1"), "{stdout}");
@@ -38,7 +39,7 @@ fn smaller_tiles_test_fewer_triangles() {
 #[test]
 fn pairs_and_points_are_shown_by_cell() {
     let place = Workplace::new();
-    let fixed = ["heatmap", "scene.gltf", "--size", "128x128", "--max", "4000", "-o", "map.png"];
+    let fixed = ["heatmap", "scene.gltf", "--time", "0", "--size", "128x128", "--max", "4000", "-o", "map.png"];
     let pixels = |flags: &[&str]| {
         let (stdout, _) = place.succeed(&[&fixed, flags].concat());
         (stdout, decode_png(&place.path("map.png")))

@@ -12,7 +12,7 @@ fn brightness(pixels: &[[u8; 3]]) -> u32 {
 #[test]
 fn a_still_is_a_picture_of_the_scene() {
     let place = Workplace::new();
-    let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--size", "16x12"]);
+    let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--time", "0", "--size", "16x12"]);
     assert_eq!(stdout, "");
     assert!(stderr.contains("umbrage.png") && stderr.contains("scene.gltf (1 triangle) at 16x12"), "{stderr}");
     assert_eq!(place.names(), ["umbrage.png"]);
@@ -149,7 +149,7 @@ fn cameras_are_chosen_by_name_number_or_place() {
 #[test]
 fn lights_replace_the_scenes() {
     let place = Workplace::new();
-    let dark = ["--background", "#000000"];
+    let dark = ["--time", "0", "--background", "#000000"];
     let lit = |flags: &[&str]| brightness(&place.picture(&[&dark[..], flags].concat()));
     assert!(lit(&[]) > 0);
     assert_eq!(lit(&["--light", "point:0,0,3:0"]), 0, "a light without strength gives none");
@@ -227,11 +227,12 @@ fn simd_levels_do_not_change_the_picture() {
 fn animations_are_chosen() {
     let place = Workplace::new();
     let rest = place.picture(&["--time", "0.25", "--animation", "none"]);
-    assert_eq!(rest, place.picture(&[]));
+    assert_eq!(rest, place.picture(&["--time", "0"]));
     let moved = place.picture(&["--time", "0.25", "--animation", "slide"]);
     assert_ne!(moved, rest);
     assert_eq!(place.picture(&["--time", "0.25", "--animation", "0"]), moved);
     assert_eq!(place.picture(&["--time", "0.25", "--animation", "all"]), moved);
+    assert_eq!(place.picture(&[]), moved, "the middle of half a second");
     assert!(place.fail(2, &["render", "scene.gltf", "--animation", "jump"]).contains("jump"));
 }
 
