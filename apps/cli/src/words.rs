@@ -1,4 +1,4 @@
-//! The words of the command line become flags, and what others call our options is told by its name here.
+//! Parses the command line, and answers options of other programs with their names here.
 
 use std::ffi::OsString;
 
@@ -20,13 +20,13 @@ const ELSEWHERE: &[(&[&str], &str)] = &[
     (&["--depth", "--normals"], "what pixels saw in place of light: --show depth, --show normals"),
 ];
 
-/// What the words ask for.
+/// The outcome of parsing.
 #[derive(Debug)]
 pub(crate) enum Asked {
     Flags(Box<Flags>),
-    /// Help, the version, or what clap finds wrong.
+    /// Help, the version, or an error of clap's.
     Said(clap::Error),
-    /// What this module finds wrong.
+    /// An option of other programs.
     Wrong(Failure),
 }
 
@@ -40,7 +40,7 @@ impl Asked {
     }
 }
 
-/// Negative numbers are values: what an option says of one that it can't take is clearer than that there is no option `-4`.
+/// Has options take negative numbers as values, which they refuse in clearer words than "unexpected argument '-4'".
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let takes_number = |arg: &Arg| arg.get_action().takes_values() && !arg.is_positional();
     command
@@ -48,7 +48,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
         .mut_subcommands(with_negative_numbers)
 }
 
-/// What is wrong where an option is called as others call it.
+/// The error where an option has the name that other programs give it.
 fn elsewhere(said: &clap::Error) -> Option<Failure> {
     let Some(ContextValue::String(option)) = said.get(ContextKind::InvalidArg) else { return None };
     if said.kind() != ErrorKind::UnknownArgument {

@@ -1,8 +1,8 @@
 use std::hash::{BuildHasher as _, RandomState};
 use std::sync::OnceLock;
 
-/// A secret of the process, by which hashes are mixed of numbers that others send: who doesn't know it can't choose numbers
-/// whose hashes are alike. No answer may depend on it.
+/// A secret key for hashes of data from files: nobody can choose numbers whose hashes collide without knowing it. It differs
+/// between processes, so no answer may depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct HashKey {
     start: u64,
@@ -28,7 +28,7 @@ impl HashKey {
         self.start
     }
 
-    /// The hash of what `hash` is of, and of a number after it: both halves of a product, as each depends on other bits.
+    /// Appends a number to a hash. The two halves of the product depend on different bits.
     #[inline(always)]
     #[must_use]
     pub fn mix(self, hash: u64, number: u64) -> u64 {

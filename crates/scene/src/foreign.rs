@@ -1,4 +1,4 @@
-//! What files are that can't be what their names say.
+//! Files of other kinds than their names say: images, archives, pages, pointers.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::memory::Budget;
 use crate::{Error, folder};
 
-/// First bytes, what begins with them, and what helps.
+/// The first bytes of a file, the name of its kind, and a remedy.
 const BEGINNINGS: &[(&[u8], &str, &str)] = &[
     (b"version https://git-lfs", "a pointer of Git LFS", "`git lfs pull` fetches the file itself"),
     (b"\x89PNG", "a PNG image", SCENES),
@@ -37,10 +37,10 @@ const DOWNLOAD: &str = "the download has failed, or needs a login";
 const USD: &str = "Universal Scene Description";
 const FROM_USD: &str = "Blender imports it (File > Import > Universal Scene Description) and exports .glb";
 
-/// So many bytes are looked at once more: all of a glTF file of version 1.0, which had its buffers elsewhere.
+/// Length of the part of a file that is read again: all of a glTF 1.0 file, whose buffers are files of their own.
 const MOST_BYTES: u64 = 1 << 22;
 
-/// What is wrong with a file that isn't what its name says; or else the error that reading it gave.
+/// The error of a file of another kind than its name says; the reader's own error for other files.
 pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error {
     let Error::Malformed { path: wrong, .. } = &error else { return error };
     let mut bytes = Vec::new();
@@ -51,7 +51,7 @@ pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error
     let told = |what: &str, hint: &str| Error::malformed(path, "its first bytes", format!("this is {what}; {hint}"));
     match found {
         Some((_, what, hint)) => told(what, hint),
-        // Its lists are maps by name.
+        // Version 1.0 has maps by name in place of lists.
         None if serde_json::from_slice::<Value>(&bytes).is_ok_and(|json| json["meshes"].is_object()) => {
             Error::unsupported(
                 path,
@@ -63,7 +63,7 @@ pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error
     }
 }
 
-/// Whether what begins so is what the name says.
+/// Whether the name says the kind of file that begins with `first`.
 fn is_named_so(path: &Path, first: &[u8]) -> bool {
     let ends = |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
     match first {
