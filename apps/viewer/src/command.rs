@@ -70,9 +70,7 @@ impl CommandLine<'_> {
         let default = Settings::default();
         let mut line = format!("umbrage render {}", quoted(&self.scene.to_string_lossy()));
         opening(&mut line, self.options);
-        if self.seconds != 0.0 {
-            flag(&mut line, "time", &self.seconds.to_string());
-        }
+        flag(&mut line, "time", &self.seconds.to_string());
         flag(&mut line, "size", &format!("{}x{}", settings.width, settings.height));
         if let Some(camera) = &self.camera {
             flag(&mut line, "camera", &camera.to_string());
