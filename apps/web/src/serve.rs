@@ -1,9 +1,10 @@
 use std::fs::File;
+use std::io::{self, Write as _};
 use std::net::IpAddr;
 use std::path::{Component, Path, PathBuf};
 
 use anyhow::{anyhow, ensure};
-use tiny_http::{Header, Method, Response, Server};
+use tiny_http::{Method, Request, Server};
 
 /// Answers browsers with the files of a folder, until the program is stopped.
 pub(crate) fn serve(folder: &Path, address: IpAddr, port: u16) -> anyhow::Result<()> {
@@ -15,13 +16,27 @@ pub(crate) fn serve(folder: &Path, address: IpAddr, port: u16) -> anyhow::Result
     for request in server.incoming_requests() {
         let found =
             matches!(request.method(), Method::Get | Method::Head).then(|| file(folder, request.url())).flatten();
-        // Browsers that don't wait for their answer are no trouble of ours.
-        let _ = match found.and_then(|path| Some((File::open(&path).ok()?, content_type(&path)))) {
-            Some((file, kind)) => request.respond(Response::from_file(file).with_header(kind)),
-            None => request.respond(Response::from_string("there is no such file").with_status_code(404)),
-        };
+        // Slow readers keep nobody else waiting, and browsers that don't wait for their answer are no trouble of ours.
+        std::thread::spawn(move || answer(request, found.as_deref()));
     }
     Ok(())
+}
+
+/// Sends a file, or says that there is none, and has the connection closed: of those that browsers keep open, `tiny_http`
+/// takes a thread each, and now and then lets others wait until one of them is closed.
+fn answer(request: Request, path: Option<&Path>) -> io::Result<()> {
+    let is_head = *request.method() == Method::Head;
+    let mut writer = request.into_writer();
+    let Some((path, mut file)) = path.and_then(|path| Some((path, File::open(path).ok()?))) else {
+        writer.write_all(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")?;
+        return writer.flush();
+    };
+    let (kind, length) = (content_type(path), file.metadata()?.len());
+    write!(writer, "HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n")?;
+    if !is_head {
+        io::copy(&mut file, &mut writer)?;
+    }
+    writer.flush()
 }
 
 /// The file that a request's address means, if that is in the folder.
@@ -34,16 +49,15 @@ fn file(folder: &Path, url: &str) -> Option<PathBuf> {
 }
 
 /// What browsers must know to run it.
-fn content_type(path: &Path) -> Header {
-    let kind: &[u8] = match path.extension().and_then(|end| end.to_str()) {
-        Some("html") => b"text/html; charset=utf-8",
-        Some("js") => b"text/javascript",
-        Some("css") => b"text/css",
-        Some("wasm") => b"application/wasm",
-        Some("svg") => b"image/svg+xml",
-        _ => b"application/octet-stream",
-    };
-    Header::from_bytes(&b"Content-Type"[..], kind).unwrap_or_else(|()| unreachable!("these are headers"))
+fn content_type(path: &Path) -> &'static str {
+    match path.extension().and_then(|end| end.to_str()) {
+        Some("html") => "text/html; charset=utf-8",
+        Some("js") => "text/javascript",
+        Some("css") => "text/css",
+        Some("wasm") => "application/wasm",
+        Some("svg") => "image/svg+xml",
+        _ => "application/octet-stream",
+    }
 }
 
 #[cfg(test)]
