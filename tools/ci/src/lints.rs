@@ -31,9 +31,9 @@ pub(crate) fn docs(root: &Path) -> Command {
     of_docs(cargo_workspace(root, Scope::Windowless, &["doc", "--no-deps", "--lib", "--example", "rays"]))
 }
 
-/// The documentation of all packages, programs included; with an example for the same reason.
+/// The documentation of all packages, programs included.
 pub(crate) fn all_docs(root: &Path) -> Command {
-    of_docs(cargo_workspace(root, Scope::Whole, &["doc", "--no-deps", "--lib", "--bins", "--example", "rays"]))
+    of_docs(cargo_workspace(root, Scope::Whole, &["doc", "--no-deps"]))
 }
 
 /// Takes warnings for errors, and crates of the workspace as clippy has checked them. Cargo finds them fresh if they are
