@@ -1,4 +1,4 @@
-// How large pictures in motion are: `npm test`, or `node --test pace.test.mjs`, which needs no browser.
+// The size of pictures in motion: `npm test`, or `node --test pace.test.mjs`, which needs no browser.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -28,7 +28,7 @@ test('dear pixels make pictures smaller, so that they take what they may', () =>
   assert.ok(milliseconds > 0.7 * BUDGET && milliseconds < 1.3 * BUDGET, `${milliseconds} ms`);
 });
 
-test('what every picture takes makes none of them mush', () => {
+test('pictures that take long at any size stay large', () => {
   const pixels = play(new Pace(4e-4), 55, 1e-5);
   assert.ok(pixels > WHOLE / 2, `${pixels} pixels`);
 });
@@ -36,5 +36,11 @@ test('what every picture takes makes none of them mush', () => {
 test('pictures recover once they are cheap again', () => {
   const pace = new Pace(4e-4);
   assert.ok(play(pace, 5, 5e-4) < WHOLE / 4);
+  assert.equal(play(pace, 1, 2e-5), WHOLE);
+});
+
+test('a clock that stands still does no harm', () => {
+  const pace = new Pace(4e-4);
+  for (let picture = 0; picture < 5; picture++) pace.add(WHOLE, 0);
   assert.equal(play(pace, 1, 2e-5), WHOLE);
 });

@@ -1,11 +1,13 @@
-/** How much of an older picture's time counts beside a newer one's. */
+/** Weight of a picture's time, in relation to the next one's. */
 const KEPT = 0.8;
-/** Sizes nearer than this, of their mean, don't tell what a pixel takes from what every picture takes. */
+/** Least spread of sizes, as a part of their mean, from which the time of a pixel can be found. */
 const SPREAD = 0.05;
-/** Where a picture takes all its time whatever its size, its pixels may take so much of that. */
+/** Time of a picture's pixels, as a part of the time that any picture takes, which is always allowed. */
 const BESIDES = 0.3;
+/** Least time of a picture, in milliseconds: some browsers' clocks go in steps. */
+const LEAST = 0.1;
 
-/** What pictures take, from those that came last: milliseconds that every picture takes, and those of a pixel. */
+/** The time of a picture by its size, from the last ones: so many milliseconds for any picture, and so many for each pixel. */
 export class Pace {
   /** @param {number} ofPixel milliseconds a pixel, until pictures were measured. */
   constructor(ofPixel) {
@@ -16,7 +18,8 @@ export class Pace {
   }
 
   /** Counts a picture, by the method of least squares. */
-  add(pixels, milliseconds) {
+  add(pixels, measured) {
+    const milliseconds = Math.max(measured, LEAST);
     const terms = [1, pixels, milliseconds, pixels * pixels, pixels * milliseconds];
     this.sums = this.sums.map((sum, index) => sum * KEPT + terms[index]);
     const [count, ...others] = this.sums;

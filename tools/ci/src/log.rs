@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn compiled_packages_are_counted() {
-        let lines = "   Compiling serde v1.0.2\n    Checking a-b v0.1.0 (/home/a-b)\n Documenting a-b v0.1.0 (/home/a-b)\n\
+        let lines = "   Compiling serde v1.0.2\n    Checking a-b v0.1.0 (packages/a-b)\n Documenting a-b v0.1.0 (packages/a-b)\n\
             Compiling the rest\n    Finished `dev` profile\n";
         let mut log = Log::default();
         assert_eq!(log.run(Command::new("printf").args(["%s", lines])), Ok(()));
