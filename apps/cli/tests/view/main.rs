@@ -105,12 +105,13 @@ fn a_window_plays_is_changed_and_closed() {
     let heat = still(&display);
     keep(&heat, "heat");
     assert!(heat != dragged, "a heat map");
-    for _ in 0..8 {
-        if still(&display).differs_little(&dragged) {
-            break;
-        }
+    // On a busy machine a picture may come later than the next key would: each is looked at several times.
+    let is_plain = || (0..3).any(|_| still(&display).differs_little(&dragged));
+    let press = || {
         display.press("m");
-    }
+        false
+    };
+    assert!((0..8).any(|_| is_plain() || press()), "after the last heat map there is none");
 
     display.press("x");
     wait_for("another engine or a message", || display.title().filter(|title| !title.contains("CPU")));
