@@ -1,13 +1,15 @@
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::{fs, thread};
 
 use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
 use umbrage::spec::{BackgroundSpec, LightSpec};
-use umbrage::{Background, EngineKind, Layers, Settings, Structure};
+use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::feature::Feature;
 use crate::flags::{OpeningFlags, RenderFlags};
 
@@ -84,6 +86,14 @@ impl Job {
         let (rate, compression, chroma) = (flags.fps, flags.png_compression, flags.chroma);
         let output_options = Options { rate, bit_depth, compression, float_depth, chroma };
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
+    }
+
+    /// The background's file, where it has one.
+    pub(crate) fn background_file(&self) -> Option<&Path> {
+        match &self.flags.background {
+            BackgroundSpec::File(path) => Some(path),
+            _ => None,
+        }
     }
 
     /// What is shown when, of an animation that takes so many seconds and is shown best at `still_seconds`.
@@ -228,11 +238,46 @@ pub(crate) fn check_memory(settings: &Settings, opening: &OpeningFlags) -> Resul
     Err(Failure::input(message, "make it smaller (--size), or allow more (--max-memory)"))
 }
 
-/// Has everything work on that many threads, where a number is given.
-pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
-    let Some(threads) = threads else { return Ok(()) };
-    let built = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
-    built.map_err(|error| Failure::Work(format!("--threads {threads}: {error}")))
+/// Starts the threads that everything works on: as many as processors, or as are asked for.
+///
+/// Of these no more are started than pictures of `size` have work for, since those that find none keep others from theirs.
+pub(crate) fn use_threads(threads: Option<u16>, size: Option<[u32; 2]>) -> Result<(), Failure> {
+    const PIXELS_OF_THREAD: u64 = 1024;
+    const ALWAYS_ALLOWED: usize = 16;
+    let asked = usize::from(threads.unwrap_or(0));
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    let most = size.map_or(usize::MAX, |[width, height]| {
+        let busy = u64::from(width) * u64::from(height) / PIXELS_OF_THREAD;
+        usize::try_from(busy).unwrap_or(usize::MAX).max(processors).max(ALWAYS_ALLOWED)
+    });
+    if asked > most {
+        say(format_args!("note: --threads {asked}: {most} work, since the picture is too small for more"));
+    }
+    let built = rayon::ThreadPoolBuilder::new().num_threads(asked.min(most)).build_global();
+    built.map_err(|error| match threads {
+        Some(threads) => Failure::Work(format!("--threads {threads}: {error}")),
+        None => Failure::Work(format!("no threads could be started: {error}; fewer may do (--threads 1)")),
+    })
+}
+
+/// Refuses to write over a file that the scene or its background is read from.
+pub(crate) fn check_inputs_stay(
+    outputs: impl IntoIterator<Item = PathBuf>,
+    scene: &Scene,
+    background: Option<&Path>,
+) -> Result<(), Failure> {
+    let is_read: HashSet<PathBuf> = scene
+        .files()
+        .iter()
+        .map(PathBuf::as_path)
+        .chain(background)
+        .filter_map(|path| fs::canonicalize(path).ok())
+        .collect();
+    let same = outputs.into_iter().find(|path| fs::canonicalize(path).is_ok_and(|path| is_read.contains(&path)));
+    same.map_or(Ok(()), |path| {
+        let message = format!("{}: it would be overwritten, and is read for this picture", path.display());
+        Err(Failure::input(message, "write to another file (--output)"))
+    })
 }
 
 fn target(output: Option<PathBuf>, format: Option<Format>, several_frames: bool) -> Result<(Target, Format), Failure> {

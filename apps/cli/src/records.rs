@@ -10,7 +10,6 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use umbrage::output::{self, NumberedPath};
-use umbrage::spec::BackgroundSpec;
 use umbrage::{Background, Scene, Settings, Structure};
 
 use crate::failure::Failure;
@@ -145,11 +144,7 @@ fn settings(job: &Job) -> String {
 
 /// The hash of the scene's address and of its files, with the background's.
 fn of_scene(job: &Job, scene: &Scene) -> Result<String, Failure> {
-    let background = match &job.flags.background {
-        BackgroundSpec::File(path) => Some(path),
-        _ => None,
-    };
-    let files: Vec<&PathBuf> = scene.files().iter().chain(background).collect();
+    let files: Vec<&Path> = scene.files().iter().map(PathBuf::as_path).chain(job.background_file()).collect();
     let named = |path: &Path, error: io::Error| Failure::Work(format!("{}: can't be read: {error}", path.display()));
     let bytes: Result<u64, Failure> =
         files.iter().map(|path| Ok(fs::metadata(path).map_err(|error| named(path, error))?.len())).sum();

@@ -1,17 +1,18 @@
 use std::io::{self, Write};
+use std::ops::Range;
 use std::panic::resume_unwind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
-use umbrage::output::{Target, Writer};
+use umbrage::output::{NumberedPath, Target, Writer};
 use umbrage::{Film, OmittedTriangles, Scene};
 
 use crate::engine;
 use crate::failure::{Failure, say};
 use crate::feature::Feature;
 use crate::flags::StatsFlag;
-use crate::job::{Job, use_threads};
+use crate::job::{Job, check_inputs_stay, use_threads};
 use crate::progress::Progress;
 use crate::records::Records;
 use crate::report::{self, FrameReport, Report, thousands};
@@ -19,7 +20,7 @@ use crate::staging::Staging;
 use crate::written::{self, FrameWriter, Rendered};
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
-    use_threads(job.flags.scene.threads)?;
+    use_threads(job.flags.scene.threads, Some([job.settings.width, job.settings.height]))?;
     let started = Instant::now();
     let opening = Progress::opening(&job.scene, job.flags.quiet);
     let scene = umbrage::open_with(&job.scene, &job.flags.open_options())?;
@@ -52,6 +53,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     if frames.is_empty() && (job.flags.shard.is_some() || records.is_some()) {
         return Ok(());
     }
+    check_inputs_stay(outputs(job, &share)?, scene, job.background_file())?;
     let writer = Writer::create(&job.target, job.format, &share, &job.settings, &job.output_options)?;
     if let Some(records) = &records {
         records.prepare()?;
@@ -66,7 +68,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
         let seconds = schedule.seconds(frame);
         let settings = staging.settings(scene, seconds, schedule.turn(frame))?;
         let started = Instant::now();
-        renderer.render(scene, seconds, &settings)?;
+        renderer.render(scene, seconds, &settings).map_err(|error| not_framed(job, error))?;
         let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
         renderer.swap_film(&mut film);
         if let Some(view) = job.flags.show {
@@ -100,6 +102,27 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     rendered?;
     report.frames = frames;
     Ok(writer.finish()?)
+}
+
+/// The files that will be written.
+fn outputs(job: &Job, frames: &Range<u32>) -> Result<Vec<PathBuf>, Failure> {
+    let Target::Path(path) = &job.target else { return Ok(Vec::new()) };
+    Ok(match NumberedPath::parse(path)? {
+        Some(numbered) => frames.clone().map(|frame| numbered.path(frame)).collect(),
+        None => vec![path.clone()],
+    })
+}
+
+/// Names the scene where it is what has no camera.
+fn not_framed(job: &Job, error: umbrage::Error) -> Failure {
+    match error {
+        umbrage::Error::Camera(_) if job.flags.camera.is_none() => {
+            let message =
+                format!("{}: it is too large or too small for a camera to show all of it", job.scene.display());
+            Failure::input(message, "give a camera, as --camera 0,0,5:0,0,0; `umbrage info` says where the scene is")
+        }
+        error => error.into(),
+    }
 }
 
 /// Says which triangles aren't in a picture, once for each reason.

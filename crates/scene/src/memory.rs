@@ -13,15 +13,24 @@ use sysinfo::{MemoryRefreshKind, System};
 use crate::folder::Files;
 use crate::texture::TilePool;
 
-/// Half of the memory that this process may have: the machine's, or the container's where that is less. 4 GiB where it isn't known.
+/// Half of the memory that this process may have: the machine's, the container's, or the address space that the shell allows
+/// (`ulimit -v`), the least of them. 4 GiB where none is known.
 pub(crate) static DEFAULT_BYTES: LazyLock<u64> = LazyLock::new(|| {
     let half = System::new().map(|mut system| {
         system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
         let of_container = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
         system.total_memory().min(of_container) / 2
     });
-    half.ok().filter(|&half| half > 0).unwrap_or(4 << 30)
+    let half = half.ok().filter(|&half| half > 0).unwrap_or(4 << 30);
+    half.min(address_space().unwrap_or(u64::MAX) / 2)
 });
+
+/// Bytes of addresses that this process may use, where Linux says so.
+fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
 
 /// What is left of the memory that a scene's files may take, for all who read them. What is taken isn't given back, so
 /// that it doesn't depend on anybody's speed whether a file can be opened: but for [what is made in passing](Budget::in_passing).

@@ -2,9 +2,8 @@ use std::borrow::Cow;
 use std::sync::{Arc, LazyLock, OnceLock};
 
 use glam::{Vec2, Vec4};
-use image::ImageFormat;
 
-use crate::image_file;
+use crate::image_file::{self, ImageFormat};
 use crate::memory::Budget;
 use level::Level;
 
@@ -162,22 +161,19 @@ impl Texture {
         }
         // TGA is the one format that doesn't say in its first bytes what it is.
         let format = image_file::format(bytes).unwrap_or(ImageFormat::Tga);
-        // It is read where backgrounds may have it, and takes memory for more texels than it says here.
-        if format == ImageFormat::OpenExr {
-            return Err("not a usable image: OpenEXR is for backgrounds".to_owned());
-        }
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(Self::MAX_SIDE);
-        limits.max_image_height = Some(Self::MAX_SIDE);
-        limits.max_alloc = Some(budget.all());
-        let image = image_file::decode(bytes, format, limits, &mut |[width, height]| {
+        let image = image_file::decode(bytes, format, budget.all(), &mut |[width, height]| {
             if width == 0 || height == 0 {
                 return Err("an image without texels".to_owned());
             }
+            if width.max(height) > Self::MAX_SIDE {
+                return Err(format!(
+                    "not a usable image: a side of {width}x{height} texels is longer than {}",
+                    Self::MAX_SIDE
+                ));
+            }
             Self::take([width, height], budget)
         })?;
-        let size = [image.width(), image.height()];
-        Ok((size, image.into_rgba8().pixels().map(|pixel| pixel.0).collect()))
+        Ok((image.size, image.rgba()))
     }
 
     /// The longest side of an image that [`Texture::decode`] accepts, in texels.

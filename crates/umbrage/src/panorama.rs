@@ -3,10 +3,11 @@ use std::fs;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
+use exr::math::Vec2 as Size;
 use exr::meta::MetaData;
+use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{Vec2, Vec3};
-use image::ImageFormat;
-use umbrage_scene::image_file;
+use umbrage_scene::image_file::{self, ImageFormat};
 
 use crate::background::panorama_coords;
 
@@ -52,27 +53,54 @@ impl Panorama {
         let bytes = read(path, max_memory).map_err(|error| error.to_string())?;
         let format = image_file::format(&bytes).ok_or("not a usable image: its format is none that is known")?;
         if format == ImageFormat::OpenExr {
-            // Of the image, which may be larger than what is shown of it, whole blocks are decoded.
-            let meta = MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(|error| error.to_string())?;
-            for header in &meta.headers {
-                let exr::math::Vec2(width, height) = header.layer_size;
+            return Self::open_exr(&bytes, max_memory);
+        }
+        let image = image_file::decode(&bytes, format, max_memory, &mut |[width, height]| {
+            let takes = of_texels(OF_TEXEL, width.into(), height.into());
+            check(format_args!("an image of {width}x{height} texels"), takes, max_memory)
+        })?;
+        // Eight-bit images are sRGB-encoded, Radiance files are linear.
+        let linear = |value: f32| if image.is_linear() { value } else { linear_from_srgb(value) };
+        let texels = image.rgb().into_iter().map(|texel| Vec3::from_array(texel.map(linear))).collect();
+        let [width, height] = image.size.map(|side| side as usize);
+        Self::new(width, height, texels)
+    }
+
+    /// The first layer of an OpenEXR file that has colours, in the part of it that is to be displayed.
+    fn open_exr(bytes: &[u8], max_memory: u64) -> Result<Self, String> {
+        // Of the image, which may be larger than what is shown of it, whole blocks are decoded.
+        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+        for header in &meta.headers {
+            for Size(width, height) in [header.layer_size, header.shared_attributes.display_window.size] {
                 let of_texel = OF_TEXEL.max(header.channels.bytes_per_pixel as u64);
                 let takes = of_texels(of_texel, width as u64, height as u64);
                 check(format_args!("a layer of {width}x{height} texels"), takes, max_memory)?;
             }
         }
-        let mut limits = image::Limits::default();
-        limits.max_alloc = Some(max_memory);
-        let image = image_file::decode(&bytes, format, limits, &mut |[width, height]| {
-            let takes = of_texels(OF_TEXEL, width.into(), height.into());
-            check(format_args!("an image of {width}x{height} texels"), takes, max_memory)
-        })?;
-        // Eight-bit images are sRGB-encoded, Radiance and OpenEXR files are linear.
-        let encoded = !matches!(image.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
-        let image = image.into_rgb32f();
-        let linear = |value: f32| if encoded { linear_from_srgb(value) } else { value };
-        let texels = image.pixels().map(|pixel| Vec3::from_array(pixel.0.map(linear))).collect();
-        Self::new(image.width() as usize, image.height() as usize, texels)
+        let layer = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgb_channels(
+                |size, _| (size.width(), vec![Vec3::ZERO; size.area()]),
+                |(width, texels), at, (red, green, blue): (f32, f32, f32)| {
+                    texels[at.y() * *width + at.x()] = Vec3::new(red, green, blue);
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(|error| format!("not a usable image: {error}"))?;
+        let (stored_width, stored) = &layer.layer_data.channel_data.pixels;
+        let shown = layer.attributes.display_window;
+        let offset = layer.layer_data.attributes.layer_position - shown.position;
+        let mut texels = vec![Vec3::ZERO; shown.size.area()];
+        for (index, &texel) in stored.iter().enumerate() {
+            let at = Size(index % stored_width, index / stored_width).to_i32() + offset;
+            if (0..shown.size.width() as i32).contains(&at.x()) && (0..shown.size.height() as i32).contains(&at.y()) {
+                texels[at.y() as usize * shown.size.width() + at.x() as usize] = texel;
+            }
+        }
+        Self::new(shown.size.width(), shown.size.height(), texels)
     }
 
     /// Width and height of the full image, in texels.
@@ -201,9 +229,13 @@ mod tests {
     fn radiance_and_open_exr_files_are_read() {
         let folder = tempfile::tempdir().unwrap();
         let (hdr, exr) = (folder.path().join("sky.hdr"), folder.path().join("sky.exr"));
-        let pixels: Vec<_> = texels(32, 16).iter().map(|texel| image::Rgb(texel.to_array())).collect();
-        let file = fs::File::create(&hdr).unwrap();
-        image::codecs::hdr::HdrEncoder::new(file).encode(&pixels, 32, 16).unwrap();
+        // Mantissas for powers of 2⁶: 40 is 160/256 of it, and 1 is 4/256.
+        let texel = |texel: &Vec3| {
+            let [red, green, blue] = texel.to_array().map(|sample| (sample * 4.0) as u8);
+            [red, green, blue, 128 + 6]
+        };
+        let rows = texels(32, 16).iter().flat_map(texel).collect::<Vec<_>>();
+        fs::write(&hdr, [b"#?RADIANCE\n\n-Y 16 +X 32\n", rows.as_slice()].concat()).unwrap();
         exr::prelude::write_rgb_file(&exr, 32, 16, |x, y| texels(32, 16)[y * 32 + x].into()).unwrap();
         check(&Panorama::open(&hdr, ENOUGH).unwrap());
         check(&Panorama::open(&exr, ENOUGH).unwrap());

@@ -19,16 +19,21 @@ pub(crate) const FUZZ: Step = ("fuzz", |root, log| run(root, log, "fuzz", ["--mu
 /// Random scenes, rays and mutants for ten minutes of processors and more. Each program takes one, so they run together.
 pub(crate) const AT_LENGTH: Step = ("trust at length", |root, log| {
     log.run(&mut build(root, PROGRAMS))?;
-    let programs = [("referee", ["--minutes", "5"]), ("fuzz", ["--minutes", "5"]), ("watertight", ["--rays", "1e7"])];
+    let programs: [(&str, &[&str]); 4] = [
+        ("referee", &["--minutes", "3"]),
+        ("referee", &["--frames", "--minutes", "3"]),
+        ("fuzz", &["--minutes", "5"]),
+        ("watertight", &["--rays", "1e7"]),
+    ];
     log.run_together(&mut programs.map(|(program, arguments)| command(root, program, arguments)))
 });
 
 fn run(root: &Path, log: &mut Log, program: &str, arguments: [&str; 2]) -> Outcome {
     log.run(&mut build(root, PROGRAMS))?;
-    log.run(&mut command(root, program, arguments))
+    log.run(&mut command(root, program, &arguments))
 }
 
-fn command(root: &Path, program: &str, arguments: [&str; 2]) -> Command {
+fn command(root: &Path, program: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(built(root, program));
     command.current_dir(root).args(arguments);
     command

@@ -11,7 +11,7 @@ use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Settings, WorkCounts}
 
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
-use crate::job::{check_memory, use_threads};
+use crate::job::{check_inputs_stay, check_memory, use_threads};
 use crate::progress::Progress;
 use crate::staging::camera_choice;
 use crate::values::Size;
@@ -25,10 +25,12 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     let Size { width, height } = flags.size;
     check_memory(&Settings { width, height, ..Settings::default() }, &flags.scene.opening)?;
     let address = flags.scene.address();
-    use_threads(flags.scene.threads)?;
+    use_threads(flags.scene.threads, Some([width, height]))?;
     let opening = Progress::opening(&address, false);
     let scene = umbrage::open_with(&address, &flags.scene.opening.options())?;
     drop(opening);
+    let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));
+    check_inputs_stay([path.to_owned()], &scene, None)?;
     let frame = scene.at(flags.time.unwrap_or(scene.still_seconds()))?;
     let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
@@ -47,7 +49,6 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     }
     let shown = all.iter().find(|(kind, _)| *kind == flags.of).map_or(&[][..], |(_, counts)| counts);
     let image = picture(shown, flags.size, flags.of.title(), flags.max);
-    let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));
     write_png(&image, path, BitDepth::Eight)?;
     let mut stdout = io::stdout();
     for (kind, counts) in &all {

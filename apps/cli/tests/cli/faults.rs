@@ -217,15 +217,75 @@ fn what_the_system_has_no_memory_for_is_said() {
     File::create(place.path("long.ply")).unwrap().set_len(3 << 30).unwrap();
     let limited = "ulimit -v 1500000; umbrage render --threads 1 --quiet -o a.png";
     for (line, code, part) in [
-        (&format!("{limited} --size 4096x4096 scene.gltf")[..], 1, "no memory for a picture of 4096x4096"),
+        (
+            &format!("{limited} --size 4096x4096 --max-memory 8GB scene.gltf")[..],
+            1,
+            "no memory for a picture of 4096x4096",
+        ),
+        (&format!("{limited} --size 4096x4096 scene.gltf"), 2, "of memory, more than 732.4 MiB"),
         (&format!("{limited} --size 8x8 long.ply"), 2, "long.ply"),
         (&format!("{limited} --size 8x8 --max-memory 64MiB textured.gltf"), 2, "an image of 4096x4096 texels"),
         (&format!("{limited} --size 8x8 textured.gltf"), 0, ""),
-        ("ulimit -v 1500000; umbrage heatmap --threads 1 --size 4096x4096 scene.gltf", 1, "no memory for a picture"),
+        (
+            "ulimit -v 1500000; umbrage heatmap --threads 1 --size 4096x4096 --max-memory 8GB scene.gltf",
+            1,
+            "no memory for a",
+        ),
+        (
+            "ulimit -v 1000000; umbrage render --threads 1000 --size 1024x1024 -o a.png scene.gltf",
+            1,
+            "--threads 1000: ",
+        ),
         ("umbrage heatmap --size 4096x4096 --max-memory 1GB scene.gltf", 2, "--max-memory"),
     ] {
         let (status, stderr) = shell(&place, line);
         assert_eq!(status.code(), Some(code), "{line}: {stderr}");
         assert!(stderr.contains(part) && stderr.lines().count() <= 2, "{line}: {stderr}");
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn files_that_may_not_grow_are_an_error() {
+    let place = Workplace::new();
+    // Blocks of 512 bytes.
+    let (status, stderr) = shell(&place, "ulimit -f 8; umbrage render scene.gltf --size 300x200 -o a.exr");
+    assert_eq!(status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("a.exr: can't be written: File too large"), "{stderr}");
+    assert!(!place.names().iter().any(|name| name == "a.exr" || is_partial(name)), "{:?}", place.names());
+}
+
+#[test]
+fn files_that_are_read_are_not_written_over() {
+    let place = Workplace::new();
+    write_textured(&place, 16);
+    let before = fs::read(place.path("i.png")).unwrap();
+    for flags in [
+        &["render", "textured.gltf", "--size", "8x8", "-o", "i.png"][..],
+        &["heatmap", "textured.gltf", "--size", "8x8", "-o", "./i.png"],
+    ] {
+        let stderr = place.fail(2, flags);
+        assert!(stderr.contains("i.png: it would be overwritten") && stderr.contains("--output"), "{stderr}");
+    }
+    let numbered = ["render", "textured.gltf", "--size", "8x8", "--frames", "0..3", "-o"];
+    fs::copy(place.path("i.png"), place.path("i_2.png")).unwrap();
+    let sky = [&numbered[..], &["i_%d.png", "--background", "i_2.png"]].concat();
+    assert!(place.fail(2, &sky).contains("i_2.png: it would be overwritten"));
+    assert!(fs::read(place.path("i.png")).unwrap() == before);
+    place.succeed(&["render", "textured.gltf", "--size", "8x8", "-o", "j.png"]);
+}
+
+#[test]
+fn more_threads_than_a_picture_has_work_for_are_not_started() {
+    let place = Workplace::new();
+    let (_, stderr) = place.succeed(&["render", "scene.gltf", "--size", "16x16", "--threads", "1000", "-o", "a.png"]);
+    assert!(stderr.contains("note: --threads 1000: ") && stderr.contains("the picture is too small"), "{stderr}");
+}
+
+#[test]
+fn scenes_that_no_camera_shows_are_named() {
+    let place = Workplace::new();
+    fs::write(place.path("huge.obj"), "v 3.4e38 0 0\nv -3.4e38 1 0\nv 0 3.4e38 1\nf 1 2 3\n").unwrap();
+    let stderr = place.fail(2, &["render", "huge.obj", "--size", "8x8", "-o", "a.png"]);
+    assert!(stderr.contains("huge.obj: it is too large") && stderr.contains("--camera"), "{stderr}");
 }

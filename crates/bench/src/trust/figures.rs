@@ -128,4 +128,9 @@ pub(super) const FIGURES: &[Figure] = &[
         elsewhere: "not published, as far as we know.",
         find: input::command_lines,
     },
+    Figure {
+        title: "Kept renderers against the referee",
+        elsewhere: "not published, as far as we know.",
+        find: repeat::kept_renderers,
+    },
 ];

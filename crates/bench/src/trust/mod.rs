@@ -123,7 +123,7 @@ fn beginning(Effort { share, seed }: Effort) -> String {
     let threads = available_parallelism().map_or(1, usize::from);
     format!(
         "# What can be trusted\n\n\
-         Twenty-two figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
+         Twenty-three figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
          ```sh\n\
          cargo build --release -p umbrage-verify -p umbrage-cli\n\
          cargo run --release -p umbrage-bench -- trust --write docs/trust.md\n\

@@ -10,7 +10,7 @@ use rayon::ThreadPoolBuilder;
 use umbrage::rays::{LightMask, SeenPixels, SimdLevel, Structure};
 use umbrage::{Renderer, Settings};
 use umbrage_verify::lights::{point, sun};
-use umbrage_verify::referee::{self, Trial, random_case};
+use umbrage_verify::referee::{self, KeptRenderers, Trial, random_case, random_sequence};
 use umbrage_verify::structures::STRUCTURES;
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, Random, TestMesh};
@@ -172,6 +172,28 @@ pub(super) fn referee(effort: &Effort) -> Result<Finding> {
         number(trial.answers),
         number(scenes),
         STRUCTURES.len()
+    );
+    Ok(Finding::new(wrong.is_empty(), text))
+}
+
+pub(super) fn kept_renderers(effort: &Effort) -> Result<Finding> {
+    let (scenes, mut kept, mut wrong, mut frames) = (effort.of(5000), KeptRenderers::new(), Vec::new(), 0);
+    for seed in effort.seed..effort.seed + scenes {
+        for (number, (structure, case)) in random_sequence(seed).iter().enumerate() {
+            let found = kept.disagreements(*structure, case, &referee::truth(case));
+            wrong.extend(found.first().map(|first| format!("seed {seed}, frame {number}: {first}")));
+            frames += 1;
+        }
+    }
+    let first = wrong.first().map_or_else(String::new, |first| format!(" The first: {first}."));
+    let text = format!(
+        "{} disagreements with the referee in {} answers about {} frames: {} scenes that change from frame to frame (moved, \
+         NaN, fewer triangles or none, turned around, in another order, other images, lights and sides) while renderers are \
+         kept, with any structure and options in any combination, by every instruction set.{first}",
+        wrong.len(),
+        number(kept.answers),
+        number(frames),
+        number(scenes),
     );
     Ok(Finding::new(wrong.is_empty(), text))
 }

@@ -14,6 +14,15 @@ pub(crate) fn folder(files: &[(&str, &[u8])]) -> TempDir {
     folder
 }
 
+/// A PNG file of these texels.
+pub(crate) fn png([width, height]: [u32; 2], color: png::ColorType, texels: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.write_header().and_then(|mut writer| writer.write_image_data(texels)).expect("texels for all of it");
+    bytes
+}
+
 /// The rest pose of a file and the scene's warnings, or the error's words.
 pub(crate) fn open_path(path: &Path) -> Result<(Frame, Vec<String>), String> {
     let scene = Scene::open(path).map_err(|error| error.to_string())?;

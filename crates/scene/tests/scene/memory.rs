@@ -3,12 +3,11 @@
 use std::fs::File;
 use std::path::Path;
 
-use image::{GrayImage, ImageFormat};
 use serde_json::json;
 use umbrage_scene::{Error, OpenOptions, Scene};
 
 use crate::builder::Builder;
-use crate::files::folder;
+use crate::files::{folder, png};
 
 fn open_within(path: &Path, max_memory: u64) -> Result<Scene, Error> {
     Scene::open_with(path, &OpenOptions { max_memory, ..OpenOptions::default() })
@@ -83,17 +82,11 @@ fn images_that_are_decoded_elsewhere_take_what_that_takes() {
 
 #[test]
 fn images_take_their_texels() {
-    let mut png = std::io::Cursor::new(Vec::new());
-    GrayImage::new(2048, 2048).write_to(&mut png, ImageFormat::Png).unwrap();
-    let png = png.into_inner();
+    let image = |width, height| png([width, height], png::ColorType::Grayscale, &vec![0; (width * height) as usize]);
+    let png = image(2048, 2048);
     assert!(png.len() < 100_000);
     assert_gltf_bounded(textured(&png), 36 * MB, 33 * MB, "an image of 2048x2048 texels would take 32.0 MiB");
     // Each of two long images is small, but not what is made of both.
-    let image = |width, height| {
-        let mut png = std::io::Cursor::new(Vec::new());
-        GrayImage::new(width, height).write_to(&mut png, ImageFormat::Png).unwrap();
-        png.into_inner()
-    };
     let folder = folder(&[
         ("a.obj", b"mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         ("a.mtl", b"newmtl a\nmap_Kd wide.png\nmap_d high.png\n"),

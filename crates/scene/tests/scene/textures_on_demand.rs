@@ -5,31 +5,29 @@ use std::sync::Arc;
 use std::thread;
 
 use glam::{Vec2, Vec4};
-use image::{ImageFormat, RgbaImage};
 use serde_json::json;
 use umbrage_rays::{MaskPoints, Opacity as _};
 use umbrage_scene::{Alpha, Error, Frame, Material, Materials, OpenOptions, Scene, Texture, TextureUse};
 
 use crate::builder::Builder;
-use crate::files::folder;
+use crate::files::{folder, png};
 
 /// A PNG of some noise, opaque in half of it.
-fn png([width, height]: [u32; 2]) -> Vec<u8> {
-    let image = RgbaImage::from_fn(width, height, |x, y| {
+fn noise([width, height]: [u32; 2]) -> Vec<u8> {
+    let texel = |x: u32, y: u32| {
         let noise = (x << 16 | y).wrapping_add(width).wrapping_mul(2_654_435_761);
         let [red, green, blue, alpha] = (noise ^ noise >> 13).to_be_bytes();
-        image::Rgba([red, green, blue, if alpha % 4 < 2 { 255 * (alpha % 2) } else { alpha }])
-    });
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image.write_to(&mut bytes, ImageFormat::Png).unwrap();
-    bytes.into_inner()
+        [red, green, blue, if alpha % 4 < 2 { 255 * (alpha % 2) } else { alpha }]
+    };
+    let texels: Vec<_> = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
+    png([width, height], png::ColorType::Rgba, &texels)
 }
 
 /// A file whose textures are images of these sizes, each read in all ways.
 fn textured(sizes: &[[u32; 2]]) -> Builder {
     let mut file = Builder::new();
     for &size in sizes {
-        let view = file.view(&png(size));
+        let view = file.view(&noise(size));
         let image = file.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
         for (filter, wraps) in [(9728, [10497, 33071]), (9729, [33648, 10497]), (9729, [33071, 33648])] {
             let sampler = file.push("samplers", json!({ "magFilter": filter, "wrapS": wraps[0], "wrapT": wraps[1] }));
@@ -153,7 +151,7 @@ fn a_pool_that_is_too_small_is_refused() {
 fn images_take_memory_one_at_a_time() {
     const MB: u64 = 1_000_000;
     // 4.2 MB each while they are made.
-    let images: Vec<_> = (0..6).map(|number| (format!("{number}.png"), png([724, 724]))).collect();
+    let images: Vec<_> = (0..6).map(|number| (format!("{number}.png"), noise([724, 724]))).collect();
     let mut file = Builder::new();
     for (name, _) in &images {
         let image = file.push("images", json!({ "uri": name }));

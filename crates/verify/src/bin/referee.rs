@@ -2,18 +2,15 @@
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use umbrage::gpu::{DeviceLimits, Gpu};
-use umbrage::scene::{Frame, Light, Material, Materials, Mesh};
-use umbrage::{CameraChoice, Renderer, Settings, Sides};
+use umbrage::{Renderer, Structure};
 use umbrage_rays::SeenPixels;
-use umbrage_verify::referee::{self, Trial, compare, random_case};
-use umbrage_verify::{Case, Truth};
+use umbrage_verify::referee::{self, KeptRenderers, Trial, check_frame, random_case, random_sequence};
 
 /// Compares all structures, with every SIMD level and several numbers of threads, with the definitions in exact arithmetic.
 #[derive(Debug, Parser)]
@@ -31,6 +28,9 @@ struct Flags {
     /// Ask a GPU too, or a program that stands in for one
     #[arg(long)]
     gpu: bool,
+    /// Ask renderers that are kept instead, about scenes that change from frame to frame, with all options of structures
+    #[arg(long, conflicts_with = "gpu")]
+    frames: bool,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -39,7 +39,9 @@ const EXAMPLES: &str = "Examples:
   cargo run --release -p umbrage-verify --bin referee -- --seed 1234 --scenes 1
       One scene again, by its number
   cargo run --release -p umbrage-verify --bin referee -- --gpu --scenes 200
-      The GPU as well";
+      The GPU as well
+  cargo run --release -p umbrage-verify --bin referee -- --frames --minutes 10
+      Ten minutes of scenes that change while their renderers are kept";
 
 fn minutes(text: &str) -> Result<f64, String> {
     let is_possible = |minutes: &f64| *minutes > 0.0 && *minutes < 1e6;
@@ -54,29 +56,38 @@ fn main() -> Result<ExitCode> {
     let mut gpu = if flags.gpu { Some(Renderer::with_gpu(Gpu::open("", DeviceLimits::Portable)?)?) } else { None };
     let (started, time) = (Instant::now(), Duration::from_secs_f64(60.0 * flags.minutes));
     let progress = ProgressBar::new(time.as_secs()).with_style(ProgressStyle::with_template("{bar:40} {eta} {msg}")?);
-    let (mut trial, mut wrong, mut wrong_scenes, mut scenes) = (Trial::new(), 0, 0, 0);
+    let (mut trial, mut kept, mut wrong, mut wrong_scenes, mut scenes) = (Trial::new(), KeptRenderers::new(), 0, 0, 0);
     let (mut pixels, mut hits, mut points, mut lit) = (0, 0, 0, 0);
     while started.elapsed() < time && flags.scenes.is_none_or(|most| scenes < most) {
         let seed = flags.seed.wrapping_add(scenes);
-        let case = random_case(seed);
-        let truth = referee::truth(&case);
-        let mut found = trial.disagreements(&case, &truth);
-        if let Some(renderer) = &mut gpu {
-            found.extend(of_gpu(renderer, &case, &truth).err().map(|how| format!("gpu: {how}")));
+        let frames = if flags.frames { random_sequence(seed) } else { vec![(Structure::default(), random_case(seed))] };
+        let mut found = Vec::new();
+        for (number, (structure, case)) in frames.iter().enumerate() {
+            let truth = referee::truth(case);
+            let mut wrong = if flags.frames {
+                kept.disagreements(*structure, case, &truth)
+            } else {
+                trial.disagreements(case, &truth)
+            };
+            if let Some(renderer) = &mut gpu {
+                let checked = check_frame(renderer, *structure, case, &truth);
+                wrong.extend(checked.err().map(|how| format!("gpu: {how}")));
+            }
+            found.extend(wrong.into_iter().map(|how| format!("frame {number}: {}: {how}", case.name)));
+            let hits_here = truth.triangle.iter().filter(|&&id| id != SeenPixels::NONE).count();
+            (pixels, hits) = (pixels + truth.triangle.len(), hits + hits_here);
+            let lit_here = truth.lit.iter().flatten().filter(|&&lit| lit).count();
+            (points, lit) = (points + hits_here * truth.lit.len(), lit + lit_here);
         }
         wrong += found.len();
         if let [first, others @ ..] = &found[..] {
             wrong_scenes += 1;
             if wrong_scenes <= MOST_PRINTED {
                 let others = if others.is_empty() { String::new() } else { format!(", and {} more", others.len()) };
-                progress.suspend(|| println!("--seed {seed}: {}: {first}{others}", case.name));
+                progress.suspend(|| println!("--seed {seed}: {first}{others}"));
             }
         }
         scenes += 1;
-        let hits_here = truth.triangle.iter().filter(|&&id| id != SeenPixels::NONE).count();
-        (pixels, hits) = (pixels + truth.triangle.len(), hits + hits_here);
-        (points, lit) =
-            (points + hits_here * truth.lit.len(), lit + truth.lit.iter().flatten().filter(|&&lit| lit).count());
         progress.set_position(started.elapsed().as_secs());
         progress.set_message(format!("{scenes} scenes, {wrong} disagreements"));
     }
@@ -84,26 +95,14 @@ fn main() -> Result<ExitCode> {
     println!(
         "{scenes} scenes from --seed {}: {hits} of {pixels} rays hit, {lit} of {points} points are lit; {} answers, {wrong} \
          disagreements",
-        flags.seed, trial.answers
+        flags.seed,
+        trial.answers + kept.answers
     );
+    if flags.frames {
+        println!(
+            "{} frames were refused: options that exclude each other, or a camera or light that isn't finite",
+            kept.refused
+        );
+    }
     Ok(if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// Compares a GPU's frame with the truth.
-fn of_gpu(renderer: &mut Renderer, case: &Case, truth: &Truth) -> Result<(), String> {
-    let mut frame = Frame::from_triangles(case.mesh.positions.clone(), case.mesh.indices.clone());
-    let of_one_side = Material { double_sided: false, ..Material::clay() };
-    frame.materials = Arc::new(Materials { materials: vec![of_one_side, Material::clay()], ..Materials::default() });
-    let material_of_triangle = (0..case.mesh.indices.len() as u32).map(|id| case.sides.has_back(id).into()).collect();
-    frame.mesh = Arc::new(Mesh { material_of_triangle, ..(*frame.mesh).clone() });
-    frame.lights = case.lights.iter().map(|&source| Light::new(source, 1.0)).collect();
-    let settings = Settings {
-        width: case.view.width,
-        height: case.view.height,
-        camera: CameraChoice::Own(case.view.camera),
-        sides: Sides::File,
-        ..Settings::default()
-    };
-    renderer.render_frame(&frame, &settings).map_err(|error| error.to_string())?;
-    compare(case, truth, renderer.seen(), renderer.light_masks())
 }

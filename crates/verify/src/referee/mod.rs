@@ -17,6 +17,7 @@
 
 mod real;
 mod scenes;
+mod sequence;
 mod trial;
 
 use std::cmp::Ordering;
@@ -27,6 +28,7 @@ use umbrage_rays::{LightSource, Ray, Triangles};
 use crate::{Case, Truth};
 use real::{Big, Interval, Real, nearest_quotient};
 pub use scenes::random_case;
+pub use sequence::{KeptRenderers, check_frame, random_sequence, random_structure};
 pub use trial::{Trial, compare};
 
 /// A vector of real numbers.

@@ -1,6 +1,6 @@
 //! Every structure against the referee, in random scenes of the kinds that have fooled ray tracers.
 
-use umbrage_verify::referee::{self, Trial, random_case};
+use umbrage_verify::referee::{self, KeptRenderers, Trial, random_case, random_sequence};
 
 #[test]
 fn structures_say_what_the_referee_says() {
@@ -22,3 +22,17 @@ const FIRST_SCENES: u64 = 20;
 /// Of the first 1,250, those about which structures disagree when the predicate's sides of planes come from f64 alone:
 /// triangles that reach far, slivers, scales from 10⁻³⁷ to 10²¹.
 const TELLING_SCENES: [u64; 11] = [10, 90, 259, 424, 517, 717, 841, 1128, 1185, 1217, 1248];
+
+#[test]
+fn kept_renderers_say_what_the_referee_says() {
+    let mut kept = KeptRenderers::new();
+    let wrong: Vec<String> = (1..=12)
+        .flat_map(|seed| random_sequence(seed).into_iter().enumerate().map(move |frame| (seed, frame)))
+        .flat_map(|(seed, (number, (structure, case)))| {
+            let wrong = kept.disagreements(structure, &case, &referee::truth(&case));
+            wrong.into_iter().map(move |how| format!("--seed {seed}, frame {number}: {}: {how}", case.name))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(kept.refused < kept.answers / 100, "{} frames were refused", kept.refused);
+}

@@ -6,13 +6,11 @@ use umbrage_rays::{LightSource, Projection};
 use umbrage_scene::{Alpha, Clip, Material, Scene, TextureUse};
 
 use crate::builder::{Builder, data_uri, open_in};
+use crate::files;
 
 /// A PNG of 2×1 texels: a red one and a blue one.
 pub(super) fn png() -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    let image = image::RgbaImage::from_raw(2, 1, vec![255, 0, 0, 255, 0, 0, 255, 128]).unwrap();
-    image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
-    bytes.into_inner()
+    files::png([2, 1], png::ColorType::Rgba, &[255, 0, 0, 255, 0, 0, 255, 128])
 }
 
 /// A triangle with material 0.

@@ -62,8 +62,9 @@ fn triangles_around_the_axes_of_a_light() {
         let truth = case.truth();
         grids.check_against(&format!("around {axis}"), &case, &truth);
         assert!(grids.work().iter().all(|work| work.faces == 1), "{:?}", grids.work());
-        for clamp in CLAMPS {
-            grids.check_lights(&format!("around {axis}"), &case, &truth, clamped(clamp));
+        // All rectangles around one axis, and around the others the one that all of it is in.
+        for clamp in if axis == Vec3::X { &CLAMPS[..] } else { &CLAMPS[1..2] } {
+            grids.check_lights(&format!("around {axis}"), &case, &truth, clamped(*clamp));
         }
     }
 }
