@@ -1,15 +1,125 @@
+//! Polygons into triangles.
+
+mod ears;
+
+use glam::Vec3;
+
+use self::ears::Ears;
+use crate::memory::Budget;
+
 /// The most corners of polygons that become fans.
 const MOST_IN_A_FAN: usize = 256;
 
-/// Cuts a polygon, given by its corners, into triangles, two fewer than it has corners.
+/// Cuts a file's polygons into triangles, two fewer than each has corners.
 ///
-/// Those of up to [`MOST_IN_A_FAN`] corners become the fan around the first. Of larger ones every second corner is cut off,
-/// and again of what is left, until nothing is: triangles between near corners, where a fan would have a million slivers
+/// Concave ones, and those with holes that bridges join to the outline, are cut by their ears. Convex ones, those without
+/// area and those with a coordinate that is no finite number become the fan around the first corner, or what
+/// [`convex`] makes of more than [`MOST_IN_A_FAN`] corners.
+#[derive(Debug, Default)]
+pub(crate) struct Cutter {
+    ears: Ears,
+    /// Polygons with corners whose positions the file says later; cut as convex ones for now.
+    waiting: Vec<Waiting>,
+    corners_waiting: Vec<u32>,
+    points: Vec<Vec3>,
+    /// Polygons that would have taken too long.
+    hasty: usize,
+    room: usize,
+    budget: Budget,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    first_triangle: usize,
+    corners: usize,
+}
+
+impl Cutter {
+    /// Nothing cut yet.
+    pub(crate) fn new(budget: &Budget) -> Self {
+        Self { budget: budget.clone(), ..Self::default() }
+    }
+
+    /// Adds the triangles of the polygon with these corners; `position` is `None` for those that the file hasn't said yet.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub(crate) fn cut(
+        &mut self,
+        corners: &[u32],
+        position: impl Fn(u32) -> Option<Vec3>,
+        triangles: &mut Vec<[u32; 3]>,
+    ) -> Result<(), String> {
+        self.budget.reserve(triangles, corners.len().saturating_sub(2), "triangles")?;
+        if corners.len() > 3 {
+            self.points.clear();
+            self.budget.reserve(&mut self.points, corners.len(), "a face's corners")?;
+            self.points.extend(corners.iter().map_while(|&corner| position(corner)));
+            if self.points.len() < corners.len() {
+                self.budget.reserve(&mut self.waiting, 1, "faces")?;
+                self.budget.reserve(&mut self.corners_waiting, corners.len(), "faces' corners")?;
+                self.waiting.push(Waiting { first_triangle: triangles.len(), corners: corners.len() });
+                self.corners_waiting.extend_from_slice(corners);
+            } else if self.is_concave(corners.len())? {
+                self.hasty += usize::from(!self.ears.cut(|ear| triangles.push(ear.map(|at| corners[at as usize]))));
+                return Ok(());
+            }
+        }
+        convex(corners, |triangle| triangles.push(triangle));
+        Ok(())
+    }
+
+    /// Cuts those polygons again whose positions weren't known, once all are.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub(crate) fn finish(
+        &mut self,
+        position: impl Fn(u32) -> Option<Vec3>,
+        triangles: &mut [[u32; 3]],
+    ) -> Result<(), String> {
+        let all = std::mem::take(&mut self.corners_waiting);
+        let mut rest = &all[..];
+        for Waiting { first_triangle, corners } in std::mem::take(&mut self.waiting) {
+            let (corners, others) = rest.split_at(corners);
+            rest = others;
+            self.points.clear();
+            self.budget.reserve(&mut self.points, corners.len(), "a face's corners")?;
+            self.points.extend(corners.iter().map_while(|&corner| position(corner)));
+            if self.points.len() == corners.len() && self.is_concave(corners.len())? {
+                let mut slots = triangles[first_triangle..].iter_mut();
+                self.hasty += usize::from(!self.ears.cut(|ear| {
+                    if let Some(slot) = slots.next() {
+                        *slot = ear.map(|at| corners[at as usize]);
+                    }
+                }));
+            }
+        }
+        Ok(())
+    }
+
+    fn is_concave(&mut self, corners: usize) -> Result<bool, String> {
+        if let Some(more @ 1..) = corners.checked_sub(self.room) {
+            // Lists grow to twice their size.
+            self.budget.take_for::<[u8; 2 * Ears::BYTES_OF_CORNER]>(more, "a face's corners")?;
+            self.room = corners;
+        }
+        Ok(self.ears.is_concave(self.points.iter().copied()))
+    }
+
+    /// What a person should know.
+    pub(crate) fn warning(&self) -> Option<String> {
+        (self.hasty > 0)
+            .then(|| format!("{} faces have so many corners that notches and holes in them may be filled", self.hasty))
+    }
+}
+
+/// Cuts a convex polygon: up to [`MOST_IN_A_FAN`] corners into a fan. Of larger ones every second corner is cut off, and again
+/// of those that are left, until none is: triangles between near corners, where a fan would have a million slivers
 /// from one side to the other, which take minutes to render.
 ///
-/// Both are exact for convex polygons; for concave ones they may reach outside of the outline. Both take as long as there
-/// are corners.
-pub(crate) fn triangles(corners: &[u32], mut add: impl FnMut([u32; 3])) {
+/// Takes as long as there are corners.
+fn convex(corners: &[u32], mut add: impl FnMut([u32; 3])) {
     if corners.len() <= MOST_IN_A_FAN {
         if let Some((&first, others)) = corners.split_first() {
             others.windows(2).for_each(|two| add([first, two[0], two[1]]));
@@ -35,7 +145,7 @@ mod tests {
     fn cut(count: u32) -> Vec<[u32; 3]> {
         let corners: Vec<u32> = (0..count).map(|corner| 10 * corner).collect();
         let mut cut = Vec::new();
-        triangles(&corners, |triangle| cut.push(triangle));
+        convex(&corners, |triangle| cut.push(triangle));
         cut
     }
 

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::Positions;
 use crate::memory::Budget;
-use crate::polygon;
+use crate::polygon::Cutter;
 use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
 use crate::texture::linear_from_srgb;
@@ -42,6 +42,7 @@ pub(super) struct Geometry {
     left_out: LeftOut,
     /// Of the face that is read.
     face: Vec<u32>,
+    cutter: Cutter,
     budget: Budget,
 }
 
@@ -68,7 +69,7 @@ impl Geometry {
     /// # Errors
     /// Names the line that breaks the format.
     pub(super) fn parse(path: &Path, bytes: &[u8], budget: &Budget) -> Result<Self, Error> {
-        let mut geometry = Self { budget: budget.clone(), ..Self::default() };
+        let mut geometry = Self { cutter: Cutter::new(budget), budget: budget.clone(), ..Self::default() };
         let mut lines = Lines::new(bytes);
         let mut joined = Vec::new();
         while let Some((line_number, line)) = lines.next() {
@@ -83,6 +84,9 @@ impl Geometry {
                 .statement(line, line_number)
                 .map_err(|cause| Error::malformed(path, format!("line {line_number}"), cause))?;
         }
+        let Self { corners, positions, triangles, cutter, .. } = &mut geometry;
+        let cut = cutter.finish(|vertex| position_of(corners, positions, vertex), triangles);
+        cut.map_err(|cause| Error::malformed(path, "the faces", cause))?;
         Ok(geometry)
     }
 
@@ -173,9 +177,9 @@ impl Geometry {
             return Ok(());
         };
         let material = self.used_material()?;
-        self.budget.reserve(&mut self.triangles, count, "triangles")?;
         self.budget.reserve(&mut self.material_of_triangle, count, "triangles' materials")?;
-        polygon::triangles(&self.face, |triangle| self.triangles.push(triangle));
+        let Self { corners, positions, triangles, cutter, .. } = self;
+        cutter.cut(&self.face, |vertex| position_of(corners, positions, vertex), triangles)?;
         self.material_of_triangle.resize(self.triangles.len(), material);
         Ok(())
     }
@@ -304,8 +308,14 @@ impl Geometry {
         if let Some((line, name)) = first_statement {
             warnings.push(format!("left out {statements} unknown statements, the first being {name} on line {line}"));
         }
+        warnings.extend(self.cutter.warning());
         warnings
     }
+}
+
+/// The position of vertex `vertex`, one of `corners`; `None` where the file says it later, or never.
+fn position_of(corners: &[Corner], positions: &[Vec3], vertex: u32) -> Option<Vec3> {
+    positions.get(corners[vertex as usize].position.get() as usize - 1).copied()
 }
 
 /// Puts a line that ends in a backslash, `start` without it, and those that continue it into `joined`.

@@ -1,7 +1,9 @@
+use glam::Vec3;
+
 use super::body::Body;
 use super::header::{Element, Kind, Property, Scalar};
 use crate::memory::Budget;
-use crate::polygon;
+use crate::polygon::Cutter;
 
 /// The triangles of a file.
 #[derive(Debug, Default)]
@@ -13,6 +15,7 @@ pub(super) struct Faces {
     corner_tex_coords: bool,
     /// Of the face that is read.
     face: Vec<u32>,
+    cutter: Cutter,
     budget: Budget,
 }
 
@@ -27,14 +30,21 @@ pub(super) enum Form {
 
 impl Faces {
     pub(super) fn new(vertex_count: u64, budget: &Budget) -> Self {
-        Self { vertex_count, budget: budget.clone(), ..Self::default() }
+        Self { vertex_count, cutter: Cutter::new(budget), budget: budget.clone(), ..Self::default() }
     }
 
-    /// Reads all rows of an element whose list of vertices has this form.
+    /// Reads all rows of an element whose list of vertices has this form. `positions` are those of the vertices, none where they
+    /// come later in the file.
     ///
     /// # Errors
     /// Says in which row, and what is wrong there.
-    pub(super) fn read(&mut self, form: Form, element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
+    pub(super) fn read(
+        &mut self,
+        form: Form,
+        element: &Element,
+        body: &mut Body<'_>,
+        positions: &[Vec3],
+    ) -> Result<(), (u64, String)> {
         let Some((list, count_type, index_type)) = index_list(&element.properties) else {
             return Err((0, "no list `vertex_indices` or `vertex_index`".to_owned()));
         };
@@ -48,7 +58,7 @@ impl Faces {
                     _ if index != list => {
                         body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name))?;
                     }
-                    Form::Polygon => self.face(body, count_type, index_type)?,
+                    Form::Polygon => self.face(body, count_type, index_type, positions)?,
                     Form::Strips => self.strips(body, count_type, index_type)?,
                 }
             }
@@ -56,7 +66,13 @@ impl Faces {
         })
     }
 
-    fn face(&mut self, body: &mut Body<'_>, count_type: Scalar, index_type: Scalar) -> Result<(), String> {
+    fn face(
+        &mut self,
+        body: &mut Body<'_>,
+        count_type: Scalar,
+        index_type: Scalar,
+        positions: &[Vec3],
+    ) -> Result<(), String> {
         let count = body.list_length(count_type, index_type)?;
         self.face.clear();
         self.budget.reserve(&mut self.face, count, "a face's corners")?;
@@ -64,9 +80,15 @@ impl Faces {
             self.face.push(index(body.value(index_type)?, self.vertex_count)?);
         }
         self.small_faces += u64::from(count < 3);
-        self.budget.reserve(&mut self.triangles, count.saturating_sub(2), "triangles")?;
-        polygon::triangles(&self.face, |triangle| self.triangles.push(triangle));
-        Ok(())
+        self.cutter.cut(&self.face, |vertex| positions.get(vertex as usize).copied(), &mut self.triangles)
+    }
+
+    /// Cuts polygons that came before the vertices' `positions`.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub(super) fn finish(&mut self, positions: &[Vec3]) -> Result<(), String> {
+        self.cutter.finish(|vertex| positions.get(vertex as usize).copied(), &mut self.triangles)
     }
 
     /// Reads strips. Every second triangle of a strip runs the other way round; those that join the
@@ -114,6 +136,7 @@ impl Faces {
         if self.corner_tex_coords {
             warnings.push("left out texture coordinates that belong to corners of faces (`texcoord`)".to_owned());
         }
+        warnings.extend(self.cutter.warning());
         warnings
     }
 }

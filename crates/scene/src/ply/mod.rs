@@ -9,7 +9,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::memory::Budget;
-use crate::{Error, Material, Materials, still::Still};
+use crate::still::{Still, Vertices};
+use crate::{Error, Material, Materials};
 use body::Body;
 use faces::{Faces, Form};
 use header::{Element, Header};
@@ -34,18 +35,20 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     let mut faces = Faces::new(vertex_count, budget);
     for element in &header.elements {
         check_count(path, element, &header, &body)?;
+        let positions = vertices.as_ref().map_or(&[][..], |vertices: &Vertices| &vertices.positions);
         let at_row = |(row, cause): (u64, String)| Error::malformed(path, format!("{} {row}", element.name), cause);
         match element.name.as_str() {
             "vertex" if vertices.is_none() => {
                 let plan = vertices::plan(element).map_err(|cause| Error::malformed(path, "header", cause))?;
                 vertices = Some(vertices::read(&plan, element, &mut body, budget).map_err(at_row)?);
             }
-            "face" => faces.read(Form::Polygon, element, &mut body).map_err(at_row)?,
-            "tristrips" => faces.read(Form::Strips, element, &mut body).map_err(at_row)?,
+            "face" => faces.read(Form::Polygon, element, &mut body, positions).map_err(at_row)?,
+            "tristrips" => faces.read(Form::Strips, element, &mut body, positions).map_err(at_row)?,
             _ => skip(element, &mut body).map_err(at_row)?,
         }
     }
     let vertices = vertices.unwrap_or_default();
+    faces.finish(&vertices.positions).map_err(|cause| Error::malformed(path, "face", cause))?;
     let mut warnings = faces.warnings();
     if !body.is_blank() {
         warnings.push(format!("left out {} bytes after the last element", body.bytes_left()));

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use glam::Vec3;
 use tempfile::TempDir;
 use umbrage_scene::{Frame, Scene};
 
@@ -57,6 +58,15 @@ pub(crate) fn corners(frame: &Frame) -> Vec<[[f32; 3]; 3]> {
         .map(|id| frame.triangles().corners(id).map(|corner| corner.to_array()))
         .collect()
 }
+
+/// The area of all triangles.
+pub(crate) fn area(frame: &Frame) -> f32 {
+    let of_triangle = |[a, b, c]: [Vec3; 3]| 0.5 * (b - a).cross(c - a).length();
+    corners(frame).into_iter().map(|triangle| of_triangle(triangle.map(Vec3::from_array))).sum()
+}
+
+/// The corners of a C of area 10, whose fan around the first corner would have 13.
+pub(crate) const C_OUTLINE: [[u8; 2]; 8] = [[0, 0], [4, 0], [4, 1], [1, 1], [1, 3], [4, 3], [4, 4], [0, 4]];
 
 /// The bytes of numbers, one after the other, little-endian or big-endian.
 pub(crate) fn floats(values: &[f32], big_endian: bool) -> Vec<u8> {

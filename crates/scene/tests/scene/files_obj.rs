@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 use umbrage_scene::Material;
 
-use crate::files::{self, frame, open, warning};
+use crate::files::{self, C_OUTLINE, area, frame, open, warning};
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
@@ -23,6 +23,31 @@ fn faces_without_normals_or_materials_are_flat_clay() {
 fn polygons_become_fans() {
     let text = "v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n";
     assert_eq!(frame("a.obj", text.as_bytes()).mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+}
+
+#[test]
+fn notches_and_holes_of_polygons_stay_open() {
+    let lines = |outline: &[[u8; 2]]| outline.iter().map(|[x, y]| format!("v {x} {y} 7\n")).collect::<String>();
+    let c = lines(&C_OUTLINE);
+    // Before its vertices and behind them, among other faces.
+    for text in [format!("f 1 2 3 4 5 6 7 8\n{c}"), format!("{c}f 1 2 3 4 5 6 7 8\n")] {
+        let frame = frame("a.obj", text.as_bytes());
+        assert_eq!((area(&frame), frame.mesh.triangles.len()), (10.0, 6));
+    }
+    let hole = [[0, 0], [4, 0], [4, 4], [0, 4], [1, 1], [1, 3], [3, 3], [3, 1]];
+    let text = lines(&hole) + "f 1 2 3 4 1 5 6 7 8 5\n";
+    assert_eq!(area(&frame("a.obj", text.as_bytes())), 12.0);
+}
+
+#[test]
+fn a_concave_polygon_keeps_its_triangles_together() {
+    let c: String = C_OUTLINE.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+    let text = format!("o a\nf 9 10 11\no b\nf 1 2 3 4 5 6 7 8\no c\nf 9 10 11\n{c}{TRIANGLE}");
+    let frame = frame("a.obj", text.as_bytes());
+    let objects: Vec<_> = (0..8).map(|triangle| frame.mesh.objects.of_triangle(triangle)).collect();
+    let [a, b, c] = [0, 1, 2].map(Some);
+    assert_eq!(objects, [a, b, b, b, b, b, b, c]);
+    assert_eq!(area(&frame), 11.0);
 }
 
 #[test]

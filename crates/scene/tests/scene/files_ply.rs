@@ -2,7 +2,9 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::files::{self, CUBE_POSITIONS, CUBE_TRIANGLES, corners, cube_ply_binary, frame, open, warning};
+use crate::files::{
+    self, C_OUTLINE, CUBE_POSITIONS, CUBE_TRIANGLES, area, corners, cube_ply_binary, frame, open, warning,
+};
 
 /// A text with one triangle whose vertices have these properties and values.
 fn text(properties: &str, rows: [&str; 3]) -> Vec<u8> {
@@ -109,6 +111,20 @@ fn polygons_become_fans_and_other_elements_are_read_past() {
     body.extend([9, 3, 4, 3, 2, 0, 0]);
     let frame = frame("a.ply", &binary(header, false, &body));
     assert_eq!(frame.mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [4, 3, 2]]);
+}
+
+#[test]
+fn notches_of_polygons_stay_open_also_before_their_vertices() {
+    let vertices = "element vertex 8\nproperty uchar x\nproperty uchar y\nproperty uchar z\n";
+    let faces = "element face 1\nproperty list uchar uchar vertex_indices\n";
+    let positions: Vec<u8> = C_OUTLINE.iter().flat_map(|&[x, y]| [5, y, x]).collect();
+    let face = [8, 0, 1, 2, 3, 4, 5, 6, 7];
+    for (header, body) in
+        [([vertices, faces], [&positions[..], &face[..]]), ([faces, vertices], [&face[..], &positions[..]])]
+    {
+        let frame = frame("a.ply", &binary(&header.concat(), false, &body.concat()));
+        assert_eq!((area(&frame), frame.mesh.triangles.len()), (10.0, 6));
+    }
 }
 
 #[test]
