@@ -135,12 +135,15 @@ pub(crate) fn camera_choice(flag: Option<&CameraSpec>, cameras: &[NamedCamera]) 
     let named = cameras.iter().position(|camera| *camera.name == **name);
     let numbered = || name.parse().ok().filter(|&number: &usize| number < cameras.len());
     named.or_else(numbered).map(CameraChoice::Scene).ok_or_else(|| {
-        let listed: Vec<String> =
-            cameras.iter().enumerate().map(|(number, camera)| format!("{number} `{}`", camera.name)).collect();
-        let hint = if listed.is_empty() {
-            "the scene has no camera; give one as X,Y,Z:X,Y,Z[:FOV]".to_owned()
-        } else {
-            format!("the scene has {}", listed.join(", "))
+        let listed = cameras.iter().enumerate().map(|(number, camera)| match &*camera.name {
+            "" => format!("{number} (without a name)"),
+            name => format!("{number} `{name}`"),
+        });
+        let listed = listed.collect::<Vec<_>>().join(", ");
+        let hint = match cameras.len() {
+            0 => "the scene has no camera; give one as X,Y,Z:X,Y,Z[:FOV]".to_owned(),
+            1 => format!("the scene has one camera: {listed}"),
+            count => format!("the scene has {count} cameras: {listed}"),
         };
         Failure::input(format!("--camera: the scene has no camera `{name}`"), hint)
     })
@@ -162,7 +165,11 @@ mod tests {
             assert_eq!(chosen(name).unwrap(), CameraChoice::Scene(number));
         }
         let Failure::Input { message, hint } = chosen("3").unwrap_err() else { panic!() };
-        assert!(message.contains("no camera `3`") && hint.unwrap().contains("1 `left`"));
+        assert!(message.contains("no camera `3`"));
+        assert_eq!(hint.unwrap(), "the scene has 3 cameras: 0 `1`, 1 `left`, 2 (without a name)");
+        let alone = camera_choice(Some(&CameraSpec::Listed("9".to_owned())), &cameras[2..]);
+        let Failure::Input { hint, .. } = alone.unwrap_err() else { panic!() };
+        assert_eq!(hint.unwrap(), "the scene has one camera: 0 (without a name)");
     }
 
     #[test]

@@ -32,6 +32,24 @@ impl Files {
     }
 }
 
+impl Files {
+    /// The names of all files and folders in a folder.
+    fn names_in(&self, folder: &Path) -> Vec<String> {
+        match self {
+            Self::OnDisk => {
+                let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+                let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+                entries.filter_map(|entry| entry.file_name().into_string().ok()).collect()
+            }
+            Self::Given(files) => {
+                let folder = plain(folder);
+                let below = files.keys().filter_map(|file| file.strip_prefix(&folder).ok()?.components().next());
+                below.filter_map(|name| Some(name.as_os_str().to_str()?.to_owned())).collect()
+            }
+        }
+    }
+}
+
 /// A path without `.`, and without what `..` takes back.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
@@ -130,6 +148,28 @@ impl Folder {
         (is_inside || self.allow_outside).then_some((path, folder))
     }
 
+    /// As [`Folder::file`], of the file that `name` means but for small and capital letters, and its name; of several the first.
+    pub(crate) fn in_other_case(&self, name: &str, files: &Files) -> Option<((PathBuf, Self), String)> {
+        let is_same = |a: &str, b: &str| a.to_lowercase() == b.to_lowercase();
+        let mut there: Vec<String> = Vec::new();
+        for part in name.split(['/', '\\']) {
+            let before = if there.is_empty() { String::new() } else { there.join("/") + "/" };
+            if part.is_empty() || part == "." || part == ".." {
+                there.push(part.to_owned());
+                continue;
+            }
+            let (folder, _) = self.file(&format!("{before}."))?;
+            let mut names = files.names_in(&folder);
+            names.sort_unstable();
+            let found =
+                names.iter().find(|name| *name == part).or_else(|| names.iter().find(|name| is_same(name, part)));
+            there.push(found?.clone());
+        }
+        let name = there.join("/");
+        let found = self.file(&name).filter(|(path, _)| files.has(path))?;
+        Some((found, name))
+    }
+
     /// Whether a file is in the scene's folder or below once all symbolic links are followed. One that isn't there is.
     fn leads_inside(&self, path: &Path) -> bool {
         let Some(scene) = &self.scene else { return true };
@@ -178,6 +218,32 @@ mod tests {
             {
                 assert_eq!(folder.file(name).is_some(), is_inside, "{name}");
                 assert!(Folder { allow_outside: true, ..folder.clone() }.file(name).is_some());
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_found_whatever_their_case() {
+        let outer = tempfile::tempdir().expect("a folder");
+        let paths = ["scene/Tex/Wood.PNG", "scene/Tex/b.png", "scene/Tex/B.png", "secret.bin"];
+        fs::create_dir_all(outer.path().join("scene/Tex")).expect("a folder");
+        for path in paths {
+            fs::write(outer.path().join(path), "").expect("a file");
+        }
+        let given = Files::given(paths.map(|path| (path.into(), Vec::new())));
+        for (files, root) in [(Files::OnDisk, outer.path()), (given, Path::new(""))] {
+            let folder = Folder::of(&root.join("scene/a.obj"), false);
+            let found = |name: &str| folder.in_other_case(name, &files).map(|(_, name)| name);
+            for (name, is) in [
+                ("tex/wood.png", Some("Tex/Wood.PNG")),
+                ("TEX\\./WOOD.png", Some("Tex/./Wood.PNG")),
+                ("tex/b.png", Some("Tex/b.png")),
+                ("tex/b.PNG", Some("Tex/B.png")),
+                ("tex/oak.png", None),
+                ("tex", None),
+                ("../SECRET.bin", None),
+            ] {
+                assert_eq!(found(name).as_deref(), is, "{name}");
             }
         }
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::memory::Budget;
+use crate::text::MARK;
 use crate::{Error, folder};
 
 /// The first bytes of a file, the name of its kind, and a remedy.
@@ -20,6 +21,8 @@ const BEGINNINGS: &[(&[u8], &str, &str)] = &[
     (b"\x1f\x8b", "compressed by gzip", "unpack it first (`gunzip`)"),
     (b"\xfd7zXZ", "compressed by xz", "unpack it first (`unxz`)"),
     (b"(\xb5/\xfd", "compressed by Zstandard", "unpack it first (`unzstd`)"),
+    (b"\xff\xfe", UTF16, TO_UTF8),
+    (b"\xfe\xff", UTF16, TO_UTF8),
     (b"<!DOCTYPE html", PAGE, DOWNLOAD),
     (b"<!doctype html", PAGE, DOWNLOAD),
     (b"<html", PAGE, DOWNLOAD),
@@ -32,6 +35,8 @@ const BEGINNINGS: &[(&[u8], &str, &str)] = &[
 ];
 
 const SCENES: &str = "a scene is a .gltf, .glb, .obj, .ply or .stl file";
+const UTF16: &str = "a text in UTF-16";
+const TO_UTF8: &str = "save it as UTF-8 (`iconv -f UTF-16 -t UTF-8 FILE`)";
 const PAGE: &str = "a page of a web site";
 const DOWNLOAD: &str = "the download has failed, or needs a login";
 const USD: &str = "Universal Scene Description";
@@ -47,12 +52,12 @@ pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error
     if wrong != path || folder::append(path, MOST_BYTES, &mut bytes, budget).is_err() {
         return error;
     }
-    let found = BEGINNINGS.iter().find(|(first, ..)| bytes.starts_with(first) && !is_named_so(path, first));
-    let told = |what: &str, hint: &str| Error::malformed(path, "its first bytes", format!("this is {what}; {hint}"));
-    match found {
-        Some((_, what, hint)) => told(what, hint),
+    match kind(&bytes, path) {
+        Some(kind) => kind,
         // Version 1.0 has maps by name in place of lists.
-        None if serde_json::from_slice::<Value>(&bytes).is_ok_and(|json| json["meshes"].is_object()) => {
+        None if serde_json::from_slice::<Value>(bytes.strip_prefix(MARK).unwrap_or(&bytes))
+            .is_ok_and(|json| json["meshes"].is_object()) =>
+        {
             Error::unsupported(
                 path,
                 "glTF 1.0",
@@ -61,6 +66,28 @@ pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error
         }
         None => error,
     }
+}
+
+/// Compares the first bytes of a text whose unknown words are no error.
+///
+/// # Errors
+/// Where the file is of another kind.
+pub(crate) fn expect_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    kind(bytes, path).map_or(Ok(()), Err)
+}
+
+/// The error that the file is of another kind than its name says, by its first bytes.
+fn kind(bytes: &[u8], path: &Path) -> Option<Error> {
+    let is_ascii = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    let (what, remedy) = match *bytes {
+        // Without its mark.
+        [a, 0, b, 0, ..] | [0, a, 0, b, ..] if is_ascii(a) && is_ascii(b) => (UTF16, TO_UTF8),
+        _ => {
+            let is_so = |first: &[u8]| bytes.starts_with(first) && !is_named_so(path, first);
+            BEGINNINGS.iter().find(|(first, ..)| is_so(first)).map(|&(_, what, remedy)| (what, remedy))?
+        }
+    };
+    Some(Error::malformed(path, "its first bytes", format!("this is {what}; {remedy}")))
 }
 
 /// Whether the name says the kind of file that begins with `first`.

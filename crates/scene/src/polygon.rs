@@ -4,7 +4,7 @@ mod ears;
 
 use glam::Vec3;
 
-use self::ears::Ears;
+use self::ears::{Ears, concave_in};
 use crate::memory::Budget;
 
 /// The most corners of polygons that become fans.
@@ -21,9 +21,9 @@ pub(crate) struct Cutter {
     /// Polygons with corners whose positions the file says later; cut as convex ones for now.
     waiting: Vec<Waiting>,
     corners_waiting: Vec<u32>,
-    points: Vec<Vec3>,
     /// Polygons that would have taken too long.
     hasty: usize,
+    /// Corners for which there is room in `ears`.
     room: usize,
     budget: Budget,
 }
@@ -52,16 +52,12 @@ impl Cutter {
     ) -> Result<(), String> {
         self.budget.reserve(triangles, corners.len().saturating_sub(2), "triangles")?;
         if corners.len() > 3 {
-            self.points.clear();
-            self.budget.reserve(&mut self.points, corners.len(), "a face's corners")?;
-            self.points.extend(corners.iter().map_while(|&corner| position(corner)));
-            if self.points.len() < corners.len() {
+            if corners.iter().any(|&corner| position(corner).is_none()) {
                 self.budget.reserve(&mut self.waiting, 1, "faces")?;
                 self.budget.reserve(&mut self.corners_waiting, corners.len(), "faces' corners")?;
                 self.waiting.push(Waiting { first_triangle: triangles.len(), corners: corners.len() });
                 self.corners_waiting.extend_from_slice(corners);
-            } else if self.is_concave(corners.len())? {
-                self.hasty += usize::from(!self.ears.cut(|ear| triangles.push(ear.map(|at| corners[at as usize]))));
+            } else if self.cut_concave(corners, &position, |triangle| triangles.push(triangle))? {
                 return Ok(());
             }
         }
@@ -83,28 +79,35 @@ impl Cutter {
         for Waiting { first_triangle, corners } in std::mem::take(&mut self.waiting) {
             let (corners, others) = rest.split_at(corners);
             rest = others;
-            self.points.clear();
-            self.budget.reserve(&mut self.points, corners.len(), "a face's corners")?;
-            self.points.extend(corners.iter().map_while(|&corner| position(corner)));
-            if self.points.len() == corners.len() && self.is_concave(corners.len())? {
-                let mut slots = triangles[first_triangle..].iter_mut();
-                self.hasty += usize::from(!self.ears.cut(|ear| {
+            let mut slots = triangles[first_triangle..].iter_mut();
+            if corners.iter().all(|&corner| position(corner).is_some()) {
+                self.cut_concave(corners, &position, |triangle| {
                     if let Some(slot) = slots.next() {
-                        *slot = ear.map(|at| corners[at as usize]);
+                        *slot = triangle;
                     }
-                }));
+                })?;
             }
         }
         Ok(())
     }
 
-    fn is_concave(&mut self, corners: usize) -> Result<bool, String> {
-        if let Some(more @ 1..) = corners.checked_sub(self.room) {
+    /// Whether a polygon is concave; if so, it is cut.
+    fn cut_concave(
+        &mut self,
+        corners: &[u32],
+        position: impl Fn(u32) -> Option<Vec3>,
+        mut add: impl FnMut([u32; 3]),
+    ) -> Result<bool, String> {
+        let points = corners.iter().map(|&corner| position(corner).unwrap_or(Vec3::NAN));
+        let Some(plane) = concave_in(points.clone()) else { return Ok(false) };
+        if let Some(more @ 1..) = corners.len().checked_sub(self.room) {
             // Lists grow to twice their size.
             self.budget.take_for::<[u8; 2 * Ears::BYTES_OF_CORNER]>(more, "a face's corners")?;
-            self.room = corners;
+            self.room = corners.len();
         }
-        Ok(self.ears.is_concave(self.points.iter().copied()))
+        let is_careful = self.ears.cut(points, plane, |ear| add(ear.map(|at| corners[at as usize])));
+        self.hasty += usize::from(!is_careful);
+        Ok(true)
     }
 
     /// What a person should know.

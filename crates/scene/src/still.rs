@@ -1,9 +1,10 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::memory::Budget;
 use crate::{Animated, Error, Frame, Materials, Mesh};
 
 /// What a reader of a motionless file gives.
@@ -28,6 +29,53 @@ pub(crate) struct Vertices {
 }
 
 impl Vertices {
+    /// Gives each triangle the linear colour of the same index, or none where there are no `colors`. Vertices between triangles
+    /// of different colours are copied.
+    ///
+    /// # Errors
+    /// Where there is no memory for it, or there are more vertices than a 32-bit index counts.
+    pub(crate) fn color_triangles(
+        &mut self,
+        triangles: &mut [[u32; 3]],
+        colors: &[Vec4],
+        budget: &Budget,
+    ) -> Result<(), String> {
+        if colors.is_empty() {
+            return Ok(());
+        }
+        let bits = |color: Vec4| color.to_array().map(f32::to_bits);
+        let mut copies: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
+        let vertices = self.positions.len();
+        let mut is_colored = Vec::new();
+        budget.reserve(&mut is_colored, vertices, "vertices' colours")?;
+        is_colored.resize(vertices, false);
+        self.colors.clear();
+        budget.reserve(&mut self.colors, vertices, "vertices' colours")?;
+        self.colors.resize(vertices, Vec4::ONE);
+        let corners = triangles.iter_mut().zip(colors);
+        for (vertex, &color) in
+            corners.flat_map(|(corners, color)| corners.iter_mut().map(move |vertex| (vertex, color)))
+        {
+            let old = *vertex as usize;
+            if !std::mem::replace(&mut is_colored[old], true) {
+                self.colors[old] = color;
+            } else if bits(self.colors[old]) != bits(color) {
+                budget.reserve_map(&mut copies, 1, "vertices")?;
+                let next =
+                    u32::try_from(self.positions.len()).map_err(|_| "more vertices than a 32-bit index counts")?;
+                *vertex = *copies.entry((*vertex, bits(color))).or_insert(next);
+                if *vertex == next {
+                    budget.reserve(&mut self.colors, 1, "vertices' colours")?;
+                    self.colors.push(color);
+                    add_copy(&mut self.positions, old, budget)?;
+                    add_copy(&mut self.normals, old, budget)?;
+                    add_copy(&mut self.tex_coords, old, budget)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The frame of triangles between these, without lights and cameras.
     pub(crate) fn into_frame(
         self,
@@ -40,6 +88,15 @@ impl Vertices {
             Mesh { triangles, material_of_triangle, tex_coords: [tex_coords, Vec::new()], colors, ..Mesh::default() };
         Frame { positions, normals, mesh: Arc::new(mesh), materials, ..Frame::default() }
     }
+}
+
+/// Adds a copy of element `index` to a list that isn't empty.
+fn add_copy<T: Copy>(list: &mut Vec<T>, index: usize, budget: &Budget) -> Result<(), String> {
+    if let Some(&value) = list.get(index) {
+        budget.reserve(list, 1, "vertices")?;
+        list.push(value);
+    }
+    Ok(())
 }
 
 impl Animated for Still {

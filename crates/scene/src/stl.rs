@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::memory::Budget;
-use crate::text::{Lines, keyword, number, quoted, words};
-use crate::{Error, Frame, still::Still};
+use crate::still::{Still, Vertices};
+use crate::text::{Lines, keyword, number, quoted};
+use crate::{ColorSpace, Error, Frame, Material, Materials};
 
 /// Bytes before the triangles of a binary file: 80 of anything, then the count.
 const HEADER_BYTES: usize = 84;
@@ -18,7 +20,8 @@ const TRIANGLE_BYTES: usize = 50;
 ///
 /// Corners at exactly the same position become one vertex. The file's normals say nothing that the corners don't and
 /// are left out: the surface is flat. A binary file may have bytes after its last triangle, and a text may end without
-/// `endsolid`; both are warnings.
+/// `endsolid`; both are warnings. The last two bytes of a triangle are its colour where the file says so as Viscam or as Magics
+/// writes it.
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
@@ -31,21 +34,35 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
         read_binary(path, &bytes, budget, &mut warnings)?
     };
     drop(bytes);
-    if soup.triangles.is_empty() {
+    let Welded { positions, mut triangles, colors, .. } = soup;
+    if triangles.is_empty() {
         warnings.push("the file has no triangles".to_owned());
     }
-    Ok(Still { frame: Frame::from_triangles(soup.positions, soup.triangles), warnings, ..Still::default() })
+    let mut vertices = Vertices { positions, ..Vertices::default() };
+    let colored = vertices.color_triangles(&mut triangles, &colors, budget);
+    colored.map_err(|cause| Error::malformed(path, "the triangles", cause))?;
+    let mut frame = Frame::from_triangles(vertices.positions, triangles);
+    if !vertices.colors.is_empty() {
+        let mesh = Arc::make_mut(&mut frame.mesh);
+        mesh.colors = vertices.colors;
+        let materials = vec![Material { double_sided: true, ..Material::default() }];
+        frame.materials = Arc::new(Materials { materials, textures: Vec::new() });
+    }
+    Ok(Still { frame, warnings, ..Still::default() })
 }
 
 /// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't just what a
-/// binary file's count asks for, and it has a facet, or an end, near its start.
+/// binary file's count asks for, and it has a facet, or an end, near its start. Comments may come before.
 fn is_text(bytes: &[u8]) -> bool {
     const NEAR: usize = 1024;
-    let start = &bytes[..bytes.len().min(NEAR)];
-    let has = |word: &[u8]| start.windows(word.len()).any(|window| window.eq_ignore_ascii_case(word));
     let exact = binary_count(bytes).is_some_and(|count| binary_bytes(count) == bytes.len() as u64);
-    let is_solid = start.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    is_solid && !exact && (bytes.len() < HEADER_BYTES || has(b"facet") || has(b"endsolid"))
+    let mut tokens = Tokens::new(bytes);
+    let is_solid = tokens.next().is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // With the end of the word's line, one byte or two.
+    let start = &bytes[bytes.len().saturating_sub(tokens.line.len() + 2 + tokens.lines.rest().len())..];
+    let start = &start[..start.len().min(NEAR)];
+    let has = |word: &[u8]| start.windows(word.len()).any(|window| window.eq_ignore_ascii_case(word));
+    is_solid && !exact && (bytes.len() < HEADER_BYTES || has(b"facet") || has(b"endsolid") || has(b"end solid"))
 }
 
 /// The count that a binary file claims; `None` if it is too short to claim one.
@@ -74,6 +91,10 @@ fn read_binary(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<St
     }
     let malformed = |cause| Error::malformed(path, "the triangles", cause);
     let mut soup = Welded::with_room_for(count as usize, budget).map_err(malformed)?;
+    let colors = Colors::of(bytes, end);
+    if colors.is_some() {
+        budget.reserve(&mut soup.colors, count as usize, "triangles' colours").map_err(malformed)?;
+    }
     for triangle in bytes[HEADER_BYTES..end].chunks_exact(TRIANGLE_BYTES) {
         // The 12 bytes of the normal come first.
         let float = |index: usize| {
@@ -82,20 +103,66 @@ fn read_binary(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<St
         };
         soup.add([0, 3, 6].map(|first| Vec3::new(float(first), float(first + 1), float(first + 2))))
             .map_err(malformed)?;
+        if let Some(colors) = colors {
+            soup.colors.push(colors.color(attribute(triangle)));
+        }
     }
     Ok(soup)
 }
 
+/// How the triangles of a binary file say their colours, each with five bits of red, green and blue.
+#[derive(Clone, Copy, Debug)]
+enum Colors {
+    /// Viscam: blue is in the lowest bits, and the highest bit is set where there is a colour.
+    Viscam,
+    /// Magics: red is in the lowest bits, and the highest bit is set where the triangle has the file's own colour.
+    Magics([u8; 3]),
+}
+
+impl Colors {
+    /// `None` where a file, whose triangles end at byte `end`, says none.
+    fn of(bytes: &[u8], end: usize) -> Option<Self> {
+        const MAGICS: &[u8] = b"COLOR=";
+        let header = &bytes[..80];
+        let magics = header.windows(MAGICS.len()).position(|window| window == MAGICS);
+        if let Some(&[r, g, b, _, ..]) = magics.map(|at| &header[at + MAGICS.len()..]) {
+            return Some(Self::Magics([r, g, b]));
+        }
+        let mut triangles = bytes[HEADER_BYTES..end].chunks_exact(TRIANGLE_BYTES);
+        // Writers that fill the bytes with ones mean no colour.
+        let is_colored = |bits: u16| bits & 0x8000 != 0 && bits != u16::MAX;
+        triangles.any(|triangle| is_colored(attribute(triangle))).then_some(Self::Viscam)
+    }
+
+    /// The linear colour of a triangle with these bits.
+    fn color(self, bits: u16) -> Vec4 {
+        let eight_bits = |first: u16| ((u32::from(bits >> first & 31) * 255 + 15) / 31) as u8;
+        let (low, middle, high) = (eight_bits(0), eight_bits(5), eight_bits(10));
+        let [r, g, b] = match (self, bits & 0x8000 != 0) {
+            (Self::Viscam, true) => [high, middle, low],
+            (Self::Viscam, false) => return Material::clay().base_color,
+            (Self::Magics(of_file), true) => of_file,
+            (Self::Magics(_), false) => [low, middle, high],
+        };
+        ColorSpace::Srgb.decode([r, g, b, u8::MAX])
+    }
+}
+
+/// The last two bytes of a triangle.
+fn attribute(triangle: &[u8]) -> u16 {
+    u16::from_le_bytes([triangle[48], triangle[49]])
+}
+
 fn read_text(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<String>) -> Result<Welded, Error> {
     let mut soup = Welded { budget: budget.clone(), ..Welded::default() };
-    let mut text = Text::default();
-    let mut last = 1;
-    for (line_number, line) in Lines::new(bytes) {
-        last = line_number;
-        text.line(line, &mut soup).map_err(|cause| Error::malformed(path, format!("line {line_number}"), cause))?;
+    let mut text = Text { tokens: Tokens::new(bytes), in_solid: false, in_facet: false, corners: Vec::new() };
+    while let Some(word) = text.tokens.next() {
+        let read = text.statement(word, &mut soup);
+        read.map_err(|cause| Error::malformed(path, format!("line {}", text.tokens.line_number), cause))?;
     }
     if text.in_facet {
-        return Err(Error::malformed(path, format!("line {last}"), "the file ends inside a facet"));
+        let location = format!("line {}", text.tokens.line_number);
+        return Err(Error::malformed(path, location, "the file ends inside a facet"));
     }
     if text.in_solid {
         warnings.push("the file ends without `endsolid`: it may have been cut off".to_owned());
@@ -103,43 +170,140 @@ fn read_text(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<Stri
     Ok(soup)
 }
 
+/// The words of a text, in one line or in many, without comments.
+#[derive(Clone, Debug)]
+struct Tokens<'a> {
+    lines: Lines<'a>,
+    /// What comes after the last word on its line.
+    line: &'a [u8],
+    line_number: usize,
+}
+
+impl<'a> Tokens<'a> {
+    fn new(text: &'a [u8]) -> Self {
+        Self { lines: Lines::new(text), line: &[], line_number: 1 }
+    }
+
+    /// Reads past the name behind `solid`: up to the first facet or the end, if its line has one, else the whole line.
+    fn skip_name(&mut self) {
+        let mut rest = std::mem::take(&mut self.line);
+        loop {
+            let (word, after) = keyword(rest);
+            let is = |word: &[u8], known: &[u8]| word.eq_ignore_ascii_case(known);
+            if is(word, b"facet") && is(keyword(after).0, b"normal") || is(word, b"endsolid") {
+                self.line = rest;
+                return;
+            }
+            if word.is_empty() {
+                return;
+            }
+            rest = after;
+        }
+    }
+
+    /// Reads past the name behind `endsolid`: up to the next solid, if its line has one with a facet or an end, else the whole
+    /// line.
+    fn skip_last_name(&mut self) {
+        let mut rest = std::mem::take(&mut self.line);
+        loop {
+            let (word, after) = keyword(rest);
+            if word.eq_ignore_ascii_case(b"solid") {
+                let mut ahead = Self { line: after, ..self.clone() };
+                ahead.skip_name();
+                self.line = if ahead.line.is_empty() { &[] } else { rest };
+                return;
+            }
+            if word.is_empty() {
+                return;
+            }
+            rest = after;
+        }
+    }
+}
+
+impl<'a> Iterator for Tokens<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        loop {
+            let (word, rest) = keyword(self.line);
+            let is_comment = word.starts_with(b"//") || matches!(word, [b'#' | b';' | b'!', ..]);
+            if !word.is_empty() && !is_comment {
+                self.line = rest;
+                return Some(word);
+            }
+            (self.line_number, self.line) = self.lines.next()?;
+        }
+    }
+}
+
 /// How far the reading of a text has come.
-#[derive(Debug, Default)]
-struct Text {
+#[derive(Debug)]
+struct Text<'a> {
+    tokens: Tokens<'a>,
     in_solid: bool,
     in_facet: bool,
     corners: Vec<Vec3>,
 }
 
-impl Text {
-    fn line(&mut self, line: &[u8], soup: &mut Welded) -> Result<(), String> {
-        let (keyword, rest) = keyword(line);
-        match keyword.to_ascii_lowercase().as_slice() {
-            b"" => {}
-            b"solid" => self.in_solid = true,
-            b"endsolid" if !self.in_facet => self.in_solid = false,
+impl Text<'_> {
+    fn statement(&mut self, word: &[u8], soup: &mut Welded) -> Result<(), String> {
+        let mut joined = word.to_ascii_lowercase();
+        if joined == b"end" {
+            joined.extend(self.tokens.next().unwrap_or_default().to_ascii_lowercase());
+        }
+        match joined.as_slice() {
+            b"solid" if !self.in_facet => {
+                self.in_solid = true;
+                self.tokens.skip_name();
+            }
+            b"endsolid" if !self.in_facet => {
+                self.in_solid = false;
+                self.tokens.skip_last_name();
+            }
             b"facet" if !self.in_facet => {
                 self.in_facet = true;
                 self.corners.clear();
+                self.skip_normal();
             }
-            b"outer" | b"endloop" if self.in_facet => {}
-            b"vertex" if self.in_facet => self.corners.push(position(rest)?),
+            b"outer" | b"loop" | b"endloop" if self.in_facet => {}
+            b"vertex" if self.in_facet => {
+                let position = self.position()?;
+                self.corners.push(position);
+            }
             b"endfacet" if self.in_facet => {
                 let corners = <[Vec3; 3]>::try_from(self.corners.as_slice())
                     .map_err(|_| format!("a facet of {} vertices instead of 3", self.corners.len()))?;
                 soup.add(corners)?;
                 self.in_facet = false;
             }
-            _ => return Err(format!("{} is out of place here", quoted(keyword))),
+            other => return Err(format!("{} is out of place here", quoted(other))),
         }
         Ok(())
     }
-}
 
-fn position(rest: &[u8]) -> Result<Vec3, String> {
-    let mut words = words(rest);
-    let mut coordinate = || number(words.next().ok_or("a vertex has 3 coordinates")?);
-    Ok(Vec3::new(coordinate()?, coordinate()?, coordinate()?))
+    /// Reads past `normal` and its numbers, which may be none.
+    fn skip_normal(&mut self) {
+        const KNOWN: [&[u8]; 5] = [b"outer", b"loop", b"vertex", b"facet", b"end"];
+        let is_known = |word: &[u8]| {
+            KNOWN.iter().any(|known| word.len() >= known.len() && word[..known.len()].eq_ignore_ascii_case(known))
+        };
+        let mut ahead = self.tokens.clone();
+        if !ahead.next().is_some_and(|word| word.eq_ignore_ascii_case(b"normal")) {
+            return;
+        }
+        for _ in 0..4 {
+            self.tokens = ahead.clone();
+            if ahead.next().is_none_or(is_known) {
+                return;
+            }
+        }
+    }
+
+    fn position(&mut self) -> Result<Vec3, String> {
+        let mut coordinate = || number(self.tokens.next().ok_or("a vertex has 3 coordinates")?);
+        Ok(Vec3::new(coordinate()?, coordinate()?, coordinate()?))
+    }
 }
 
 /// Triangles whose corners share a vertex where their positions are exactly the same.
@@ -147,6 +311,8 @@ fn position(rest: &[u8]) -> Result<Vec3, String> {
 struct Welded {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
+    /// As long as `triangles`, or empty.
+    colors: Vec<Vec4>,
     vertex_at: HashMap<[u32; 3], u32>,
     budget: Budget,
 }

@@ -1,6 +1,10 @@
 use std::str::FromStr;
 
-/// The lines of a text without their ends (LF or CRLF), each with its number, counted from 1.
+/// The byte order mark with which some editors begin a text in UTF-8.
+pub(crate) const MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// The lines of a text without their ends (LF, CRLF or CR) and without its byte order mark, each with its number, counted from
+/// 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Lines<'a> {
     rest: &'a [u8],
@@ -9,7 +13,7 @@ pub(crate) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
-        Self { rest: text, number: 0 }
+        Self { rest: text.strip_prefix(MARK).unwrap_or(text), number: 0 }
     }
 
     /// What comes after the lines given so far.
@@ -25,13 +29,11 @@ impl<'a> Iterator for Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
-        let (line, rest) = match self.rest.iter().position(|&byte| byte == b'\n') {
-            Some(end) => (&self.rest[..end], &self.rest[end + 1..]),
-            None => (self.rest, &[][..]),
-        };
-        self.rest = rest;
+        let end = self.rest.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(self.rest.len());
+        let (line, rest) = self.rest.split_at(end);
+        self.rest = rest.strip_prefix(b"\r\n").or_else(|| rest.get(1..)).unwrap_or_default();
         self.number += 1;
-        Some((self.number, line.strip_suffix(b"\r").unwrap_or(line)))
+        Some((self.number, line))
     }
 }
 
@@ -47,15 +49,37 @@ pub(crate) fn keyword(line: &[u8]) -> (&[u8], &[u8]) {
     (&line[..end], line[end..].trim_ascii_start())
 }
 
-/// The number that `word` spells; NaN and infinity count as numbers for floating-point types.
+/// The number that `word` spells; NaN and infinity count as numbers for floating-point types, as Microsoft's libraries write
+/// them too (`-1.#IND`, `1.#INF00`, `nan(ind)`).
 ///
 /// # Errors
 /// Says in words that it spells none.
 pub(crate) fn number<T: FromStr>(word: &[u8]) -> Result<T, String> {
     std::str::from_utf8(word)
         .ok()
-        .and_then(|word| word.parse().ok())
+        .and_then(|word| word.parse().or_else(|_| no_number(word).parse()).ok())
         .ok_or_else(|| format!("{} is not a number that fits here", quoted(word)))
+}
+
+/// Microsoft's spelling of infinity or of no number in the usual one; nothing for other words.
+fn no_number(word: &str) -> &'static str {
+    let (is_negative, word) = match word.strip_prefix('-') {
+        Some(word) => (true, word),
+        None => (false, word.strip_prefix('+').unwrap_or(word)),
+    };
+    match word.strip_prefix("1.#") {
+        // `J` is what is left of `INF` where it was rounded to one digit.
+        Some(kind) if kind.starts_with("INF") || kind.starts_with('J') => {
+            if is_negative {
+                "-inf"
+            } else {
+                "inf"
+            }
+        }
+        Some(_) => "nan",
+        None if word.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("nan(")) => "nan",
+        None => "",
+    }
 }
 
 /// `text` as an error message shows it: in back quotes, on one line and not longer than a person wants to read.
@@ -70,4 +94,35 @@ pub(crate) fn quoted(text: &[u8]) -> String {
         .collect();
     let more = if text_start.chars().count() > MAX_CHARS { "…" } else { "" };
     format!("`{shown}{more}`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_as_on_any_system() {
+        let lines = |text: &'static str| {
+            let lines = Lines::new(text.as_bytes());
+            lines.map(|(number, line)| format!("{number}{}", String::from_utf8_lossy(line))).collect::<Vec<_>>()
+        };
+        for text in ["a\nb\n\nc", "a\r\nb\r\n\r\nc\r\n", "a\rb\r\rc\r", "\u{feff}a\nb\r\rc\r\n"] {
+            assert_eq!(lines(text), ["1a", "2b", "3", "4c"], "{text:?}");
+        }
+        assert_eq!(lines(""), [""; 0]);
+        assert_eq!(lines("\u{feff}"), [""; 0]);
+    }
+
+    #[test]
+    fn numbers_that_are_none_have_microsofts_spellings_too() {
+        for word in ["nan", "-nan", "-nan(ind)", "nan(snan)", "NaN(ind)", "1.#QNAN", "-1.#IND", "1.#IND00", "1.#SNAN"] {
+            assert!(number::<f32>(word.as_bytes()).unwrap().is_nan(), "{word}");
+        }
+        for (word, infinite) in [("1.#INF", f64::INFINITY), ("-1.#INF000", f64::NEG_INFINITY), ("+1.#J", f64::INFINITY)]
+        {
+            assert_eq!(number(word.as_bytes()), Ok(infinite), "{word}");
+        }
+        assert!(number::<f32>(b"1.5#IND").is_err() && number::<f32>(b"ind").is_err() && number::<f32>(b"").is_err());
+        assert!(number::<u32>(b"1.#IND").is_err() && number::<i64>(b"nan(ind)").is_err());
+    }
 }

@@ -82,11 +82,20 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
         match source(json, of_file, warnings) {
             Some(source) => {
                 let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
+                let color = Vec3::from_array(json.color);
+                if json.intensity < 0.0 || color.min_element() < 0.0 {
+                    warnings.push(format!("light {of_file} has a negative colour or intensity, which was taken as 0"));
+                }
+                let range = json.range.filter(|&range| range > 0.0 && range.is_finite());
+                if json.range.is_some() && range.is_none() {
+                    warnings.push(format!("the range of light {of_file} is not above 0 and was left out"));
+                }
+                let not_negative = |number: f32| if number < 0.0 { 0.0 } else { number };
                 let light = Light {
                     name: name.into(),
-                    color: Vec3::from_array(json.color),
-                    range: json.range.filter(|&range| range > 0.0 && range.is_finite()),
-                    ..Light::new(source, json.intensity)
+                    color: color.map(not_negative),
+                    range,
+                    ..Light::new(source, not_negative(json.intensity))
                 };
                 lights.push(NodeLight { node: number as u32, number: of_file, light });
             }

@@ -1,8 +1,10 @@
 //! A glTF file's JSON and buffers.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use gltf::json::accessor::Accessor;
 use gltf::json::{Index, Root, buffer};
@@ -14,6 +16,7 @@ use super::{draco, extensions, meshopt, pointers};
 use crate::Error;
 use crate::folder::{self, Folder};
 use crate::memory::Budget;
+use crate::text::MARK;
 
 /// A glTF file as it was read: its JSON, of which nothing is checked yet, and the bytes that it refers to.
 #[derive(Debug)]
@@ -30,6 +33,8 @@ pub(super) struct Document {
     buffers: Vec<Range<usize>>,
     /// The buffers behind these: what was compressed.
     decompressed: Vec<Vec<u8>>,
+    /// Names of files, and of those that were read in their stead.
+    renamed: Mutex<BTreeSet<[String; 2]>>,
 }
 
 impl Document {
@@ -44,18 +49,28 @@ impl Document {
         warnings: &mut Vec<String>,
     ) -> Result<Self, Error> {
         let file = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
-        let (json, binary) = if file.starts_with(b"glTF") { glb_chunks(path, &file)? } else { (0..file.len(), None) };
+        let (json, binary) =
+            if file.starts_with(b"glTF") { glb_chunks(path, &file, warnings)? } else { (0..file.len(), None) };
         let text = &file[json];
         take_for_json(text, budget).map_err(|cause| Error::malformed(path, "JSON", cause))?;
         let (json, pointers) = parse(path, text, warnings)?;
         extensions::check(path, &json, warnings)?;
         let folder = Folder::of(path, allow_outside);
         let (path, budget) = (path.to_owned(), budget.clone());
-        let mut document =
-            Self { json, pointers, path, folder, budget, bytes: file, buffers: Vec::new(), decompressed: Vec::new() };
+        let mut document = Self {
+            json,
+            pointers,
+            path,
+            folder,
+            budget,
+            bytes: file,
+            buffers: Vec::new(),
+            decompressed: Vec::new(),
+            renamed: Mutex::default(),
+        };
         document.read_buffers(binary.as_ref())?;
         meshopt::decompress(&mut document)?;
-        draco::decompress(&mut document)?;
+        draco::decompress(&mut document, warnings)?;
         Ok(document)
     }
 
@@ -159,16 +174,29 @@ impl Document {
     pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> Result<(), String> {
         // Bytes in base64 are shorter than that.
         budget.take(uri.len() as u64, "a URI's bytes")?;
-        let path = match uri::resolve(&self.folder, uri)? {
+        let path = match uri::resolve(&self.folder, budget.may_read(), uri)? {
             Resource::Embedded(mut embedded) => {
                 budget.reserve(bytes, embedded.len(), "a URI's bytes")?;
                 bytes.append(&mut embedded);
                 return Ok(());
             }
             Resource::File(path) => path,
+            Resource::InOtherCase(path, names) => {
+                self.renamed.lock().unwrap_or_else(PoisonError::into_inner).insert(names);
+                path
+            }
         };
         let read = folder::append(&path, limit, bytes, budget);
         read.map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// What a person should know of the names of files that were fetched.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let renamed = self.renamed.lock().unwrap_or_else(PoisonError::into_inner);
+        let warning = |[name, other]: &[String; 2]| {
+            format!("`{name}` is not there; `{other}` was read, whose name has other small and capital letters")
+        };
+        renamed.iter().map(warning).collect()
     }
 
     fn read_buffers(&mut self, binary: Option<&Range<usize>>) -> Result<(), Error> {
@@ -200,7 +228,11 @@ impl Document {
 }
 
 /// Where the JSON chunk and the binary chunk of a GLB lie in the file.
-fn glb_chunks(path: &Path, file: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), Error> {
+fn glb_chunks(
+    path: &Path,
+    file: &[u8],
+    warnings: &mut Vec<String>,
+) -> Result<(Range<usize>, Option<Range<usize>>), Error> {
     let word = |at: usize| {
         let bytes = file.get(at..)?.first_chunk::<4>()?;
         Some(u32::from_le_bytes(*bytes))
@@ -232,7 +264,17 @@ fn glb_chunks(path: &Path, file: &[u8]) -> Result<(Range<usize>, Option<Range<us
             // The format asks readers to skip chunks that they don't know.
             _ => {}
         }
-        at = end.next_multiple_of(4);
+        let padded = end.next_multiple_of(4);
+        let is_chunk = |at: usize| {
+            let fits = word(at).is_some_and(|chunk| at as u64 + 8 + u64::from(chunk) <= length as u64);
+            fits && matches!(word(at + 4), Some(JSON | BINARY))
+        };
+        at = if is_chunk(end) && !is_chunk(padded) { end } else { padded };
+        if at != padded {
+            warnings.push(format!(
+                "the chunk of {chunk_length} bytes is not padded to four; the next was read right behind it"
+            ));
+        }
     }
     let json = json.ok_or_else(|| Error::malformed(path, "byte 12", "there is no JSON chunk"))?;
     Ok((json, binary))
@@ -252,14 +294,12 @@ fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
 }
 
 fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<(Root, Vec<PointerChannel>), Error> {
-    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
+    let text = text.strip_prefix(MARK).unwrap_or(text);
     // Some writers fill the JSON chunk up with zeros instead of blanks.
     let text = &text[..text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)];
     let (json, pointers) = match Root::from_slice(text) {
         Ok(json) => (json, Vec::new()),
-        Err(error) => {
-            parse_leniently(path, text, warnings)?.ok_or_else(|| Error::malformed(path, "JSON", error.to_string()))?
-        }
+        Err(error) => parse_leniently(path, text, &error, warnings)?,
     };
     let version = &json.asset.version;
     if !version.starts_with("2.") || json.asset.min_version.as_deref().is_some_and(|version| version != "2.0") {
@@ -272,14 +312,20 @@ fn unsupported_version(path: &Path, version: &str) -> Error {
     Error::unsupported(path, format!("glTF {version}"), "export the scene as glTF 2.0")
 }
 
-/// Parses JSON that is legal glTF but that the parsing library refuses: scenes without nodes and animation channels
-/// without a target node, of which those with pointers are kept. `None` where it is broken in other ways.
+/// Parses JSON that is legal glTF but that the parsing library, whose `error` this is, refuses: scenes without nodes, animation
+/// channels without a target node, of which those with pointers are kept, `extras` that are no objects and whole numbers that are
+/// written as `1.0`.
+///
+/// # Errors
+/// Where it is broken in other ways.
 fn parse_leniently(
     path: &Path,
     text: &[u8],
+    error: &serde_json::Error,
     warnings: &mut Vec<String>,
-) -> Result<Option<(Root, Vec<PointerChannel>)>, Error> {
-    let Ok(mut json) = serde_json::from_slice::<Value>(text) else { return Ok(None) };
+) -> Result<(Root, Vec<PointerChannel>), Error> {
+    let malformed = |error: &serde_json::Error| Error::malformed(path, "JSON", error.to_string());
+    let mut json: Value = serde_json::from_slice(text).map_err(|_| malformed(error))?;
     if let Some(version) = json.pointer("/asset/version").and_then(Value::as_str)
         && !version.starts_with("2.")
     {
@@ -288,6 +334,7 @@ fn parse_leniently(
     fn elements<'a>(parent: &'a mut Value, name: &str) -> impl Iterator<Item = &'a mut Value> {
         parent.get_mut(name).and_then(Value::as_array_mut).into_iter().flatten()
     }
+    let is_loose = tighten(&mut json);
     for scene in elements(&mut json, "scenes").filter_map(Value::as_object_mut) {
         scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
     }
@@ -301,9 +348,33 @@ fn parse_leniently(
             left_out += all - channels.len();
         }
     }
-    let Ok(root) = serde_json::from_value::<Root>(json) else { return Ok(None) };
+    // The first error says where; but it may be about what is mended.
+    let root = serde_json::from_value(json).map_err(|second| malformed(if is_loose { &second } else { error }))?;
     if left_out > 0 {
         warnings.push(format!("{left_out} animation channels were left out, as they move something else than a node"));
     }
-    Ok(Some((root, pointers)))
+    Ok((root, pointers))
+}
+
+/// Takes `extras` away, which may be anything, and writes whole numbers without a fraction or an exponent; whether there was
+/// any of these. No deeper than JSON is parsed.
+fn tighten(json: &mut Value) -> bool {
+    /// Numbers up to here are exact.
+    const MOST: f64 = (1_u64 << 53) as f64;
+    match json {
+        Value::Object(members) => {
+            let had_extras = members.remove("extras").is_some();
+            members.values_mut().fold(had_extras, |changed, value| tighten(value) | changed)
+        }
+        Value::Array(values) => values.iter_mut().fold(false, |changed, value| tighten(value) | changed),
+        Value::Number(number) if number.is_f64() => {
+            let whole = number.as_f64().filter(|value| value.fract() == 0.0 && value.abs() <= MOST);
+            let whole = whole.filter(|value| !(*value == 0.0 && value.is_sign_negative()));
+            if let Some(whole) = whole {
+                *json = Value::from(whole as i64);
+            }
+            whole.is_some()
+        }
+        _ => false,
+    }
 }

@@ -29,13 +29,15 @@ struct Compressed {
 struct Decoded {
     indices: (Accessor, Vec<u8>),
     attributes: Vec<(String, Accessor, Vec<u8>)>,
+    warning: Option<String>,
 }
 
-/// Has all compressed primitives be like others.
+/// Has all compressed primitives be like others. Where a stream has other numbers of vertices or indices than its accessors say,
+/// the stream counts.
 ///
 /// # Errors
 /// Where one is broken, or takes more memory than there may be.
-pub(super) fn decompress(document: &mut Document) -> Result<(), Error> {
+pub(super) fn decompress(document: &mut Document, warnings: &mut Vec<String>) -> Result<(), Error> {
     let of_mesh = |mesh: usize| {
         let primitives = document.json.meshes[mesh].primitives.iter().enumerate();
         primitives.map(move |(number, primitive)| (mesh, number, primitive)).collect::<Vec<_>>()
@@ -51,7 +53,8 @@ pub(super) fn decompress(document: &mut Document) -> Result<(), Error> {
     };
     let all: Vec<Result<_, Error>> = primitives.into_par_iter().filter_map(decode).collect();
     for result in all {
-        let (mesh, number, decoded) = result?;
+        let (mesh, number, mut decoded) = result?;
+        warnings.extend(decoded.warning.take());
         put(document, mesh, number, decoded);
     }
     Ok(())
@@ -96,22 +99,27 @@ fn read(document: &Document, primitive: &Primitive, compressed: &Compressed, loc
     let points = attributes.iter().map(|(_, _, accessor)| accessor.count.0).max().unwrap_or(0);
     let mesh = decode(document, stream, points, indices.count.0, compressed.attributes.len(), location)?;
     let faces: Vec<u32> = mesh.faces().iter().flatten().map(|point| point.0).collect();
-    expect_count(faces.len(), indices, "indices").map_err(malformed)?;
+    let counts = [USize64::from(mesh.num_points()), USize64::from(faces.len())];
+    let differs = indices.count != counts[1] || attributes.iter().any(|(_, _, accessor)| accessor.count != counts[0]);
+    let warning = differs.then(|| {
+        let [vertices, indices] = counts.map(|count| count.0);
+        format!("{location}: the stream has {vertices} vertices and {indices} indices, other than its accessors say; it counts")
+    });
     let bytes = faces.iter().flat_map(|index| index.to_le_bytes()).collect();
     let component_type = Checked::Valid(accessor::GenericComponentType(ComponentType::U32));
-    let indices = (Accessor { component_type, ..indices.clone() }, bytes);
+    let indices = (Accessor { component_type, count: counts[1], ..indices.clone() }, bytes);
     let attributes = attributes.into_iter().map(|(name, id, accessor)| {
         let of_name = |cause: String| document.malformed(format_args!("{location}.attributes.{name}"), cause);
-        expect_count(mesh.num_points(), accessor, "vertices").map_err(of_name)?;
         let attribute = mesh.attribute_by_unique_id(id);
         let attribute = attribute.ok_or_else(|| of_name(format!("the stream has no attribute {id}")))?;
         let bytes = values(attribute, accessor, mesh.num_points()).map_err(of_name)?;
-        Ok((name.clone(), accessor.clone(), bytes))
+        Ok((name.clone(), Accessor { count: counts[0], ..accessor.clone() }, bytes))
     });
-    Ok(Decoded { indices, attributes: attributes.collect::<Result<_, Error>>()? })
+    Ok(Decoded { indices, attributes: attributes.collect::<Result<_, Error>>()?, warning })
 }
 
-/// Decodes a stream of no more points and indices than the JSON says there are.
+/// Decodes a stream. The JSON may say of fewer points and indices than there are, but not of fewer than a part of
+/// [`MOST_TIMES`].
 fn decode(
     document: &Document,
     stream: &[u8],
@@ -123,32 +131,35 @@ fn decode(
     // Corners, what connects them, and the most that four components take, twice, as quantized and as floats.
     const BYTES_OF_CORNER: u64 = 64;
     const BYTES_OF_VALUE: u64 = 32;
-    let values = points.saturating_mul(BYTES_OF_VALUE).saturating_mul(attributes as u64 + 1);
-    let bytes = indices.saturating_mul(BYTES_OF_CORNER).saturating_add(values);
-    document.budget.take(bytes, location).map_err(|cause| document.malformed(location, cause))?;
-    let limits =
-        DecodeLimits::default().with_max_points(points).with_max_faces(indices / 3).with_max_decoded_bytes(values);
-    let decoded = catch_unwind(|| {
-        let mut mesh = Mesh::new();
-        let result = MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh);
-        result.map(|()| mesh)
-    });
-    match decoded {
-        Ok(Ok(mesh)) => Ok(mesh),
-        Ok(Err(error)) if error.kind() == ErrorKind::LimitExceeded => {
-            let cause = format!("the stream has more in it than {points} vertices and {indices} indices");
-            Err(document.malformed(location, cause))
-        }
-        Ok(Err(error)) => Err(document.malformed(location, format!("a broken Draco stream: {error}"))),
-        Err(_) => Err(document.malformed(location, "a broken Draco stream")),
+    /// A stream of more would take memory that nobody expects.
+    const MOST_TIMES: u64 = 64;
+    let malformed = |cause: String| document.malformed(location, cause);
+    let mut times = 1;
+    loop {
+        let [points, indices] = [points, indices].map(|count| count.saturating_mul(times));
+        let values = points.saturating_mul(BYTES_OF_VALUE).saturating_mul(attributes as u64 + 1);
+        let bytes = indices.saturating_mul(BYTES_OF_CORNER).saturating_add(values);
+        document.budget.take(bytes, location).map_err(malformed)?;
+        let limits =
+            DecodeLimits::default().with_max_points(points).with_max_faces(indices / 3).with_max_decoded_bytes(values);
+        let decoded = catch_unwind(|| {
+            let mut mesh = Mesh::new();
+            let result = MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh);
+            result.map(|()| mesh)
+        });
+        return match decoded {
+            Ok(Ok(mesh)) => Ok(mesh),
+            Ok(Err(error)) if error.kind() == ErrorKind::LimitExceeded && times < MOST_TIMES => {
+                times *= 4;
+                continue;
+            }
+            Ok(Err(error)) if error.kind() == ErrorKind::LimitExceeded => {
+                Err(malformed(format!("the stream has more in it than {points} vertices and {indices} indices")))
+            }
+            Ok(Err(error)) => Err(malformed(format!("a broken Draco stream: {error}"))),
+            Err(_) => Err(malformed("a broken Draco stream".to_owned())),
+        };
     }
-}
-
-fn expect_count(count: usize, accessor: &Accessor, what: &str) -> Result<(), String> {
-    if accessor.count == USize64::from(count) {
-        return Ok(());
-    }
-    Err(format!("the stream has {count} {what}, but their accessor says {}", accessor.count.0))
 }
 
 /// An attribute's value at each of `points`, as the accessor has them.

@@ -134,8 +134,54 @@ impl Reader<'_> {
         if let Some(extensions) = &json.extensions {
             self.extensions(extensions, &mut material, &format!("{location}.extensions"))?;
         }
+        self.bring_to_range(&mut material, location);
         check_material(&material).map_err(|cause| self.document.malformed(location, cause))?;
         Ok(material)
+    }
+
+    /// Brings numbers to the range that the format has for them, with a warning for each.
+    fn bring_to_range(&mut self, material: &mut Material, location: &str) {
+        let Material {
+            base_color,
+            emissive,
+            metallic,
+            roughness,
+            occlusion_strength,
+            alpha,
+            transmission,
+            ior,
+            dispersion,
+            volume,
+            ..
+        } = material;
+        // 0 has a meaning of its own.
+        let least_ior = if *ior == 0.0 { 0.0 } else { 1.0 };
+        let mut none = 0.0;
+        let cutoff = if let Alpha::Mask { cutoff } = alpha { cutoff } else { &mut none };
+        let colors = [
+            ("the base colour", &mut base_color.as_mut()[..], 1.0),
+            ("the emissive colour", emissive.as_mut(), f32::MAX),
+        ];
+        let numbers = [
+            ("the metalness", metallic, 0.0, 1.0),
+            ("the roughness", roughness, 0.0, 1.0),
+            ("the occlusion's strength", occlusion_strength, 0.0, 1.0),
+            ("the alpha cutoff", cutoff, 0.0, f32::MAX),
+            ("the transmission", transmission, 0.0, 1.0),
+            ("the index of refraction", ior, least_ior, f32::MAX),
+            ("the dispersion", dispersion, 0.0, f32::MAX),
+            ("the thickness", &mut volume.thickness, 0.0, f32::MAX),
+        ];
+        let parts = colors
+            .into_iter()
+            .flat_map(|(name, color, most)| color.iter_mut().map(move |part| (name, part, 0.0, most)));
+        for (name, number, least, most) in numbers.into_iter().chain(parts) {
+            let asked = *number;
+            if asked.is_finite() && !(least..=most).contains(&asked) {
+                *number = asked.clamp(least, most);
+                self.warnings.push(format!("{location}: {name} of {asked} is out of range and was taken as {number}"));
+            }
+        }
     }
 
     fn extensions(

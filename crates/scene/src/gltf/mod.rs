@@ -103,6 +103,7 @@ impl GltfScene {
         }
         let changes_materials = animations.moved.iter().any(|moved| matches!(moved.target, Target::Material(..)));
         let emissions = document.json.materials.iter().filter(|_| changes_materials).map(Emission::of).collect();
+        warnings.extend(document.warnings());
         // The file's bytes are as large as what was made from them.
         drop(document);
         let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32, &rest);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use data_url::DataUrl;
 use percent_encoding::percent_decode_str;
 
-use crate::folder::Folder;
+use crate::folder::{Files, Folder};
 
 /// What a URI of a glTF file points to.
 #[derive(Debug)]
@@ -14,13 +14,15 @@ pub(super) enum Resource {
     Embedded(Vec<u8>),
     /// A file beside the scene's.
     File(PathBuf),
+    /// One whose name, which comes second, has other small and capital letters than the first.
+    InOtherCase(PathBuf, [String; 2]),
 }
 
 /// Resolves `uri` against the scene's folder.
 ///
 /// # Errors
 /// Says in words why the URI is refused: a path out of the folder, another scheme than `data:`, or broken base64.
-pub(super) fn resolve(folder: &Folder, uri: &str) -> Result<Resource, String> {
+pub(super) fn resolve(folder: &Folder, files: &Files, uri: &str) -> Result<Resource, String> {
     if let Some(scheme) = scheme(uri) {
         if !scheme.eq_ignore_ascii_case("data") {
             return Err(format!("`{scheme}:` URIs are not read; put the file beside the scene or embed it"));
@@ -35,7 +37,11 @@ pub(super) fn resolve(folder: &Folder, uri: &str) -> Result<Resource, String> {
     }
     // Checked after decoding, so that `%2F` and `%2E` hide nothing.
     match folder.file(&relative) {
-        Some((path, _)) => Ok(Resource::File(path)),
+        Some((path, _)) if files.has(&path) => Ok(Resource::File(path)),
+        Some((path, _)) => Ok(match folder.in_other_case(&relative, files) {
+            Some(((path, _), name)) => Resource::InOtherCase(path, [relative.into_owned(), name]),
+            None => Resource::File(path),
+        }),
         None => Err(format!(
             "`{relative}` is outside of the scene's folder; if you trust the file, allow that (--allow-outside)"
         )),

@@ -59,6 +59,8 @@ struct Corner {
 struct LeftOut {
     lines_and_points: usize,
     small_faces: usize,
+    /// Texture coordinates and normals that corners name but that aren't there.
+    absent: usize,
     statements: usize,
     first_statement: Option<(usize, String)>,
 }
@@ -74,6 +76,8 @@ impl Geometry {
         let mut joined = Vec::new();
         while let Some((line_number, line)) = lines.next() {
             let line = match line.strip_suffix(b"\\") {
+                // Names may end so, above all paths of Windows.
+                Some(_) if is_named(line) => line,
                 None => line,
                 Some(start) => {
                     join_continued(start, &mut lines, &mut joined);
@@ -84,6 +88,7 @@ impl Geometry {
                 .statement(line, line_number)
                 .map_err(|cause| Error::malformed(path, format!("line {line_number}"), cause))?;
         }
+        geometry.forget_absent();
         let Self { corners, positions, triangles, cutter, .. } = &mut geometry;
         let cut = cutter.finish(|vertex| position_of(corners, positions, vertex), triangles);
         cut.map_err(|cause| Error::malformed(path, "the faces", cause))?;
@@ -185,16 +190,25 @@ impl Geometry {
     }
 
     /// Reads `v`, `v/t`, `v//n` or `v/t/n`.
-    fn corner(&self, word: &[u8]) -> Result<Corner, String> {
+    fn corner(&mut self, word: &[u8]) -> Result<Corner, String> {
         let mut parts = word.split(|&byte| byte == b'/');
         let position = parts.next().unwrap_or_default();
-        let position = index(position, "vertex", self.positions.len())?;
-        let mut optional = |kind, count| match parts.next() {
+        let signed = number(position)?;
+        let count = self.positions.len();
+        let position = index(signed, count).ok_or_else(|| match signed {
+            0 => "vertex 0: indices count from 1".to_owned(),
+            _ => format!("vertex {signed} is not there: the file has {count} so far"),
+        })?;
+        let mut optional = |count| match parts.next() {
             None | Some(b"") => Ok(None),
-            Some(part) => index(part, kind, count).map(Some),
+            Some(part) => {
+                let there = index(number(part)?, count);
+                self.left_out.absent += usize::from(there.is_none());
+                Ok::<_, String>(there)
+            }
         };
-        let tex_coord = optional("texture coordinate", self.tex_coords.len())?;
-        let normal = optional("normal", self.normals.len())?;
+        let tex_coord = optional(self.tex_coords.len())?;
+        let normal = optional(self.normals.len())?;
         if parts.next().is_some() {
             return Err(format!("{} has more than three indices", quoted(word)));
         }
@@ -240,6 +254,19 @@ impl Geometry {
         }
         self.material_index = Some(index);
         Ok(index)
+    }
+
+    /// Corners lose the texture coordinates and normals that the file never says.
+    fn forget_absent(&mut self) {
+        let [tex_coords, normals] = [self.tex_coords.len(), self.normals.len()];
+        for corner in &mut self.corners {
+            for (index, count) in [(&mut corner.tex_coord, tex_coords), (&mut corner.normal, normals)] {
+                if index.is_some_and(|index| index.get() as usize > count) {
+                    *index = None;
+                    self.left_out.absent += 1;
+                }
+            }
+        }
     }
 
     /// The vertices that the triangles point to.
@@ -297,13 +324,18 @@ impl Geometry {
 
     /// What was left out, for a person.
     pub(super) fn warnings(&self) -> Vec<String> {
-        let LeftOut { lines_and_points, small_faces, statements, first_statement } = &self.left_out;
+        let LeftOut { lines_and_points, small_faces, absent, statements, first_statement } = &self.left_out;
         let mut warnings = Vec::new();
         if *lines_and_points > 0 {
             warnings.push(format!("left out {lines_and_points} statements that draw lines or points"));
         }
         if *small_faces > 0 {
             warnings.push(format!("left out {small_faces} faces with fewer than three corners"));
+        }
+        if *absent > 0 {
+            warnings.push(format!(
+                "left out {absent} texture coordinates and normals that faces name but that are not there"
+            ));
         }
         if let Some((line, name)) = first_statement {
             warnings.push(format!("left out {statements} unknown statements, the first being {name} on line {line}"));
@@ -316,6 +348,12 @@ impl Geometry {
 /// The position of vertex `vertex`, one of `corners`; `None` where the file says it later, or never.
 fn position_of(corners: &[Corner], positions: &[Vec3], vertex: u32) -> Option<Vec3> {
     positions.get(corners[vertex as usize].position.get() as usize - 1).copied()
+}
+
+/// Whether the rest of the line is a name or a comment.
+fn is_named(line: &[u8]) -> bool {
+    let (keyword, _) = text::keyword(line);
+    keyword.starts_with(b"#") || [&b"usemtl"[..], b"mtllib", b"o", b"g"].contains(&keyword)
 }
 
 /// Puts a line that ends in a backslash, `start` without it, and those that continue it into `joined`.
@@ -349,16 +387,9 @@ fn floats<const N: usize>(rest: &[u8], required: usize) -> Result<([f32; N], usi
     if count < required { Err(format!("{count} numbers where {required} are needed")) } else { Ok((values, count)) }
 }
 
-/// The index from 1 that a word means when the file's list has `count` items so far.
-fn index(word: &[u8], kind: &str, count: usize) -> Result<NonZeroU32, String> {
-    let signed: i64 = number(word)?;
+/// The index from 1 that a number means when the file's list has `count` items so far; `None` where there can't be one.
+fn index(signed: i64, count: usize) -> Option<NonZeroU32> {
     // Negative indices count back from the last item so far.
     let index = if signed < 0 { signed.saturating_add_unsigned(count as u64 + 1) } else { signed };
-    u32::try_from(index).ok().and_then(NonZeroU32::new).ok_or_else(|| {
-        if signed == 0 {
-            format!("{kind} 0: indices count from 1")
-        } else {
-            format!("{kind} {signed} is not there: the file has {count} so far")
-        }
-    })
+    u32::try_from(index).ok().and_then(NonZeroU32::new)
 }

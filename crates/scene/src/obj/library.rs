@@ -2,8 +2,8 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
+use crate::text;
 use crate::text::{Lines, number, quoted, words};
-use crate::{Error, text};
 
 /// One material of a library, as its lines say it; `None` where they don't.
 #[derive(Clone, Debug, Default)]
@@ -15,8 +15,10 @@ pub(super) struct Definition {
     pub(super) specular: Option<Vec3>,
     /// `Ns`, the Blinn–Phong exponent.
     pub(super) exponent: Option<f32>,
-    /// `d`, or 1 - `Tr`.
+    /// `d`.
     pub(super) opacity: Option<f32>,
+    /// `Tr`.
+    pub(super) transparency: Option<f32>,
     /// `Ke`.
     pub(super) emissive: Option<Vec3>,
     /// `Ni`.
@@ -32,7 +34,7 @@ pub(super) struct Definition {
     pub(super) normal_map: Option<Map>,
     pub(super) roughness_map: Option<Map>,
     pub(super) metallic_map: Option<Map>,
-    /// Statements that change what is seen but that no material has a field for.
+    /// Statements that change what is seen but that no material has a field for, or that can't be read.
     pub(super) left_out: Vec<String>,
 }
 
@@ -50,27 +52,31 @@ pub(super) struct Map {
     pub(super) strength: f32,
 }
 
-/// Reads the text of a library.
-///
-/// # Errors
-/// Names the line that breaks the format.
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<Definition>, Error> {
+/// Reads the text of a library. Statements that can't be read are left out.
+pub(super) fn parse(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Vec<Definition> {
     let mut definitions: Vec<Definition> = Vec::new();
+    let mut stray = (0, String::new());
     for (line_number, line) in Lines::new(bytes) {
         let (keyword, rest) = text::keyword(line);
         if keyword == b"newmtl" {
             definitions.push(Definition { name: String::from_utf8_lossy(rest).into_owned(), ..Definition::default() });
         } else if let Some(definition) = definitions.last_mut() {
-            definition.statement(keyword, rest).map_err(|cause| {
-                let cause = format!("{}: {cause}", quoted(keyword));
-                Error::malformed(path, format!("line {line_number}"), cause)
-            })?;
+            if let Err(cause) = definition.statement(keyword, rest) {
+                definition.left_out.push(format!("{} on line {line_number}: {cause}", quoted(keyword)));
+            }
         } else if !keyword.is_empty() && !keyword.starts_with(b"#") {
-            let cause = format!("{} before the first `newmtl`", quoted(keyword));
-            return Err(Error::malformed(path, format!("line {line_number}"), cause));
+            stray.0 += 1;
+            if stray.0 == 1 {
+                stray.1 = format!("{} on line {line_number}", quoted(keyword));
+            }
         }
     }
-    Ok(definitions)
+    if let (count @ 1.., first) = stray {
+        let path = path.display();
+        warnings
+            .push(format!("{path}: left out {count} statements before the first `newmtl`, the first being {first}"));
+    }
+    definitions
 }
 
 impl Definition {
@@ -88,7 +94,7 @@ impl Definition {
             b"pm" => self.metallic = Some(scalar(rest)?.clamp(0.0, 1.0)),
             // `d -halo 0.5` fades towards the silhouette; only its value is kept.
             b"d" => self.opacity = Some(scalar(rest.strip_prefix(b"-halo").unwrap_or(rest))?.clamp(0.0, 1.0)),
-            b"tr" => self.opacity = Some(1.0 - scalar(rest)?.clamp(0.0, 1.0)),
+            b"tr" => self.transparency = Some(scalar(rest)?.clamp(0.0, 1.0)),
             b"map_kd" => self.diffuse_map = Some(Map::parse(rest)?),
             b"map_d" => self.opacity_map = Some(Map::parse(rest)?),
             b"map_ke" => self.emissive_map = Some(Map::parse(rest)?),

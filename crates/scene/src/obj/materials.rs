@@ -7,12 +7,12 @@ use super::library::{self, Definition, Map};
 use super::textures::{Recipe, TextureLoader};
 use crate::folder::{self, Folder};
 use crate::memory::Budget;
-use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap};
+use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap, foreign};
 
 /// The materials called `names`, in that order, from `libraries` in `folder`, with their textures.
 ///
 /// # Errors
-/// Where a library that is there can't be read or breaks its format.
+/// Where a library that is there can't be read, or is no text.
 pub(super) fn load(
     folder: &Folder,
     libraries: &[String],
@@ -23,7 +23,8 @@ pub(super) fn load(
     let mut definitions = HashMap::new();
     for (path, texture_folder) in library_paths(folder, libraries, budget, warnings) {
         let bytes = folder::read(&path, budget).map_err(|source| Error::read(&path, source))?;
-        for definition in library::parse(&path, &bytes)? {
+        foreign::expect_text(&path, &bytes)?;
+        for definition in library::parse(&path, &bytes, warnings) {
             definitions.insert(definition.name.clone(), (definition, texture_folder.clone()));
         }
     }
@@ -46,32 +47,68 @@ pub(super) fn load(
         let count = undefined.len();
         warnings.push(format!("{count} materials are defined nowhere and shown grey, the first being `{first}`"));
     }
+    let is_unseen = |material: &Material| material.alpha == Alpha::Blend && material.base_color.w == 0.0;
+    if !materials.is_empty() && materials.iter().all(is_unseen) {
+        warnings.push("all materials are wholly transparent (`d 0`): nothing of the model is seen".to_owned());
+    }
     let (textures, texture_warnings) = textures.finish();
     warnings.extend(texture_warnings);
     Ok(Materials { materials, textures })
 }
 
-/// The libraries that are there, with the folders of their textures. A statement names one file, with spaces or without, or several without.
+/// The libraries that are there, with the folders of their textures. A statement names one file or several, each with spaces in
+/// its name or without: the longest names that are there count.
 fn library_paths(
     folder: &Folder,
     libraries: &[String],
     budget: &Budget,
     warnings: &mut Vec<String>,
 ) -> Vec<(PathBuf, Folder)> {
+    /// Names of more words would be looked for too often.
+    const MOST_WORDS: usize = 64;
     let mut paths = Vec::new();
     for library in libraries {
-        if let Some(path) = find(folder, library, budget) {
-            paths.push(path);
-            continue;
-        }
-        for word in library.split_ascii_whitespace() {
-            match find(folder, word, budget) {
-                Some(path) => paths.push(path),
-                None => warnings.push(format!("the material library `{word}` {}", missing(folder, word))),
-            }
+        let mut rest = library.trim();
+        while !rest.is_empty() {
+            let ends = rest.char_indices().filter(|(_, letter)| letter.is_ascii_whitespace()).map(|(at, _)| at);
+            let ends: Vec<usize> = ends.chain([rest.len()]).take(MOST_WORDS).collect();
+            let named = ends.iter().rev().map(|&end| (unquoted(&rest[..end]), end));
+            let exact = named.clone().find_map(|(name, end)| Some((find(folder, name, budget)?, end)));
+            let found = exact.or_else(|| {
+                named.clone().find_map(|(name, end)| {
+                    let (path, other) = find_in_other_case(folder, name, budget)?;
+                    warnings.push(format!("the material library `{name}` {}", found_as(&other)));
+                    Some((path, end))
+                })
+            });
+            let end = match found {
+                Some((path, end)) => {
+                    paths.push(path);
+                    end
+                }
+                None => {
+                    let end = first_library(rest);
+                    let name = unquoted(&rest[..end]);
+                    warnings.push(format!("the material library `{name}` {}", missing(folder, name)));
+                    end
+                }
+            };
+            rest = rest[end..].trim_start();
         }
     }
     paths
+}
+
+/// Where the first name in a list of libraries ends, of which none is there: behind `.mtl`, or else at the list's end.
+fn first_library(names: &str) -> usize {
+    let mut ends = names.char_indices().filter(|(_, letter)| letter.is_ascii_whitespace()).map(|(at, _)| at);
+    let is_library = |&end: &usize| names[..end].to_ascii_lowercase().ends_with(".mtl");
+    ends.find(is_library).unwrap_or(names.len())
+}
+
+/// A name without the quotes around it.
+fn unquoted(name: &str) -> &str {
+    name.trim().strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name.trim())
 }
 
 /// The file that `name` means in `folder`, and its own folder: by its path, whatever system wrote it, else by its last part.
@@ -79,6 +116,17 @@ pub(super) fn find(folder: &Folder, name: &str, budget: &Budget) -> Option<(Path
     let name = name.replace('\\', "/");
     let last = name.rsplit('/').next().filter(|last| !last.is_empty())?;
     [folder.file(&name), folder.file(last)].into_iter().flatten().find(|(path, _)| budget.may_read().has(path))
+}
+
+/// As [`find`], whatever small and capital letters the name has, with the file's own name.
+pub(super) fn find_in_other_case(folder: &Folder, name: &str, budget: &Budget) -> Option<((PathBuf, Folder), String)> {
+    let last = name.rsplit(['/', '\\']).next().filter(|last| !last.is_empty())?;
+    [name, last].into_iter().find_map(|name| folder.in_other_case(name, budget.may_read()))
+}
+
+/// Words for a file of another name.
+pub(super) fn found_as(other: &str) -> String {
+    format!("is not there; `{other}` was read, whose name has other small and capital letters")
 }
 
 /// Why [`find`] found nothing.
@@ -107,7 +155,7 @@ fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoad
     });
     material.metallic = definition.metallic.unwrap_or(0.0);
     material.ior = definition.ior.filter(|&ior| ior >= 1.0).unwrap_or(material.ior);
-    let opacity = definition.opacity.unwrap_or(1.0);
+    let opacity = opacity(definition, textures);
     material.base_color = definition.diffuse.unwrap_or(Vec3::ONE).extend(opacity);
     paint(&mut material, definition, textures);
     if opacity < 1.0 {
@@ -127,6 +175,18 @@ fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoad
     }
     roughen(&mut material, definition, textures);
     material
+}
+
+/// Opacity, 0 to 1: `d`, or else 1 - `Tr`. A material without `d` isn't hidden by `Tr 1` alone: writers of that mean opaque.
+fn opacity(definition: &Definition, textures: &mut TextureLoader) -> f32 {
+    match (definition.opacity, definition.transparency) {
+        (Some(opacity), _) => opacity,
+        (None, Some(1.0)) => {
+            textures.warn("`Tr 1` would hide it; it is shown opaque");
+            1.0
+        }
+        (None, transparency) => 1.0 - transparency.unwrap_or(0.0),
+    }
 }
 
 /// Sets the texture of colour and opacity.

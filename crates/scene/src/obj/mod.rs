@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use crate::folder::{self, Files, Folder};
 use crate::memory::{Budget, Limits};
-use crate::{Error, Materials, OpenOptions, still::Still};
+use crate::{Error, Materials, OpenOptions, foreign, still::Still};
 use geometry::Geometry;
 
 /// Reads an OBJ file and the libraries that it names.
@@ -27,8 +27,8 @@ use geometry::Geometry;
 /// Libraries and textures are not read again when the last file wanted the same.
 ///
 /// # Errors
-/// Where the OBJ file can't be read, or it or a library breaks its format. Libraries and textures that are missing are
-/// warnings.
+/// Where the OBJ file or a library can't be read, or the OBJ file breaks its format. Libraries and textures that are missing,
+/// and statements of a library that can't be read, are warnings.
 pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
     still(path, &mut parsed(path, budget)?, shared, budget)
 }
@@ -57,6 +57,7 @@ pub(crate) fn read_with_positions(
 
 fn parsed(path: &Path, budget: &Budget) -> Result<Geometry, Error> {
     let bytes = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
+    foreign::expect_text(path, &bytes)?;
     Geometry::parse(path, &bytes, budget)
 }
 

@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::library::Map;
-use super::materials::{find, missing};
+use super::materials::{find, find_in_other_case, found_as, missing};
 use crate::folder::{self, Folder};
 use crate::memory::Budget;
 use crate::{ColorSpace, Filter, Texture, Wrap};
@@ -55,10 +55,15 @@ impl TextureLoader {
 
     /// The map and its file, or a warning where that isn't there.
     pub(super) fn find<'a>(&mut self, map: &'a Map) -> Option<(&'a Map, PathBuf)> {
-        let path = find(&self.folder, &map.file, &self.budget);
-        if path.is_none() {
-            self.warn(&format!("the texture `{}` {}", map.file, missing(&self.folder, &map.file)));
-        }
+        let path = find(&self.folder, &map.file, &self.budget).or_else(|| {
+            let found = find_in_other_case(&self.folder, &map.file, &self.budget);
+            let why = match &found {
+                Some((_, other)) => found_as(other),
+                None => missing(&self.folder, &map.file).to_owned(),
+            };
+            self.warn(&format!("the texture `{}` {why}", map.file));
+            found.map(|(path, _)| path)
+        });
         path.map(|(path, _)| (map, path))
     }
 

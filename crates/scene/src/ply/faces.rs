@@ -1,7 +1,8 @@
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::body::Body;
 use super::header::{Element, Kind, Property, Scalar};
+use super::vertices;
 use crate::memory::Budget;
 use crate::polygon::Cutter;
 
@@ -9,6 +10,8 @@ use crate::polygon::Cutter;
 #[derive(Debug, Default)]
 pub(super) struct Faces {
     pub(super) triangles: Vec<[u32; 3]>,
+    /// Linear colours of the triangles, where faces have some; else empty.
+    pub(super) colors: Vec<Vec4>,
     /// What an index has to be below.
     vertex_count: u64,
     small_faces: u64,
@@ -52,18 +55,39 @@ impl Faces {
         if form == Form::Polygon {
             self.reserve(element, body, index_type).map_err(|cause| (0, cause))?;
         }
+        let parts: Vec<_> = element.properties.iter().map(color_part_of).collect();
+        let mut types = [None; 4];
+        for (part, scalar) in parts.iter().flatten() {
+            types[*part] = Some(*scalar);
+        }
+        let has_colors = form == Form::Polygon && types[..3].iter().all(Option::is_some);
+        if has_colors {
+            self.color(Vec4::ONE).map_err(|cause| (0, cause))?;
+        }
         body.each_row(element, |body| {
+            let mut parts_of_row = [0.0; 4];
             for (index, property) in element.properties.iter().enumerate() {
-                match form {
-                    _ if index != list => {
-                        body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name))?;
-                    }
-                    Form::Polygon => self.face(body, count_type, index_type, positions)?,
-                    Form::Strips => self.strips(body, count_type, index_type)?,
+                let named = |cause| format!("`{}`: {cause}", property.name);
+                match (form, parts[index]) {
+                    (_, Some((part, scalar))) => parts_of_row[part] = body.value(scalar).map_err(named)?,
+                    _ if index != list => body.skip(property.kind).map_err(named)?,
+                    (Form::Polygon, _) => self.face(body, count_type, index_type, positions)?,
+                    (Form::Strips, _) => self.strips(body, count_type, index_type)?,
                 }
+            }
+            if has_colors {
+                self.color(vertices::color(parts_of_row, types))?;
             }
             Ok(())
         })
+    }
+
+    /// Gives a colour to all triangles that have none yet.
+    fn color(&mut self, color: Vec4) -> Result<(), String> {
+        let count = self.triangles.len() - self.colors.len();
+        self.budget.reserve(&mut self.colors, count, "faces' colours")?;
+        self.colors.resize(self.triangles.len(), color);
+        Ok(())
     }
 
     fn face(
@@ -138,6 +162,14 @@ impl Faces {
         }
         warnings.extend(self.cutter.warning());
         warnings
+    }
+}
+
+/// Which part of a colour a property is, 0 to 3, and its type.
+fn color_part_of(property: &Property) -> Option<(usize, Scalar)> {
+    match property.kind {
+        Kind::Scalar(scalar) => Some((vertices::color_part(&property.name)?, scalar)),
+        Kind::List { .. } => None,
     }
 }
 

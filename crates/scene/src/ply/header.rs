@@ -108,29 +108,33 @@ impl Header {
     /// The longest header that is read, in bytes.
     const MAX_BYTES: usize = 1 << 20;
 
-    /// Reads the header at the start of `bytes`.
+    /// Reads the header at the start of `text`.
     ///
     /// # Errors
     /// Names the line that breaks the format.
-    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let mut lines = Lines::new(bytes);
+    pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Self, Error> {
+        let mut lines = Lines::new(text);
         if lines.next().is_none_or(|(_, line)| line.trim_ascii_end() != b"ply") {
             return Err(Error::malformed(path, "line 1", "not a PLY file: the first line is not `ply`"));
         }
+        let first = &text[..text.len() - lines.rest().len()];
+        let ends_in_cr = first.ends_with(b"\r");
         let mut encoding = None;
         let mut elements = Vec::new();
         let mut last = 1;
         while let Some((line_number, line)) = lines.next() {
             last = line_number;
             let malformed = |cause| Error::malformed(path, format!("line {line_number}"), cause);
-            let bytes = bytes.len() - lines.rest().len();
+            let bytes = text.len() - lines.rest().len();
             if bytes > Self::MAX_BYTES {
                 return Err(malformed(format!("no `end_header` in the first {} bytes", Self::MAX_BYTES)));
             }
             if line.trim_ascii() == b"end_header" {
                 let encoding = encoding
                     .ok_or_else(|| Error::malformed(path, "header", "no `format` line says how values are encoded"))?;
-                return Ok(Self { encoding, elements, bytes });
+                // A first value that begins like a line's other half.
+                let is_value = encoding != Encoding::Ascii && ends_in_cr && text[..bytes].ends_with(b"\r\n");
+                return Ok(Self { encoding, elements, bytes: bytes - usize::from(is_value) });
             }
             statement(line, &mut encoding, &mut elements).map_err(malformed)?;
         }

@@ -19,7 +19,8 @@ use header::{Element, Header};
 ///
 /// From `vertex`: `x y z`, `nx ny nz`, `s t` or `u v` or `texture_u texture_v` (turned upside down, as in OBJ), and
 /// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
-/// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says; from `tristrips`: `vertex_indices`, -1 ending a strip.
+/// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says, and colours, unless vertices have
+/// some; from `tristrips`: `vertex_indices`, -1 ending a strip.
 /// Everything else is read past.
 ///
 /// # Errors
@@ -47,7 +48,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
             _ => skip(element, &mut body).map_err(at_row)?,
         }
     }
-    let vertices = vertices.unwrap_or_default();
+    let mut vertices = vertices.unwrap_or_default();
     faces.finish(&vertices.positions).map_err(|cause| Error::malformed(path, "face", cause))?;
     let mut warnings = faces.warnings();
     if !body.is_blank() {
@@ -56,10 +57,15 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     if faces.triangles.is_empty() {
         warnings.push(format!("the file has no faces, only {} points", vertices.positions.len()));
     }
+    if vertices.colors.is_empty() {
+        let Faces { triangles, colors, .. } = &mut faces;
+        let colored = vertices.color_triangles(triangles, colors, budget);
+        colored.map_err(|cause| Error::malformed(path, "face", cause))?;
+    }
     let material = if vertices.colors.is_empty() {
         Material::clay()
     } else {
-        // The vertices' own colours are all that there is.
+        // The vertices' or the faces' own colours are all that there is.
         Material { double_sided: true, ..Material::default() }
     };
     let materials = Arc::new(Materials { materials: vec![material], textures: Vec::new() });

@@ -40,6 +40,11 @@ const TEX_COORD: usize = 6;
 /// Of red, green, blue and opacity.
 const COLOR: usize = 8;
 
+/// Which part of a colour a property of this name is, 0 to 3 for red, green, blue and opacity.
+pub(super) fn color_part(name: &str) -> Option<usize> {
+    ROLES[COLOR..].iter().position(|names| names.contains(&name))
+}
+
 /// Decides what each property of the element `vertex` is for.
 ///
 /// # Errors
@@ -96,7 +101,8 @@ pub(super) fn read(
             vertices.tex_coords.push(Vec2::new(row[TEX_COORD] as f32, 1.0 - row[TEX_COORD + 1] as f32));
         }
         if has_colors {
-            vertices.colors.push(color(&row, &plan.types));
+            let parts = [COLOR, COLOR + 1, COLOR + 2, COLOR + 3];
+            vertices.colors.push(color(parts.map(|part| row[part]), parts.map(|part| plan.types[part])));
         }
         Ok(())
     })?;
@@ -118,11 +124,9 @@ impl Plan {
     }
 }
 
-/// Linear colour and opacity: floating-point numbers are both already; whole numbers are parts of their type's
-/// highest, and colours then sRGB.
-fn color(row: &Row, types: &[Option<Scalar>; ROLES.len()]) -> Vec4 {
-    let ([r, g, b, opacity], [red, green, blue, alpha]) =
-        ([0, 1, 2, 3].map(|part| types[COLOR + part]), [0, 1, 2, 3].map(|part| row[COLOR + part]));
+/// Linear colour and opacity, of red, green, blue and opacity: floating-point numbers are both already; whole numbers are parts
+/// of their type's highest, and colours then sRGB.
+pub(super) fn color([red, green, blue, alpha]: [f64; 4], [r, g, b, opacity]: [Option<Scalar>; 4]) -> Vec4 {
     let whole = [r, g, b].map(|part| part == Some(Scalar::U8)) == [true; 3];
     let highest = |scalar: Scalar| scalar.whole_range().map(|(_, highest)| highest);
     let color = if whole {

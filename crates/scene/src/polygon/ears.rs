@@ -48,50 +48,22 @@ impl Ears {
     /// Bytes in memory for each corner of the polygon.
     pub(super) const BYTES_OF_CORNER: usize = size_of::<Corner>() + size_of::<u32>();
 
-    /// Takes in the corners of a polygon; whether it is concave. It isn't where it has no area or a coordinate that is no
-    /// finite number.
-    ///
-    /// The plane is that of two axes, without the one nearest to Newell's normal: coordinates stay exact, and corners at the
-    /// same point too.
-    pub(super) fn is_concave(&mut self, points: impl ExactSizeIterator<Item = Vec3> + Clone) -> bool {
-        /// Sine of an angle by which rounding may bend a straight outline inwards.
-        const STRAIGHT: f64 = 1e-6;
+    /// Cuts a polygon with these corners, which lies in the plane of [`concave_in`], into triangles of their numbers, two fewer
+    /// than it has corners. Whether each was compared with the corners that might be in it.
+    pub(super) fn cut(
+        &mut self,
+        points: impl ExactSizeIterator<Item = Vec3>,
+        plane: Plane,
+        mut add: impl FnMut([u32; 3]),
+    ) -> bool {
         let count = points.len() as u32;
-        let points = points.map(Vec3::as_dvec3);
-        let Some(first) = points.clone().next() else { return false };
-        let edges = points.clone().zip(points.clone().skip(1));
-        let normal: DVec3 = edges.map(|(a, b)| (a - first).cross(b - first)).sum();
-        let axis = normal.abs().max_position();
-        if !normal.is_finite() || normal[axis] == 0.0 {
-            return false;
-        }
-        let [mut u, mut v] = [(axis + 1) % 3, (axis + 2) % 3];
-        if normal[axis] < 0.0 {
-            (u, v) = (v, u);
-        }
         self.ring.clear();
         self.ring.extend(points.zip(0..).map(|(point, index)| Corner {
-            at: DVec2::new(point[u], point[v]),
+            at: plane.project(point),
             before: if index == 0 { count - 1 } else { index - 1 },
             after: if index + 1 == count { 0 } else { index + 1 },
             blocks: false,
         }));
-        // Of corners at one point, one after the other, the last turn counts.
-        let mut last = self.ring.iter().rev().map(|corner| corner.at).find(|&at| at != self.ring[0].at);
-        let mut is_concave = false;
-        for corner in &self.ring {
-            let next = self.ring[corner.after as usize].at;
-            let Some(before) = last.filter(|_| next != corner.at) else { continue };
-            let (arriving, leaving) = (corner.at - before, next - corner.at);
-            is_concave |= arriving.perp_dot(leaving) < -STRAIGHT * arriving.length() * leaving.length();
-            last = Some(corner.at);
-        }
-        is_concave
-    }
-
-    /// Cuts the polygon that was taken in last into triangles of its corners' numbers, two fewer than it has corners.
-    /// Whether each was compared with the corners that might be in it.
-    pub(super) fn cut(&mut self, mut add: impl FnMut([u32; 3])) -> bool {
         self.find_blockers();
         let (mut left, mut fruitless) = (self.ring.len(), 0);
         let (mut corner, mut care) = (0, Care::Full);
@@ -198,6 +170,49 @@ impl Ears {
     }
 }
 
+/// The two axes onto whose plane a polygon is projected so that it turns left.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane([usize; 2]);
+
+impl Plane {
+    fn project(self, point: Vec3) -> DVec2 {
+        DVec2::new(f64::from(point[self.0[0]]), f64::from(point[self.0[1]]))
+    }
+}
+
+/// The plane of a polygon that is concave; `None` for convex ones, those without area and those with a coordinate that is no
+/// finite number.
+///
+/// It is that of two axes, without the one nearest to Newell's normal: coordinates stay exact, and corners at the same point
+/// too.
+pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) -> Option<Plane> {
+    /// Sine of an angle by which rounding may bend a straight outline inwards.
+    const STRAIGHT: f64 = 1e-6;
+    let first = points.clone().next()?.as_dvec3();
+    let from_first = points.clone().map(|point| point.as_dvec3() - first);
+    let normal: DVec3 = from_first.clone().zip(from_first.skip(1)).map(|(a, b)| a.cross(b)).sum();
+    let axis = normal.abs().max_position();
+    if !normal.is_finite() || normal[axis] == 0.0 {
+        return None;
+    }
+    let axes = [(axis + 1) % 3, (axis + 2) % 3];
+    let plane = Plane(if normal[axis] < 0.0 { [axes[1], axes[0]] } else { axes });
+    let corners = points.map(|point| plane.project(point));
+    // Of corners at one point, one after the other, the last turn counts.
+    let start = corners.clone().next()?;
+    let mut before = corners.clone().rev().find(|&at| at != start)?;
+    let nexts = corners.clone().skip(1).chain([start]);
+    let is_concave = corners.zip(nexts).any(|(at, next)| {
+        if at == next {
+            return false;
+        }
+        let (arriving, leaving) = (at - before, next - at);
+        before = at;
+        arriving.perp_dot(leaving) < -STRAIGHT * arriving.length() * leaving.length()
+    });
+    is_concave.then_some(plane)
+}
+
 impl Care {
     fn less(self) -> Self {
         match self {
@@ -221,9 +236,9 @@ mod tests {
     fn cut(outline: &[[f64; 2]]) -> (Vec<[u32; 3]>, Vec<f64>) {
         let mut ears = Ears::default();
         let points = outline.iter().map(|&[x, y]| Vec3::new(x as f32, y as f32, 5.0));
-        assert!(ears.is_concave(points), "{outline:?}");
+        let plane = concave_in(points.clone()).expect("a concave outline");
         let mut triangles = Vec::new();
-        assert!(ears.cut(|triangle| triangles.push(triangle)));
+        assert!(ears.cut(points, plane, |triangle| triangles.push(triangle)));
         assert_eq!(triangles.len(), outline.len() - 2);
         let at = |corner: u32| DVec2::from(outline[corner as usize].map(|number| f64::from(number as f32)));
         let areas = triangles.iter().map(|&[a, b, c]| side(at(a), at(b), at(c))).collect();
@@ -260,9 +275,9 @@ mod tests {
         let mut ears = Ears::default();
         for plane in planes {
             let points: Vec<Vec3> = C.into_iter().map(plane).collect();
-            assert!(ears.is_concave(points.iter().copied()));
+            let found = concave_in(points.iter().copied()).expect("a concave outline");
             let mut area = 0.0;
-            ears.cut(|corners| {
+            ears.cut(points.iter().copied(), found, |corners| {
                 let [a, b, c] = corners.map(|corner| points[corner as usize].as_dvec3());
                 area += 0.5 * (b - a).cross(c - a).length();
             });
@@ -344,9 +359,8 @@ mod tests {
 
     #[test]
     fn shapes_without_area_are_not_concave() {
-        let mut ears = Ears::default();
         for shape in [vec![], vec![Vec3::ONE; 6], (0..6).map(|x| Vec3::X * x as f32).collect(), vec![Vec3::NAN; 5]] {
-            assert!(!ears.is_concave(shape.iter().copied()), "{shape:?}");
+            assert!(concave_in(shape.iter().copied()).is_none(), "{shape:?}");
         }
     }
 
@@ -359,9 +373,10 @@ mod tests {
     #[test]
     fn when_there_are_no_tests_left_the_rest_is_cut_anyway() {
         let mut ears = Ears { tests_left: 3, ..Ears::default() };
-        assert!(ears.is_concave(C.iter().map(|&[x, y]| Vec3::new(x as f32, y as f32, 0.0))));
+        let points = C.iter().map(|&[x, y]| Vec3::new(x as f32, y as f32, 0.0));
+        let plane = concave_in(points.clone()).expect("a concave outline");
         let mut count = 0;
-        assert!(!ears.cut(|_| count += 1));
+        assert!(!ears.cut(points, plane, |_| count += 1));
         assert_eq!(count, 6);
     }
 }

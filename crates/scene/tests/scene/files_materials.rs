@@ -162,9 +162,9 @@ fn a_texture_is_loaded_once_for_all_materials() {
 fn what_is_missing_is_a_warning() {
     let (frame, warnings) = files::open("a.obj", obj(&["gone", "away"]).as_bytes()).unwrap();
     assert_eq!(frame.materials.materials.len(), 2);
-    assert_eq!(warnings.len(), 3, "{warnings:?}");
-    assert!(warnings[0].contains("`my` is not there") && warnings[1].contains("`library.mtl` is not there"));
-    assert!(warnings[2].contains("2 materials are defined nowhere") && warnings[2].contains("`gone`"));
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("`my library.mtl` is not there"), "{warnings:?}");
+    assert!(warnings[1].contains("2 materials are defined nowhere") && warnings[1].contains("`gone`"));
 
     let (material, textures, warnings) = material("map_Kd gone.png\nmap_Bump b.png\nmap_Ks k.png", &[]);
     assert_eq!((material.base_color_texture, textures.len(), warnings.len()), (None, 0, 3));
@@ -185,21 +185,84 @@ fn images_that_cannot_be_read_are_warnings() {
 }
 
 #[test]
-fn faults_in_a_library_name_its_line() {
-    for (library, expected) in [
-        ("Kd 1 1 1\n", "line 1: `Kd` before the first `newmtl`"),
-        ("newmtl it\nKd 1 1\n", "line 2: `Kd`: 2 numbers where 3 are needed"),
-        ("newmtl it\nKd\n", "line 2: `Kd`: no number"),
-        ("newmtl it\nKd 1 nan 1\n", "line 2: `Kd`: `nan` is not finite"),
-        ("newmtl it\nd half\n", "line 2: `d`: `half` is not a number"),
-        ("newmtl it\nNs\n", "line 2: `Ns`: no number"),
-        ("newmtl it\nmap_Kd -clamp on\n", "line 2: `map_Kd`: no file name"),
-        ("newmtl it\nmap_Kd\n", "line 2: `map_Kd`: no file name"),
-        ("newmtl it\nnorm -bm strong a.png\n", "line 2: `norm`: `strong` is not a number"),
+fn values_of_a_library_that_cannot_be_read_are_left_out_alone() {
+    for (statement, expected) in [
+        ("Kd 1 1", "`Kd` on line 3: 2 numbers where 3 are needed"),
+        ("Kd", "`Kd` on line 3: no number"),
+        ("Kd 1 nan 1", "`Kd` on line 3: `nan` is not finite"),
+        ("d half", "`d` on line 3: `half` is not a number"),
+        ("Ns -1.#IND", "`Ns` on line 3: `-1.#IND` is not finite"),
+        ("Ni nan", "`Ni` on line 3: `nan` is not finite"),
+        ("map_Kd -clamp on", "`map_Kd` on line 3: no file name"),
+        ("map_Kd", "`map_Kd` on line 3: no file name"),
+        ("norm -bm strong a.png", "`norm` on line 3: `strong` is not a number"),
     ] {
-        let error = load(library, &[], &["it"]).unwrap_err();
-        assert!(error.contains("my library.mtl: ") && error.contains(expected), "{library:?}: {error}");
+        let (material, _, warnings) = material(&format!("Kd 1 0 0\n{statement}"), &[]);
+        assert_eq!(material.base_color, Vec4::new(1.0, 0.0, 0.0, 1.0));
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert!(warnings[0].starts_with(&format!("material `it`: left out {expected}")), "{warnings:?}");
     }
+    let (_, warnings) = load("Kd 1 1 1\nNs 4\nnewmtl it\n", &[], &["it"]).unwrap();
+    assert!(warnings[0].contains("left out 2 statements before the first `newmtl`, the first being `Kd` on line 1"));
+}
+
+#[test]
+fn a_byte_order_mark_does_not_hide_the_first_material() {
+    let (frame, warnings) = load("\u{feff}newmtl it\rKd 1 0 0\r", &[], &["it"]).unwrap();
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!(frame.materials.materials[0].base_color, Vec4::new(1.0, 0.0, 0.0, 1.0));
+    let utf16: String = "newmtl it\n".chars().flat_map(|letter| [letter, '\0']).collect();
+    let error = load(&utf16, &[], &["it"]).unwrap_err();
+    assert!(error.contains("my library.mtl: ") && error.contains("UTF-16"), "{error}");
+}
+
+#[test]
+fn transparency_alone_does_not_hide_a_material() {
+    let (opaque, _, warnings) = material("Tr 1", &[]);
+    assert_eq!((opaque.base_color.w, opaque.alpha), (1.0, Alpha::Opaque));
+    assert_eq!(warnings, ["material `it`: `Tr 1` would hide it; it is shown opaque"]);
+    // Beside `d`, it says nothing.
+    for statements in ["d 1\nTr 1", "Tr 1\nd 1"] {
+        assert_eq!(material(statements, &[]).0.alpha, Alpha::Opaque, "{statements}");
+    }
+    let (hidden, _, warnings) = material("d 0", &[]);
+    assert_eq!((hidden.base_color.w, hidden.alpha), (0.0, Alpha::Blend));
+    assert!(warnings[0].contains("all materials are wholly transparent"), "{warnings:?}");
+    let (_, warnings) = load("newmtl a\nd 0\nnewmtl b\nd 0.5\n", &[], &["a", "b"]).unwrap();
+    assert_eq!(warnings, [""; 0], "some of the model is seen");
+}
+
+#[test]
+fn a_statement_names_several_libraries_with_spaces_or_quotes() {
+    let library = |name: &str| format!("newmtl {name}\nKd 1 0 0\n").into_bytes();
+    let (a, b, c) = (library("a"), library("b"), library("c"));
+    let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n";
+    let files: [(&str, &[u8]); 3] = [("one.mtl", &a), ("my second.mtl", &b), ("the third one.mtl", &c)];
+    for statement in ["one.mtl my second.mtl the third one.mtl", "\"the third one.mtl\" one.mtl \"my second.mtl\""] {
+        let obj = format!("mtllib {statement}\n{faces}");
+        let folder = folder(&[&files[..], &[("a.obj", obj.as_bytes())]].concat());
+        let (frame, warnings) = open_path(&folder.path().join("a.obj")).unwrap();
+        assert_eq!(warnings, [""; 0]);
+        assert_eq!(frame.materials.materials.len(), 3);
+    }
+    let obj = format!("mtllib gone one.mtl my second.mtl\n{faces}");
+    let folder = folder(&[("my second.mtl", &b), ("a.obj", obj.as_bytes())]);
+    let (_, warnings) = open_path(&folder.path().join("a.obj")).unwrap();
+    assert!(warnings[0].contains("the material library `gone one.mtl` is not there"), "{warnings:?}");
+    assert!(warnings[1].contains("2 materials are defined nowhere"), "{warnings:?}");
+}
+
+#[test]
+fn names_that_differ_in_case_alone_are_found_with_a_warning() {
+    let image = bmp(&[[255, 0, 0]]);
+    let (material, _, warnings) = material("map_Kd WOOD.bmp", &[("Wood.BMP", &image)]);
+    assert!(material.base_color_texture.is_some());
+    assert!(warnings[0].contains("`WOOD.bmp` is not there; `Wood.BMP` was read"), "{warnings:?}");
+    let obj = obj(&["it"]);
+    let folder = folder(&[("a.obj", obj.as_bytes()), ("My Library.MTL", b"newmtl it\nKd 1 0 0\n")]);
+    let (frame, warnings) = open_path(&folder.path().join("a.obj")).unwrap();
+    assert_eq!(frame.materials.materials[0].base_color.y, 0.0);
+    assert!(warnings[0].contains("`my library.mtl` is not there; `My Library.MTL` was read"), "{warnings:?}");
 }
 
 #[test]

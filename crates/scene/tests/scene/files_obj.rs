@@ -131,8 +131,7 @@ fn faults_name_the_file_the_line_and_the_cause() {
         ("v 0 0 0\nf 1 1 4294967296\n", "line 2: vertex 4294967296 is not there"),
         ("v 0 0 0\nf 1 1 -9223372036854775808\n", "line 2: vertex -9223372036854775808 is not there"),
         ("v 0 0 0\nf 1 1 99999999999999999999\n", "line 2: `99999999999999999999` is not a number"),
-        ("v 0 0 0\nf 1 1 1/2\n", "line 2: texture coordinate 2 is not there: the file has 0"),
-        ("v 0 0 0\nf 1//1 1 1\n", "line 2: normal 1 is not there: the file has 0"),
+        ("v 0 0 0\nf 1 1 1/x\n", "line 2: `x` is not a number"),
         ("v 0 0 0\nf 1//// 1 1\n", "line 2: `1////` has more than three indices"),
         ("v 0 0 0\nf one 1 1\n", "line 2: `one` is not a number"),
     ] {
@@ -154,4 +153,66 @@ fn objects_are_what_the_last_object_or_group_says() {
     assert_eq!(names(&format!("{TRIANGLE}{face}o left\n{face}o right one\n{face}")), ["default", "left", "right one"]);
     assert_eq!(names(&format!("g\n{TRIANGLE}{face}o a\ng b\n{face}g a\n{face}")), ["default", "b", "a"]);
     assert_eq!(names(&format!("o a\no b\n{TRIANGLE}{face}o a\n{face}o b\n{face}")), ["b", "a", "b"]);
+}
+
+#[test]
+fn texture_coordinates_and_normals_that_are_not_there_are_left_out_alone() {
+    for corners in ["1/1/1 2/2/2 3/3/3", "1/0/0 2/0/0 3/0/0", "1/-1/-1 2/-2/-2 3/-3/-3", "1//9 2/9 3/9/0"] {
+        let (frame, warnings) = open("a.obj", format!("{TRIANGLE}f {corners}\n").as_bytes()).unwrap();
+        assert_eq!(frame.mesh.triangles, [[0, 1, 2]]);
+        assert!(frame.normals.is_empty() && frame.mesh.tex_coords[0].is_empty(), "{corners}");
+        assert!(warnings[0].contains("texture coordinates and normals that faces name"), "{warnings:?}");
+    }
+    let text = format!("{TRIANGLE}vt 0.5 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/2\n");
+    let (frame, warnings) = open("a.obj", text.as_bytes()).unwrap();
+    assert_eq!(frame.mesh.tex_coords[0], [Vec2::new(0.5, 0.0), Vec2::ZERO, Vec2::new(0.5, 0.0)]);
+    assert_eq!(frame.normals, [Vec3::Z, Vec3::Z, Vec3::ZERO]);
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].starts_with("left out 2 texture coordinates"), "{warnings:?}");
+}
+
+#[test]
+fn a_byte_order_mark_and_any_line_ends_are_fine() {
+    let text = format!("{TRIANGLE}f 1 2 3\n");
+    let expected = frame("a.obj", text.as_bytes());
+    for end in ["\n", "\r\n", "\r"] {
+        for mark in ["", "\u{feff}"] {
+            let other = frame("a.obj", format!("{mark}{}", text.replace('\n', end)).as_bytes());
+            assert_eq!((&other.positions, &other.mesh.triangles), (&expected.positions, &expected.mesh.triangles));
+        }
+    }
+}
+
+#[test]
+fn files_that_are_no_text_are_named() {
+    let utf16: Vec<u16> = format!("\u{feff}{TRIANGLE}f 1 2 3\n").encode_utf16().collect();
+    for bytes in [
+        utf16.iter().flat_map(|unit| unit.to_le_bytes()).collect::<Vec<u8>>(),
+        utf16.iter().flat_map(|unit| unit.to_be_bytes()).collect(),
+    ] {
+        for bytes in [&bytes[..], &bytes[2..]] {
+            for name in ["a.obj", "a.ply", "a.stl", "a.gltf"] {
+                let error = open(name, bytes).unwrap_err();
+                assert!(error.contains("UTF-16") && error.contains("UTF-8"), "{error}");
+            }
+        }
+    }
+    let error = open("a.obj", b"\x1f\x8b\x08\x00rest").unwrap_err();
+    assert!(error.contains("gzip") && error.contains("gunzip"), "{error}");
+}
+
+#[test]
+fn names_and_comments_may_end_in_a_backslash() {
+    let text = format!("# C:\\models\\\n{TRIANGLE}usemtl red\\\nf 1 2 3\no a\\\nf 1 2 \\\n 3\n");
+    let (frame, _) = open("a.obj", text.as_bytes()).unwrap();
+    assert_eq!(frame.mesh.triangles, [[0, 1, 2]; 2]);
+    assert_eq!(frame.materials.materials[0].name, "red\\");
+}
+
+#[test]
+fn numbers_that_are_none_are_read_as_microsofts_libraries_write_them() {
+    let text = format!("{TRIANGLE}vn -nan(ind) -1.#IND 1.#QNAN\nv 1.#INF 0 0\nf 1//1 2//1 3//1\nf 1 2 4\n");
+    let frame = frame("a.obj", text.as_bytes());
+    assert_eq!(frame.normals[0], Vec3::ZERO);
+    assert_eq!(frame.triangles().omitted().not_finite.count, 1);
 }

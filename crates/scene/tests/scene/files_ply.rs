@@ -237,3 +237,44 @@ fn indices_of_floating_point_type_have_to_be_whole() {
         assert!(with(last).unwrap_err().contains("face 0: vertex"), "{last}");
     }
 }
+
+#[test]
+fn faces_have_colours_where_vertices_have_none() {
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let header = |of_vertex: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n{of_vertex}\
+             element face 2\nproperty list uchar int vertex_indices\n{colors}end_header\n"
+        )
+    };
+    let faces = "4 0 1 2 3 255 0 0\n3 0 3 4 0 0 255\n";
+    let text = header("") + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n-1 1 0\n" + faces;
+    let frame = frame("a.ply", text.as_bytes());
+    let of_triangle = |triangle: usize| frame.mesh.triangles[triangle].map(|vertex| frame.mesh.colors[vertex as usize]);
+    let (red, blue) = (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 0.0, 1.0, 1.0));
+    assert_eq!([of_triangle(0), of_triangle(1), of_triangle(2)], [[red; 3], [red; 3], [blue; 3]]);
+    assert_eq!(frame.positions.len(), 7, "two vertices are of both colours");
+    assert_eq!(frame.materials.materials[0].base_color, Vec4::ONE);
+    // The vertices' own colours are finer.
+    let rows = "0 0 0 0 255 0\n1 0 0 0 255 0\n1 1 0 0 255 0\n0 1 0 0 255 0\n-1 1 0 0 255 0\n";
+    let both = files::frame("a.ply", (header(colors) + rows + faces).as_bytes());
+    assert_eq!(both.mesh.colors, [Vec4::new(0.0, 1.0, 0.0, 1.0); 5]);
+}
+
+#[test]
+fn a_byte_order_mark_and_old_line_ends_are_fine() {
+    let text = format!("\u{feff}{}", String::from_utf8(text(XYZ, ROWS)).unwrap());
+    for text in [text.clone(), text.replace('\n', "\r")] {
+        assert_eq!(frame("a.ply", text.as_bytes()).mesh.triangles, [[0, 1, 2]]);
+    }
+    // The first value is a line feed.
+    let header = "element vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\nelement face 1\n\
+                  property list uchar uchar vertex_indices\n";
+    let body = [10, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2];
+    let bytes = binary(header, false, &[]);
+    for end in ["\n", "\r\n", "\r"] {
+        let mut bytes = String::from_utf8(bytes.clone()).unwrap().replace('\n', end).into_bytes();
+        bytes.extend(body);
+        assert_eq!(frame("a.ply", &bytes).positions[0], Vec3::new(10.0, 0.0, 0.0));
+    }
+}

@@ -1,6 +1,7 @@
 //! What an STL file says, in text and in binary.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
+use umbrage_scene::{Frame, Material};
 
 use crate::files::{self, CUBE_POSITIONS, CUBE_TRIANGLES, corners, cube_stl_binary, frame, open, warning};
 
@@ -95,4 +96,71 @@ fn faults_name_the_file_the_place_and_the_cause() {
         let error = open("broken.stl", &bytes).unwrap_err();
         assert!(error.contains("broken.stl: ") && error.contains(expected), "{expected}: {error}");
     }
+}
+
+/// Two facets in words, however lines end.
+fn words(before: &str, behind: &str) -> String {
+    format!("{before}\n{FACET}{FACET}{behind}\n")
+}
+
+#[test]
+fn texts_are_read_word_by_word() {
+    for text in
+        [words("solid a", "endsolid a"), words("solid", "endsolid"), words("solid my part", "end solid my part")]
+    {
+        for end in ["\n", "\r\n", "\r", " "] {
+            let text = text.replace('\n', end);
+            assert_eq!(frame("a.stl", text.as_bytes()).mesh.triangles, [[0, 1, 2]; 2], "{text:?}");
+        }
+    }
+    let several = words("solid a", "endsolid a") + &words("solid b", "endsolid a solid part");
+    for end in ["\n", " "] {
+        let text = several.replace('\n', end);
+        assert_eq!(frame("a.stl", text.as_bytes()).mesh.triangles, [[0, 1, 2]; 4], "{text:?}");
+    }
+    let odd = words("solid", "endsolid").replace("nan -nan(ind) 0", "x 1.#IND 0").replace("endfacet", "end facet");
+    assert_eq!(frame("a.stl", odd.as_bytes()).mesh.triangles, [[0, 1, 2]; 2]);
+}
+
+#[test]
+fn comments_and_marks_may_come_before_a_text() {
+    let long = "x".repeat(3000);
+    for before in ["; a comment".to_owned(), "# a\n\n// b".to_owned(), format!("! {long}"), "\u{feff}".to_owned()] {
+        let text = format!("{before}\nsolid a # name\n{FACET}; within\nendsolid a\n");
+        assert_eq!(frame("a.stl", text.as_bytes()).mesh.triangles, [[0, 1, 2]], "{before:.20}");
+    }
+}
+
+/// A binary file whose triangles, beside each other, have these last two bytes.
+fn colored(header: &[u8], attributes: &[u16]) -> Frame {
+    let triangle = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
+    let triangles: Vec<_> = (0..attributes.len()).map(|x| triangle(x as f32)).collect();
+    let mut bytes = binary(header, &triangles);
+    for (triangle, attribute) in bytes[84..].chunks_exact_mut(50).zip(attributes) {
+        triangle[48..].copy_from_slice(&attribute.to_le_bytes());
+    }
+    frame("a.stl", &bytes)
+}
+
+/// The colour of a triangle whose corners have the same.
+fn color(frame: &Frame, triangle: usize) -> Vec4 {
+    let [a, b, c] = frame.mesh.triangles[triangle].map(|vertex| frame.mesh.colors[vertex as usize]);
+    assert!(a == b && b == c);
+    a
+}
+
+#[test]
+fn triangles_have_the_colours_of_viscam_or_magics() {
+    let (red, green, blue) =
+        (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 1.0, 0.0, 1.0), Vec4::new(0.0, 0.0, 1.0, 1.0));
+    let viscam = colored(b"", &[0x8000 | 31 << 10, 0x8000 | 31, 31 << 5]);
+    assert_eq!([0, 1].map(|triangle| color(&viscam, triangle)), [red, blue]);
+    assert_eq!(color(&viscam, 2), Material::clay().base_color);
+    let magics = colored(b"made by hand COLOR=\x00\xff\x00\xff,MATERIAL=", &[31, 31 << 10, 0x8000]);
+    assert_eq!([0, 1, 2].map(|triangle| color(&magics, triangle)), [red, blue, green]);
+    assert!(colored(b"", &[0, 31, 7]).mesh.colors.is_empty(), "nothing says that these are colours");
+    assert_eq!(magics.materials.materials[0].base_color, Vec4::ONE);
+    // A shared vertex is there once for each colour.
+    let viscam = colored(b"", &[0x8000, 0x8000, 0x801f]);
+    assert_eq!(viscam.positions.len(), 4 + 3 + 1);
 }

@@ -236,6 +236,67 @@ fn chunks_of_a_glb_are_checked() {
 }
 
 #[test]
+fn chunks_without_padding_are_read_with_a_warning() {
+    let file = everything();
+    let mut json = file.json.clone();
+    json["buffers"] = json!([{ "byteLength": file.bytes.len() }]);
+    for blanks in 0..4 {
+        let text = format!("{json}{}", " ".repeat(blanks));
+        let (text, binary) = (text.as_bytes(), &file.bytes[..]);
+        let words = [2, (28 + text.len() + binary.len()) as u32, text.len() as u32].map(u32::to_le_bytes).concat();
+        let length = (binary.len() as u32).to_le_bytes();
+        let glb = [b"glTF", &words[..], b"JSON", text, &length, b"BIN\0", binary].concat();
+        let scene = open_bytes("a.glb", &glb, Clip::Auto).unwrap();
+        assert_eq!(scene.at(0.0).unwrap().positions.len(), 12);
+        let is_warned = scene.warnings().iter().any(|warning| warning.contains("is not padded to four"));
+        assert_eq!(is_warned, !text.len().is_multiple_of(4), "{:?}", scene.warnings());
+    }
+}
+
+#[test]
+fn extras_may_be_anything() {
+    for extras in [json!(42), json!("text"), json!([1, 2]), json!(null), json!({ "a": { "b": true } })] {
+        let mut file = everything();
+        for pointer in ["", "/asset", "/nodes/0", "/meshes/0/primitives/0", "/materials/0", "/skins/0", "/accessors/0"]
+        {
+            file.json.pointer_mut(pointer).unwrap()["extras"] = extras.clone();
+        }
+        assert_eq!(file.at(0.5).positions, everything().at(0.5).positions, "{extras}");
+    }
+    // The error behind them is told.
+    let mut file = everything();
+    file.json["asset"]["extras"] = json!(42);
+    file.json["nodes"][0]["mesh"] = json!("first");
+    assert!(file.error().contains("first"), "{}", file.error());
+}
+
+#[test]
+fn whole_numbers_may_have_a_fraction_or_an_exponent() {
+    let file = everything();
+    let text = String::from_utf8(file.gltf()).unwrap();
+    let written = |count: &str| text.replace("\"count\":3", &format!("\"count\":{count}")).into_bytes();
+    for count in ["3.0", "3e0", "0.3E+1", "30e-1"] {
+        assert_ne!(written(count), text.as_bytes());
+        assert!(survives("a.gltf", &written(count)), "{count}");
+    }
+    for count in ["3.5", "-3.0", "3e99"] {
+        assert!(!survives("a.gltf", &written(count)), "{count}");
+    }
+}
+
+#[test]
+fn files_whose_names_differ_in_case_alone_are_found_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = everything();
+    let mut json = file.json.clone();
+    json["buffers"] = json!([{ "byteLength": file.bytes.len(), "uri": "Scene%20A.BIN" }]);
+    std::fs::write(folder.path().join("scene a.bin"), &file.bytes).unwrap();
+    let scene = open_in(folder.path(), "a.gltf", json.to_string().as_bytes(), Clip::Auto).unwrap();
+    let warning = "`Scene A.BIN` is not there; `scene a.bin` was read";
+    assert!(scene.warnings().iter().any(|found| found.starts_with(warning)), "{:?}", scene.warnings());
+}
+
+#[test]
 fn buffers_come_from_files() {
     let folder = tempfile::tempdir().unwrap();
     let file = everything();

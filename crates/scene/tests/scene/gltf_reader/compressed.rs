@@ -186,6 +186,40 @@ fn error(name: &str, change: impl Fn(&mut Value)) -> String {
     open_bytes("broken.glb", &changed(name, change), Default::default()).expect_err(name).to_string()
 }
 
+/// Changes how many indices the accessor of the first primitive's says.
+fn set_index_count(json: &mut Value, change: impl Fn(u64) -> u64) {
+    let index = json["meshes"][0]["primitives"][0]["indices"].as_u64().unwrap();
+    let count = &mut json["accessors"][index as usize]["count"];
+    *count = json!(change(count.as_u64().unwrap()));
+}
+
+#[test]
+fn numbers_of_a_draco_stream_count_before_those_of_its_accessors() {
+    for name in ["draco-edgebreaker", "draco-sequential"] {
+        let expected = scene(name).at(0.0).unwrap();
+        let all_points = |json: &mut Value, change: fn(u64) -> u64| {
+            let attributes = json["meshes"][0]["primitives"][0]["attributes"].as_object().unwrap().clone();
+            for index in attributes.values().filter_map(Value::as_u64) {
+                let count = &mut json["accessors"][index as usize]["count"];
+                *count = json!(change(count.as_u64().unwrap()));
+            }
+        };
+        let changes: [&dyn Fn(&mut Value); 4] = [
+            &|json| set_index_count(json, |count| count / 9),
+            &|json| set_index_count(json, |count| 2 * count),
+            &|json| all_points(json, |count| count / 8),
+            &|json| all_points(json, |count| count + 1),
+        ];
+        for change in changes {
+            let scene = open_bytes("a.glb", &changed(name, change), Default::default()).unwrap();
+            let frame = scene.at(0.0).unwrap();
+            assert_eq!((&frame.positions, &frame.mesh.triangles), (&expected.positions, &expected.mesh.triangles));
+            let warning = "other than its accessors say; it counts";
+            assert!(scene.warnings().iter().any(|found| found.ends_with(warning)), "{:?}", scene.warnings());
+        }
+    }
+}
+
 #[test]
 fn broken_draco_is_an_error_that_says_where() {
     const EXTENSION: &str = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
@@ -203,17 +237,9 @@ fn broken_draco_is_an_error_that_says_where() {
     assert!(missing.contains(&format!("{of_first}.bufferView: index 99 is out of range")), "{missing}");
     let other = error(name, |json| json.pointer_mut(&attributes).unwrap()["NORMAL"] = json!(77));
     assert!(other.contains(&format!("{of_first}.attributes.NORMAL: the stream has no attribute 77")), "{other}");
-    let fewer = error(name, |json| {
-        let index = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap();
-        json["accessors"][index as usize]["count"] = json!(90);
-    });
-    assert!(fewer.contains("the stream has") && fewer.contains("vertices, but their accessor says 90"), "{fewer}");
     for count in [3, 1_000_000_000_u64] {
-        let wrong = error(name, |json| {
-            let index = json["meshes"][0]["primitives"][0]["indices"].as_u64().unwrap();
-            json["accessors"][index as usize]["count"] = json!(count);
-        });
-        assert!(wrong.contains("the stream has") || wrong.contains("would take"), "{wrong}");
+        let wrong = error(name, |json| set_index_count(json, |_| count));
+        assert!(wrong.contains("the stream has more in it") || wrong.contains("would take"), "{wrong}");
     }
     let kind = error(name, |json| {
         let index = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap();

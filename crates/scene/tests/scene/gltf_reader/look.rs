@@ -256,6 +256,29 @@ fn impossible_cones_are_mended_with_a_warning() {
     assert!(lit(json!({ "type": "area" })).warnings()[0].contains("light 0 was left out"));
 }
 
+#[test]
+fn numbers_out_of_range_are_brought_there_with_a_warning() {
+    let scene = lit(json!({ "type": "point", "color": [1, -0.5, 0], "intensity": -30, "range": -9 }));
+    let light = &scene.at(0.0).unwrap().lights[0];
+    assert_eq!((light.color, light.intensity, light.range), (Vec3::X, 0.0, None));
+    let warnings = scene.warnings();
+    assert!(warnings[0].contains("light 0 has a negative colour or intensity, which was taken as 0"), "{warnings:?}");
+    assert!(warnings[1].contains("the range of light 0 is not above 0 and was left out"), "{warnings:?}");
+
+    let file = with_material(json!({
+        "pbrMetallicRoughness": { "baseColorFactor": [2, -1, 0.5, 1], "metallicFactor": 1.5, "roughnessFactor": -0.5 },
+        "emissiveFactor": [3, -1, 0],
+        "extensions": { "KHR_materials_ior": { "ior": 0.5 }, "KHR_materials_transmission": { "transmissionFactor": 1 } },
+    }));
+    let material = material(&file);
+    assert_eq!(material.base_color, Vec4::new(1.0, 0.0, 0.5, 1.0));
+    assert_eq!((material.metallic, material.roughness, material.ior), (1.0, 0.0, 1.0));
+    assert_eq!((material.emissive, material.transmission), (Vec3::new(3.0, 0.0, 0.0), 1.0));
+    let scene = file.open().unwrap();
+    assert_eq!(scene.warnings().len(), 6, "{:?}", scene.warnings());
+    assert_eq!(scene.warnings()[0], "materials[0]: the metalness of 1.5 is out of range and was taken as 1");
+}
+
 /// A camera on a node like this.
 fn seen(camera: Value, mut node: Value) -> Builder {
     let mut file = Builder::new();
