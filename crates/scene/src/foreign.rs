@@ -54,9 +54,8 @@ pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error
     }
     match kind(&bytes, path) {
         Some(kind) => kind,
-        // Version 1.0 has maps by name in place of lists.
         None if serde_json::from_slice::<Value>(bytes.strip_prefix(MARK).unwrap_or(&bytes))
-            .is_ok_and(|json| json["meshes"].is_object()) =>
+            .is_ok_and(|json| is_version_1(&json)) =>
         {
             Error::unsupported(
                 path,
@@ -88,6 +87,11 @@ fn kind(bytes: &[u8], path: &Path) -> Option<Error> {
         }
     };
     Some(Error::malformed(path, "its first bytes", format!("this is {what}; {remedy}")))
+}
+
+/// Whether this is glTF 1.0, which has maps by name in place of lists.
+fn is_version_1(json: &Value) -> bool {
+    ["accessors", "buffers", "materials", "meshes", "nodes", "scenes"].iter().any(|list| json[list].is_object())
 }
 
 /// Whether the name says the kind of file that begins with `first`.

@@ -271,6 +271,7 @@ fn what_is_not_what_its_name_says_is_called_what_it_is() {
         ("d.ply", b"PK\x03\x04", "a ZIP archive; unpack it"),
         ("e.ply", b"glTF\x02\0\0\0", "binary glTF; call it .glb"),
         ("c.gltf", version_1, "glTF 1.0 is not supported"),
+        ("d.gltf", b"\xEF\xBB\xBF{\"accessors\":{},\"asset\":{}}", "glTF 1.0 is not supported"),
         ("d.gltf", b"{", "JSON: "),
         ("f.ply", b"ply\nformat none\n", "line 2"),
     ] {
