@@ -106,6 +106,11 @@ pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budg
     io::Read::read_to_end(&mut io::Read::take(file, length), bytes).map(drop)
 }
 
+/// Words for a missing file in whose stead one was read whose name differs in case alone.
+pub(crate) fn read_instead(other: &str) -> String {
+    format!("is not there; `{other}` was read, whose name has other small and capital letters")
+}
+
 /// Where names in a file lead from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Folder {
@@ -148,7 +153,7 @@ impl Folder {
         (is_inside || self.allow_outside).then_some((path, folder))
     }
 
-    /// As [`Folder::file`], of the file that `name` means but for small and capital letters, and its name; of several the first.
+    /// As [`Folder::file`], ignoring case; with the file's own name. Of several files the first by name.
     pub(crate) fn in_other_case(&self, name: &str, files: &Files) -> Option<((PathBuf, Self), String)> {
         let is_same = |a: &str, b: &str| a.to_lowercase() == b.to_lowercase();
         let mut there: Vec<String> = Vec::new();

@@ -13,8 +13,7 @@ const MOST_IN_A_FAN: usize = 256;
 /// Cuts a file's polygons into triangles, two fewer than each has corners.
 ///
 /// Concave ones, and those with holes that bridges join to the outline, are cut by their ears. Convex ones, those without
-/// area and those with a coordinate that is no finite number become the fan around the first corner, or what
-/// [`convex`] makes of more than [`MOST_IN_A_FAN`] corners.
+/// area and those with a coordinate that is no finite number are cut by [`convex`].
 #[derive(Debug, Default)]
 pub(crate) struct Cutter {
     ears: Ears,
@@ -110,7 +109,7 @@ impl Cutter {
         Ok(true)
     }
 
-    /// What a person should know.
+    /// A warning where polygons were too large to be cut exactly.
     pub(crate) fn warning(&self) -> Option<String> {
         (self.hasty > 0)
             .then(|| format!("{} faces have so many corners that notches and holes in them may be filled", self.hasty))

@@ -174,7 +174,7 @@ fn read_text(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<Stri
 #[derive(Clone, Debug)]
 struct Tokens<'a> {
     lines: Lines<'a>,
-    /// What comes after the last word on its line.
+    /// The rest of the last word's line.
     line: &'a [u8],
     line_number: usize,
 }

@@ -68,7 +68,7 @@ fn no_number(word: &str) -> &'static str {
         None => (false, word.strip_prefix('+').unwrap_or(word)),
     };
     match word.strip_prefix("1.#") {
-        // `J` is what is left of `INF` where it was rounded to one digit.
+        // `J` is `INF` rounded to one digit.
         Some(kind) if kind.starts_with("INF") || kind.starts_with('J') => {
             if is_negative {
                 "-inf"

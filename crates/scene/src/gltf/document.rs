@@ -190,13 +190,10 @@ impl Document {
         read.map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// What a person should know of the names of files that were fetched.
+    /// Warnings about files that were read under another name.
     pub(super) fn warnings(&self) -> Vec<String> {
         let renamed = self.renamed.lock().unwrap_or_else(PoisonError::into_inner);
-        let warning = |[name, other]: &[String; 2]| {
-            format!("`{name}` is not there; `{other}` was read, whose name has other small and capital letters")
-        };
-        renamed.iter().map(warning).collect()
+        renamed.iter().map(|[name, other]| format!("`{name}` {}", folder::read_instead(other))).collect()
     }
 
     fn read_buffers(&mut self, binary: Option<&Range<usize>>) -> Result<(), Error> {
@@ -348,7 +345,7 @@ fn parse_leniently(
             left_out += all - channels.len();
         }
     }
-    // The first error says where; but it may be about what is mended.
+    // The first error says where; but it may be about a part that was mended.
     let root = serde_json::from_value(json).map_err(|second| malformed(if is_loose { &second } else { error }))?;
     if left_out > 0 {
         warnings.push(format!("{left_out} animation channels were left out, as they move something else than a node"));

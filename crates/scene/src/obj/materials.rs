@@ -77,7 +77,7 @@ fn library_paths(
             let found = exact.or_else(|| {
                 named.clone().find_map(|(name, end)| {
                     let (path, other) = find_in_other_case(folder, name, budget)?;
-                    warnings.push(format!("the material library `{name}` {}", found_as(&other)));
+                    warnings.push(format!("the material library `{name}` {}", folder::read_instead(&other)));
                     Some((path, end))
                 })
             });
@@ -118,15 +118,10 @@ pub(super) fn find(folder: &Folder, name: &str, budget: &Budget) -> Option<(Path
     [folder.file(&name), folder.file(last)].into_iter().flatten().find(|(path, _)| budget.may_read().has(path))
 }
 
-/// As [`find`], whatever small and capital letters the name has, with the file's own name.
+/// As [`find`], ignoring case; with the file's own name.
 pub(super) fn find_in_other_case(folder: &Folder, name: &str, budget: &Budget) -> Option<((PathBuf, Folder), String)> {
     let last = name.rsplit(['/', '\\']).next().filter(|last| !last.is_empty())?;
     [name, last].into_iter().find_map(|name| folder.in_other_case(name, budget.may_read()))
-}
-
-/// Words for a file of another name.
-pub(super) fn found_as(other: &str) -> String {
-    format!("is not there; `{other}` was read, whose name has other small and capital letters")
 }
 
 /// Why [`find`] found nothing.

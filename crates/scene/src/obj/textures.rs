@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::library::Map;
-use super::materials::{find, find_in_other_case, found_as, missing};
+use super::materials::{find, find_in_other_case, missing};
 use crate::folder::{self, Folder};
 use crate::memory::Budget;
 use crate::{ColorSpace, Filter, Texture, Wrap};
@@ -58,7 +58,7 @@ impl TextureLoader {
         let path = find(&self.folder, &map.file, &self.budget).or_else(|| {
             let found = find_in_other_case(&self.folder, &map.file, &self.budget);
             let why = match &found {
-                Some((_, other)) => found_as(other),
+                Some((_, other)) => folder::read_instead(other),
                 None => missing(&self.folder, &map.file).to_owned(),
             };
             self.warn(&format!("the texture `{}` {why}", map.file));

@@ -32,7 +32,7 @@ enum Care {
     Full,
     /// No other corner inside of the ear.
     Inside,
-    /// Convex corners, whatever is in the ear.
+    /// Convex corners, even with others in the ear.
     Convex,
     /// Any corner.
     None,
