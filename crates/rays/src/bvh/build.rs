@@ -78,17 +78,26 @@ impl Bvh {
     /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool. It is the same for any number of
     /// them.
     pub fn build(&mut self, triangles: Triangles<'_>) {
-        self.scale = scale_of(triangles.positions);
+        let [is_any_near, is_any_far] = nearness(triangles);
+        self.scale = if is_any_far && !is_any_near { SCALE } else { 1.0 };
+        if is_any_near && is_any_far {
+            self.build_of_triangles(triangles, Share::Near);
+            let far = self.far.get_or_insert_default();
+            (far.level, far.scale) = (self.level, SCALE);
+            far.build_of_triangles(triangles, Share::Far);
+            return;
+        }
+        self.far = None;
         if !self.build_of_patches(triangles) {
-            self.build_of_triangles(triangles);
+            self.build_of_triangles(triangles, Share::All);
         }
     }
 
-    fn build_of_triangles(&mut self, triangles: Triangles<'_>) {
+    fn build_of_triangles(&mut self, triangles: Triangles<'_>, share: Share) {
         self.omitted = triangles.omitted();
         let Self { nodes, leaves, scale, root, builder, omitted, .. } = self;
         let scale = *scale;
-        builder.collect(triangles, omitted.total() > 0, scale);
+        builder.collect(triangles, omitted.total() > 0, share, scale);
         let built = builder.build(Leaf::LANES);
         nodes.resize(built.nodes, Node::EMPTY);
         leaves.resize(built.leaves, Leaf::EMPTY);
@@ -169,16 +178,17 @@ impl Builder {
         Built { top, trees, subtrees, starts, nodes, leaves }
     }
 
-    /// The boxes of all triangles that can be hit, in order of id.
-    fn collect(&mut self, triangles: Triangles<'_>, some_are_omitted: bool, scale: f32) {
+    /// The boxes of the triangles of a share that can be hit, in order of id.
+    fn collect(&mut self, triangles: Triangles<'_>, some_are_omitted: bool, share: Share, scale: f32) {
         let item = |id: u32, corners: [Vec3; 3]| {
             let [a, b, c] = corners.map(|corner| (corner * scale).extend(0.0));
             Item::new(Extent { low: a.min(b).min(c), high: a.max(b).max(c) }, id)
         };
         let all = 0..triangles.len() as u32;
-        if some_are_omitted {
+        if some_are_omitted || share != Share::All {
+            let corners = |id: u32| triangles.usable_corners(id).ok().filter(|corners| share.holds(corners));
             self.items.clear();
-            self.items.extend(all.filter_map(|id| Some(item(id, triangles.usable_corners(id).ok()?))));
+            self.items.extend(all.filter_map(|id| Some(item(id, corners(id)?))));
         } else {
             all.into_par_iter()
                 .with_min_len(CHUNK)
@@ -394,14 +404,42 @@ impl Node {
     }
 }
 
-/// What a scene's coordinates are multiplied with so that boxes have areas and rays have reciprocals: one but for scenes whose
-/// coordinates are huge. What that loses of small ones is less than boxes are grown by.
-fn scale_of(positions: &[Vec3]) -> f32 {
-    const HUGE: f32 = (1_u64 << 40) as f32;
-    const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
-    let is_huge = positions.par_iter().with_min_len(1 << 14).any(|position| {
-        let reach = position.abs().max_element();
-        reach > HUGE && reach.is_finite()
-    });
-    if is_huge { SCALE } else { 1.0 }
+/// Which triangles a hierarchy is of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Share {
+    All,
+    /// Those without a coordinate above [`HUGE`].
+    Near,
+    /// The others.
+    Far,
+}
+
+/// Larger coordinates are scaled, so that boxes have areas and rays have reciprocals. Scaled ones of a common size hardly have:
+/// where there are both, as with one far vertex, each has a hierarchy of its own.
+const HUGE: f32 = (1_u64 << 40) as f32;
+
+/// What huge coordinates are multiplied with. What that loses of small ones is less than boxes are grown by.
+const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
+
+impl Share {
+    fn holds(self, corners: &[Vec3; 3]) -> bool {
+        let is_far = || corners.iter().any(|corner| corner.abs().max_element() > HUGE);
+        match self {
+            Self::All => true,
+            Self::Near => !is_far(),
+            Self::Far => is_far(),
+        }
+    }
+}
+
+/// Whether any triangles that can be hit are near, and whether any are far. Where no coordinate is huge, only these are looked at.
+fn nearness(triangles: Triangles<'_>) -> [bool; 2] {
+    let is_huge = |position: &Vec3| (HUGE..f32::INFINITY).contains(&position.abs().max_element());
+    if !triangles.positions.par_iter().with_min_len(1 << 14).any(is_huge) {
+        return [true, false];
+    }
+    [Share::Near, Share::Far].map(|share| {
+        let ids = (0..triangles.len() as u32).into_par_iter().with_min_len(1 << 14);
+        ids.any(|id| triangles.usable_corners(id).is_ok_and(|corners| share.holds(&corners)))
+    })
 }

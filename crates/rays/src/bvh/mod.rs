@@ -35,6 +35,8 @@ pub struct Bvh {
     leaves: Vec<Leaf>,
     /// What coordinates are multiplied with in all boxes and leaves: a power of two.
     scale: f32,
+    /// The hierarchy of triangles that reach too far for the scale of the others, where there are both.
+    far: Option<Box<Bvh>>,
     builder: Builder,
     patched: Patched,
     omitted: Omitted,
@@ -136,7 +138,8 @@ impl Structure for Bvh {
         let triangles = self.nodes.capacity() * size_of::<Node>()
             + self.leaves.capacity() * size_of::<Leaf>()
             + self.builder.bytes()
-            + self.patched.bytes();
+            + self.patched.bytes()
+            + self.far.as_ref().map_or(0, |far| far.bytes().triangles);
         Bytes { triangles, points: 0 }
     }
 

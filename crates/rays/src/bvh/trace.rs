@@ -17,7 +17,11 @@ impl SingleRays for Bvh {
         if !self.may_be_met(ray) {
             return None;
         }
-        dispatch!(self.level, simd => self.nearest_at(simd, triangles, ray, own, stops))
+        let hit = dispatch!(self.level, simd => self.nearest_at(simd, triangles, ray, own, stops));
+        match &self.far {
+            None => hit,
+            Some(far) => far.nearer_than(hit, triangles, ray, own, stops),
+        }
     }
 
     fn blocked(
@@ -31,7 +35,8 @@ impl SingleRays for Bvh {
             id != own && shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|barycentric| stops(id, barycentric))
         };
         self.may_be_met(&shadow_ray.ray)
-            && dispatch!(self.level, simd => self.blocked_at(simd, &shadow_ray.ray, blocks))
+            && (dispatch!(self.level, simd => self.blocked_at(simd, &shadow_ray.ray, blocks))
+                || self.far.as_ref().is_some_and(|far| far.blocked(triangles, shadow_ray, own, stops)))
     }
 }
 
@@ -40,7 +45,8 @@ impl SingleRays for Bvh {
 pub struct Inside<'a> {
     /// Whose instructions are used.
     pub level: SimdLevel,
-    /// What coordinates are multiplied with in all boxes and leaves.
+    /// What coordinates are multiplied with in all boxes and leaves. Where some triangles are more than 2⁴⁰ away and others are
+    /// not, those are missing here.
     pub scale: f32,
     /// The whole; of no meaning where there are no nodes.
     pub root: Child,
@@ -182,7 +188,24 @@ impl Bvh {
         (id, if self.scale == 1.0 { leaf.corners(lane % Leaf::LANES) } else { triangles.corners(id) })
     }
 
-    /// The ids of all triangles, leaf by leaf.
+    /// The nearest hit of a ray, given that of other triangles.
+    #[cold]
+    fn nearer_than(
+        &self,
+        other: Option<Hit>,
+        triangles: Triangles<'_>,
+        ray: &Ray,
+        own: u32,
+        stops: &dyn Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
+        // Of equal t the lowest id counts.
+        let t_max = other.map_or(ray.t_max, |other| other.t.next_up());
+        let hit = self.nearest_from(triangles, &Ray { t_max, ..*ray }, own, stops);
+        let key = |hit: &Hit| (hit.t, hit.triangle);
+        hit.filter(|hit| other.is_none_or(|other| key(hit) < key(&other))).or(other)
+    }
+
+    /// The ids of all triangles but far ones, leaf by leaf.
     #[doc(hidden)]
     pub fn ids(&self) -> impl Iterator<Item = u32> {
         self.nodes
@@ -384,5 +407,53 @@ impl Stack {
         }
         self.waiting -= 1;
         Some(self.entries[self.waiting % Self::ROOM])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::random::Random;
+
+    /// How many triangles may be hit by 300 rays as far as f32 can tell, and in how many leaves.
+    fn visits(positions: &[Vec3], indices: &[[u32; 3]]) -> [usize; 2] {
+        let mut bvh = Bvh::default();
+        bvh.build(Triangles { positions, indices });
+        let mut random = Random::new(10);
+        let mut counts = [0; 2];
+        for _ in 0..300 {
+            let target = DVec3::from_array([0; 3].map(|_| random.signed()));
+            let ray = Ray::new(DVec3::Z * 3.0, target - DVec3::Z * 3.0);
+            for bvh in [Some(&bvh), bvh.far.as_deref()].into_iter().flatten() {
+                let line = Line::new(&ray, bvh.scale).expect("a line");
+                dispatch!(SimdLevel::default(), simd => {
+                    let _ = bvh.visit(simd, &line, &mut line.far.clone(), |_, found, _| {
+                        counts[0] += found.possible.count_ones() as usize;
+                        counts[1] += 1;
+                        ControlFlow::Continue(())
+                    });
+                });
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn one_far_vertex_leaves_little_more_to_the_predicate() {
+        let mut random = Random::new(11);
+        let mut point = || Vec3::from_array([0; 3].map(|_| random.signed() as f32));
+        let positions: Vec<Vec3> =
+            (0..2000).map(|_| point()).flat_map(|at| [at, at + 0.02 * Vec3::X, at + 0.02 * Vec3::Y]).collect();
+        let indices: Vec<[u32; 3]> = (0..2000).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect();
+        let usual = visits(&positions, &indices);
+        for distance in [1e6, 1e12, 1e13, 1e25, 1e37] {
+            let mut damaged = positions.clone();
+            damaged[999] = Vec3::new(-1.0, 0.2, 0.1) * distance;
+            let counts = visits(&damaged, &indices);
+            let most = usual.map(|usual| usual + 300);
+            assert!(counts[0] <= most[0] && counts[1] <= most[1], "{distance}: {counts:?} instead of {usual:?}");
+        }
     }
 }

@@ -31,6 +31,23 @@ impl Bvh {
     /// holds its children or triangles, and every node and leaf but the root has one parent.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let mut seen = vec![0_u32; triangles.len()];
+        self.check_nodes(triangles, &mut seen)?;
+        if let Some(far) = &self.far {
+            far.check_nodes(triangles, &mut seen)?;
+        }
+        for (id, &count) in seen.iter().enumerate() {
+            let usable = triangles.usable_corners(id as u32);
+            let expected = u32::from(usable.is_ok());
+            // What has no area may be in a leaf as well.
+            if count != expected && (count, usable) != (1, Err(Unusable::ZeroArea)) {
+                return Err(format!("triangle {id} is in {count} leaves instead of {expected}"));
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`check`](Self::check), but counts in how many leaves triangles are.
+    fn check_nodes(&self, triangles: Triangles<'_>, seen: &mut [u32]) -> Result<(), String> {
         let mut parents = [vec![0_u32; self.nodes.len()], vec![0_u32; self.leaves.len()]];
         for (index, node) in self.nodes.iter().enumerate() {
             for (child, low, high) in node.children() {
@@ -68,14 +85,6 @@ impl Bvh {
             let has_one = |(index, &count): (usize, &u32)| count == u32::from(!is_root(index));
             if let Some(index) = parents.iter().enumerate().position(|parent| !has_one(parent)) {
                 return Err(format!("{what} {index} has {} parents", parents[index]));
-            }
-        }
-        for (id, &count) in seen.iter().enumerate() {
-            let usable = triangles.usable_corners(id as u32);
-            let expected = u32::from(usable.is_ok());
-            // What has no area may be in a leaf as well.
-            if count != expected && (count, usable) != (1, Err(Unusable::ZeroArea)) {
-                return Err(format!("triangle {id} is in {count} leaves instead of {expected}"));
             }
         }
         Ok(())

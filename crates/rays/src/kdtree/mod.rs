@@ -22,6 +22,7 @@ mod node;
 mod options;
 mod packet;
 mod statistics;
+mod stretch;
 mod traverse;
 mod validate;
 
@@ -43,6 +44,7 @@ pub use packet::{
     Ask, Filter, HALF_ULP, KdMailbox, KdPacketOptions, KdPacketWidth, LANES, MOST_RAYS, Rays, Scale, Wide, load,
 };
 pub use statistics::KdTreeCounts;
+pub(crate) use stretch::Whole;
 
 /// The triangles of a frame, listed in the cells of a kd-tree.
 ///
@@ -60,6 +62,9 @@ pub struct KdTree {
     ids: Vec<u32>,
     /// Around all usable triangles.
     extent: Extent,
+    /// Whether most triangles are tiny beside that: rays go alone instead of in packets, whose f32 coordinates would tell
+    /// hardly any triangles apart.
+    is_stretched: bool,
     triangle_count: usize,
     omitted: Omitted,
     branch: Branch,

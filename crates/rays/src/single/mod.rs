@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use crate::predicate::{ShadowRay, hit};
 use crate::{Hit, Ray, SeenPixels, Triangles};
-use filter::Filter;
+pub(crate) use filter::Filter;
 
 /// A structure that answers rays that come one at a time, from anywhere to anywhere.
 ///

@@ -12,7 +12,7 @@ use super::sah::{Cell, Heuristic};
 use super::{Job, Pool};
 use crate::kdtree::extent::Reference;
 use crate::kdtree::layout::Branch;
-use crate::kdtree::{KdTree, KdTreeOptions};
+use crate::kdtree::{KdTree, KdTreeOptions, Whole};
 use crate::{Structure, Triangles};
 
 /// Nodes of fewer references are built at once: the rest of a subtree would take more memory than their nodes.
@@ -109,7 +109,8 @@ impl KdTree {
         let Subtree { cell, built, .. } = &self.deferred.subtrees[index];
         built.get_or_init(|| {
             let references = self.deferred.references_at(index);
-            Box::new(build_subtree(triangles, &self.deferred, &self.pool, references, *cell, self.extent.reach()))
+            let whole = Whole { reach: self.extent.reach(), is_stretched: self.is_stretched };
+            Box::new(build_subtree(triangles, &self.deferred, &self.pool, references, *cell, whole))
         })
     }
 }
@@ -121,13 +122,13 @@ fn build_subtree(
     pool: &Pool,
     references: &[Reference],
     cell: Cell,
-    reach: f32,
+    whole: Whole,
 ) -> KdTree {
     let Deferred { options, usable, .. } = deferred;
     let heuristic = Heuristic::new(options.costs, *usable);
     let job = Job { triangles, clipping: options.clipping, heuristic, lazy_below: 0, pool };
     let mut branch = Branch::default();
-    job.grow_references(references, reach, options.builder, cell, &mut branch);
+    job.grow_references(references, whole, options.builder, cell, &mut branch);
     let mut tree =
         KdTree { options: *options, extent: cell.extent, triangle_count: triangles.len(), branch, ..KdTree::default() };
     tree.lay_out();

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use super::extent::{Extent, Plane, Reference, Sides};
 use super::layout::Branch;
-use super::{Clipping, KdBuilder, KdTree, KdTreeOptions};
+use super::{Clipping, KdBuilder, KdTree, KdTreeOptions, Whole};
 use crate::Triangles;
 use binned::Arena;
 pub(super) use deferred::Deferred;
@@ -122,6 +122,7 @@ impl KdTree {
         let KdTreeOptions { clipping, lazy_below, .. } = self.options;
         let job = Job { triangles, clipping, heuristic, lazy_below: lazy_below as usize, pool: &self.pool };
         self.extent = build(&job, count, &mut self.branch);
+        self.is_stretched = Whole::new(&self.extent, triangles).is_stretched;
         self.lay_out();
     }
 
@@ -167,7 +168,7 @@ impl Job<'_> {
             return extent;
         }
         let root = Heuristic::root(extent, count);
-        match builder {
+        match Whole::new(&extent, self.triangles).builder(builder) {
             KdBuilder::Streaming => self.stream(space, root, out),
             KdBuilder::Nested => self.nest(std::mem::take(space), root, out),
             KdBuilder::InPlace => self.build_in_place(space, root, out),
@@ -230,21 +231,21 @@ impl Job<'_> {
         self.heuristic.split(cell, count, Some(best)).map(|(_, cells)| cells)
     }
 
-    /// Adds the subtree of references in order of id. `reach` is the largest magnitude of a coordinate of the whole tree.
+    /// Adds the subtree of references in order of id.
     pub(crate) fn grow_references(
         &self,
         references: &[Reference],
-        reach: f32,
+        whole: Whole,
         builder: KdBuilder,
         cell: Cell,
         out: &mut Branch,
     ) {
         if builder == KdBuilder::Binned {
-            return self.bin_references(references, reach, cell, out);
+            return self.bin_references(references, whole, cell, out);
         }
         let mut space = self.pool.spaces.take();
         space.references.extend_from_slice(references);
-        self.grow(&mut space, Frame::default(), builder, false, cell, out);
+        self.grow(&mut space, Frame::default(), whole.builder(builder), false, cell, out);
         self.pool.spaces.keep(space);
     }
 }

@@ -7,7 +7,7 @@
 //! the child says, holds the ray's point at t: at a plane s that is where the ray is before s + `away` + drift, and after
 //! s − `away` − drift. A node's drift is no less than those below, so that intervals of t lie in each other.
 //!
-//! The three roundings of such a t are what a doubt of 2⁻⁴⁸ of the largest t in the box pays for, as in `traverse`; those of s ±
+//! The three roundings of such a t are what a doubt of 2⁻⁴⁸ |t| pays for, as in `traverse`; those of s ±
 //! `away` ± drift are up to the caller. A plane along the ray is at t = ±∞ from the side where the ray is, or not a number, which
 //! leads to both.
 
@@ -35,7 +35,8 @@ pub(super) struct Line {
     /// The interval of t in which the ray may hit.
     enter: f64,
     leave: f64,
-    doubt: f64,
+    /// More than what t may be wrong by anywhere.
+    most_doubt: f64,
     /// How far, by axis, the ray may be from where the triangle was, but for drift.
     away: [f64; 3],
 }
@@ -58,12 +59,12 @@ impl Line {
             is_along: direction.map(|along| along == 0.0),
             enter: ray.t_min,
             leave: ray.t_max,
-            doubt: 0.0,
+            most_doubt: 0.0,
             away: [0.0; 3],
         };
         let can_be_trusted = line.clip(extent, 0.0);
-        line.doubt = line.most() * Self::DOUBT + Self::SMALLEST;
-        (line.enter, line.leave) = (line.enter - line.doubt, line.leave + line.doubt);
+        line.most_doubt = line.most() * Self::DOUBT + Self::SMALLEST;
+        (line.enter, line.leave) = (line.enter - line.most_doubt, line.leave + line.most_doubt);
         if !(can_be_trusted && line.enter.is_finite() && line.leave.is_finite()) {
             return Start::Everything;
         }
@@ -98,7 +99,9 @@ impl Line {
         let (at, away) = (f64::from(at), self.away[axis]);
         let sign = if self.is_backward[axis] { -1.0 } else { 1.0 };
         let t = |by: f64| (at + sign * by - self.origin[axis]) * self.inverse[axis];
-        [t(-(away + beyond)) - self.doubt, t(away + before) + self.doubt]
+        let doubt = |t: f64| (t.abs() * Self::DOUBT + Self::SMALLEST).min(self.most_doubt);
+        let (first, last) = (t(-(away + beyond)), t(away + before));
+        [first - doubt(first), last + doubt(last)]
     }
 
     /// Leaves the part of the ray that may be inside a box; false where numbers can't be trusted.

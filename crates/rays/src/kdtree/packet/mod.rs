@@ -16,6 +16,8 @@ mod step;
 mod tester;
 mod trail;
 
+use std::ops::ControlFlow;
+
 use crate::dispatch;
 use fearless_simd::{Simd, f32x4, f32x8, f32x16};
 
@@ -23,7 +25,8 @@ use super::KdTree;
 use crate::predicate::{self, ShadowRay};
 use crate::shot::Steps;
 use crate::simd::lanes::bits_of;
-use crate::{Hit, Ray, Triangles};
+use crate::single::Filter as LineFilter;
+use crate::{Hit, Ray, Triangles, Visit as _};
 pub use filter::{Filter, Wide, load};
 pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
 pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
@@ -129,7 +132,26 @@ impl KdTree {
     /// Calls `ask` with pairs of a ray's index, of `count` rays, and a triangle that it may hit. `ask` says from which t on
     /// nothing matters to the ray. Both are references, so that this is compiled once.
     fn visit_packets(&self, triangles: Triangles<'_>, ray: &dyn Fn(usize) -> Ray, count: usize, ask: &mut Ask<'_>) {
+        if self.is_stretched {
+            return (0..count).for_each(|index| self.visit_alone(triangles, &ray(index), index as u32, ask));
+        }
         self.prepare(ray, count, ask, &mut |rays, ask| self.visit_from(triangles, rays, 0, ask));
+    }
+
+    /// Calls `ask` with what one ray may hit.
+    fn visit_alone(&self, triangles: Triangles<'_>, ray: &Ray, index: u32, ask: &mut Ask<'_>) {
+        if !ray.is_sound() {
+            return;
+        }
+        let filter = LineFilter::new(ray.origin, ray.direction, self.extent.reach());
+        let _ = self.visit(triangles, ray, |id, t_max| {
+            if !filter.misses(triangles.corners(id)) {
+                let mut end = [f64::INFINITY];
+                ask(&[(index, id)], &mut end);
+                *t_max = t_max.min(end[0]);
+            }
+            if *t_max == f64::NEG_INFINITY { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
     }
 
     /// Prepares `count` rays, up to [`MOST_RAYS`] at a time, and hands them to `visit`. Those whose numbers can't be trusted are
@@ -213,5 +235,40 @@ impl Packets<'_, '_, '_> {
                 Some(trail) => trail::visit::<S, V>(simd, rays, first, *root, stack, tester, trail),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::random::Random;
+
+    /// Of 300 rays, how many pairs the predicate is asked about: for small triangles around the origin, and with one that covers
+    /// all of them.
+    #[test]
+    fn a_triangle_that_covers_all_leaves_little_to_the_predicate() {
+        let mut random = Random::new(9);
+        let mut point = || Vec3::from_array([0; 3].map(|_| random.signed() as f32));
+        let mut positions: Vec<Vec3> =
+            (0..2000).map(|_| point()).flat_map(|at| [at, at + 0.02 * Vec3::X, at + 0.02 * Vec3::Y]).collect();
+        let rays: Vec<Ray> = (0..300).map(|_| Ray::new(DVec3::Z * 3.0, point().as_dvec3() - DVec3::Z * 3.0)).collect();
+        let all: Vec<[u32; 3]> = (0..2001).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect();
+        positions.extend([Vec3::NEG_X, Vec3::X, Vec3::Y].map(|corner| (corner - 0.2 * Vec3::Y) * 1e20 - Vec3::Z * 2.0));
+        let pairs = |indices: &[[u32; 3]]| {
+            let triangles = Triangles { positions: &positions, indices };
+            let mut tree = KdTree::default();
+            tree.build(triangles);
+            let mut count = 0;
+            tree.visit_packets(triangles, &|index| rays[index], rays.len(), &mut |pairs, ends| {
+                count += pairs.len();
+                ends.fill(f64::INFINITY);
+            });
+            (tree.is_stretched, count)
+        };
+        let (usual, covered) = (pairs(&all[..2000]), pairs(&all));
+        assert!(!usual.0 && covered.0, "{usual:?} {covered:?}");
+        assert!(covered.1 <= 2 * usual.1 + 30 * rays.len(), "{usual:?} {covered:?}");
     }
 }

@@ -1,12 +1,13 @@
 //! Leading single rays to leaves: `stack` with a stack for all that waits, `trail` without one or with a short one.
 //!
 //! **How a cell is left out.** Along an axis the ray reaches a plane at t = (s − o) / d. The plane s and the origin o are exact,
-//! so only three roundings, each of them relative, are between the computed t and that of real numbers. With M the largest magnitude of t inside the tree's bounds, a computed t of no more than 2M is wrong by less than
-//! 7 · 2⁻⁵³ M, and larger ones are certainly outside. A child gets the interval of t in which the ray may be in its cell, grown
-//! by `doubt` = 2⁻⁴⁸ M at the plane, and is left out only where that is empty. So every hit's t in real numbers is inside
-//! the interval of each cell whose box, with its faces, holds it, and by more than 2⁻⁴⁹ M so. A hit's computed t is within two
-//! units in its last place of the real one: so a cell whose interval starts behind the nearest computed t so far holds no
-//! hit with a computed t as low, and none that ties with it.
+//! so only three roundings, each of them relative, are between the computed t and that of real numbers: it is wrong by less than
+//! 4 · 2⁻⁵³ |t|. With M the largest magnitude of t inside the tree's bounds, a t above 2M is certainly outside. A child gets the
+//! interval of t in which the ray may be in its cell, grown by `doubt` = 2⁻⁴⁸ |t| at the plane, and no more than 2⁻⁴⁸ M, and is left
+//! out only where that is empty. So every hit's t in real numbers is inside the interval of each cell whose box, with its faces,
+//! holds it, and by more than 2⁻⁴⁹ |t| of its end at a plane so. A hit's computed t is within two units in its last place of the
+//! real one: so a cell whose interval starts behind the nearest computed t so far holds no hit with a computed t as low, and none
+//! that ties with it. A doubt of M everywhere would do, but a vertex far away makes M so large that nothing near is left out.
 //!
 //! A ray that runs along a plane never reaches it: t is infinite, with the sign that leads to the ray's side of the plane. Inside
 //! the plane it is 0 · ∞, which is no number; no comparison with it holds, and so the ray goes to both sides.
@@ -83,8 +84,8 @@ struct Line {
     /// The interval of t in which the ray may be inside the tree's bounds.
     enter: f64,
     leave: f64,
-    /// More than what t may be wrong by.
-    doubt: f64,
+    /// More than what t may be wrong by anywhere.
+    most_doubt: f64,
     /// Whether planes may hold the whole ray.
     is_along_plane: bool,
 }
@@ -133,14 +134,21 @@ impl Line {
         }
         let is_backward = direction.map(f64::is_sign_negative);
         let is_along_plane = direction.contains(&0.0);
-        Start::Line(Self { origin, inverse, is_backward, enter, leave, doubt, is_along_plane })
+        Start::Line(Self { origin, inverse, is_backward, enter, leave, most_doubt: doubt, is_along_plane })
+    }
+
+    /// More than what this t at a plane may be wrong by.
+    #[inline(always)]
+    fn doubt(&self, t: f64) -> f64 {
+        (t.abs() * Self::DOUBT + Self::SMALLEST).min(self.most_doubt)
     }
 
     /// Which children of a node a ray meets, given that it is in the node's cell from `enter` to `leave`.
     #[inline(always)]
     fn way(&self, plane: Plane, enter: f64, leave: f64) -> Way {
         let t = (f64::from(plane.at) - self.origin[plane.axis]) * self.inverse[plane.axis];
-        let (early, late) = (t - self.doubt, t + self.doubt);
+        let doubt = self.doubt(t);
+        let (early, late) = (t - doubt, t + doubt);
         if early > leave {
             Way::Near
         } else if late < enter {
@@ -153,11 +161,12 @@ impl Line {
 
     /// Whether the nearest hit ends the ray, once it is done with a cell that it leaves at `leave`.
     ///
-    /// What waits begins where a nearer cell that holds this one ends, or up to twice the doubt before. Only where the ray
+    /// What waits begins where a nearer cell that holds this one ends, or up to twice the doubt there before. Only where the ray
     /// may run inside planes, neither child is the nearer one.
     #[inline(always)]
     fn is_over(&self, leave: f64, t_max: f64) -> bool {
-        leave - 2.0 * self.doubt > t_max && !self.is_along_plane
+        // What three of them have beyond two is more than the doubts at both ends differ by.
+        leave - 3.0 * self.doubt(leave) > t_max && !self.is_along_plane
     }
 
     /// The nearer of two children, and the other one.

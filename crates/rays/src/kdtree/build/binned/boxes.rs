@@ -92,9 +92,9 @@ impl Around {
         around
     }
 
-    /// The largest magnitude of a coordinate.
-    pub(super) fn reach(&self) -> f32 {
-        self.0.iter().fold(0.0, |most, face| most.max(face.abs()))
+    /// Replaces where it begins and ends along an axis.
+    pub(super) fn set(&mut self, axis: usize, [low, high]: [f32; 2]) {
+        (self.0[axis], self.0[4 + axis]) = (low, -high);
     }
 
     fn both(self, other: Self) -> Self {

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::boxes::{Around, Boxed};
 use super::planes::{Counts, Node, best_of, count_part};
-use super::{Arena, Binning};
-use crate::kdtree::build::sah::Cell;
+use super::{Arena, Binning, crowd};
+use crate::kdtree::build::sah::{Candidate, Cell};
 use crate::kdtree::layout::Branch;
 use crate::vectorized;
 
@@ -36,13 +36,15 @@ impl<S: Simd> Binning<'_, S> {
             return;
         }
         let around = Around::chunks(*simd, &chunks);
-        let counts = chunks.par_iter().map(|chunk| vectorized!(*simd => count_part(*simd, &chunk.boxes, &around)));
-        let counts = counts.reduce(Counts::default, |mut a, b| {
-            let of_b = b.iter().flatten().flatten();
-            a.iter_mut().flatten().flatten().zip(of_b).for_each(|(a, b)| *a += b);
-            a
-        });
-        let best = best_of(*simd, &Node::new(costs, &cell.extent, count), &around, &counts);
+        let counts = self.count_chunks(&chunks, &around);
+        let node = Node::new(costs, &cell.extent, count);
+        let mut best = best_of(*simd, &node, &around, &counts);
+        if self.is_stretched
+            && let Some(most) = crowd::among_most(&around, &counts, chunks.iter().flat_map(|chunk| &chunk.boxes))
+        {
+            let other = best_of(*simd, &node, &most, &self.count_chunks(&chunks, &most));
+            best = Candidate::better(best, other);
+        }
         let Some((best, cells)) = job.heuristic.split(&cell, count, best) else {
             out.push_leaf(chunks.iter().flat_map(|chunk| &chunk.boxes).map(Boxed::id));
             chunks.into_iter().for_each(|chunk| job.pool.chunks.keep(chunk));
@@ -66,5 +68,16 @@ impl<S: Simd> Binning<'_, S> {
             |out| self.cluster(left, left_cell, out),
             |out| self.cluster(chunks, right_cell, out),
         );
+    }
+
+    /// Counts the boxes of all chunks at planes within a box.
+    fn count_chunks(&self, chunks: &[Arena], around: &Around) -> Counts {
+        let simd = self.simd;
+        let counts = chunks.par_iter().map(|chunk| vectorized!(simd => count_part(simd, &chunk.boxes, around)));
+        counts.reduce(Counts::default, |mut a, b| {
+            let of_b = b.iter().flatten().flatten();
+            a.iter_mut().flatten().flatten().zip(of_b).for_each(|(a, b)| *a += b);
+            a
+        })
     }
 }

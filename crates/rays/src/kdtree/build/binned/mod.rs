@@ -4,6 +4,7 @@
 mod boxes;
 mod clip;
 mod cluster;
+mod crowd;
 mod planes;
 
 use std::ops::Range;
@@ -17,10 +18,10 @@ use super::{Job, Reused};
 use crate::SimdLevel;
 use crate::kdtree::extent::{Extent, Reference};
 use crate::kdtree::layout::Branch;
-use crate::kdtree::{Clipping, SahCosts};
+use crate::kdtree::{Clipping, SahCosts, Whole};
 use crate::vectorized;
 use boxes::{Around, Boxed, clip_cut, part};
-use planes::{Counted, Node};
+use planes::{Best, Counted, Node};
 
 /// Triangles that a thread takes at once at the root.
 const CHUNK: usize = 1 << 13;
@@ -56,29 +57,32 @@ impl Job<'_> {
             return Extent::EMPTY;
         }
         let around = Around::chunks(simd, &chunks);
-        self.binning(simd, around.reach()).cluster(chunks, Heuristic::root(around.extent(), count), out);
-        around.extent()
+        let extent = around.extent();
+        let binning = self.binning(simd, Whole::new(&extent, self.triangles));
+        binning.cluster(chunks, Heuristic::root(extent, count), out);
+        extent
     }
 }
 
 impl Job<'_> {
-    /// Adds the subtree of a few references, of triangles with no coordinate above `reach`.
-    pub(super) fn bin_references(&self, references: &[Reference], reach: f32, cell: Cell, out: &mut Branch) {
+    /// Adds the subtree of a few references.
+    pub(super) fn bin_references(&self, references: &[Reference], whole: Whole, cell: Cell, out: &mut Branch) {
         let mut arena = self.pool.arenas.take();
         arena.boxes.extend(references.iter().map(Boxed::from));
         dispatch!(SimdLevel::default(), simd => {
-            self.binning(simd, reach).grow(&mut arena, 0..references.len(), cell, out);
+            self.binning(simd, whole).grow(&mut arena, 0..references.len(), cell, out);
         });
         self.pool.arenas.keep(arena);
     }
 
-    fn binning<S: Simd>(&self, simd: S, reach: f32) -> Binning<'_, S> {
+    fn binning<S: Simd>(&self, simd: S, whole: Whole) -> Binning<'_, S> {
         let costs = self.heuristic.costs;
         Binning {
             job: self,
             simd,
             costs: SahCosts { step: costs.step * STEP, ..costs },
-            is_clipped: self.clipping == Clipping::Triangles && reach <= clip::LARGEST,
+            is_clipped: self.clipping == Clipping::Triangles && whole.reach <= clip::LARGEST,
+            is_stretched: whole.is_stretched,
         }
     }
 }
@@ -90,6 +94,8 @@ struct Binning<'a, S> {
     costs: SahCosts,
     /// Whether boxes are shrunk around what planes leave of triangles.
     is_clipped: bool,
+    /// Whether planes may have to be [among most boxes](crowd).
+    is_stretched: bool,
 }
 
 impl<S: Simd> Binning<'_, S> {
@@ -116,7 +122,15 @@ impl<S: Simd> Binning<'_, S> {
         let Self { job, simd, costs, .. } = self;
         let count = range.len();
         let node = Node::new(costs, &cell.extent, count);
-        let best = vectorized!(*simd => planes::least(*simd, &node, counted));
+        let mut best = vectorized!(*simd => planes::least(*simd, &node, counted));
+        let (mut counted, among) = (counted, self.count_among_most(&arena.boxes[range.clone()], counted));
+        if let Some(among) = &among {
+            let other = planes::least(*simd, &node, among);
+            let cost = |best: &Option<Best>| best.as_ref().map_or(f64::INFINITY, |best| best.candidate.cost);
+            if cost(&other) < cost(&best) {
+                (best, counted) = (other, among);
+            }
+        }
         let is_empty = best.as_ref().map_or([false; 2], |best| best.is_empty);
         let Some((best, cells)) = job.heuristic.split(&cell, count, best.map(|best| best.candidate)) else {
             out.push_leaf(arena.boxes[range].iter().map(Boxed::id));
@@ -150,6 +164,16 @@ impl<S: Simd> Binning<'_, S> {
         self.grow(arena, range.end..range.end + counts[0], left_cell, out);
         out.turn_right(index);
         self.grow(arena, range.start..range.start + counts[1], right_cell, out);
+    }
+
+    /// Counts boxes at planes among most of them, if a few others stretch the node.
+    fn count_among_most(&self, boxes: &[Boxed], counted: &Counted<S>) -> Option<Counted<S>> {
+        if !self.is_stretched || boxes.len() <= planes::EXACT_FROM {
+            return None;
+        }
+        let around = Around::all(self.simd, boxes);
+        let most = crowd::among_most(&around, &counted.counts(), boxes.iter())?;
+        Some(planes::count_within(self.simd, boxes, &most))
     }
 
     /// As [`part`], with boxes shrunk.

@@ -60,8 +60,34 @@ pub(super) struct Counted<S: Simd> {
 /// Counts all boxes of a node, fewer than 2²⁴.
 #[inline(always)]
 pub(super) fn count_all<S: Simd>(simd: S, boxes: &[Boxed]) -> Counted<S> {
-    let planes = if boxes.len() <= EXACT_FROM { faces(simd, boxes) } else { spread(simd, &Around::all(simd, boxes)) };
+    if boxes.len() <= EXACT_FROM {
+        let planes = faces(simd, boxes);
+        return Counted { planes, counts: count(simd, boxes, &planes) };
+    }
+    count_within(simd, boxes, &Around::all(simd, boxes))
+}
+
+/// The same at planes within a box.
+#[inline(always)]
+pub(super) fn count_within<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> Counted<S> {
+    let planes = spread(simd, around);
     Counted { planes, counts: count(simd, boxes, &planes) }
+}
+
+impl<S: Simd> Counted<S> {
+    /// The counts as whole numbers.
+    #[inline(always)]
+    pub(super) fn counts(&self) -> Counts {
+        let mut counts = Counts::default();
+        for axis in 0..3 {
+            for side in 0..2 {
+                for index in 0..PLANES {
+                    counts[axis][side][index] = self.counts[axis][side][index] as u32;
+                }
+            }
+        }
+        counts
+    }
 }
 
 #[inline(always)]
@@ -83,16 +109,7 @@ fn count<S: Simd>(simd: S, boxes: &[Boxed], planes: &[f32x16<S>; 3]) -> [[f32x16
 /// As `count`, for parts of a node.
 #[inline(always)]
 pub(super) fn count_part<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> Counts {
-    let counted = count(simd, boxes, &spread(simd, around));
-    let mut counts = Counts::default();
-    for axis in 0..3 {
-        for side in 0..2 {
-            for index in 0..PLANES {
-                counts[axis][side][index] = counted[axis][side][index] as u32;
-            }
-        }
-    }
-    counts
+    count_within(simd, boxes, around).counts()
 }
 
 /// The plane of least cost among all that `counts` were made for.

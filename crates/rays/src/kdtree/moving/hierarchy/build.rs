@@ -14,7 +14,7 @@ use crate::parallel::both;
 use rayon::prelude::*;
 
 use super::groups::SceneHierarchy;
-use crate::kdtree::{Branch, Candidate, Cell, Extent, Job, Plane, Reference, Sides};
+use crate::kdtree::{Branch, Candidate, Cell, Extent, Job, Plane, Reference, Sides, Whole};
 use crate::{Clipping, KdBuilder, KdTree, Triangles};
 
 /// Nodes of fewer triangles are built as the options say.
@@ -51,8 +51,7 @@ struct Hierarchical<'a> {
     builder: KdBuilder,
     /// What a test of a triangle costs.
     test_cost: f64,
-    /// The largest magnitude of a coordinate.
-    reach: f32,
+    whole: Whole,
 }
 
 /// As [`KdTree::build`], with `hierarchy` to say which triangles lie together: the upper nodes are found in a time
@@ -68,8 +67,8 @@ pub(super) fn build_from(tree: &mut KdTree, triangles: Triangles<'_>, hierarchy:
             return extent;
         }
         let root = Unit { reference: Reference { extent, id: 0 }, count: count as u32 };
-        let (builder, test_cost, reach) = (options.builder, options.costs.test, extent.reach());
-        let all = Hierarchical { job, hierarchy, groups, builder, test_cost, reach };
+        let (builder, test_cost, whole) = (options.builder, options.costs.test, Whole::new(&extent, triangles));
+        let all = Hierarchical { job, hierarchy, groups, builder, test_cost, whole };
         all.grow(vec![root], job.root_cell(extent, count), out);
         extent
     });
@@ -227,6 +226,6 @@ impl Hierarchical<'_> {
         }
         let mut references: Vec<_> = units.iter().map(|unit| unit.reference).collect();
         references.sort_unstable_by_key(|reference| reference.id);
-        self.job.grow_references(&references, self.reach, self.builder, cell, out);
+        self.job.grow_references(&references, self.whole, self.builder, cell, out);
     }
 }
