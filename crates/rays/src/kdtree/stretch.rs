@@ -30,7 +30,7 @@ impl Whole {
             sides[0].max(sides[1]).max(sides[2])
         };
         // An odd step, since triangles often come in pairs.
-        let step = triangles.len() / SAMPLES | 1;
+        let step = (triangles.len() / SAMPLES) | 1;
         let tiny = size(extent) * TINY;
         let (mut all, mut tiny_ones) = (0, 0);
         let ids = (0..triangles.len() as u32).step_by(step);

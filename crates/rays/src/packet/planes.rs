@@ -264,7 +264,9 @@ impl<S: Simd> Half<S> {
         };
         let numerator_error = normal_error * extent + constant_error + of_predicate;
         half.nearness_error = numerator_error * inverse.abs() * 1.2
-            + largest * (divisor_error * inverse.abs() * 1.2 + splat(simd, 8.0 * HALF_ULP + space.ray_error));
+            + largest * (divisor_error * inverse.abs() * 1.2 + splat(simd, 8.0 * HALF_ULP + space.ray_error))
+            // What underflows in f32.
+            + splat(simd, f64::from(f32::MIN_POSITIVE));
         half.nearest = (c + a + b) + half.nearness_error * 1.01 + largest * HALF_ULP;
         half
     }

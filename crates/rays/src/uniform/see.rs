@@ -38,13 +38,16 @@ impl UniformGrid {
         work(&mut worker)
     }
 
-    /// The power of two that brings the edge of a cell to between a half and one.
+    /// The power of two that brings the edge of a cell to between a half and one; of cells as huge or tiny as 2^±64, 2^∓64.
+    ///
+    /// f32 then holds distances of the size of one in a scene that reaches to 10³⁸, and their inverses, which it wouldn't in
+    /// cells.
     #[doc(hidden)]
     #[must_use]
     pub fn unit(&self) -> f64 {
         let side = self.lattice.map_or(1.0, |lattice| lattice.side);
         // Sides of cells are normal numbers far from the ends of f64's range.
-        let exponent = (side.to_bits() >> 52) as i64 - 1022;
+        let exponent = ((side.to_bits() >> 52) as i64 - 1022).clamp(-64, 64);
         f64::from_bits(((1023 - exponent) as u64) << 52)
     }
 }

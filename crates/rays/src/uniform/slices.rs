@@ -279,20 +279,15 @@ impl<'a> Walk<'a> {
         Self { cells, triangles, frustum, beam, counts, within, first: beam.first(counts[2]), side }
     }
 
-    /// The slice, in order of travel, that w is in.
-    fn slice_at(&self, w: f64) -> Option<u32> {
-        let slice = w - self.first;
-        let count = f64::from(self.counts[2]);
-        (slice <= count + self.beam.slack && slice >= -self.beam.slack).then(|| (slice as u32).min(self.counts[2] - 1))
-    }
-
-    /// The first and the last slice, in order of travel.
+    /// The first and the last slice, in order of travel. From very far away all have the same w in f64, but the slack tells.
     fn slices(&self) -> Option<[u32; 2]> {
-        let [enter, leave] = self.within;
         let slack = self.beam.slack;
-        let first = self.slice_at((enter - slack).max(self.first))?;
-        let last = self.slice_at((leave + slack).min(self.first + f64::from(self.counts[2])))?;
-        (first <= last).then_some([first, last])
+        let [enter, leave] = self.within.map(|w| w - self.first);
+        let is_beside = enter - slack > f64::from(self.counts[2]) + slack || leave + slack < -slack;
+        // Conversions to integers cut fractions off, and negative numbers at zero.
+        let slice = |at: f64| (at as u32).min(self.counts[2] - 1);
+        let [first, last] = [slice(enter - slack), slice(leave + slack)];
+        (!is_beside && first <= last).then_some([first, last])
     }
 
     /// The cell on the major axis that is a slice in order of travel, and how many slices of its macrocell are left.

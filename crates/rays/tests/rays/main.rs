@@ -8,5 +8,6 @@ mod kd_packets;
 mod kd_tree;
 mod kd_tree_lazy;
 mod kd_two_level;
+mod scales;
 mod support;
 mod uniform_grid;

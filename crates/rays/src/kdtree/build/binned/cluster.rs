@@ -40,7 +40,7 @@ impl<S: Simd> Binning<'_, S> {
         let node = Node::new(costs, &cell.extent, count);
         let mut best = best_of(*simd, &node, &around, &counts);
         if self.is_stretched
-            && let Some(most) = crowd::among_most(&around, &counts, chunks.iter().flat_map(|chunk| &chunk.boxes))
+            && let Some(most) = crowd::among_most(&around, &counts, &chunks.iter().flat_map(|chunk| &chunk.boxes))
         {
             let other = best_of(*simd, &node, &most, &self.count_chunks(&chunks, &most));
             best = Candidate::better(best, other);

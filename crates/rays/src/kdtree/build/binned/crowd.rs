@@ -15,7 +15,7 @@ const NEARNESS: f32 = 16.0;
 pub(super) fn among_most<'a>(
     around: &Around,
     counts: &Counts,
-    boxes: impl Iterator<Item = &'a Boxed> + Clone,
+    boxes: &(impl Iterator<Item = &'a Boxed> + Clone),
 ) -> Option<Around> {
     let count = boxes.clone().count();
     let is_crowded = |axis: usize| {

@@ -172,7 +172,7 @@ impl<S: Simd> Binning<'_, S> {
             return None;
         }
         let around = Around::all(self.simd, boxes);
-        let most = crowd::among_most(&around, &counted.counts(), boxes.iter())?;
+        let most = crowd::among_most(&around, &counted.counts(), &boxes.iter())?;
         Some(planes::count_within(self.simd, boxes, &most))
     }
 

@@ -79,11 +79,9 @@ impl<S: Simd> Counted<S> {
     #[inline(always)]
     pub(super) fn counts(&self) -> Counts {
         let mut counts = Counts::default();
-        for axis in 0..3 {
-            for side in 0..2 {
-                for index in 0..PLANES {
-                    counts[axis][side][index] = self.counts[axis][side][index] as u32;
-                }
+        for (to, from) in counts.as_flattened_mut().iter_mut().zip(self.counts.as_flattened()) {
+            for (index, count) in to.iter_mut().enumerate() {
+                *count = from[index] as u32;
             }
         }
         counts
