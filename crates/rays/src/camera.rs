@@ -50,43 +50,81 @@ impl Camera {
     }
 
     /// The nearest camera that looks along `forward` and sees all of the finite ones of `points` in an image of `aspect`
-    /// (width over height), with a small margin.
+    /// (width over height): they fill [`FILL`](Self::FILL) of its width or of its height.
+    ///
+    /// It depends on the size of what it sees alone, however far that is from the origin. Where a position of `f32` is too
+    /// coarse for it, the camera turns and its field of view narrows or widens, so that the picture stays filled.
     ///
     /// Without points, or with one only, it is some valid camera that looks at it.
     #[must_use]
-    pub fn framing(
-        points: impl IntoIterator<Item = Vec3>,
-        forward: Vec3,
-        aspect: f32,
-        vertical_fov_radians: f32,
-    ) -> Self {
-        const MARGIN: f32 = 1.06;
-        let camera = Self::look_at(Vec3::ZERO, forward, Vec3::Y, vertical_fov_radians);
-        let tan_half_height = libm::tanf(0.5 * vertical_fov_radians) / MARGIN;
-        let tan_half_width = tan_half_height * aspect;
+    pub fn framing<P>(points: P, forward: Vec3, aspect: f32, vertical_fov_radians: f32) -> Self
+    where
+        P: IntoIterator<Item = Vec3>,
+        P::IntoIter: Clone,
+    {
+        let mut camera = Self::look_at(Vec3::ZERO, forward, Vec3::Y, vertical_fov_radians);
+        let points = points.into_iter().filter(|point| point.is_finite());
+        let Some(first) = points.clone().next() else { return camera };
+        // From one of the points, so that nothing cancels: floats of 64 bits have the differences of all coordinates exactly
+        // enough, and their squares.
+        let offset = |point: Vec3| point.as_dvec3() - first.as_dvec3();
+        let tan_half_height = libm::tan(0.5 * f64::from(vertical_fov_radians)) * Self::FILL;
+        let tan_half_width = tan_half_height * f64::from(aspect);
+        let axes = |camera: &Self| [camera.right, camera.up, camera.forward].map(Vec3::as_dvec3);
+        let in_axes = |[right, up, forward]: [DVec3; 3], point: DVec3| {
+            DVec3::new(point.dot(right), point.dot(up), point.dot(forward))
+        };
         // A point (x, y, z) in the camera's axes is inside the right edge of a camera at c when
         // x − c.x ≤ tan · (z − c.z), so when x − tan · z ≤ c.x − tan · c.z; the other three edges follow suit.
-        let (mut right, mut left, mut top, mut bottom) = (f32::MIN, f32::MIN, f32::MIN, f32::MIN);
-        let (mut nearest, mut farthest) = (f32::MAX, f32::MIN);
-        for point in points.into_iter().filter(|point| point.is_finite()) {
-            let (x, y, z) = (point.dot(camera.right), point.dot(camera.up), point.dot(camera.forward));
+        let [mut right, mut left, mut top, mut bottom, mut farthest] = [f64::MIN; 5];
+        let mut nearest = f64::MAX;
+        let axes_before = axes(&camera);
+        for point in points.clone() {
+            let DVec3 { x, y, z } = in_axes(axes_before, offset(point));
             right = right.max(x - tan_half_width * z);
             left = left.max(-x - tan_half_width * z);
             top = top.max(y - tan_half_height * z);
             bottom = bottom.max(-y - tan_half_height * z);
             (nearest, farthest) = (nearest.min(z), farthest.max(z));
         }
-        if right == f32::MIN {
-            return camera;
+        let depth_of_edges = (-0.5 * (right + left) / tan_half_width).min(-0.5 * (top + bottom) / tan_half_height);
+        // Not so near that something sticks into the lens, nor in a lone point itself, whose size is taken for what tells
+        // it from its neighbours.
+        let least = f64::from(first.abs().max_element() * f32::EPSILON).max(f64::from(f32::MIN_POSITIVE));
+        let depth = depth_of_edges.min(nearest - (0.25 * (farthest - nearest)).max(least));
+        let [x, y] = [0.5 * (right - left), 0.5 * (top - bottom)];
+        let [across, upwards, inwards] = axes_before;
+        let wanted = first.as_dvec3() + across * x + upwards * y + inwards * depth;
+        camera.position = wanted.as_vec3().clamp(Vec3::MIN, Vec3::MAX);
+        let middle = across * x + upwards * y + inwards * (0.5 * (nearest + farthest));
+        let distance = 0.5 * (nearest + farthest) - depth;
+        if camera.position.as_dvec3().distance(wanted) > Self::COARSE * distance {
+            camera.aim(middle - offset(camera.position), points.map(offset), aspect, offset(camera.position));
         }
-        // Not so near that something sticks into the lens, nor in a lone point itself.
-        let clearance = (0.25 * (farthest - nearest)).max(1e-3 * nearest.abs()).max(f32::MIN_POSITIVE);
-        let depth = (-0.5 * (right + left) / tan_half_width)
-            .min(-0.5 * (top + bottom) / tan_half_height)
-            .min(nearest - clearance);
-        let position =
-            camera.right * (0.5 * (right - left)) + camera.up * (0.5 * (top - bottom)) + camera.forward * depth;
-        Self { position, ..camera }
+        camera
+    }
+
+    /// The part of a picture's width or height that what [`Camera::framing`] sees fills, whichever it fills first.
+    pub const FILL: f64 = 0.8;
+    /// The rounding of a position, in distances to what is seen, that [`Camera::framing`] leaves as it is: a fifth of a pixel
+    /// in a thousand.
+    const COARSE: f64 = 1e-4;
+
+    /// Turns the camera along `forward` and widens its view so that `points`, from some origin that `position` counts from as
+    /// well, fill [`FILL`](Self::FILL) of it. Where some are beside or behind it, it stays as it is.
+    fn aim(&mut self, forward: DVec3, points: impl Iterator<Item = DVec3>, aspect: f32, position: DVec3) {
+        let turned = Self::look_at(Vec3::ZERO, forward.normalize_or(DVec3::NEG_Z).as_vec3(), Vec3::Y, 1.0);
+        let [right, up, forward] = [turned.right, turned.up, turned.forward].map(Vec3::as_dvec3);
+        let tangent = points.fold(0.0_f64, |tangent, point| {
+            let (x, y, z) =
+                ((point - position).dot(right), (point - position).dot(up), (point - position).dot(forward));
+            let tangent_of_point = (x / f64::from(aspect)).abs().max(y.abs()) / z;
+            if z > 0.0 { tangent.max(tangent_of_point) } else { f64::INFINITY }
+        });
+        let tan_half_height = (tangent / Self::FILL) as f32;
+        if tan_half_height.is_finite() && tan_half_height > 0.0 {
+            *self = Self { projection: Projection::Perspective { tan_half_height }, position: self.position, ..turned };
+        }
     }
 }
 
@@ -129,6 +167,7 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Bounds;
 
     /// Where a world point is in the image, in pixels.
     fn pixel(view: &View, point: Vec3) -> (f32, f32) {
@@ -140,19 +179,62 @@ mod tests {
         (0.5 * view.width as f32 + x, 0.5 * view.height as f32 - y)
     }
 
+    /// How far from the middle of the image the farthest of some points is, across and up, in halves of its sides.
+    fn filled(camera: Camera, points: &[Vec3], [width, height]: [u32; 2]) -> f64 {
+        let view = View { camera, width, height };
+        points.iter().fold(0.0, |most, &point| {
+            let offset = point.as_dvec3() - camera.position.as_dvec3();
+            let depth = offset.dot(camera.forward.as_dvec3());
+            assert!(depth > 0.0, "{point} is behind {camera:?}");
+            let ray = |x, y| view.ray(x, y).direction - camera.forward.as_dvec3();
+            let (right, up) = (ray(f64::from(width), 0.5 * f64::from(height)), ray(0.5 * f64::from(width), 0.0));
+            let across = |edge: DVec3| (offset.dot(edge) / depth / edge.length_squared()).abs();
+            most.max(across(right)).max(across(up))
+        })
+    }
+
+    /// Sizes of pictures: wide, square and narrow.
+    const SIZES: [[u32; 2]; 3] = [[300, 100], [100, 100], [100, 150]];
+    const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
+
     #[test]
-    fn a_framed_scene_fills_the_image_and_no_more() {
-        for (width, height) in [(300, 100), (100, 100), (100, 150)] {
+    fn a_framed_scene_fills_a_part_of_the_image_and_no_more() {
+        for size in SIZES {
             let points = [Vec3::new(1.0, 2.0, 1.0), Vec3::new(-4.0, 3.0, 1.0), Vec3::new(2.0, -1.0, -5.0), Vec3::ZERO];
-            let camera = Camera::framing(points, Vec3::new(-0.5, -0.4, -1.0), width as f32 / height as f32, 0.7);
-            let view = View { camera, width, height };
-            let pixels = points.map(|point| pixel(&view, point));
-            let (widest, tallest) = pixels.iter().fold((0.0_f32, 0.0_f32), |(widest, tallest), (x, y)| {
-                assert!((0.0..=width as f32).contains(x) && (0.0..=height as f32).contains(y), "({x}, {y})");
-                let across = |at: f32, side: u32| (2.0 * at / side as f32 - 1.0).abs();
-                (widest.max(across(*x, width)), tallest.max(across(*y, height)))
-            });
-            assert!(widest.max(tallest) > 0.9, "{widest} {tallest}");
+            let camera = Camera::framing(points, FORWARD, size[0] as f32 / size[1] as f32, 0.7);
+            let filled = filled(camera, &points, size);
+            assert!((filled - Camera::FILL).abs() < 1e-4, "{filled} of {size:?}");
+        }
+    }
+
+    #[test]
+    fn a_scene_is_framed_alike_at_any_size_and_far_from_the_origin() {
+        let corners = |scale: f32, offset: Vec3| Bounds { min: offset, max: offset + Vec3::splat(scale) }.corners();
+        for size in SIZES {
+            let fills = |points: [Vec3; 8]| {
+                let camera = Camera::framing(points, FORWARD, size[0] as f32 / size[1] as f32, 0.7);
+                assert!(camera.position.is_finite());
+                filled(camera, &points, size)
+            };
+            for scale in [1e-20, 1e-10, 1e-3, 1.0, 1e10, 1e30] {
+                for steps in [0.0, 1.0, -1e3] {
+                    let filled = fills(corners(scale, Vec3::new(steps, 2.0 * steps, -steps) * scale));
+                    assert!((filled - Camera::FILL).abs() < 1e-3, "{filled} of {size:?} at {scale}, {steps}");
+                }
+            }
+            // Neighbouring floats are 3 cm apart on the first axis and half a metre on the second.
+            for (metres, offset) in [(1.0, Vec3::new(5e5, 4_649_776.0, 100.0)), (30.0, Vec3::new(100.0, 1e4, -5.4e6))] {
+                let filled = fills(corners(metres, offset));
+                assert!((filled - Camera::FILL).abs() < 0.01, "{filled} of {size:?} at {offset}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lone_point_is_in_front_of_the_camera_that_frames_it() {
+        for point in [Vec3::ZERO, Vec3::ONE, Vec3::new(-5e6, 1e-9, 3.0), Vec3::splat(1e30)] {
+            let camera = Camera::framing([point, Vec3::NAN], FORWARD, 1.0, 0.7);
+            assert!((point - camera.position).as_dvec3().dot(camera.forward.as_dvec3()) > 0.0, "{camera:?}");
         }
     }
 
