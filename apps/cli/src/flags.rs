@@ -5,13 +5,13 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
-use umbrage::scene::{Clip, Ground, OpenOptions};
+use umbrage::scene::{Clip, GroundChoice, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, engine, layers};
 use crate::staging::OrbitingLights;
-use crate::values::{self, FrameRange, Shard, Size};
+use crate::values::{self, ExposureFlag, FrameRange, Shard, Size};
 
 // Lines of examples have at most 80 characters, since longer ones are broken.
 
@@ -194,9 +194,13 @@ pub(crate) struct OpeningFlags {
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub(crate) max_memory: Option<ByteSize>,
     /// A floor under the scene, at its lowest point or at a height: `shadow` shows only the shadows on it, `matte` is light
-    /// grey
-    #[arg(long, value_name = "shadow|matte[:HEIGHT]")]
-    pub(crate) ground: Option<Ground>,
+    /// grey [default in pictures: `shadow` under files that have neither lights nor a floor, else `none`]
+    #[arg(long, value_name = "none|auto|shadow|matte[:HEIGHT]")]
+    pub(crate) ground: Option<GroundChoice>,
+    /// Up to which angle, in degrees, triangles of OBJ, PLY and STL files without normals are smooth together; 0 leaves all
+    /// of them flat
+    #[arg(long, value_name = "DEGREES", default_value_t = OpenOptions::default().crease_degrees, value_parser = values::crease)]
+    pub(crate) crease: f32,
 }
 
 fn memory(text: &str) -> Result<ByteSize, &'static str> {
@@ -212,9 +216,27 @@ impl OpeningFlags {
             Some(name) => Clip::Named(name.to_owned()),
         };
         let max_memory = self.max_memory.map_or(OpenOptions::default().max_memory, |most| most.as_u64());
-        let Self { sequence_fps, allow_outside, ground, .. } = *self;
+        let Self { sequence_fps, allow_outside, crease: crease_degrees, .. } = *self;
+        let ground = self.ground.unwrap_or_default();
         let (variant, hidden) = (self.variant.clone(), self.hide.clone());
-        OpenOptions { clip, variant, sequence_fps, allow_outside, max_memory, hidden, ground, texture_memory: None }
+        let texture_memory = None;
+        OpenOptions {
+            clip,
+            variant,
+            sequence_fps,
+            allow_outside,
+            max_memory,
+            hidden,
+            crease_degrees,
+            ground,
+            texture_memory,
+        }
+    }
+
+    /// As [`options`](Self::options), where nobody says otherwise with a ground for files that need one.
+    pub(crate) fn options_for_pictures(&self) -> OpenOptions {
+        let ground = self.ground.unwrap_or(OpenOptions::for_pictures().ground);
+        OpenOptions { ground, ..self.options() }
     }
 }
 
@@ -222,7 +244,7 @@ impl RenderFlags {
     /// How the scene is opened.
     pub(crate) fn open_options(&self) -> OpenOptions {
         let texture_memory = self.texture_memory.map(|most| most.as_u64());
-        OpenOptions { texture_memory, ..self.scene.opening.options() }
+        OpenOptions { texture_memory, ..self.scene.opening.options_for_pictures() }
     }
 }
 
@@ -236,6 +258,7 @@ impl RenderFlags {
             orbit_light,
             background,
             show,
+            exposure,
             engine,
             device,
             scene,
@@ -254,7 +277,6 @@ impl RenderFlags {
             shutter: _,
             light_radius: _,
             sky_shadows: _,
-            exposure: _,
             structure: _,
             sides: _,
             smooth_terminator: _,
@@ -273,10 +295,11 @@ impl RenderFlags {
             quiet: _,
         } = self;
         let SceneFlags { opening, address: _, threads: _ } = scene;
-        let OpeningFlags { animation, variant, hide, sequence_fps, allow_outside, ground, max_memory: _ } = opening;
+        let OpeningFlags { animation, variant, hide, sequence_fps, allow_outside, ground, crease, max_memory: _ } =
+            opening;
         format!(
             "{camera:?} {lights:?} {orbit_light:?} {background:?} {show:?} {engine:?} {device:?} {animation:?} {variant:?} \
-             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?}"
+             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?} {crease:?} {exposure:?}"
         )
     }
 }
@@ -382,15 +405,10 @@ pub(crate) struct RenderFlags {
     /// light on what is transparent where the scene isn't, in .png, .apng and .exr
     #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
-    /// Brightness: each stop doubles it. Unlit materials and a background of one colour stay as they are
-    #[arg(
-        long,
-        value_name = "STOPS",
-        default_value = "0",
-        allow_hyphen_values = true,
-        value_parser = values::exposure_stops
-    )]
-    pub(crate) exposure: f32,
+    /// Brightness: each stop doubles it, and `auto` measures what the picture has, of an animation one picture. Unlit materials
+    /// and a background of one colour stay as they are [default: auto for files, 0 for built-in scenes]
+    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
+    pub(crate) exposure: Option<ExposureFlag>,
     /// What renders: triangles and shadows are the same, colours differ by rounding
     #[arg(long, default_value = "cpu", value_parser = engine())]
     pub(crate) engine: EngineKind,

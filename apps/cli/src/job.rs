@@ -7,11 +7,12 @@ use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
 use umbrage::spec::{BackgroundSpec, LightSpec};
-use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure};
+use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure, gallery};
 
 use crate::failure::{Failure, say};
 use crate::feature::Feature;
 use crate::flags::{OpeningFlags, RenderFlags};
+use crate::values::ExposureFlag;
 
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
@@ -38,7 +39,7 @@ pub(crate) enum Moments {
 }
 
 impl Moments {
-    fn are_several(&self) -> bool {
+    pub(crate) fn are_several(&self) -> bool {
         !matches!(self, Self::Single(_))
     }
 }
@@ -76,7 +77,10 @@ impl Job {
             gloss: flags.gloss,
             ambient_occlusion: flags.ambient_occlusion,
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
-            exposure_stops: flags.exposure,
+            exposure_stops: match flags.exposure {
+                Some(ExposureFlag::Stops(stops)) => stops,
+                Some(ExposureFlag::Auto) | None => 0.0,
+            },
             tone_map: flags.tone_map,
             layers: layers(&flags, format)?,
             motion_seconds: flags.fps.seconds(1),
@@ -94,6 +98,16 @@ impl Job {
             BackgroundSpec::File(path) => Some(path),
             _ => None,
         }
+    }
+
+    /// Whether the exposure is to be measured. What is shown in place of light, and radiance in files, has none.
+    pub(crate) fn measures_exposure(&self) -> bool {
+        let is_file = !self.scene.to_string_lossy().starts_with(gallery::PREFIX);
+        let is_wanted = match self.flags.exposure {
+            Some(flag) => flag == ExposureFlag::Auto,
+            None => is_file,
+        };
+        is_wanted && self.flags.show.is_none() && self.format != Format::Exr
     }
 
     /// What is shown when, of an animation that takes so many seconds and is shown best at `still_seconds`.

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Instant;
 
 use umbrage::output::{NumberedPath, Target, Writer};
-use umbrage::{Film, OmittedTriangles, Scene};
+use umbrage::{Film, OmittedTriangles, Scene, Settings};
 
 use crate::engine;
 use crate::failure::{Failure, say};
@@ -62,15 +62,27 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     let (mut renderer, engine) = engine::renderer(job)?;
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
+    let measured = if job.measures_exposure() && job.moments.are_several() {
+        // One of the animation's, whichever frames are rendered here.
+        let seconds = scene.still_seconds();
+        let settings = staging.settings(scene, seconds, 0.0)?;
+        renderer.render(scene, seconds, &Settings::for_metering(&settings))?;
+        Some(renderer.film().metered_stops(renderer.frame()))
+    } else {
+        None
+    };
     let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
     let mut told = Vec::new();
     let mut render = |frame: u32, mut film: Film| -> Result<Rendered, Failure> {
         let seconds = schedule.seconds(frame);
-        let settings = staging.settings(scene, seconds, schedule.turn(frame))?;
+        let mut settings = staging.settings(scene, seconds, schedule.turn(frame))?;
         let started = Instant::now();
         renderer.render(scene, seconds, &settings).map_err(|error| not_framed(job, error))?;
         let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
         renderer.swap_film(&mut film);
+        if job.measures_exposure() {
+            settings.exposure_stops = measured.unwrap_or_else(|| film.metered_stops(renderer.frame()));
+        }
         if let Some(view) = job.flags.show {
             view.paint(&mut film, renderer.frame());
         }

@@ -133,10 +133,30 @@ pub(crate) fn sequence_fps(text: &str) -> Result<f64, String> {
     fps.ok_or_else(|| "give files a second from 0.01 to 1000, such as 24".to_owned())
 }
 
-/// Brightness in stops.
-pub(crate) fn exposure_stops(text: &str) -> Result<f32, String> {
-    let stops = text.parse::<f32>().ok().filter(|stops| (-60.0..=60.0).contains(stops));
-    stops.ok_or_else(|| "give stops from -60 to 60, such as -0.5".to_owned())
+/// An angle between triangles in degrees.
+pub(crate) fn crease(text: &str) -> Result<f32, String> {
+    let degrees = text.parse::<f32>().ok().filter(|degrees| (0.0..=180.0).contains(degrees));
+    degrees.ok_or_else(|| "give degrees from 0 to 180, such as 30".to_owned())
+}
+
+/// How bright pictures are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ExposureFlag {
+    /// As they are measured.
+    Auto,
+    Stops(f32),
+}
+
+impl FromStr for ExposureFlag {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let stops = text.parse::<f32>().ok().filter(|stops| (-60.0..=60.0).contains(stops));
+        stops.map(Self::Stops).ok_or("give `auto`, or stops from -60 to 60, such as -0.5")
+    }
 }
 
 #[cfg(test)]
@@ -192,6 +212,6 @@ mod tests {
     fn numbers_are_finite() {
         assert!(seconds("-1").is_err() && seconds("nan").is_err() && seconds("0.5") == Ok(0.5));
         assert!(from_zero("-0.1").is_err() && from_zero("inf").is_err() && above_zero("0").is_err());
-        assert!(sequence_fps("0").is_err() && exposure_stops("inf").is_err());
+        assert!(sequence_fps("0").is_err() && "inf".parse::<ExposureFlag>().is_err() && crease("-1").is_err());
     }
 }

@@ -30,7 +30,7 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
     crate::job::use_threads(flags.scene.threads, None)?;
     let start = Start {
         scene: Some(flags.scene.address()),
-        options: flags.scene.opening.options(),
+        options: flags.scene.opening.options_for_pictures(),
         watches: flags.watch,
         engine,
         size: flags.size.map(|size| [size.width, size.height]),
@@ -48,7 +48,7 @@ mod tests {
     use clap::Parser;
     use glam::Vec3;
     use umbrage::rays::{Choice, LightSource};
-    use umbrage::scene::{Clip, Ground, OpenOptions};
+    use umbrage::scene::{Clip, Ground, GroundChoice, OpenOptions};
     use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec, LookAt};
     use umbrage::{EngineKind, OptionValues, Settings, Structure, ToneMap};
     use umbrage_viewer::{CommandLine, EngineChoice};
@@ -191,7 +191,8 @@ mod tests {
                     sequence_fps: 12.5,
                     allow_outside: true,
                     max_memory: 1 << 30,
-                    ground: Some(Ground { height: Some(-0.5), ..Ground::default() }),
+                    crease_degrees: 12.5,
+                    ground: GroundChoice::Own(Ground { height: Some(-0.5), ..Ground::default() }),
                     ..OpenOptions::default()
                 };
                 let (scene, seconds) = (Path::new("it's a scene.glb"), 1.25);

@@ -209,7 +209,7 @@ impl App {
     /// Opens a file for what it is wanted.
     pub(crate) fn open_as(&mut self, wanted: Wanted, path: PathBuf) {
         match wanted {
-            Wanted::Scene => self.open(path, OpenOptions::default()),
+            Wanted::Scene => self.open(path, OpenOptions::for_pictures()),
             Wanted::Background => self.kept.choices.surroundings = BackgroundSpec::File(path),
         }
     }

@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use umbrage::rays::Choice;
-use umbrage::scene::{Clip, Light, OpenOptions};
+use umbrage::scene::{Clip, GroundChoice, Light, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{EngineKind, OptionValues, PixelView, Settings, Structure};
+use umbrage::{EngineKind, OptionValues, PixelView, Settings, Structure, gallery};
 
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
@@ -117,7 +117,10 @@ impl CommandLine<'_> {
         if settings.smooth_terminator {
             line.push_str(" --smooth-terminator");
         }
-        if settings.exposure_stops != default.exposure_stops {
+        // By default, the command measures files.
+        if settings.exposure_stops != default.exposure_stops
+            || !self.scene.to_string_lossy().starts_with(gallery::PREFIX)
+        {
             flag(&mut line, "exposure", &settings.exposure_stops.to_string());
         }
         if settings.tone_map != default.tone_map {
@@ -186,8 +189,11 @@ fn opening(line: &mut String, options: &OpenOptions) {
     if options.allow_outside {
         line.push_str(" --allow-outside");
     }
-    if let Some(ground) = options.ground {
-        flag(line, "ground", &ground.to_string());
+    if options.ground != GroundChoice::Auto {
+        flag(line, "ground", &options.ground.to_string());
+    }
+    if options.crease_degrees != OpenOptions::default().crease_degrees {
+        flag(line, "crease", &options.crease_degrees.to_string());
     }
     if options.max_memory != OpenOptions::default().max_memory {
         flag(line, "max-memory", &options.max_memory.to_string());

@@ -7,7 +7,7 @@ use glam::DMat4;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use umbrage::Renderer;
-use umbrage::scene::{Clip, Ground, Instances, Mesh, OpenOptions};
+use umbrage::scene::{Clip, GroundChoice, Instances, Mesh, OpenOptions};
 
 use crate::arrays::hand_over_rows;
 use crate::camera::Camera;
@@ -26,7 +26,8 @@ use crate::threads::{compute, pool};
 /// clip : str, optional
 ///     Which of a file's animations plays: a name, or a number from 0; ``"all"`` or ``"rest"``.
 /// ground : str, optional
-///     Puts a floor under the scene: ``"matte"``, or ``"shadow"`` of which only the shadows are seen; with a height as ``"matte:0.5"``.
+///     Puts a floor under the scene: ``"matte"``, or ``"shadow"`` of which only the shadows are seen; with a height as ``"matte:0.5"``;
+///     ``"auto"`` for shadows under a file that has neither lights nor a floor, as the command `umbrage render` shows it.
 /// variant : str, optional
 ///     Which of a file's variants has its materials shown, of `Scene.variants`; without, those of the file itself.
 /// hide : sequence of str, optional
@@ -73,7 +74,7 @@ pub(crate) fn open(
         Some(name) => Clip::Named(name.to_owned()),
     };
     let wrong = |why: String| pyo3::exceptions::PyValueError::new_err(format!("ground: {why}"));
-    let ground: Option<Ground> = ground.map(|text| text.parse().map_err(wrong)).transpose()?;
+    let ground: GroundChoice = ground.map(|text| text.parse().map_err(wrong)).transpose()?.unwrap_or_default();
     if !(sequence_fps.is_finite() && sequence_fps > 0.0) {
         return Err(crate::errors::expected("sequence_fps", "a finite number above 0", sequence_fps));
     }

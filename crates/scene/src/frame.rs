@@ -152,7 +152,7 @@ impl Frame {
     /// over height).
     #[must_use]
     pub fn framing_camera(&self, aspect: f32) -> Camera {
-        const FORWARD: Vec3 = Vec3::new(-0.5, -0.4, -1.0);
+        const FORWARD: Vec3 = Vec3::new(-0.5, -0.3, -1.0);
         const VERTICAL_FOV_RADIANS: f32 = 0.7;
         // Without a ground: it reaches far beyond.
         let indices = &self.mesh.triangles[..self.mesh.triangles.len().saturating_sub(self.mesh.ground_triangles)];

@@ -22,6 +22,40 @@ pub struct Ground {
     pub height: Option<f32>,
 }
 
+/// Which ground a scene gets when it is opened: `auto`, `none` or a [`Ground`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum GroundChoice {
+    /// None.
+    #[default]
+    None,
+    /// Shadows alone under a file that has neither lights nor a floor of its own, none under other scenes.
+    Auto,
+    /// This one.
+    Own(Ground),
+}
+
+impl fmt::Display for GroundChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("none"),
+            Self::Auto => f.write_str("auto"),
+            Self::Own(ground) => ground.fmt(f),
+        }
+    }
+}
+
+impl FromStr for GroundChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "auto" => Ok(Self::Auto),
+            ground => ground.parse().map(Self::Own),
+        }
+    }
+}
+
 /// What a ground looks like.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundSurface {
@@ -82,6 +116,33 @@ impl Ground {
         let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
         (reach > 0.0 && corners.iter().all(|corner| corner.is_finite())).then_some(corners)
     }
+}
+
+/// Whether a frame needs a ground to stand on: it has neither lights nor a floor, which is level triangles that face up near its
+/// lowest point, over half of what it covers from above.
+pub(crate) fn lacks_floor(frame: &Frame) -> bool {
+    /// Parts of the diagonal, and of the area.
+    const NEAR: f32 = 0.02;
+    const LEVEL: f64 = 0.99;
+    const SHARE: f64 = 0.5;
+    let triangles = frame.triangles();
+    let bounds = triangles.bounds();
+    if !frame.lights.is_empty() || bounds.is_empty() {
+        return false;
+    }
+    let size = bounds.size();
+    let highest = bounds.min.y + NEAR * size.length();
+    let floor_of = |id: u32| {
+        let [a, b, c] = triangles.corners(id);
+        if a.y.max(b.y).max(c.y) > highest {
+            return 0.0;
+        }
+        let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
+        let doubled = (b - a).cross(c - a);
+        if doubled.y > LEVEL * doubled.length() { 0.5 * doubled.y } else { 0.0 }
+    };
+    let floor: f64 = (0..triangles.len() as u32).map(floor_of).sum();
+    floor < SHARE * f64::from(size.x) * f64::from(size.z) || size.x * size.z == 0.0
 }
 
 /// What a ground makes of the frames of a scene: theirs with two triangles more, which come last.

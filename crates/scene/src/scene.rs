@@ -10,11 +10,12 @@ use umbrage_rays::{Bounds, Camera, LightSource};
 use crate::folder::Files;
 use crate::formats::{self, Format};
 use crate::gltf::{GltfScene, variants};
-use crate::ground::Grounded;
+use crate::ground::{self, Grounded};
 use crate::hidden::Hidden;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
-use crate::{Error, Frame, Ground, Light, foreign};
+use crate::smooth::{self, FlatTriangles};
+use crate::{Error, Frame, Ground, GroundChoice, Light, foreign};
 use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
 /// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
@@ -70,9 +71,11 @@ pub struct Scene {
     source: Arc<dyn Animated>,
     animation_bounds: Bounds,
     /// Lights the frames of a file that has no light of its own.
-    light_above: Light,
+    sun: Light,
     /// The names of the objects that its first moment has.
     objects: Vec<Arc<str>>,
+    /// Whether its first moment has neither lights nor a floor.
+    lacks_floor: bool,
     hidden: Option<Hidden>,
     ground: Option<Grounded>,
     files: Vec<PathBuf>,
@@ -106,8 +109,11 @@ pub struct OpenOptions {
     pub texture_memory: Option<u64>,
     /// The names of objects that aren't shown ([`Scene::hiding`]).
     pub hidden: Vec<String>,
+    /// The angle between neighbouring triangles, in degrees, up to which the surface between them is smooth, where a file without
+    /// normals (OBJ, PLY, STL) says nothing of it; 0 where all triangles are flat. 60 by default.
+    pub crease_degrees: f32,
     /// A floor under the scene.
-    pub ground: Option<Ground>,
+    pub ground: GroundChoice,
 }
 
 impl Default for OpenOptions {
@@ -120,18 +126,29 @@ impl Default for OpenOptions {
             max_memory: *DEFAULT_BYTES,
             texture_memory: None,
             hidden: Vec::new(),
-            ground: None,
+            crease_degrees: smooth::DEFAULT_CREASE_DEGREES,
+            ground: GroundChoice::None,
         }
     }
 }
 
 impl OpenOptions {
+    /// The options of those who look at scenes: files that need a ground have one.
+    #[must_use]
+    pub fn for_pictures() -> Self {
+        Self { ground: GroundChoice::Auto, ..Self::default() }
+    }
+
     /// The fewest bytes of texels that may be in memory: fifteen tiles.
     pub const MIN_TEXTURE_MEMORY: u64 = 64 << 10;
 
     /// # Errors
     /// Where they can't be had, whatever is opened.
     fn check(&self, address: &Path) -> Result<(), Error> {
+        if !(0.0..=180.0).contains(&self.crease_degrees) {
+            let cause = format!("creases of {} degrees: give 0 to 180 (--crease)", self.crease_degrees);
+            return Err(Error::address(address.display().to_string(), cause));
+        }
         let Some(bytes) = self.texture_memory.filter(|&bytes| bytes < Self::MIN_TEXTURE_MEMORY) else { return Ok(()) };
         let [bytes, least] = [bytes, Self::MIN_TEXTURE_MEMORY].map(ByteSize::b);
         let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
@@ -257,7 +274,7 @@ impl Scene {
             return Err(variants::unknown(address, variant, &[]));
         }
         let mut scene = Self { files: files.into_iter().collect(), ..Self::new(source)? };
-        scene.set_ground(options.ground);
+        scene.choose_ground(options.ground);
         scene.hiding(&options.hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause))
     }
 
@@ -266,12 +283,13 @@ impl Scene {
     /// # Errors
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
-        let (animation_bounds, objects) = survey(&*source)?;
+        let Survey { bounds: animation_bounds, objects, lacks_floor } = Survey::of(&*source)?;
         Ok(Self {
             source: source.into(),
             animation_bounds,
-            light_above: light_above(animation_bounds),
+            sun: sun_above(),
             objects,
+            lacks_floor,
             hidden: None,
             ground: None,
             files: Vec::new(),
@@ -305,8 +323,9 @@ impl Scene {
         let mut scene = Self {
             source: Arc::clone(&self.source),
             animation_bounds: self.animation_bounds,
-            light_above: self.light_above.clone(),
+            sun: self.sun.clone(),
             objects: self.objects.clone(),
+            lacks_floor: self.lacks_floor,
             hidden,
             ground: None,
             files: self.files.clone(),
@@ -324,6 +343,16 @@ impl Scene {
     /// Puts a ground under the scene, in place of the last one, or takes that away.
     pub fn set_ground(&mut self, ground: Option<Ground>) {
         self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds));
+    }
+
+    /// As [`set_ground`](Self::set_ground), by a choice.
+    pub fn choose_ground(&mut self, choice: GroundChoice) {
+        let is_file = !self.files.is_empty();
+        self.set_ground(match choice {
+            GroundChoice::None => None,
+            GroundChoice::Auto => (is_file && self.lacks_floor).then(Ground::default),
+            GroundChoice::Own(ground) => Some(ground),
+        });
     }
 
     /// The ground that was put under the scene.
@@ -401,12 +430,12 @@ impl Scene {
         }
     }
 
-    /// What lights a frame that has no light of its own: a lamp above and to one side of the whole scene, or beside the
-    /// camera that sees it where that is inside the scene's bounds, since walls would keep the light of that lamp away.
+    /// What lights a frame that has no light of its own: a sun above the left of the [framing camera](Frame::framing_camera), or a
+    /// lamp beside the camera that sees it where that is inside the scene's bounds, since walls would keep the sun away.
     #[must_use]
     pub fn made_light(&self, camera: Option<&Camera>) -> Light {
-        let mut light = self.light_above.clone();
-        let diagonal = self.animation_bounds.size().length().min(f32::MAX);
+        let mut light = self.sun.clone();
+        let diagonal = diagonal(self.animation_bounds);
         let inside = camera.filter(|camera| {
             let Bounds { min, max } = self.animation_bounds;
             camera.position.cmpge(min).all() && camera.position.cmple(max).all()
@@ -414,7 +443,8 @@ impl Scene {
         if let Some(camera) = inside {
             let position = camera.position + (camera.up + camera.right * 0.5) * (0.03 * diagonal);
             light.source = LightSource::Point { position: somewhere(position) };
-            light.intensity = intensity_at(0.3 * diagonal);
+            // Less than all light that there is, and more than none, whatever the scene's size.
+            light.intensity = (NEARLY_WHITE * (0.3 * diagonal).powi(2)).clamp(f32::MIN_POSITIVE, f32::MAX);
         }
         light
     }
@@ -475,27 +505,39 @@ fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     format!("there is no object `{wanted}`; the scene has {}{others}", names.join(", "))
 }
 
-/// Bounds over a few moments, which is enough for a view that doesn't cut much off, and the names of the first one's objects.
-fn survey(source: &dyn Animated) -> Result<(Bounds, Vec<Arc<str>>), Error> {
-    const MOMENTS: u32 = 5;
-    let duration = source.duration_seconds();
-    let moments = if duration > 0.0 { MOMENTS } else { 1 };
-    let mut frame = Frame::default();
-    let (mut bounds, mut objects) = (Bounds::EMPTY, Vec::new());
-    for moment in 0..moments {
-        begin(&mut frame);
-        source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
-        bounds = bounds.union(frame.triangles().bounds());
-        if moment == 0 {
-            objects = frame.mesh.objects.names().to_vec();
+/// What is found out about a scene before it is shown.
+struct Survey {
+    /// Over a few moments, which is enough for a view that doesn't cut much off.
+    bounds: Bounds,
+    /// The names of the objects of the first moment.
+    objects: Vec<Arc<str>>,
+    /// Whether that has neither lights nor a floor.
+    lacks_floor: bool,
+}
+
+impl Survey {
+    fn of(source: &dyn Animated) -> Result<Self, Error> {
+        const MOMENTS: u32 = 5;
+        let duration = source.duration_seconds();
+        let moments = if duration > 0.0 { MOMENTS } else { 1 };
+        let mut frame = Frame::default();
+        let mut survey = Self { bounds: Bounds::EMPTY, objects: Vec::new(), lacks_floor: false };
+        for moment in 0..moments {
+            begin(&mut frame);
+            source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
+            survey.bounds = survey.bounds.union(frame.triangles().bounds());
+            if moment == 0 {
+                survey.objects = frame.mesh.objects.names().to_vec();
+                survey.lacks_floor = ground::lacks_floor(&frame);
+            }
         }
+        Ok(survey)
     }
-    Ok((bounds, objects))
 }
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    let limits = shared.limits.clone();
+    let (limits, crease_degrees) = (shared.limits.clone(), shared.crease_degrees);
     let mut read = |budget: &Budget| match Format::of(path) {
         Some(Format::Obj) => obj::read(path, shared, budget),
         Some(Format::Ply) => ply::read(path, budget),
@@ -503,7 +545,9 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
         Some(Format::Gltf | Format::PointCache) | None => Err(formats::unread(path)),
     };
     within(path, limits, |budget| {
-        let still = read(budget)?;
+        let mut still = read(budget)?;
+        smooth::smooth(&mut still.frame, crease_degrees, FlatTriangles::Shared, budget)
+            .map_err(|cause| Error::malformed(path, "the normals", cause))?;
         Ok(Still { files: budget.files(), ..still })
     })
 }
@@ -521,23 +565,19 @@ fn within<T>(path: &Path, limits: Limits, read: impl FnOnce(&Budget) -> Result<T
     }
 }
 
-/// A light above and to one side of `bounds`.
-fn light_above(bounds: Bounds) -> Light {
-    const TOWARDS_LIGHT: Vec3 = Vec3::new(0.45, 1.0, 0.65);
-    let radius = (0.5 * bounds.size().length()).clamp(f32::MIN_POSITIVE, f32::MAX);
-    let offset = TOWARDS_LIGHT * (2.0 * radius);
-    Light {
-        name: "made from the bounds".into(),
-        ..Light::new(
-            LightSource::Point { position: somewhere(bounds.center() + offset) },
-            intensity_at(offset.length()),
-        )
-    }
+/// A sun above the viewer's left. No size and no distance changes it.
+fn sun_above() -> Light {
+    const TOWARDS_LIGHT: Vec3 = Vec3::new(-0.45, 1.0, 0.65);
+    let source = LightSource::Directional { direction: -TOWARDS_LIGHT.normalize() };
+    Light { name: "made for the scene".into(), ..Light::new(source, NEARLY_WHITE) }
 }
 
-/// The intensity, in candela, that makes a white surface at a distance nearly as bright as a screen can show.
-fn intensity_at(distance: f32) -> f32 {
-    (0.8 * std::f32::consts::PI * distance * distance).min(f32::MAX)
+/// The illuminance, in lux, that makes a white surface nearly as bright as a screen can show, with the light of the sky.
+const NEARLY_WHITE: f32 = 0.65 * std::f32::consts::PI;
+
+/// The length of a box's diagonal, as far as a float holds it.
+fn diagonal(bounds: Bounds) -> f32 {
+    (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length().min(f32::MAX.into()) as f32
 }
 
 /// The nearest position that there is: scenes may be so large that a lamp beside them isn't.

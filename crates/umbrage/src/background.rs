@@ -76,11 +76,11 @@ const SHARPEST: f32 = 0.05;
 /// The sky's radiance at heights between −1 and 1, its horizon blurred over `softness`.
 #[inline(always)]
 fn sky<S: Simd>(simd: S, height: f32x16<S>, softness: f32x16<S>) -> Vectors<S> {
-    const ZENITH: Vec3 = Vec3::new(0.16, 0.26, 0.46);
-    const HORIZON: Vec3 = Vec3::new(0.56, 0.63, 0.70);
+    const ZENITH: Vec3 = Vec3::new(0.20, 0.27, 0.40);
+    const HORIZON: Vec3 = Vec3::new(0.58, 0.63, 0.68);
     /// Just below the horizon, where haze hides the ground, and straight down.
-    const HAZE: Vec3 = Vec3::new(0.46, 0.47, 0.48);
-    const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.145);
+    const HAZE: Vec3 = Vec3::new(0.38, 0.385, 0.39);
+    const GROUND: Vec3 = Vec3::new(0.28, 0.28, 0.28);
     let above = Vectors::splat(simd, HORIZON).lerp(Vectors::splat(simd, ZENITH), height.max(0.0).sqrt());
     let below = Vectors::splat(simd, HAZE).lerp(Vectors::splat(simd, GROUND), (-height).max(0.0).sqrt());
     let part = ((height + softness) / (2.0 * softness)).max(0.0).min(1.0);

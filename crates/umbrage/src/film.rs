@@ -1,5 +1,6 @@
 mod coverage;
 mod layers;
+mod meter;
 
 use std::collections::TryReserveError;
 

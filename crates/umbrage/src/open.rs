@@ -32,7 +32,7 @@ pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Sce
     }
     let mut scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
     if is_demo {
-        scene.set_ground(options.ground);
+        scene.choose_ground(options.ground);
         let wrong = |cause| Error::Address { address: text.clone().into_owned(), cause };
         scene = scene.hiding(&options.hidden).map_err(wrong)?;
     }

@@ -105,7 +105,7 @@ impl Stats {
     pub(crate) fn count(&mut self, staged: &Staged<'_>, samples: u32, film: &Film, engine: &dyn Engine) {
         let Staged { frame, lights, view, .. } = staged;
         self.samples = samples;
-        self.triangles = frame.mesh.triangles.len();
+        self.triangles = frame.mesh.triangles.len() - frame.mesh.ground_triangles;
         self.vertices = frame.positions.len();
         self.lights = lights.len();
         self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(samples);

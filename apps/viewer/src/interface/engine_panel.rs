@@ -6,7 +6,7 @@ use eframe::egui::{self, ComboBox, DragValue, Slider};
 use glam::Vec3;
 use umbrage::gpu::Adapter;
 use umbrage::rays::{Choice, KdBuilder};
-use umbrage::scene::{Ground, GroundSurface, Light, OpenOptions};
+use umbrage::scene::{Ground, GroundChoice, GroundSurface, Light, OpenOptions};
 use umbrage::spec::BackgroundSpec;
 use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap};
 
@@ -260,7 +260,7 @@ fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egu
 /// A floor under the scene, which is opened again with another one.
 fn ground(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
-    let before = open.options.ground;
+    let before = open.scene.ground();
     let mut surface = before.map(|ground| ground.surface);
     ComboBox::from_label("Ground").selected_text(surface.map_or("none", Choice::name)).show_ui(ui, |ui| {
         ui.selectable_value(&mut surface, None, "none");
@@ -269,7 +269,8 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
         }
     });
     if surface != before.map(|ground| ground.surface) {
-        let ground = surface.map(|surface| Ground { surface, ..before.unwrap_or_default() });
+        let own = |surface| GroundChoice::Own(Ground { surface, ..before.unwrap_or_default() });
+        let ground = surface.map_or(GroundChoice::None, own);
         app.reopen(Some(OpenOptions { ground, ..open.options.clone() }));
     }
 }

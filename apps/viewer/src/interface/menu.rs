@@ -69,7 +69,7 @@ fn file(app: &mut App, ui: &mut egui::Ui) {
     ui.menu_button("Recent", |ui| {
         for path in app.kept.recent.clone() {
             if ui.button(name(&path)).on_hover_text(path.display().to_string()).clicked() {
-                app.open(path, OpenOptions::default());
+                app.open(path, OpenOptions::for_pictures());
             }
         }
     });
@@ -98,7 +98,7 @@ fn file(app: &mut App, ui: &mut egui::Ui) {
 fn gallery(app: &mut App, ui: &mut egui::Ui) {
     for demo in DEMOS {
         if ui.button(demo.name).on_hover_text(demo.about).clicked() {
-            app.open(format!("demo:{}", demo.name).into(), OpenOptions::default());
+            app.open(format!("demo:{}", demo.name).into(), OpenOptions::for_pictures());
         }
     }
 }

@@ -40,7 +40,7 @@ impl Studio {
         name: &str,
         files: impl IntoIterator<Item = (String, Vec<u8>)>,
     ) -> Result<Opened, String> {
-        self.show(Scene::from_files(name, files, &OpenOptions::default()).map_err(|error| error.to_string())?)
+        self.show(Scene::from_files(name, files, &OpenOptions::for_pictures()).map_err(|error| error.to_string())?)
     }
 
     fn show(&mut self, scene: Scene) -> Result<Opened, String> {
@@ -98,7 +98,7 @@ impl Studio {
         let position = camera.position.to_array();
         Ok(Shown {
             stages,
-            triangles: frame.triangles().len(),
+            triangles: frame.triangles().len() - frame.mesh.ground_triangles,
             lights: frame.lights.len(),
             camera: LookAt { position, target: (camera.position + camera.forward * away).to_array(), fov_degrees },
             light: frame.lights.first().map(|light| light_position(&light.source, bounds).to_array()),

@@ -54,11 +54,11 @@ fn surroundings_irradiance(normal: vec3<f32>) -> vec3<f32> {
     return max(sum, vec3<f32>(0.0));
 }
 
-const SKY_ZENITH: vec3<f32> = vec3<f32>(0.16, 0.26, 0.46);
-const SKY_HORIZON: vec3<f32> = vec3<f32>(0.56, 0.63, 0.70);
+const SKY_ZENITH: vec3<f32> = vec3<f32>(0.20, 0.27, 0.40);
+const SKY_HORIZON: vec3<f32> = vec3<f32>(0.58, 0.63, 0.68);
 // Just below the horizon, where haze hides the ground, and straight down.
-const SKY_HAZE: vec3<f32> = vec3<f32>(0.46, 0.47, 0.48);
-const SKY_GROUND: vec3<f32> = vec3<f32>(0.16, 0.15, 0.145);
+const SKY_HAZE: vec3<f32> = vec3<f32>(0.38, 0.385, 0.39);
+const SKY_GROUND: vec3<f32> = vec3<f32>(0.28, 0.28, 0.28);
 
 // The sky's radiance at a height between −1 and 1, its horizon blurred over `softness`.
 fn sky_radiance(height: f32, softness: f32) -> vec3<f32> {

@@ -21,8 +21,7 @@ use geometry::Geometry;
 ///
 /// Polygons are cut as [`polygon`](crate::polygon) says. Corners with the same position, texture coordinates and normal share a vertex, across objects
 /// and groups too. Texture coordinates are turned upside down: OBJ's origin is the image's lower left corner. Vertex
-/// colours are taken as sRGB, as the common exporters write them. Smoothing groups have no effect: a corner without a
-/// normal is flat.
+/// colours are taken as sRGB, as the common exporters write them. Smoothing groups have no effect.
 ///
 /// Libraries and textures are not read again when the last file wanted the same.
 ///
@@ -90,6 +89,8 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
     allow_outside: bool,
+    /// [`OpenOptions::crease_degrees`].
+    pub(crate) crease_degrees: f32,
     /// Of each file.
     pub(crate) limits: Limits,
 }
@@ -97,7 +98,8 @@ pub(crate) struct SharedMaterials {
 impl SharedMaterials {
     /// None yet, of files that are opened so.
     pub(crate) fn new(options: &OpenOptions, files: Files) -> Self {
-        Self { last: None, allow_outside: options.allow_outside, limits: options.limits(files) }
+        let OpenOptions { allow_outside, crease_degrees, .. } = *options;
+        Self { last: None, allow_outside, crease_degrees, limits: options.limits(files) }
     }
 }
 

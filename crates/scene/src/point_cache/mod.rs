@@ -11,6 +11,7 @@ use umbrage_rays::parallel::Parallel;
 
 use crate::memory::Budget;
 use crate::obj::{self, SharedMaterials};
+use crate::smooth::{FlatTriangles, smooth};
 use crate::{Animated, Error, Frame};
 use normals::Normals;
 use samples::Samples;
@@ -28,7 +29,7 @@ pub(crate) struct PointCache {
     rest: Frame,
     /// The point of the cache that each vertex follows.
     point_of_vertex: Vec<u32>,
-    /// `None` where the OBJ file has no normals, and so is flat.
+    /// `None` where the surface is flat.
     normals: Option<Normals>,
     warnings: Vec<String>,
 }
@@ -42,13 +43,21 @@ impl PointCache {
         let mut warnings = Vec::new();
         let samples = Samples::read(path, fps, budget, &mut warnings)?;
         let mesh = mesh_beside(path, budget)?;
-        let (still, positions) = obj::read_with_positions(&mesh, shared, budget)?;
+        let (mut still, mut positions) = obj::read_with_positions(&mesh, shared, budget)?;
         if samples.points() != positions.count {
             let (points, vertices) = (samples.points(), positions.count);
             let cause = format!("it moves {points} points, but {} has {vertices} vertices (`v`)", mesh.display());
             return Err(Error::malformed(path, "the number of points", cause));
         }
-        let normals = Normals::new(&still.frame, budget).map_err(|why| Error::malformed(&mesh, "the normals", why))?;
+        let smoothed = smooth(&mut still.frame, shared.crease_degrees, FlatTriangles::Normals, budget);
+        let normals = smoothed.and_then(|copied| {
+            // Copies of vertices follow the points of these.
+            let of_vertex = &mut positions.of_vertex;
+            budget.reserve(of_vertex, copied.len(), "positions of vertices")?;
+            copied.into_iter().for_each(|vertex| of_vertex.push(of_vertex[vertex as usize]));
+            Normals::new(&still.frame, budget)
+        });
+        let normals = normals.map_err(|why| Error::malformed(&mesh, "the normals", why))?;
         warnings.extend(still.warnings);
         Ok(Self { samples, rest: still.frame, point_of_vertex: positions.of_vertex, normals, warnings })
     }

@@ -256,7 +256,12 @@ fn normals_bend_where_the_mesh_does_on_both_sides_of_a_seam() {
 #[test]
 fn what_is_flat_stays_flat() {
     let flat = String::from_utf8(cube_obj()).unwrap();
-    assert!(turned_cube(&flat).at(1.0).unwrap().normals.is_empty());
+    let frame = turned_cube(&flat).at(1.0).unwrap();
+    for (id, triangle) in (0..).zip(&frame.mesh.triangles) {
+        let [a, b, c] = frame.triangles().corners(id);
+        let own = (b - a).cross(c - a).normalize();
+        assert!(triangle.iter().all(|&vertex| frame.normals[vertex as usize].distance(own) < 1e-5));
+    }
     // Only some corners have normals.
     let some = FLAG.replace("f 1/2/1 3/2/1 4/2/1", "f 1/2 3/2 4/2");
     let frame = opened("a.mdd", &mdd(&[0.0], &[moved(Vec3::ZERO)]), &some).at(0.0).unwrap();
@@ -297,4 +302,35 @@ fn later_poses_allocate_nothing() {
     let lifted = strip.iter().map(|point| *point + Vec3::Z).collect();
     let scene = opened("strip.pc2", &pc2(12.0, &[strip, lifted]), &obj);
     assert_later_poses_allocate_nothing(&scene);
+}
+
+#[test]
+fn normals_are_made_where_the_mesh_has_none_and_follow_the_cache() {
+    // Flat at rest, so that no normal can be told from its triangle's, then folded along the diagonal by less than a crease.
+    let folded = [Vec3::ZERO, Vec3::new(1.0, 0.0, 0.3), Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 0.3), Vec3::ZERO];
+    let mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nf 1 3 4\n";
+    let cache = mdd(&[0.0, 1.0], &[moved(Vec3::ZERO), folded.to_vec()]);
+    let scene = opened("flag.mdd", &cache, mesh);
+    let normals = |seconds: f64| scene.at(seconds).unwrap().normals;
+    assert!(normals(0.0).iter().all(|normal| normal.distance(Vec3::Z) < 1e-6));
+    let [first, second] = [[0, 1, 2], [0, 2, 3]].map(|corners: [usize; 3]| {
+        let [a, b, c] = corners.map(|corner| folded[corner]);
+        (b - a).cross(c - a).normalize()
+    });
+    let at_end = normals(1.0);
+    for vertex in [0, 2] {
+        assert!(at_end[vertex].distance((first + second).normalize()) < 1e-6, "{}", at_end[vertex]);
+    }
+    assert!(at_end[1].distance(first) < 1e-6 && at_end[3].distance(second) < 1e-6);
+
+    // A tin's rim has two normals for each vertex: its copies follow the same points.
+    let tin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 -1\nv 9 9 9\nf 1 2 3\nf 1 4 2\n";
+    let rest = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::splat(9.0)];
+    let up = rest.map(|point| point + Vec3::Y);
+    let scene = opened("tin.mdd", &mdd(&[0.0, 1.0], &[rest.to_vec(), up.to_vec()]), tin);
+    let frame = scene.at(1.0).unwrap();
+    frame.check().unwrap();
+    assert_eq!((frame.positions.len(), frame.normals.len()), (6, 6));
+    assert_eq!(frame.triangles().corners(0), [Vec3::Y, Vec3::X + Vec3::Y, 2.0 * Vec3::Y]);
+    assert_eq!(frame.triangles().corners(1), [Vec3::Y, Vec3::new(0.0, 1.0, -1.0), Vec3::X + Vec3::Y]);
 }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 mod builder;
+mod default_ground;
 mod files;
 mod files_bad_input;
 mod files_given;
@@ -16,6 +17,7 @@ mod instances;
 mod memory;
 mod opacity;
 mod pose_allocations;
+mod smooth_normals;
 #[cfg(feature = "avif")]
 mod textures_avif;
 mod textures_on_demand;

@@ -199,6 +199,6 @@ fn cameras_and_lights_are_where_their_files_say() {
     if let Some(scene) = open("conformance/Cubes_pointlight.glb", Clip::Auto) {
         let frame = scene.at(0.0).unwrap();
         assert!(matches!(frame.lights[..], [umbrage_scene::Light { source: LightSource::Point { .. }, .. }]));
-        assert_ne!(&*frame.lights[0].name, "made from the bounds");
+        assert_ne!(&*frame.lights[0].name, "made for the scene");
     }
 }
