@@ -45,6 +45,8 @@ export function toCommand({ address, duration, seconds, heat, engine, view, widt
   parts.push('--size', `${width}x${height}`);
   if (heat) parts.push('--of', heat);
   else parts.push('--samples', samples, '--bounces', bounces);
+  // The command measures files, the page doesn't.
+  if (!heat && !address.startsWith('demo:')) parts.push('--exposure', '0');
   if (engine !== 'cpu' && !heat) parts.push('--engine', engine);
   if (duration > 0) parts.push('--time', Number(seconds.toFixed(3)));
   if (view.camera) parts.push(`--camera=${cameraText(view.camera)}`);

@@ -119,19 +119,24 @@ impl Ground {
 }
 
 /// Whether a frame needs a ground to stand on: it has neither lights nor a floor, which is level triangles that face up near its
-/// lowest point, over half of what it covers from above.
+/// lowest point, over half of what it covers from above, with something that stands on them.
 pub(crate) fn lacks_floor(frame: &Frame) -> bool {
     /// Parts of the diagonal, and of the area.
     const NEAR: f32 = 0.02;
     const LEVEL: f64 = 0.99;
     const SHARE: f64 = 0.5;
+    const LEAST_HEIGHT: f32 = 0.1;
     let triangles = frame.triangles();
     let bounds = triangles.bounds();
     if !frame.lights.is_empty() || bounds.is_empty() {
         return false;
     }
     let size = bounds.size();
-    let highest = bounds.min.y + NEAR * size.length();
+    let diagonal = size.length();
+    if size.y < LEAST_HEIGHT * diagonal {
+        return true;
+    }
+    let highest = bounds.min.y + NEAR * diagonal;
     let floor_of = |id: u32| {
         let [a, b, c] = triangles.corners(id);
         if a.y.max(b.y).max(c.y) > highest {
@@ -142,7 +147,7 @@ pub(crate) fn lacks_floor(frame: &Frame) -> bool {
         if doubled.y > LEVEL * doubled.length() { 0.5 * doubled.y } else { 0.0 }
     };
     let floor: f64 = (0..triangles.len() as u32).map(floor_of).sum();
-    floor < SHARE * f64::from(size.x) * f64::from(size.z) || size.x * size.z == 0.0
+    floor < SHARE * f64::from(size.x) * f64::from(size.z)
 }
 
 /// What a ground makes of the frames of a scene: theirs with two triangles more, which come last.

@@ -39,6 +39,9 @@ fn files_with_a_floor_and_scenes_of_no_file_get_none() {
     // A ceiling, and a floor's other side.
     assert_eq!(of(square(30.0, true, 9)), Some(Ground::default()));
     assert_eq!(of(square(-1.0, false, 9)), Some(Ground::default()));
+    // Nothing stands on a plate.
+    let plate = square(0.0, true, 1) + &square(-0.1, false, 5);
+    assert_eq!(opened(plate.as_bytes(), GroundChoice::Auto).ground(), Some(Ground::default()));
     // A wall stands on nothing.
     assert_eq!(opened(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", GroundChoice::Auto).ground(), Some(Ground::default()));
 }
