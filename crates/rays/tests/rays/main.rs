@@ -8,6 +8,7 @@ mod kd_packets;
 mod kd_tree;
 mod kd_tree_lazy;
 mod kd_two_level;
+mod pairs;
 mod scales;
 mod support;
 mod uniform_grid;
