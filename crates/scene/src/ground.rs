@@ -125,7 +125,7 @@ pub(crate) fn lacks_floor(frame: &Frame) -> bool {
     const NEAR: f32 = 0.02;
     const LEVEL: f64 = 0.99;
     const SHARE: f64 = 0.5;
-    const LEAST_HEIGHT: f32 = 0.1;
+    const LEAST_HEIGHT: f32 = 0.03;
     let triangles = frame.triangles();
     let bounds = triangles.bounds();
     if !frame.lights.is_empty() || bounds.is_empty() {
@@ -147,7 +147,7 @@ pub(crate) fn lacks_floor(frame: &Frame) -> bool {
         if doubled.y > LEVEL * doubled.length() { 0.5 * doubled.y } else { 0.0 }
     };
     let floor: f64 = (0..triangles.len() as u32).map(floor_of).sum();
-    floor < SHARE * f64::from(size.x) * f64::from(size.z)
+    floor <= SHARE * f64::from(size.x) * f64::from(size.z)
 }
 
 /// What a ground makes of the frames of a scene: theirs with two triangles more, which come last.
