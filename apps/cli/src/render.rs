@@ -77,7 +77,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
         let seconds = schedule.seconds(frame);
         let mut settings = staging.settings(scene, seconds, schedule.turn(frame))?;
         let started = Instant::now();
-        renderer.render(scene, seconds, &settings).map_err(|error| not_framed(job, error))?;
+        renderer.render(scene, seconds, &settings)?;
         let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
         renderer.swap_film(&mut film);
         if job.measures_exposure() {
@@ -123,18 +123,6 @@ fn outputs(job: &Job, frames: &Range<u32>) -> Result<Vec<PathBuf>, Failure> {
         Some(numbered) => frames.clone().map(|frame| numbered.path(frame)).collect(),
         None => vec![path.clone()],
     })
-}
-
-/// Names the scene where it is what has no camera.
-fn not_framed(job: &Job, error: umbrage::Error) -> Failure {
-    match error {
-        umbrage::Error::Camera(_) if job.flags.camera.is_none() => {
-            let message =
-                format!("{}: it is too large or too small for a camera to show all of it", job.scene.display());
-            Failure::input(message, "give a camera, as --camera 0,0,5:0,0,0; `umbrage info` says where the scene is")
-        }
-        error => error.into(),
-    }
 }
 
 /// Says which triangles aren't in a picture, once for each reason.
