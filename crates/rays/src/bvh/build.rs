@@ -414,9 +414,12 @@ enum Share {
     Far,
 }
 
-/// Larger coordinates are scaled, so that boxes have areas and rays have reciprocals. Scaled ones of a common size hardly have:
-/// where there are both, as with one far vertex, each has a hierarchy of its own.
+/// Larger coordinates are scaled, so that boxes have areas and rays have reciprocals.
 const HUGE: f32 = (1_u64 << 40) as f32;
+
+/// Scaled triangles within this have boxes without areas: where there are such and huge ones, as with one far vertex, each
+/// kind has a hierarchy of its own.
+const COMMON: f32 = (1_u64 << 30) as f32;
 
 /// What huge coordinates are multiplied with. What that loses of small ones is less than boxes are grown by.
 const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
@@ -432,14 +435,16 @@ impl Share {
     }
 }
 
-/// Whether any triangles that can be hit are near, and whether any are far. Where no coordinate is huge, only these are looked at.
+/// Whether any triangles that can be hit have common coordinates alone, and whether any have huge ones.
 fn nearness(triangles: Triangles<'_>) -> [bool; 2] {
     let is_huge = |position: &Vec3| (HUGE..f32::INFINITY).contains(&position.abs().max_element());
     if !triangles.positions.par_iter().with_min_len(1 << 14).any(is_huge) {
         return [true, false];
     }
-    [Share::Near, Share::Far].map(|share| {
+    let any = |holds: fn(&[Vec3; 3]) -> bool| {
         let ids = (0..triangles.len() as u32).into_par_iter().with_min_len(1 << 14);
-        ids.any(|id| triangles.usable_corners(id).is_ok_and(|corners| share.holds(&corners)))
-    })
+        ids.any(|id| triangles.usable_corners(id).is_ok_and(|corners| holds(&corners)))
+    };
+    let is_common = |corners: &[Vec3; 3]| corners.iter().all(|corner| corner.abs().max_element() <= COMMON);
+    [any(is_common), any(|corners| Share::Far.holds(corners))]
 }

@@ -45,8 +45,8 @@ impl SingleRays for Bvh {
 pub struct Inside<'a> {
     /// Whose instructions are used.
     pub level: SimdLevel,
-    /// What coordinates are multiplied with in all boxes and leaves. Where some triangles are more than 2⁴⁰ away and others are
-    /// not, those are missing here.
+    /// What coordinates are multiplied with in all boxes and leaves. Where some triangles reach beyond 2⁴⁰ and others stay
+    /// within 2³⁰, the former are missing here.
     pub scale: f32,
     /// The whole; of no meaning where there are no nodes.
     pub root: Child,
