@@ -1,7 +1,7 @@
 //! Real OBJ scenes, read whole.
 
 use glam::Vec3;
-use umbrage_scene::Scene;
+use umbrage_scene::{OpenOptions, Scene};
 use umbrage_verify::real_scene;
 
 #[test]
@@ -26,13 +26,18 @@ fn files_sibenik_has_all_triangles_and_normals() {
 #[test]
 fn files_bunny_keeps_its_shared_vertices() {
     let Some(path) = real_scene("stanford_bunny.obj") else { return };
-    let scene = Scene::open(path).unwrap();
+    let flat = OpenOptions { crease_degrees: 0.0, ..OpenOptions::default() };
+    let scene = Scene::open_with(&path, &flat).unwrap();
     let frame = scene.at(0.0).unwrap();
     assert_eq!(frame.mesh.triangles.len(), 69_451);
     // The scan has 1,113 vertices that no face uses.
     assert_eq!(frame.positions.len(), 35_947 - 1_113);
     assert!(frame.normals.is_empty());
     assert_eq!(scene.warnings(), [""; 0]);
+    // Smooth, hardly any of them are at a crease.
+    let smooth = Scene::open(path).unwrap().at(0.0).unwrap();
+    assert_eq!(smooth.normals.len(), smooth.positions.len());
+    assert!((34_834..36_000).contains(&smooth.positions.len()), "{} vertices", smooth.positions.len());
 }
 
 #[test]

@@ -363,7 +363,7 @@ fn row(materials: Vec<Material>) -> Frame {
 }
 
 fn row_settings() -> Settings {
-    Settings { width: 67, height: 31, ..Settings::default() }
+    Settings { width: 84, height: 39, ..Settings::default() }
 }
 
 fn bits(film: &Film) -> Vec<[u32; 4]> {
