@@ -72,7 +72,12 @@ fn animations_and_variants_are_chosen_by_name() {
     window.choose("Variant", "leaf");
     window.keep("variant");
     assert!(window.shows("Field of view"), "the camera stays");
-    assert_eq!(reds_and_greens(&window.pixels()), (0, reds), "the triangle is where it was");
+    let (no_reds, greens) = reds_and_greens(&window.pixels());
+    // Pixels at its edges mix it with the sky, and may be clearly of one colour and not of the other.
+    assert!(
+        no_reds == 0 && greens.abs_diff(reds) <= reds / 1000,
+        "{no_reds} red pixels, {greens} green ones of {reds}"
+    );
 }
 
 #[test]
