@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use umbrage::scene::{Frame, Light, Material, Materials, Mesh};
 use umbrage::{CameraChoice, OptionValues, Renderer, Settings, Sides, Structure, StructureOption};
-use umbrage_rays::{Choice as _, SimdLevel};
+use umbrage_rays::{Choice as _, LightSource, SimdLevel};
 
 use super::{compare, random_case};
 use crate::{Case, MIXED_SIDES, Random, TestMesh, Truth};
@@ -184,8 +184,8 @@ impl Default for KeptRenderers {
     }
 }
 
-/// Renders a case and compares what is seen and lit with the truth; false where a renderer refuses the case: since the
-/// structure's options exclude each other, or the camera or a light isn't at finite coordinates.
+/// Renders a case and compares hits and lit points with the truth. False for a case that a renderer refuses: options that
+/// exclude each other, or a camera or light that isn't finite.
 ///
 /// # Errors
 /// With the first pixel that differs, or why there is no frame.
@@ -206,7 +206,15 @@ pub fn check_frame(renderer: &mut Renderer, structure: Structure, case: &Case, t
     };
     match renderer.render_frame(&frame, &settings) {
         Ok(_) => compare(case, truth, renderer.seen(), renderer.light_masks()).map(|()| true),
-        Err(error) if error.is_of_settings() || error.to_string().contains("not finite") => Ok(false),
+        Err(error) if error.is_of_settings() || !case.lights.iter().all(is_finite) => Ok(false),
         Err(error) => Err(error.to_string()),
+    }
+}
+
+fn is_finite(light: &LightSource) -> bool {
+    match *light {
+        LightSource::Point { position } => position.is_finite(),
+        LightSource::Spot { position, direction, .. } => position.is_finite() && direction.is_finite(),
+        LightSource::Directional { direction } => direction.is_finite(),
     }
 }
