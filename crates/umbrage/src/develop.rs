@@ -1,7 +1,7 @@
 //! From films to pictures, sixteen pixels at a time.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x16, u32x16};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use umbrage_rays::parallel::Parallel;
@@ -91,6 +91,12 @@ impl Developer {
     fn shown<S: Simd>(&self, simd: S, color: &[Vec4], flat: &[Vec4], coverage: &Each<f32>) -> Vectors<S> {
         let exposure = f32x16::splat(simd, self.exposure);
         if flat.is_empty() {
+            if !self.covers
+                && let Ok(color) = color.try_into()
+            {
+                let radiance = Vectors::of_first_three(simd, color).scaled(f32x16::splat(simd, self.weight));
+                return self.tone_map.apply(simd, radiance.scaled(exposure));
+            }
             let mut radiance = [[0.0; LANES]; 3];
             for (lane, color) in color.iter().enumerate() {
                 put(lane, of_part(color.truncate() * self.weight, coverage[lane]), &mut radiance);
@@ -120,9 +126,17 @@ impl Developer {
             let alpha = alpha.chunks_mut(LANES).nth(number);
             let coverage = alpha.map_or([1.0; LANES], |alpha| coverage(color, alpha));
             let Vectors { x, y, z } = self.shown(simd, color, flat, &coverage);
-            let (red, green, blue) = (sixteen_bits(simd, x), sixteen_bits(simd, y), sixteen_bits(simd, z));
-            for (lane, pixel) in pixels.iter_mut().enumerate() {
-                *pixel = [red[lane], green[lane], blue[lane]];
+            let (red, green, blue) = (levels(simd, x), levels(simd, y), levels(simd, z));
+            let (red_and_green, blue): (Each<u32>, Each<u32>) = ((red | green << 16).into(), blue.into());
+            // Four channels are stored at once; the next pixel replaces the fourth.
+            let channels = pixels.as_flattened_mut();
+            for lane in 0..channels.len() / 3 {
+                let pixel = [red_and_green[lane] as u16, (red_and_green[lane] >> 16) as u16, blue[lane] as u16, 0];
+                let stored = &mut channels[3 * lane..];
+                match stored.first_chunk_mut() {
+                    Some(four) => *four = pixel,
+                    None => stored.copy_from_slice(&pixel[..3]),
+                }
             }
         }
     }
@@ -141,11 +155,10 @@ fn of_part(color: Vec3, part: f32) -> Vec3 {
     }
 }
 
-/// Linear values as channels of a file with sixteen bits have them.
+/// Linear values in [0, 1] as levels of an sRGB-encoded channel with sixteen bits.
 #[inline(always)]
-pub(crate) fn sixteen_bits<S: Simd>(simd: S, linear: f32x16<S>) -> Each<u16> {
-    let rounded: Each<f32> = (encoded_srgb(simd, linear) * f32::from(u16::MAX) + 0.5).into();
-    rounded.map(|level| level as u16)
+pub(crate) fn levels<S: Simd>(simd: S, linear: f32x16<S>) -> u32x16<S> {
+    (encoded_srgb(simd, linear) * f32::from(u16::MAX) + 0.5).to_int()
 }
 
 /// How much of some pixels is covered, whose colours are those of what covers them, however little that is.

@@ -58,28 +58,29 @@ impl Film {
     /// What [`Film::triangle`] holds where nothing was hit.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
-    /// Empties the film, which will have another size. `has_flat` says whether something is shown as it is.
+    /// Gives the film its size. The engine writes every pixel with its first sample. `has_flat` says whether something is shown
+    /// as it is.
     ///
     /// # Errors
     /// Where the system hasn't as much memory as the picture will take; the film then stays as it was.
-    pub(crate) fn clear(&mut self, [width, height]: [u32; 2], has_flat: bool) -> Result<(), Error> {
+    pub(crate) fn resize(&mut self, [width, height]: [u32; 2], has_flat: bool) -> Result<(), Error> {
         let pixels = width as usize * height as usize;
         let flat = if has_flat { pixels } else { 0 };
         self.reserve(pixels).map_err(|_| no_memory([width, height]))?;
         self.flat.try_reserve(flat.saturating_sub(self.flat.len())).map_err(|_| no_memory([width, height]))?;
         (self.width, self.height) = (width, height);
-        refill(&mut self.color, pixels, Vec4::ZERO);
-        refill(&mut self.flat, flat, Vec4::ZERO);
-        refill(&mut self.depth, pixels, f32::INFINITY);
-        refill(&mut self.normal, pixels, Vec3::ZERO);
-        refill(&mut self.triangle, pixels, Self::NO_TRIANGLE);
+        self.color.resize(pixels, Vec4::ZERO);
+        self.flat.resize(flat, Vec4::ZERO);
+        self.depth.resize(pixels, f32::INFINITY);
+        self.normal.resize(pixels, Vec3::ZERO);
+        self.triangle.resize(pixels, Self::NO_TRIANGLE);
         Ok(())
     }
 
-    /// Makes room for the layers that are asked for, after [`clear`](Self::clear), and takes over from where the film is seen.
+    /// Makes room for the layers that are asked for, after [`resize`](Self::resize), and takes over from where the film is seen.
     ///
     /// # Errors
-    /// As [`clear`](Self::clear).
+    /// As [`resize`](Self::resize).
     pub(crate) fn clear_layers(&mut self, staged: &Staged<'_>) -> Result<(), Error> {
         let size = [self.width, self.height];
         self.view = Some(staged.view);

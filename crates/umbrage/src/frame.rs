@@ -43,7 +43,7 @@ impl Renderer {
         let mut staged = settings.stage(frame, &surroundings)?;
         let spread = Spread::new(&staged, || engine.whole_frame(frame))?;
         *view = Some(staged.view);
-        film.clear(output.fetched(&staged.view), staged.has_flat())?;
+        film.resize(output.fetched(&staged.view), staged.has_flat())?;
         film.clear_layers(&staged)?;
         stats.time("build", || engine.build(&staged, output))?;
         let by_four = engine.traces_four(&staged.view) && !spread.is_wide();

@@ -6,7 +6,8 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use umbrage_rays::{SimdLevel, dispatch};
 
-use crate::develop::sixteen_bits;
+use crate::develop::levels;
+use crate::shade::lanes::Each;
 
 /// From linear values to levels of an sRGB-encoded channel, without a power for each.
 pub(crate) struct Levels {
@@ -67,8 +68,8 @@ impl Levels {
 
 /// A linear value as a channel of an eight-bit file has it.
 fn eight_bits(linear: f32) -> u8 {
-    let [sixteen, ..] = dispatch!(SimdLevel::default(), simd => sixteen_bits(simd, f32x16::splat(simd, linear)));
-    crate::output::eight_bits(sixteen)
+    let levels: Each<u32> = dispatch!(SimdLevel::default(), simd => levels(simd, f32x16::splat(simd, linear)).into());
+    crate::output::eight_bits(levels[0] as u16)
 }
 
 #[cfg(test)]

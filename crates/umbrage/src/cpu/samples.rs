@@ -110,7 +110,7 @@ mod tests {
         let staged = settings.stage(&frame, &surroundings).expect("a camera");
         let (mut engine, mut film, mut stats) =
             (Cpu::with_level(SimdLevel::default()), Film::default(), Stats::default());
-        film.clear([settings.width, settings.height], staged.has_flat()).expect("little memory");
+        film.resize([settings.width, settings.height], staged.has_flat()).expect("little memory");
         engine.build(&staged, Output::Film).expect("a structure");
         let mut shown = vec![(SeenPixels::default(), Vec::new()); settings.samples as usize];
         for samples in Samples::all(settings.samples, by_four) {

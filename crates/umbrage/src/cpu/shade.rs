@@ -62,6 +62,9 @@ impl Cpu {
             |queue, (strip, ((((color, flat), depth), normal), triangle))| {
                 let y = strip as u32 * TileOrder::BLOCK;
                 let mut film = Strip { color, flat, depth, normal, triangle };
+                if samples.as_slice()[0].index == 0 {
+                    film.clear();
+                }
                 for (which, sample) in samples.as_slice().iter().enumerate() {
                     let one = OneSample::new(seen.order(), samples, which);
                     for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
@@ -451,6 +454,14 @@ pub(super) struct Strip<'a> {
 }
 
 impl Strip<'_> {
+    fn clear(&mut self) {
+        self.color.fill(Vec4::ZERO);
+        self.flat.iter_mut().for_each(|flat| flat.fill(Vec4::ZERO));
+        self.depth.fill(f32::INFINITY);
+        self.normal.fill(Vec3::ZERO);
+        self.triangle.fill(Film::NO_TRIANGLE);
+    }
+
     /// Adds to a pixel what it shows, and how much that hides of what is behind.
     pub(super) fn add(&mut self, pixel: u32, radiance: Vec3, coverage: f32) {
         self.color[pixel as usize] += radiance.extend(coverage);
@@ -474,12 +485,22 @@ impl Strip<'_> {
     }
 
     fn add_block(&mut self, block: &Block<'_>, shaded: &Shaded) {
+        const COLUMNS: usize = TileOrder::BLOCK as usize;
         let pixels: Each<usize> = array::from_fn(|lane| {
             let [column, row] = block.pixel(lane);
             ((row - block.corner[1]) * block.view.width + column) as usize
         });
-        for lane in lanes_of(block.pixels()) {
-            self.color[pixels[lane]] += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
+        if block.pixels() == u16::MAX {
+            for first in (0..LANES).step_by(COLUMNS) {
+                let row = &mut self.color[pixels[first]..][..COLUMNS];
+                for (lane, color) in (first..).zip(row) {
+                    *color += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
+                }
+            }
+        } else {
+            for lane in lanes_of(block.pixels()) {
+                self.color[pixels[lane]] += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
+            }
         }
         if let (Some(sum), Some(flat)) = (&mut self.flat, &shaded.flat) {
             lanes_of(block.pixels()).for_each(|lane| sum[pixels[lane]] += flat.of_lane(lane));

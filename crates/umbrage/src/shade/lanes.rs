@@ -9,7 +9,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use umbrage_rays::TileOrder;
 
 /// Pixels at once.
@@ -110,6 +110,20 @@ impl<S: Simd> Vectors<S> {
     #[inline(always)]
     pub(crate) fn load(simd: S, [x, y, z]: &[Each<f32>; 3]) -> Self {
         Self { x: f32x16::from_slice(simd, x), y: f32x16::from_slice(simd, y), z: f32x16::from_slice(simd, z) }
+    }
+
+    /// The x, y and z of sixteen vectors of four components.
+    #[inline(always)]
+    pub(crate) fn of_first_three(simd: S, vectors: &[Vec4; LANES]) -> Self {
+        let [x0, y0, z0, _] = simd.load_four_interleaved_f32x4(&four(vectors, 0));
+        let [x1, y1, z1, _] = simd.load_four_interleaved_f32x4(&four(vectors, 4));
+        let [x2, y2, z2, _] = simd.load_four_interleaved_f32x4(&four(vectors, 8));
+        let [x3, y3, z3, _] = simd.load_four_interleaved_f32x4(&four(vectors, 12));
+        Self {
+            x: x0.combine(x1).combine(x2.combine(x3)),
+            y: y0.combine(y1).combine(y2.combine(y3)),
+            z: z0.combine(z1).combine(z2.combine(z3)),
+        }
     }
 
     /// The lanes' x, y and z.
@@ -213,6 +227,12 @@ impl<S: Simd> Wide<S> {
     pub(crate) fn reach(self) -> f64x8<S> {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
+}
+
+/// The components of four vectors from `first` on, in order.
+#[inline(always)]
+fn four(vectors: &[Vec4; LANES], first: usize) -> [f32; 16] {
+    array::from_fn(|component| vectors[first + component / 4].to_array()[component % 4])
 }
 
 /// [`BRIGHTEST`] for what is brighter, and for what has overflowed and is no number.

@@ -160,7 +160,7 @@ fn lights_that_see_by_angles() {
 #[test]
 fn lights_that_see_by_angles_in_the_middle_of_a_hall() {
     let Some(mut gpu) = renderer() else { return };
-    let scene = umbrage::open("demo:hall?triangles=20000").expect("a scene of the gallery");
+    let scene = umbrage::open("demo:hall?triangles=5000").expect("a scene of the gallery");
     let positions = scene.at(0.0).expect("a frame").positions;
     let low = positions.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let high = positions.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
@@ -175,7 +175,7 @@ fn lights_that_see_by_angles_in_the_middle_of_a_hall() {
     for options in ["light-map=spherical", "light-map=spherical,light-clamp=-40:20:5:170,sorting-tile=8"] {
         for samples in [1, 2] {
             let structure = listed(options);
-            let settings = Settings { structure, lights: Some(lights.clone()), samples, ..sized(150, 100) };
+            let settings = Settings { structure, lights: Some(lights.clone()), samples, ..sized(90, 60) };
             compare(options, &mut gpu, &scene, 0.3, &settings).expect_none(options);
         }
     }
