@@ -2,8 +2,8 @@ use super::{SeenPixels, TileOrder};
 
 /// Which pixels of an image a light reaches: the answer of [`Structure::shadow`](crate::Structure::shadow).
 ///
-/// One bit a pixel, in [`TileOrder`]. It is set where the pixel shows a triangle and no other one stands between that point
-/// and the light. A spot's doesn't reach beyond its [`Cone`](crate::Cone); a light's range plays no part.
+/// One bit a pixel, in [`TileOrder`]. It is set where the pixel shows a triangle and no other triangle stands between that
+/// point and the light. A spot lights nothing outside of its [`Cone`](crate::Cone); a light's range plays no part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightMask {
     order: TileOrder,
@@ -24,7 +24,7 @@ impl LightMask {
         self.order
     }
 
-    /// Whether the light reaches what the pixel in column `x` and row `y` shows; false where it shows no triangle.
+    /// Whether the light reaches the point that the pixel in column `x` and row `y` shows; false where it shows no triangle.
     ///
     /// # Panics
     /// If the pixel is outside of the image's tiles.
