@@ -1,9 +1,10 @@
 //! Lights that see all around them by two angles (Guntury and Narayanan 2010, §4.1): one grid for a light anywhere.
 //!
-//! With v an offset from the light, and x, y and z its components along the light's axes right, up and forward,
-//! α = atan2(x, z) and β = atan2(y, z). The points of one such angle are half a plane through the light, which ends at the
-//! line along up or right, so cells are four-sided frusta. z is positive if both angles are less than a right angle, and negative if both
-//! are more. All directions in the plane z = 0 are in the four corners where both are right angles: cells there are long.
+//! With v an offset from the light, and x, y and z its components along the light's axes right, up and forward, the angles
+//! are α = atan2(x, z) and β = atan2(y, z). The points of one such angle are half a plane through the light, which ends at
+//! the line along up or right, so cells are four-sided frusta. z is positive if both angles are less than a right angle, and
+//! negative if both are more. All directions in the plane z = 0 are in the four corners where both are right angles: cells
+//! there are long.
 
 mod angles;
 mod batch;
