@@ -13,11 +13,11 @@ pub struct Camera {
     pub up: Vec3,
     /// Into the image.
     pub forward: Vec3,
-    /// How rays spread.
+    /// The spread of rays.
     pub projection: Projection,
 }
 
-/// How a camera's rays spread. The width of the view follows from the image's: pixels are square.
+/// The spread of a camera's rays. The width of the view follows from the image's: pixels are square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// All rays start at the camera.
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::Bounds;
 
-    /// Where a world point is in the image, in pixels.
+    /// Returns the position of a world point in the image, in pixels.
     fn pixel(view: &View, point: Vec3) -> (f32, f32) {
         let Camera { position, right, up, forward, projection } = view.camera;
         let Projection::Perspective { tan_half_height } = projection else { panic!("a perspective camera") };

@@ -14,8 +14,8 @@ pub trait Parallel: IndexedParallelIterator {
         let _: Option<()> = self.with_producer(Callback { count, work: &work, merge: &|(), ()| () });
     }
 
-    /// As `reduce_with`: all items, merged two by two in their order; `None` where there are none. Which neighbours are
-    /// merged first depends on the threads.
+    /// As `reduce_with`: all items, merged two by two in their order; `None` where there are none. The order of merging
+    /// depends on the threads.
     fn merge(self, merge: impl Fn(Self::Item, Self::Item) -> Self::Item + Sync) -> Option<Self::Item> {
         let count = self.len();
         self.with_producer(Callback { count, work: &|item| item, merge: &merge })
@@ -85,8 +85,8 @@ fn run<P: Producer, T: Send>(
     }
 }
 
-/// How many parts the items are still to be divided into, and the fewest items of a part. The number of parts starts as that
-/// of threads; a half that an idle thread takes over gets at least as many again.
+/// The number of parts into which the items are still to be divided, and the fewest items of a part. The number of parts
+/// starts as that of threads; a half that an idle thread takes over gets at least as many again.
 #[derive(Clone, Copy)]
 struct Parts {
     count: usize,

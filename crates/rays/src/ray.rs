@@ -31,7 +31,7 @@ impl Ray {
     }
 }
 
-/// Where a ray meets a triangle.
+/// The point at which a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, in lengths of the ray's direction.

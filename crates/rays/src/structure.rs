@@ -20,7 +20,7 @@ pub trait Structure: std::fmt::Debug + Send + Sync {
     /// Finds the triangle that each pixel of `shot` sees; the shot's triangles are those of the last [`build`](Self::build).
     ///
     /// # Errors
-    /// Where the image is larger than the structure can sort.
+    /// If the image is larger than the structure can sort.
     fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge>;
 
     /// Finds which of the points seen by the pixels of `shot` each light reaches: a mask for each light, in the order of
@@ -76,7 +76,7 @@ pub trait Specialised {
     /// As [`Structure::see`], and counts each pixel's work.
     ///
     /// # Errors
-    /// Where the image is larger than the structure can sort.
+    /// If the image is larger than the structure can sort.
     fn see_counting(
         &mut self,
         shot: &Shot<'_>,

@@ -14,7 +14,7 @@ pub struct Triangles<'a> {
 }
 
 impl Triangles<'_> {
-    /// How many triangles there are, counting those that can't be hit.
+    /// The number of triangles, including those that can't be hit.
     #[must_use]
     pub fn len(&self) -> usize {
         self.indices.len()
@@ -87,7 +87,7 @@ impl Triangles<'_> {
     }
 }
 
-/// Why a triangle can't be hit by any ray.
+/// The reason why no ray can hit a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
     /// A coordinate is NaN or infinite.
@@ -110,7 +110,7 @@ pub struct Omitted {
 }
 
 impl Omitted {
-    /// How many triangles were left out for any reason.
+    /// The number of triangles that were left out for any reason.
     #[must_use]
     pub fn total(&self) -> u32 {
         self.not_finite.count + self.zero_area.count + self.index_out_of_range.count
@@ -154,13 +154,13 @@ impl Omitted {
 /// The triangles left out for one reason: their number, and the first ids.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OmittedKind {
-    /// How many.
+    /// The number of triangles.
     pub count: u32,
     /// The lowest ids, at most [`OmittedKind::IDS`] of them.
     pub first_ids: Vec<u32>,
 }
 
 impl OmittedKind {
-    /// How many ids are kept.
+    /// The largest number of ids that are kept.
     pub const IDS: usize = 8;
 }

@@ -119,7 +119,7 @@ impl<S: Simd> PixelBounds<S> {
         Self { x, y, error }
     }
 
-    /// Which triangles have the sample that is `column` and `row` from their first.
+    /// Returns a mask of the triangles with the sample that is `column` and `row` from their first.
     #[inline(always)]
     pub(crate) fn have(&self, simd: S, (column, row): (i32, i32)) -> mask32x16<S> {
         let [x, y] = self.sample(simd, (column, row));

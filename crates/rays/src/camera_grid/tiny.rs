@@ -33,7 +33,7 @@ impl<S: Simd> Tiny<S> {
     /// The samples of a tiny triangle: columns and rows from its first.
     pub(crate) const SAMPLES: [(i32, i32); 4] = [(0, 0), (1, 0), (0, 1), (1, 1)];
 
-    /// Which of sixteen triangles are tiny.
+    /// Returns a mask of the tiny ones of sixteen triangles.
     #[inline(always)]
     pub(crate) fn are(simd: S, bounds: &PixelBounds<S>) -> mask32x16<S> {
         let one = splat(simd, 1.0);

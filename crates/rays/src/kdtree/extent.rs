@@ -102,7 +102,7 @@ pub(crate) struct Reference {
     pub id: u32,
 }
 
-/// On which sides of a plane a reference is listed.
+/// The sides of a plane on which a reference is listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sides {
     /// Below.

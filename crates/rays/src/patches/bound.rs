@@ -164,7 +164,8 @@ impl Bounding<'_> {
     }
 }
 
-/// Which of 16 triangles may have two corners at the same position, given two bytes of a hash of each vertex's position.
+/// Returns a mask of the triangles, of 16, that may have two corners at the same position, given two bytes of a hash of each
+/// vertex's position.
 #[inline(always)]
 fn suspects<S: Simd>(simd: S, hashes: [u8x64<S>; 2], corners: &[[u8; 4]; LANES]) -> u64 {
     let corners = u8x64::from_slice(simd, corners.as_flattened());

@@ -26,10 +26,10 @@ use fingerprint::fingerprint;
 use group::Groups;
 use order::Curve;
 
-/// The most triangles of a patch.
+/// The largest number of triangles in a patch.
 pub(crate) const MOST_TRIANGLES: usize = 64;
 
-/// The most vertices of a patch.
+/// The largest number of vertices in a patch.
 pub(crate) const MOST_VERTICES: usize = 64;
 
 /// The growth of boxes at which loose triangles are grouped anew. In a scene of 254 K shards that fly apart, tracing a light
@@ -62,14 +62,14 @@ pub struct Patches {
     are_grown: bool,
     /// Whether the last frame had another index buffer than the previous one.
     is_changing: bool,
-    /// How often patches were made anew.
+    /// The number of times that patches were made anew.
     made: u64,
     groups: Groups,
     /// For each sixteen of `ids`, the first vertex of their patch.
     first_vertices: Vec<u32>,
     /// Triangles that no ray can hit, in patches or not.
     omitted: Omitted,
-    /// Triangles that may be so, in no order.
+    /// Triangles that may have to be omitted, in no order.
     suspects: Mutex<Vec<u32>>,
     /// The size of the boxes when triangles were grouped.
     spread: f32,
@@ -181,7 +181,7 @@ impl Patches {
         &self.omitted
     }
 
-    /// How often patches were made anew: the grouping of triangles stays the same while this does.
+    /// The number of times that patches were made anew: the grouping of triangles stays the same while this does.
     pub(crate) fn made(&self) -> u64 {
         self.made
     }

@@ -36,7 +36,8 @@ pub struct Crossing {
     pub front: bool,
 }
 
-/// Where the whole line through `ray` meets the triangle `corners`, regardless of the ray's interval; `None` for a miss.
+/// Returns the crossing of the whole line through `ray` and the triangle `corners`, regardless of the ray's interval; `None`
+/// for a miss.
 ///
 /// It meets the triangle when the three edge functions have no two opposite signs and aren't all zero. A triangle
 /// seen exactly edge-on is a miss, and so is one with a corner that isn't finite.
@@ -47,7 +48,7 @@ pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
     Some(Crossing { t: edges.t(), barycentric: edges.barycentric(), front: edges.is_front() })
 }
 
-/// Where `ray` meets triangle `id` inside its interval; `None` for a miss.
+/// Returns the hit of `ray` on triangle `id` inside the ray's interval; `None` for a miss.
 ///
 /// # Panics
 /// If `id` or one of the triangle's vertices is out of range.

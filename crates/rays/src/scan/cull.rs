@@ -156,7 +156,7 @@ impl Frustum {
         }
     }
 
-    /// Which of sixteen boxes may meet the frustum, and a lower bound of each one's depth.
+    /// Returns a mask of the boxes, of sixteen, that may meet the frustum, and a lower bound of each one's depth.
     ///
     /// Rounding the origin, differences, slopes, products and sums moves each side by a few ε of the largest number among
     /// them; the bound takes 32. Slopes are at most a little above one.

@@ -1,10 +1,10 @@
 //! Scans: the hits of any directions from one origin.
 //!
-//! A scan is to directions in any order, all around, what the camera grid is to the pixels of an image: for a lidar or a
-//! panorama. Directions are sorted into tiles on the six faces around the origin. A thread takes a tile from its directions
-//! to their hits before it takes another: it finds the [patches](crate::patches) in the tile's frustum, nearest first,
-//! transforms their vertices to coordinates of the tile, and tests triangles in f32 against the lines within their bounds.
-//! The [predicate](crate::predicate) settles undecided pairs and the position of the nearest hit, eight pairs of a ray and a
+//! A scan is the camera grid's counterpart for directions in any order, all around: for a lidar or a panorama. Directions
+//! are sorted into tiles on the six faces around the origin. A thread takes a tile from its directions to their hits before
+//! it takes another: it finds the [patches](crate::patches) in the tile's frustum, nearest first, transforms their vertices
+//! to coordinates of the tile, and tests triangles in f32 against the lines within their bounds. The
+//! [predicate](crate::predicate) settles undecided pairs and the position of the nearest hit, eight pairs of a ray and a
 //! triangle at a time.
 //!
 //! One verb a file: `spread` sorts lines into tiles, `cull` finds patches, `slots` sorts a tile's lines into cells, `worker`

@@ -364,7 +364,7 @@ fn lanes_of<S: Simd>(found: &Found<S>) -> (u16, u16, [f32; LANES], [f32; LANES])
     (possible, certain, found.earliest.into(), found.latest.into())
 }
 
-/// Which of sixteen triangles all lines of a tile miss.
+/// Returns a mask of the triangles, of sixteen, that all lines of a tile miss.
 ///
 /// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
 /// at most H. A line misses where two edge functions, or one and the sum of all, have different signs. With

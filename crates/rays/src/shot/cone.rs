@@ -45,7 +45,7 @@ impl Cone {
         along > 0.0 && along * along >= self.squared_cosine * squared
     }
 
-    /// Which of eight points are certainly in the cone, and which are certainly outside: a bit for each.
+    /// Returns masks of the points, of eight, that are certainly in the cone, and that are certainly outside.
     ///
     /// With e the error of each coordinate, `along` is wrong by less than d = 4 e times the axis's largest component, its
     /// square by (2 |along| + d) d, and the squared length by (4 |v| + 4 e) e. The bound is more than twice that, plus the
@@ -81,7 +81,7 @@ impl LightMask {
     }
 }
 
-/// Which of a block's `asked` pixels show a point in the cone: a bit for each.
+/// Returns a mask of a block's `asked` pixels that show a point in the cone.
 #[inline(always)]
 fn in_cone<S: Simd>(
     simd: S,

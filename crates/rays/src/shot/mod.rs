@@ -52,7 +52,7 @@ pub struct Shot<'a> {
     pub opacity: &'a dyn Opacity,
     /// Opacity of triangles for shadow rays.
     pub shadow_opacity: &'a dyn Opacity,
-    /// Which sides of triangles stop rays of either kind.
+    /// The sides of triangles that stop rays of either kind.
     pub sides: Sides<'a>,
 }
 

@@ -15,7 +15,8 @@ pub trait Opacity: Sync {
     /// triangles that aren't opaque.
     fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool;
 
-    /// Which of 16 points of `triangle` certainly stop rays, and which certainly don't; by default nothing is certain.
+    /// Finds the points, of 16 of `triangle`, that certainly stop rays, and those that certainly don't; by default nothing
+    /// is certain.
     ///
     /// An answer is certain if [`stops`](Self::stops) gives it for every barycentric within the point's error in each
     /// coordinate.

@@ -48,7 +48,7 @@ impl PixelWork {
 /// The number of kinds of work.
 pub(crate) const KINDS: usize = 4;
 
-/// Which count of [`PixelCounts`] to add to.
+/// A count of [`PixelCounts`], as the index to add to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     Tested,

@@ -5,8 +5,8 @@ use glam::{DVec3, Vec3, Vec4};
 ///
 /// Along the ray the scene falls into a plane, in which the ray is the origin: with k the axis of the direction's largest
 /// component and i another one, xᵢ = (pᵢ − oᵢ) − r (pₖ − oₖ) for a point p, where r = dᵢ / dₖ. The edge functions of the
-/// predicate are, but for a common factor, x₁ y₂ − x₂ y₁ in that plane. A triangle is left out if two of them have certain
-/// and different signs.
+/// predicate are, up to a common factor, x₁ y₂ − x₂ y₁ in that plane. A triangle is left out if two of them have certain and
+/// different signs.
 ///
 /// **Error bounds.** Let ε = 2⁻²⁴, P the largest coordinate of corners and O that of the origin. Of xᵢ = (pᵢ − r pₖ) − c,
 /// where c = oᵢ − r oₖ comes from f64, the roundings of r and of its product are each at most ε P, that of the first

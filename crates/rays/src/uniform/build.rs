@@ -23,8 +23,8 @@ pub(super) struct Chunk {
 }
 
 impl UniformGrid {
-    /// The most references per triangle, besides [`LEAST_LIMIT`](Self::LEAST_LIMIT) in all: cells are enlarged until there
-    /// are no more.
+    /// The largest number of references per triangle, besides [`LEAST_LIMIT`](Self::LEAST_LIMIT) in all: cells are enlarged
+    /// until there are no more.
     pub const MOST_REFERENCES: u64 = 7;
 
     /// References that any number of triangles may have.

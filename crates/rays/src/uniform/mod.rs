@@ -92,7 +92,7 @@ impl UniformOptions {
     /// cells.
     pub const NESTED: Self = Self { nested_above: Some(64), ..Self::DEFAULT };
 
-    /// The most cells along an edge of a macrocell.
+    /// The largest number of cells along an edge of a macrocell.
     pub const LARGEST_MACROCELL: u32 = 64;
 }
 

@@ -1,5 +1,5 @@
-//! Subtrees that are built when a ray first reaches them, so that those that no ray reaches are never built (Hunt, Mark and
-//! Fussell, *Fast and lazy build of acceleration structures from scene hierarchies*, 2007, §3).
+//! Subtrees that are built only when a ray first reaches them (Hunt, Mark and Fussell, *Fast and lazy build of acceleration
+//! structures from scene hierarchies*, 2007, §3).
 //!
 //! A deferred leaf lists the ids of all its triangles, as any leaf does: code that knows nothing of subtrees may test those.
 //!
@@ -22,7 +22,7 @@ const LEAST: usize = 32;
 #[derive(Default)]
 pub(in crate::kdtree) struct Deferred {
     subtrees: Vec<Subtree>,
-    /// Of all subtrees, one after the other. 28 bytes each.
+    /// The references of all subtrees, one after the other. 28 bytes each.
     references: Vec<Reference>,
     /// The options with which the tree was built; the tree's own may have changed since.
     options: KdTreeOptions,
@@ -102,7 +102,7 @@ impl Job<'_> {
 }
 
 impl KdTree {
-    /// Returns the subtree of the leaf whose ids start at `first_id`, and builds it if it isn't built yet.
+    /// Returns the subtree of the leaf whose ids start at `first_id`, and builds it at the first call.
     #[cold]
     pub(in crate::kdtree) fn reach(&self, triangles: Triangles<'_>, first_id: usize) -> &Self {
         let index = self.deferred.index(first_id);

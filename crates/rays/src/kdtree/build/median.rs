@@ -2,7 +2,7 @@ use super::sah::{Candidate, Measure};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Plane, Reference};
 
-/// Nodes of no more triangles stay leaves.
+/// Nodes of at most so many triangles stay leaves.
 const LEAF: usize = 4;
 
 impl KdBuilder {

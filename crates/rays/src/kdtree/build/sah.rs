@@ -26,7 +26,7 @@ pub(crate) struct Cell {
 /// A plane, and its cost.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    /// By the heuristic.
+    /// Its cost by the heuristic.
     pub cost: f64,
     pub plane: Plane,
     /// Whether triangles inside the plane are listed on the left.
@@ -145,8 +145,8 @@ impl AxisMeasure {
 }
 
 impl Heuristic {
-    /// For `count` triangles; the depth is at most 5 + 1.2 log₂ N, k₁ and k₂ of the thesis' §4.1 (Havran 2000). Five levels
-    /// more double the nodes of Sibenik, and no ray gets faster.
+    /// Makes the heuristic for `count` triangles. The depth is at most 5 + 1.2 log₂ N, k₁ and k₂ of the thesis' §4.1 (Havran
+    /// 2000). Five levels more double the nodes of Sibenik, and no ray gets faster.
     pub(super) fn new(costs: SahCosts, count: usize) -> Self {
         let depth = 5.0 + 1.2 * (count.max(1) as f64).log2();
         Self { costs, max_depth: (depth as u32).min(Nodes::MAX_DEPTH as u32) }

@@ -22,7 +22,7 @@ impl Default for Cells {
 impl Cells {
     /// The best by measurement.
     pub const DEFAULT: Self = Self { sorting_bits: 4, tracing_bits: 2, slices: 8 };
-    /// The most slices.
+    /// The largest number of slices.
     pub const MOST_SLICES: u32 = 64;
     /// Pixels a side of the smallest sorting tile.
     pub const SMALLEST_TILE: u32 = 8;

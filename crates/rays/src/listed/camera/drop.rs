@@ -18,7 +18,7 @@ use crate::{Omitted, Triangles};
 pub(super) struct Range {
     /// Triangles for the fast path that aren't dropped.
     pub(super) kept: Vec<Kept>,
-    /// Triangles that reach behind the eye or far to the side, all triangles of orthographic views.
+    /// Triangles that reach behind the eye or far to the side, and all triangles of orthographic views.
     pub(super) general: Vec<u32>,
     pub(super) omitted: Omitted,
     pub(super) dropped: u64,

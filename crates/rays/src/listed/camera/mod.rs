@@ -68,9 +68,9 @@ pub struct ListedOptions {
     /// their nearest corner. Otherwise all pixels of a sorting tile that may still find something nearer test all of a
     /// cell's triangles, as in the paper.
     pub skips_blocks: bool,
-    /// The most triangles that one thread searches in a tile of 64×64 pixels, each counted once for each cell that lists it:
-    /// tiles of more are divided among threads, and the hits of the parts are compared in the end (§5, future work). `None`
-    /// divides none.
+    /// The largest number of triangles that one thread searches in a tile of 64×64 pixels, each counted once for each cell
+    /// that lists it: tiles of more are divided among threads, and the hits of the parts are compared in the end (§5, future
+    /// work). `None` divides none.
     pub most_triangles: Option<NonZeroU32>,
 }
 

@@ -97,11 +97,11 @@ impl ListedLightOptions {
     /// 192 × 192 cells in one slice, 256 points and 512 triangles to a block of work, on faces.
     pub const DEFAULT: Self =
         Self { side: 192, points: 256, triangles: 512, slices: 1, map: LightMapping::Faces, clamp: None };
-    /// The most cells a side.
+    /// The largest number of cells a side.
     pub const MOST_CELLS: u32 = 2048;
-    /// The most points, and the most triangles, of a block of work.
+    /// The largest number of points, and of triangles, of a block of work.
     pub const LARGEST_BLOCK: u32 = 4096;
-    /// The most depth slices.
+    /// The largest number of depth slices.
     pub const MOST_SLICES: u32 = 32;
 
     /// `cells` × `cells` cells (up to [`MOST_CELLS`](Self::MOST_CELLS)²) on each face of the light, and work in blocks
@@ -140,13 +140,13 @@ impl ListedLightOptions {
         self.side
     }
 
-    /// The most points of a block of work: the paper's r.
+    /// The largest number of points of a block of work: the paper's r.
     #[must_use]
     pub fn points(&self) -> u32 {
         self.points
     }
 
-    /// The most triangles of a block of work.
+    /// The largest number of triangles of a block of work.
     #[must_use]
     pub fn triangles(&self) -> u32 {
         self.triangles

@@ -80,7 +80,7 @@ impl Nested {
         self.references
     }
 
-    /// The most references of a cell that certainly holds no grid.
+    /// The largest number of references of a cell that certainly holds no grid.
     #[inline(always)]
     pub(super) fn most(&self) -> usize {
         if self.grids.is_empty() { usize::MAX } else { self.interval as usize }

@@ -11,7 +11,7 @@ use crate::kdtree::extent::{Extent, Plane};
 /// The number of planes across each axis.
 pub(super) const PLANES: usize = 16;
 
-/// The largest number of boxes for which all their faces are the planes.
+/// With at most so many boxes, all their faces are planes.
 pub(super) const EXACT_FROM: usize = PLANES / 2;
 
 /// The numbers of boxes that begin below, and that end above, each of the planes across each axis.
@@ -104,7 +104,7 @@ fn count<S: Simd>(simd: S, boxes: &[Boxed], planes: &[f32x16<S>; 3]) -> [[f32x16
     counts
 }
 
-/// As `count`, for parts of a node.
+/// As [`count_within`], for a part of a node's boxes.
 #[inline(always)]
 pub(super) fn count_part<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> Counts {
     count_within(simd, boxes, around).counts()

@@ -153,7 +153,7 @@ impl BackgroundKdTree {
         self
     }
 
-    /// Whether triangles are where they were when the tree was built.
+    /// Whether no triangle has moved since the tree was built.
     fn is_still(&self) -> bool {
         self.drift.first().is_none_or(|&drift| drift == 0.0)
     }

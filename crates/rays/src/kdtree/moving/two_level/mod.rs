@@ -167,7 +167,7 @@ impl TwoLevelKdTree {
 }
 
 impl Object {
-    /// Whether the tree lies where the triangles are.
+    /// Whether the object hasn't moved since its tree was built.
     fn is_in_place(&self) -> bool {
         !matches!(self.state, State::Moved(..))
     }

@@ -1,4 +1,4 @@
-//! Packets of rays go together through the largest trees that lie where their triangles are, and alone through the rest.
+//! Packets of rays go through the largest trees of objects that haven't moved; their rays go alone through the other trees.
 
 use std::ops::ControlFlow;
 

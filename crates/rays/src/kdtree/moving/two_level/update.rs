@@ -6,7 +6,7 @@ use super::{KdMoved, Object, State, TwoLevelKdTree};
 use crate::kdtree::{Extent, Reference};
 use crate::{KdTree, KdTreeOptions, Parts, Triangles};
 
-/// The excess by which boxes are enlarged, relative to the missing part: the next frame may take vertices on.
+/// The excess by which boxes are enlarged, relative to the missing part: the next frame may take vertices further.
 const BEYOND: f64 = 0.25;
 
 impl TwoLevelKdTree {

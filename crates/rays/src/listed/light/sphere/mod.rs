@@ -193,7 +193,7 @@ impl LightMap for Sphere {
 fn outside<S: Simd>(simd: S, corners: &[fearless_simd::f32x16<S>; 3], [low, high]: [f32; 2]) -> mask32x16<S> {
     let least = crate::simd::lanes::min3(*corners);
     let most = crate::simd::lanes::max3(*corners);
-    // Narrower than much less than half a turn, and beyond by far more than any error. The rest is decided one by one.
+    // Narrower than half a turn, and beyond the range, both by far more than any error. The rest is decided one by one.
     let margin = 1e-3 + 1e-3 * low.abs().max(high.abs());
     let sum = corners[0] + corners[1] + corners[2];
     let is_narrow = (most - least).simd_lt(splat(simd, 3.0)) & sum.simd_eq(sum);
