@@ -196,10 +196,10 @@ impl KdTreeOptions {
 
     /// Checks that a tree can have these options.
     ///
-    /// # Errors If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero
-    /// and one, more than [`MOST_FAILURES`](SahCosts::MOST_FAILURES) planes may fail, a short stack has no entry or more
-    /// than [`KdTraversal::MOST_ENTRIES`], or nodes of more than [`MOST_LAZY`](Self::MOST_LAZY) triangles are to be built
-    /// lazily.
+    /// # Errors
+    /// If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero and one,
+    /// more than [`MOST_FAILURES`](SahCosts::MOST_FAILURES) planes may fail, a short stack has no entry or more than
+    /// [`KdTraversal::MOST_ENTRIES`], or nodes of more than [`MOST_LAZY`](Self::MOST_LAZY) triangles are to be built lazily.
     pub fn check(self) -> Result<(), ImpossibleKdTreeOptions> {
         let SahCosts { step, test, empty, failures, .. } = self.costs;
         let is_cost = |cost: f64| cost.is_finite() && cost >= 0.0;
