@@ -21,7 +21,7 @@ impl Bounds {
     /// The box that holds nothing.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
-    /// The smallest box around the finite ones of `points`; [`Bounds::EMPTY`] when there are none.
+    /// The smallest box around all finite `points`; [`Bounds::EMPTY`] when there are none.
     #[must_use]
     pub fn of_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         let finite = points.into_iter().filter(|point| point.is_finite());

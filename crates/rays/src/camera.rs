@@ -13,11 +13,11 @@ pub struct Camera {
     pub up: Vec3,
     /// Into the image.
     pub forward: Vec3,
-    /// How rays spread.
+    /// The spread of rays.
     pub projection: Projection,
 }
 
-/// How a camera's rays spread. The width of the view follows from the image's: pixels are square.
+/// The spread of a camera's rays. The width of the view follows from the image's: pixels are square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// All rays start at the camera.
@@ -49,11 +49,11 @@ impl Camera {
         Self { position, right, up, forward, projection }
     }
 
-    /// The nearest camera that looks along `forward` and sees all of the finite ones of `points` in an image of `aspect`
-    /// (width over height): they fill [`FILL`](Self::FILL) of its width or of its height.
+    /// The nearest camera that looks along `forward` and sees all finite `points` in an image of `aspect` (width over
+    /// height): they fill [`FILL`](Self::FILL) of its width or of its height.
     ///
-    /// It depends on the size of what it sees alone, however far that is from the origin. Where a position of `f32` is too
-    /// coarse for it, the camera turns and its field of view narrows or widens, so that the picture stays filled.
+    /// The distance to the points depends only on their extent, however far they are from the origin. Where an `f32`
+    /// position is too coarse, the camera turns and its field of view narrows or widens, so that the picture stays filled.
     ///
     /// Without points, or with one only, it is some valid camera that looks at it.
     #[must_use]
@@ -65,8 +65,8 @@ impl Camera {
         let mut camera = Self::look_at(Vec3::ZERO, forward, Vec3::Y, vertical_fov_radians);
         let points = points.into_iter().filter(|point| point.is_finite());
         let Some(first) = points.clone().next() else { return camera };
-        // From one of the points, so that nothing cancels: floats of 64 bits have the differences of all coordinates exactly
-        // enough, and their squares.
+        // Offsets from one of the points, so that nothing cancels: f64 holds the differences of all coordinates, and their
+        // squares, exactly enough.
         let offset = |point: Vec3| point.as_dvec3() - first.as_dvec3();
         let tan_half_height = libm::tan(0.5 * f64::from(vertical_fov_radians)) * Self::FILL;
         let tan_half_width = tan_half_height * f64::from(aspect);
@@ -88,8 +88,8 @@ impl Camera {
             (nearest, farthest) = (nearest.min(z), farthest.max(z));
         }
         let depth_of_edges = (-0.5 * (right + left) / tan_half_width).min(-0.5 * (top + bottom) / tan_half_height);
-        // Not so near that something sticks into the lens, nor in a lone point itself, whose size is taken for what tells
-        // it from its neighbours.
+        // In front of the nearest point by a quarter of the points' depth. A lone point has no depth: there by at least the
+        // spacing of f32 at its coordinates.
         let least = f64::from(first.abs().max_element() * f32::EPSILON).max(f64::from(f32::MIN_POSITIVE));
         let depth = depth_of_edges.min(nearest - (0.25 * (farthest - nearest)).max(least));
         let [x, y] = [0.5 * (right - left), 0.5 * (top - bottom)];
@@ -104,14 +104,14 @@ impl Camera {
         camera
     }
 
-    /// The part of a picture's width or height that what [`Camera::framing`] sees fills, whichever it fills first.
+    /// The fraction of the picture's width or height, whichever fills first, that [`Camera::framing`]'s points fill.
     pub const FILL: f64 = 0.8;
-    /// The rounding of a position, in distances to what is seen, that [`Camera::framing`] leaves as it is: a fifth of a pixel
-    /// in a thousand.
+    /// The largest rounding of the position that [`Camera::framing`] accepts, relative to the distance of the points'
+    /// middle: a fifth of a pixel in a thousand.
     const COARSE: f64 = 1e-4;
 
-    /// Turns the camera along `forward` and widens its view so that `points`, from some origin that `position` counts from as
-    /// well, fill [`FILL`](Self::FILL) of it. Where some are beside or behind it, it stays as it is.
+    /// Turns the camera along `forward` and sets its field of view so that `points` fill [`FILL`](Self::FILL) of it.
+    /// `points` and `position` count from the same origin. If a point is beside or behind the camera, it stays as it is.
     fn aim(&mut self, forward: DVec3, points: impl Iterator<Item = DVec3>, aspect: f32, position: DVec3) {
         let turned = Self::look_at(Vec3::ZERO, forward.normalize_or(DVec3::NEG_Z).as_vec3(), Vec3::Y, 1.0);
         let [right, up, forward] = [turned.right, turned.up, turned.forward].map(Vec3::as_dvec3);
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::Bounds;
 
-    /// Where a world point is in the image, in pixels.
+    /// Returns the position of a world point in the image, in pixels.
     fn pixel(view: &View, point: Vec3) -> (f32, f32) {
         let Camera { position, right, up, forward, projection } = view.camera;
         let Projection::Perspective { tan_half_height } = projection else { panic!("a perspective camera") };
@@ -179,7 +179,7 @@ mod tests {
         (0.5 * view.width as f32 + x, 0.5 * view.height as f32 - y)
     }
 
-    /// How far from the middle of the image the farthest of some points is, across and up, in halves of its sides.
+    /// The largest distance of a point from the middle of the image, across or up, in halves of the image's sides.
     fn filled(camera: Camera, points: &[Vec3], [width, height]: [u32; 2]) -> f64 {
         let view = View { camera, width, height };
         points.iter().fold(0.0, |most, &point| {

@@ -1,13 +1,13 @@
-//! Options that are chosen by name: one table says what people may write, what that stands for and what it does.
+//! Options with named values: one table has each name, its value and its description.
 
-/// An option's value that is one of a few, each with a name.
+/// An option with a few values, each with a name.
 ///
-/// Command lines, their help, drop-down lists and what is written to files all come from [`CHOICES`](Self::CHOICES).
+/// Command lines, their help, drop-down lists and written files all come from [`CHOICES`](Self::CHOICES).
 /// [`choices!`](crate::choices) writes this with `FromStr` and `Display`.
 pub trait Choice: Copy + PartialEq + 'static {
-    /// What is chosen, for messages: "kd-tree builder".
+    /// The option's name in messages: "kd-tree builder".
     const OPTION: &'static str;
-    /// Name, value, and what it does in a line that ends without a full stop. Names are words without spaces.
+    /// Name, value and a one-line description without a full stop. Names are words without spaces.
     const CHOICES: &'static [(&'static str, Self, &'static str)];
 
     /// All values, in the table's order.
@@ -15,7 +15,7 @@ pub trait Choice: Copy + PartialEq + 'static {
         Self::CHOICES.iter().map(|(_, value, _)| *value)
     }
 
-    /// All names, each with what it does.
+    /// All names with their descriptions.
     #[must_use]
     fn names() -> Vec<(&'static str, &'static str)> {
         Self::CHOICES.iter().map(|(name, _, about)| (*name, *about)).collect()
@@ -26,7 +26,7 @@ pub trait Choice: Copy + PartialEq + 'static {
         Self::CHOICES.iter().find(|(_, value, _)| *value == self).map_or("", |(name, ..)| name)
     }
 
-    /// What it does; empty if the table lacks it.
+    /// The value's description; empty if the table lacks it.
     fn about(self) -> &'static str {
         Self::CHOICES.iter().find(|(_, value, _)| *value == self).map_or("", |(.., about)| about)
     }
@@ -47,7 +47,7 @@ pub trait Choice: Copy + PartialEq + 'static {
     }
 }
 
-/// Gives a type its table of choices: `choices! { Type, "what it is": "name" => Variant, "what it does"; … }`.
+/// Gives a type its table of choices: `choices! { Type, "option": "name" => Variant, "description"; … }`.
 #[macro_export]
 macro_rules! choices {
     ($type:ty, $option:literal: $($name:literal => $value:ident, $about:literal;)+) => {
@@ -72,20 +72,20 @@ macro_rules! choices {
     };
 }
 
-/// A name that stands for nothing that can be chosen.
+/// The error for a name that no choice has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {option} `{name}`: choose one of {known}")]
 pub struct UnknownChoice {
-    /// What was to be chosen, such as "kd-tree builder".
+    /// The option, such as "kd-tree builder".
     pub option: &'static str,
-    /// The name that there isn't.
+    /// The unknown name.
     pub name: String,
-    /// Those that there are, with commas between them.
+    /// The known names, separated by commas.
     pub known: String,
 }
 
 impl UnknownChoice {
-    /// The error for a name beside those that are `known`.
+    /// The error for a name that isn't one of `known`.
     pub fn new(option: &'static str, name: &str, known: impl IntoIterator<Item = &'static str>) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
         Self { option, name: name.to_owned(), known: known.join(", ") }

@@ -13,13 +13,12 @@ use crate::{ImageTooLarge, LightCells, LightSource, Omitted, SimdLevel, Speciali
 
 /// A grid for a camera's rays.
 pub trait CameraGrid: Debug + Send + Sync {
-    /// The instructions to find patches with; `None` for a grid that doesn't ask for any.
+    /// The SIMD level with which to find patches; `None` for a grid that uses no patches.
     fn level_for_patches(&self) -> Option<SimdLevel> {
         None
     }
 
-    /// Replaces the grid by one of the shot's triangles, whose `patches` it may use; the time of stages that are known
-    /// apart.
+    /// Rebuilds the grid for the shot's triangles, whose `patches` it may use. Returns the time of each stage.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
@@ -28,7 +27,7 @@ pub trait CameraGrid: Debug + Send + Sync {
     /// Finds what each pixel sees.
     fn trace(&mut self, shot: &Shot<'_>, patches: &Patches, seen: &mut SeenPixels) -> Counts;
 
-    /// As [`trace`](Self::trace), and counts the work that each pixel is.
+    /// As [`trace`](Self::trace), and counts each pixel's work.
     fn trace_counting(
         &mut self,
         shot: &Shot<'_>,
@@ -37,33 +36,34 @@ pub trait CameraGrid: Debug + Send + Sync {
         work: &mut PixelWork,
     ) -> Counts;
 
-    /// The triangles that were left out because no ray can hit them; `None` for a grid that leaves finding them to patches.
+    /// The triangles that were left out because no ray can hit them; `None` for a grid that leaves finding them to the
+    /// patches.
     fn omitted(&self) -> Option<&Omitted>;
 
-    /// Bytes held for the last frame, without the pixels'.
+    /// Bytes held for the last frame, without the pixels.
     fn bytes(&self) -> usize;
 
     /// As [`Structure::validate`].
     ///
     /// # Errors
-    /// With what is wrong first.
+    /// Describes the first fault.
     fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String>;
 }
 
 /// A grid for the rays of lights, one light after the other.
 pub trait LightsGrid: Debug + Send + Sync {
-    /// The instructions to find patches with; `None` for a grid that doesn't ask for any.
+    /// The SIMD level with which to find patches; `None` for a grid that uses no patches.
     fn level_for_patches(&self) -> Option<SimdLevel> {
         None
     }
 
-    /// Finds out what all lights want to know about the points.
+    /// Measures the distances of the points, once for all lights.
     fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels);
 
     /// Finds which points `light` reaches; after a survey.
     ///
     /// # Panics
-    /// If it was built of another number of triangles.
+    /// If it was built for another number of triangles.
     fn shadow(
         &mut self,
         shot: &Shot<'_>,
@@ -89,7 +89,7 @@ pub trait LightsGrid: Debug + Send + Sync {
     /// As [`Structure::validate`], for one light; after a survey.
     ///
     /// # Errors
-    /// With what is wrong first.
+    /// Describes the first fault.
     fn validate(
         &mut self,
         shot: &Shot<'_>,
@@ -104,12 +104,12 @@ pub trait LightsGrid: Debug + Send + Sync {
 pub struct Grids<C, L> {
     camera: C,
     light: L,
-    /// What both grids have in common; empty where neither asks for it.
+    /// The patches that both grids share; empty where neither uses any.
     patches: Patches,
     of_lights: Vec<Work>,
 }
 
-/// The grids that are fastest.
+/// The fastest grids.
 pub type DirectGrids = Grids<PerspectiveGrid, LightGrid>;
 
 /// The grids as their paper describes them.

@@ -49,7 +49,7 @@ mod tests {
         assert!(first == hash(&[5, 7]) && first != hash(&[7, 5]) && first != hash(&[5, 7, 0]));
         for bit in 0..64 {
             assert!(first != hash(&[5 ^ 1 << bit, 7]) && first != hash(&[5, 7 ^ 1 << bit]), "{bit}");
-            // Each bit reaches the lowest ones, of which tables are made, in some number of a few.
+            // Each bit changes the lowest bits, which hash tables use, for at least one of a few numbers.
             let low = |number: u64| hash(&[number]) & 0xff;
             assert!((0..64).any(|number| low(number) != low(number ^ 1 << bit)), "{bit}");
         }

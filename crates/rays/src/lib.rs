@@ -4,7 +4,7 @@
 //! structures that find the triangles worth asking it about. No files, no images, no GPU.
 #![forbid(unsafe_code)]
 
-/// `Debug` of a type that shows a few things and says that there are more.
+/// `Debug` for a type that shows some of its fields and marks the rest as omitted.
 macro_rules! debug_some {
     ($type:ident as $this:ident: $($name:literal => $value:expr),+) => {
         impl std::fmt::Debug for $type {
@@ -85,7 +85,7 @@ pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 
-/// What `umbrage-study` needs of the crate's inside. Not part of the public API.
+/// Internals for `umbrage-study`. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
     pub use crate::bvh::{

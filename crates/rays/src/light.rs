@@ -2,7 +2,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::Vec3;
 
-/// Where light comes from, as a source of shadow rays. Directions are of unit length.
+/// A light as a source of shadow rays. Directions are of unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightSource {
     /// Light in every direction from one point.
@@ -29,7 +29,7 @@ pub enum LightSource {
 }
 
 impl LightSource {
-    /// Light from one point to one side of a plane, in `direction`, which is of unit length.
+    /// Light from one point into the half-space towards `direction`, which is of unit length.
     #[must_use]
     pub fn to_one_side(position: Vec3, direction: Vec3) -> Self {
         Self::Spot { position, direction, inner_radians: 0.0, outer_radians: FRAC_PI_2 }

@@ -14,8 +14,8 @@ pub trait Parallel: IndexedParallelIterator {
         let _: Option<()> = self.with_producer(Callback { count, work: &work, merge: &|(), ()| () });
     }
 
-    /// As `reduce_with`: all items, merged two by two in their order; `None` where there are none. Which neighbours are
-    /// merged first depends on the threads.
+    /// As `reduce_with`: all items, merged two by two in their order; `None` where there are none. The order of merging
+    /// depends on the threads.
     fn merge(self, merge: impl Fn(Self::Item, Self::Item) -> Self::Item + Sync) -> Option<Self::Item> {
         let count = self.len();
         self.with_producer(Callback { count, work: &|item| item, merge: &merge })
@@ -32,12 +32,12 @@ pub fn both<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> 
     of_a.zip(of_b).expect("both have been called")
 }
 
-/// Calls both, on two threads where one is free, and says whether it is another than the caller's.
+/// Calls both, on two threads where one is free, and tells each whether it runs on another thread than the caller's.
 fn join(a: &mut (dyn FnMut(bool) + Send), b: &mut (dyn FnMut(bool) + Send)) {
     rayon::join_context(|context| a(context.migrated()), |context| b(context.migrated()));
 }
 
-/// Takes the items of an iterator, whatever their producer is.
+/// Receives the producer of an iterator, of any type, and runs the loop over it.
 struct Callback<'a, W, M> {
     count: usize,
     work: &'a W,
@@ -58,7 +58,7 @@ where
     }
 }
 
-/// Works on so many items: halves on two threads while there are to be more parts, else one after the other.
+/// Runs `work` on `count` items: in two halves, on two threads, as long as `parts` allows; then one after the other.
 fn run<P: Producer, T: Send>(
     producer: P,
     count: usize,
@@ -85,8 +85,8 @@ fn run<P: Producer, T: Send>(
     }
 }
 
-/// Into how many parts items are still divided, and the fewest of a part: as many as there are threads, and more of those
-/// that an idle thread has taken over.
+/// The number of parts into which the items are still to be divided, and the fewest items of a part. The number of parts
+/// starts as that of threads; a half that an idle thread takes over gets at least as many again.
 #[derive(Clone, Copy)]
 struct Parts {
     count: usize,

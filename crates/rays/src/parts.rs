@@ -1,12 +1,12 @@
-/// Which triangles of a frame move together, as far as is known: what structures are made of that outlive a frame.
+/// A hint of the triangles of a frame that move together, for structures that outlive a frame.
 ///
-/// It says what is worth trying. No answer depends on it.
+/// No answer depends on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parts<'a> {
-    /// The part of each triangle: about one affine map takes all of a part from one frame to the next. Empty where nothing is
-    /// known, and all triangles are one part.
+    /// The part of each triangle: about one affine map takes all triangles of a part from one frame to the next. Empty where
+    /// nothing is known: then all triangles are one part.
     pub of_triangle: &'a [u32],
-    /// The object of each part: what deforms together, such as all that follows one skin. Empty where each part is an
+    /// The object of each part. An object's parts deform together, as those of one skin do. Empty where each part is an
     /// object.
     pub objects: &'a [u32],
 }

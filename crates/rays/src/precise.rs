@@ -1,11 +1,11 @@
-//! Numbers of about 104 bits for tests, to compare with what f64 and f32 make of the same.
+//! Numbers of about 104 bits for tests, to compare f64 and f32 results with.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::DVec3;
 
-/// The sum of two f64, the second at most half an ulp of the first. Results are wrong by at most 2⁻¹⁰² of themselves, or of
-/// the terms of a sum.
+/// The sum of two f64, the second at most half an ulp of the first. The error of a result is at most 2⁻¹⁰² of it, or of the
+/// terms of a sum.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Precise {
     high: f64,
@@ -22,7 +22,7 @@ impl Precise {
         if self.high < 0.0 { -self } else { self }
     }
 
-    /// Of a sum of two whose rounding has lost `low`.
+    /// The number `high` + `low`, where `low` is the rounding error of a sum `high`.
     fn renormalized(high: f64, low: f64) -> Self {
         let sum = high + low;
         Self { high: sum, low: low - (sum - high) }
@@ -101,7 +101,7 @@ impl PartialOrd for Precise {
     }
 }
 
-/// A vector of them.
+/// A vector of precise numbers.
 pub(crate) type PreciseVector = [Precise; 3];
 
 pub(crate) fn precise(vector: DVec3) -> PreciseVector {

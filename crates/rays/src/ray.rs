@@ -1,11 +1,11 @@
 use glam::DVec3;
 
-/// Half of a line: `origin + t · direction` for t in the open interval (`t_min`, `t_max`).
+/// A ray: `origin + t · direction` for t in the open interval (`t_min`, `t_max`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where t is zero.
+    /// The point at t = 0.
     pub origin: DVec3,
-    /// Any direction with a length from 10⁻¹⁰⁰ to 10¹⁰⁰, which is the unit of t.
+    /// Any direction with a length from 10⁻¹⁰⁰ to 10¹⁰⁰; its length is the unit of t.
     pub direction: DVec3,
     /// Triangles at or before this t aren't hit.
     pub t_min: f64,
@@ -20,18 +20,18 @@ impl Ray {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// Whether it can hit anything: it starts somewhere, goes somewhere, and has some t between its ends.
+    /// Whether it can hit anything: its origin is finite, its direction finite and not zero, its interval not empty.
     pub(crate) fn is_sound(&self) -> bool {
         self.origin.is_finite() && self.goes_somewhere() && self.t_min < self.t_max
     }
 
-    /// Whether its direction is one.
+    /// Whether the direction is finite and not zero.
     pub(crate) fn goes_somewhere(&self) -> bool {
         self.direction.is_finite() && self.direction != DVec3::ZERO
     }
 }
 
-/// Where a ray meets a triangle.
+/// The point at which a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, in lengths of the ray's direction.

@@ -1,5 +1,5 @@
-//! A shot answered by single rays, one for each pixel and for each point and light: what makes a structure of anything that
-//! answers [`SingleRays`].
+//! Answers a shot by single rays, one for each pixel and one for each point and light. This makes a structure of any
+//! [`SingleRays`].
 
 use crate::parallel::Parallel;
 use rayon::prelude::*;
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::shot::{Cone, LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
 use crate::{Hit, LightSource, SingleRays};
 
-/// Finds what each pixel sees, as [`Structure::see`](crate::Structure::see) does.
+/// Finds the triangle that each pixel sees, as [`Structure::see`](crate::Structure::see) does.
 pub fn see(rays: &dyn SingleRays, shot: &Shot<'_>, seen: &mut SeenPixels) {
     seen.resize(shot.view.width, shot.view.height);
     let order = seen.order();

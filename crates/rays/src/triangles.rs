@@ -3,18 +3,18 @@ use rayon::prelude::*;
 
 use crate::Bounds;
 
-/// A triangle soup with shared vertices: what every structure is built over.
+/// A triangle soup with shared vertices; every structure is built over one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Triangles<'a> {
-    /// World positions. Coordinates are zero or have magnitudes from 10⁻³⁷ to 3.4 · 10³⁸, in one scene as well; triangles with
-    /// others than finite ones are left out and counted.
+    /// World positions. Coordinates are zero or have magnitudes from 10⁻³⁷ to 3.4 · 10³⁸, mixed in one scene as well.
+    /// Triangles with coordinates that aren't finite are left out and counted.
     pub positions: &'a [Vec3],
     /// Three indices of `positions` for each triangle; a triangle's id is its index here.
     pub indices: &'a [[u32; 3]],
 }
 
 impl Triangles<'_> {
-    /// How many triangles there are, counting those that can't be hit.
+    /// The number of triangles, including those that can't be hit.
     #[must_use]
     pub fn len(&self) -> usize {
         self.indices.len()
@@ -54,11 +54,11 @@ impl Triangles<'_> {
             return Err(Unusable::NotFinite);
         }
         let [a, b, c] = corners;
-        // Only what is certainly without area: a sliver that merely rounds to nothing may still be hit.
+        // Only triangles certainly without area: a sliver whose area merely rounds to zero may still be hit.
         if a == b || b == c || c == a { Err(Unusable::ZeroArea) } else { Ok(corners) }
     }
 
-    /// Which triangles no ray can hit.
+    /// The triangles that no ray can hit.
     #[must_use]
     pub fn omitted(&self) -> Omitted {
         const CHUNK: u32 = 1 << 14;
@@ -87,7 +87,7 @@ impl Triangles<'_> {
     }
 }
 
-/// Why a triangle can't be hit by any ray.
+/// The reason why no ray can hit a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
     /// A coordinate is NaN or infinite.
@@ -110,7 +110,7 @@ pub struct Omitted {
 }
 
 impl Omitted {
-    /// How many triangles were left out for any reason.
+    /// The number of triangles that were left out for any reason.
     #[must_use]
     pub fn total(&self) -> u32 {
         self.not_finite.count + self.zero_area.count + self.index_out_of_range.count
@@ -151,16 +151,16 @@ impl Omitted {
     }
 }
 
-/// How many triangles were left out for one reason, and which came first.
+/// The triangles left out for one reason: their number, and the first ids.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OmittedKind {
-    /// How many.
+    /// The number of triangles.
     pub count: u32,
     /// The lowest ids, at most [`OmittedKind::IDS`] of them.
     pub first_ids: Vec<u32>,
 }
 
 impl OmittedKind {
-    /// How many ids are kept.
+    /// The largest number of ids that are kept.
     pub const IDS: usize = 8;
 }

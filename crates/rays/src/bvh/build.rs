@@ -7,28 +7,28 @@ use super::split::{Bins, Extent, Item, Split, middles};
 use super::{Bvh, Child, Kind, Node, WIDTH};
 use crate::Triangles;
 
-/// What building takes, kept for the next time.
+/// The memory of a build, kept for the next one.
 #[derive(Default)]
 pub(super) struct Builder {
     pub(super) items: Vec<Item>,
-    /// Where items go when many of them are divided, from where they come back when these are.
+    /// Room for divided items; a division swaps it with the items.
     spare: Vec<Item>,
     top: Vec<Node>,
     subtrees: Vec<Subtree>,
 }
 
-/// Nodes over items, of which the subtrees haven't been put together. In the top, leaves stand for subtrees.
+/// Nodes over items, with the subtrees not yet joined. In the top, leaves stand for subtrees.
 pub(super) struct Built<'a> {
     top: &'a [Node],
     trees: Vec<Range<'a>>,
     subtrees: &'a [Subtree],
-    /// The first node of each subtree, where the top's come before all of them, and its first leaf.
+    /// The first node of each subtree, counted from the top's first, and its first leaf.
     starts: Vec<[usize; 2]>,
     pub(super) nodes: usize,
     pub(super) leaves: usize,
 }
 
-/// What one thread builds by itself. Nodes and leaves are numbered from zero.
+/// A subtree built by one thread. Nodes and leaves are numbered from zero.
 #[derive(Default)]
 struct Subtree {
     nodes: Vec<Node>,
@@ -52,15 +52,15 @@ impl LeafItems {
 /// Items that become a node or a leaf.
 struct Range<'a> {
     items: &'a mut [Item],
-    /// As much room, to divide them.
+    /// Room of the same length, to divide them.
     spare: &'a mut [Item],
     extent: Extent,
 }
 
-/// From this depth on, nodes are divided into halves, so that no input makes the hierarchy much deeper.
+/// From this depth on, nodes are divided into halves, which bounds the hierarchy's depth for any input.
 const DEEP: usize = 40;
 
-/// Items that a thread looks at by itself when all divide a node.
+/// Items per thread when all threads divide one node.
 const CHUNK: usize = 1 << 13;
 
 impl Builder {
@@ -75,8 +75,8 @@ impl Builder {
 }
 
 impl Bvh {
-    /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool. It is the same for any number of
-    /// them.
+    /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool. The result is the same for any
+    /// number of threads.
     pub fn build(&mut self, triangles: Triangles<'_>) {
         let [is_any_near, is_any_far] = nearness(triangles);
         self.scale = if is_any_far && !is_any_near { SCALE } else { 1.0 };
@@ -119,8 +119,8 @@ impl Bvh {
 }
 
 impl Built<'_> {
-    /// Writes all nodes, before which there are others: the top's, whose first one is the root, then those of each subtree.
-    /// `child` says what stands for a leaf, given by its number and its items.
+    /// Writes all nodes, behind `before` others: first the top's, whose first is the root, then those of each subtree.
+    /// `child` makes the reference to a leaf from its number and its items.
     pub(super) fn write_nodes(
         &self,
         nodes: &mut [Node],
@@ -155,7 +155,7 @@ impl Built<'_> {
 }
 
 impl Builder {
-    /// Builds nodes over all items, with leaves of `most` of them.
+    /// Builds nodes over all items, with leaves of at most `most` items.
     pub(super) fn build(&mut self, most: usize) -> Built<'_> {
         let Self { items, spare, top, subtrees } = self;
         top.clear();
@@ -178,7 +178,7 @@ impl Builder {
         Built { top, trees, subtrees, starts, nodes, leaves }
     }
 
-    /// The boxes of the triangles of a share that can be hit, in order of id.
+    /// Collects the boxes of the triangles of a share that can be hit, in order of id.
     fn collect(&mut self, triangles: Triangles<'_>, some_are_omitted: bool, share: Share, scale: f32) {
         let item = |id: u32, corners: [Vec3; 3]| {
             let [a, b, c] = corners.map(|corner| (corner * scale).extend(0.0));
@@ -198,9 +198,9 @@ impl Builder {
     }
 }
 
-/// Divides the items of a node that many threads build, until there are enough ranges for all of them.
+/// Divides items into ranges for many threads, and builds the nodes above these.
 fn divide_top<'a>(whole: Range<'a>, most: usize, top: &mut Vec<Node>, trees: &mut Vec<Range<'a>>) {
-    // Whatever the number of threads.
+    // Independent of the number of threads.
     const MOST_TREES: usize = 64;
     let largest = (whole.items.len() / MOST_TREES).clamp(1 << 10, 1 << 15);
     if whole.items.len() <= largest {
@@ -235,7 +235,7 @@ fn divide_top_node<'a>(
     Child::node(index)
 }
 
-/// The children of a node: the largest that has more than `enough` items is divided until there are enough children.
+/// The children of a node: the largest child with more than `enough` items is divided until there are enough children.
 fn children_of<'a>(
     whole: Range<'a>,
     enough: usize,
@@ -274,7 +274,7 @@ fn best_split_on_all_threads(items: &[Item], most: usize) -> Option<Split> {
 }
 
 impl<'a> Range<'a> {
-    /// Both parts of it, on all threads; halves where there is no way to divide it.
+    /// Divides the range into two, on all threads; into halves where there is no split.
     fn divided(self, split: Option<Split>) -> [Self; 2] {
         let Some(split) = split else { return self.halves() };
         let (items, spare) = (self.spare, self.items);
@@ -292,7 +292,7 @@ impl<'a> Range<'a> {
         Self { items, spare, extent: self.extent }.cut(split.first, split.extents)
     }
 
-    /// Its first and its second half.
+    /// The first and the second half.
     fn halves(self) -> [Self; 2] {
         let middle = self.items.len() / 2;
         let (first, second) = self.items.split_at(middle);
@@ -404,24 +404,24 @@ impl Node {
     }
 }
 
-/// Which triangles a hierarchy is of.
+/// The triangles of a hierarchy.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Share {
     All,
-    /// Those without a coordinate above [`HUGE`].
+    /// Triangles without a coordinate above [`HUGE`].
     Near,
     /// The others.
     Far,
 }
 
-/// Larger coordinates are scaled, so that boxes have areas and rays have reciprocals.
+/// Larger coordinates are scaled, so that areas of boxes don't overflow and reciprocals of rays don't underflow.
 const HUGE: f32 = (1_u64 << 40) as f32;
 
-/// Scaled triangles within this have boxes without areas: where there are such and huge ones, as with one far vertex, each
-/// kind has a hierarchy of its own.
+/// Triangles within this bound, once scaled, have boxes without areas. Where there are both such and huge ones, as with one
+/// far vertex, each kind has a hierarchy of its own.
 const COMMON: f32 = (1_u64 << 30) as f32;
 
-/// What huge coordinates are multiplied with. What that loses of small ones is less than boxes are grown by.
+/// Factor for huge coordinates. It loses less of small ones than boxes are grown by.
 const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
 
 impl Share {
@@ -435,7 +435,7 @@ impl Share {
     }
 }
 
-/// Whether any triangles that can be hit have common coordinates alone, and whether any have huge ones.
+/// Whether any triangle that can be hit has only common coordinates, and whether any has a huge one.
 fn nearness(triangles: Triangles<'_>) -> [bool; 2] {
     let is_huge = |position: &Vec3| (HUGE..f32::INFINITY).contains(&position.abs().max_element());
     if !triangles.positions.par_iter().with_min_len(1 << 14).any(is_huge) {

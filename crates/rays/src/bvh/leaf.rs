@@ -7,46 +7,46 @@ use crate::simd::each;
 
 /// Up to eight triangles: 320 bytes.
 ///
-/// **Which are missed.** Along a ray the scene falls into a plane, in which the ray is the origin: with k the axis of the
+/// **Misses.** Projected along a ray, the scene falls into a plane with the ray as origin: with k the axis of the
 /// direction's largest component and i another one, xᵢ = Δᵢ − r Δₖ for a corner p, where Δ = p − o and r = dᵢ / dₖ. The edge
-/// functions of the predicate are, but for a common factor, E = x₁ y₂ − x₂ y₁ in that plane. A triangle is missed if two of
-/// them have certain and different signs, and certainly met if all three have certain signs that are the same.
+/// functions of the predicate are, up to a common factor, E = x₁ y₂ − x₂ y₁ in that plane. A triangle is missed if two of
+/// them have certain and opposite signs, and certainly met if all three have the same certain sign.
 ///
-/// **How wrong that may be.** Let ε = 2⁻²⁴, z = |Δₖ|, a = |x| + |y| of a corner, and let rounding have moved the origin by no
-/// more than ε b on an axis, where b is the line's `blur`. Of x, the roundings of Δᵢ are ε |Δᵢ| ≤ ε (|x| + z), those of r, of
-/// Δₖ and of their product ε z each, and that of the difference ε |x|; the origin's are 2 ε b. Together they are less than
-/// e = 16 ε (a + z + b), of which the largest of the three corners is taken, by a factor of three. An edge function is then
-/// wrong by no more than e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less than δ = e (a₁ + a₂ + a₃ + 3 e) for
-/// all three. What underflows is less than `SMALLEST`. Where products and sums are fused, they are rounded once less.
+/// **Error bounds.** Let ε = 2⁻²⁴, z = |Δₖ|, a = |x| + |y| of a corner, and ε b the largest rounding of the origin on an
+/// axis, where b is the line's `blur`. Of x, the roundings of Δᵢ are ε |Δᵢ| ≤ ε (|x| + z), those of r, of Δₖ and of their
+/// product ε z each, and that of the difference ε |x|; the origin's are 2 ε b. Together they are less than
+/// e = 16 ε (a + z + b) by a factor of three; e is taken for the largest of the three corners. An edge function is then
+/// wrong by at most e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less than δ = e (a₁ + a₂ + a₃ + 3 e) for all
+/// three. Underflow loses less than `SMALLEST`. Where products and sums are fused, there is one rounding less.
 ///
-/// **Where they are met.** t = Σ E z / Σ E, with z along the ray. Where the triangle is met, it is between the least and the
-/// largest z, each wrong by less than e / 3. With s the difference of these, weights that are wrong by δ move it by no more
-/// than 3 δ s / (|Σ E| − 3 δ), and the roundings of sums, products and quotient by 8 ε max |z| < e. As it isn't moved by more
-/// than s either, that is less than 2 e + s min(1, 16 δ / |Σ E|): where |Σ E| > 12 δ the quotient is below 4 δ s / |Σ E|, and
-/// elsewhere 16 δ / |Σ E| is above one.
+/// **Position of a hit.** t = Σ E z / Σ E, with z along the ray. Where the triangle is met, it is between the least and the
+/// largest z, each wrong by less than e / 3. With s the difference of these, weights with an error of δ move it by at most
+/// 3 δ s / (|Σ E| − 3 δ), and the roundings of sums, products and quotient by 8 ε max |z| < e. As it isn't moved by more
+/// than s either, that is less than 2 e + s min(1, 16 δ / |Σ E|): where |Σ E| > 12 δ the quotient is below 4 δ s / |Σ E|,
+/// and elsewhere 16 δ / |Σ E| is above one.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
 pub struct Leaf {
-    /// For each axis the coordinates of all first corners, of all second and of all third ones, scaled.
+    /// For each axis the scaled coordinates of all first corners, then of all second and of all third ones.
     corners: [[[f32; Leaf::LANES]; 3]; 3],
-    /// Whose corners these are.
+    /// The triangles' ids.
     pub ids: [u32; Leaf::LANES],
 }
 
 /// Triangles of a leaf that a ray may hit.
 pub struct Found {
-    /// A bit for each.
+    /// Triangles that may be hit, a bit for each.
     pub possible: u32,
-    /// Those of them that the line certainly meets after the ray begins.
+    /// Those that the line certainly meets after the ray's start.
     pub certain: u32,
-    /// Where a hit is, at the earliest and at the latest.
+    /// Lower bound of a hit's t.
     pub earliest: [f32; Leaf::LANES],
-    /// The latter.
+    /// Upper bound of a hit's t.
     pub latest: [f32; Leaf::LANES],
 }
 
 impl Leaf {
-    /// Most triangles of a leaf.
+    /// The largest number of triangles in a leaf.
     pub const LANES: usize = 8;
 
     pub(super) const EMPTY: Self = Self { corners: [[[0.0; Self::LANES]; 3]; 3], ids: [u32::MAX; Self::LANES] };
@@ -54,14 +54,14 @@ impl Leaf {
     const ERROR: f32 = 16.0 / (1 << 24) as f32;
     const SMALLEST: f32 = 1e-36;
 
-    /// Replaces the triangles by others, whose corners are scaled.
+    /// Replaces the triangles, with scaled corners.
     pub(super) fn fill(&mut self, ids: impl Iterator<Item = u32>, corners: impl Fn(u32) -> [Vec3; 3]) {
         for (lane, id) in ids.enumerate() {
             self.set(lane, id, corners(id).map(|corner| corner.extend(0.0)));
         }
     }
 
-    /// Replaces one triangle, whose corners are scaled.
+    /// Replaces one triangle, with scaled corners.
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, id: u32, corners: [Vec4; 3]) {
         self.ids[lane] = id;
@@ -80,7 +80,7 @@ impl Leaf {
         [corner(0), corner(1), corner(2)]
     }
 
-    /// Which of the triangles in some lanes a ray may hit before `far`.
+    /// The triangles in some lanes that a ray may hit before `far`.
     #[inline(always)]
     pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
         let [i, j, k] = line.axes;
@@ -105,7 +105,7 @@ impl Leaf {
         let (first, last) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
         let one = f32x8::splat(simd, 1.0);
         let inverse = one / (edges[0] + edges[1] + edges[2]);
-        // Not the sum of products by its inverse: these may underflow, weights don't matter where they do.
+        // Each E is divided first: products E z may underflow, and weights don't matter where they do.
         let [a, b, c] = each!((edge, z) in pairs(edges, z) => (edge * inverse) * z);
         let t = a + b + c;
         let moved = error * 2.0 + (last - first) * (doubt * inverse.abs() * 16.0).min(one);
@@ -113,7 +113,7 @@ impl Leaf {
         let latest = sure.select(t + moved, last + error);
         let outside = earliest.simd_gt(far) | latest.simd_lt(line.near);
         possible &= !(outside.to_bitmask() as u32);
-        // Not at the ray's beginning, which `near` may be before.
+        // After the ray's start; `near` may be slightly before it.
         let certain = (sure & earliest.simd_gt(line.after)).to_bitmask() as u32 & possible;
         if possible == 0 {
             return None;
@@ -121,7 +121,7 @@ impl Leaf {
         Some(Found { possible, certain, earliest: earliest.into(), latest: latest.into() })
     }
 
-    /// How far all corners are from the line's origin along an axis.
+    /// The offsets of all corners from the line's origin along an axis.
     #[inline(always)]
     fn offsets<S: Simd>(&self, simd: S, line: &Line, axis: usize) -> [f32x8<S>; 3] {
         each!(corner in &self.corners[axis] => f32x8::from_slice(simd, corner) - line.origin[axis])
@@ -153,13 +153,13 @@ mod tests {
         let levels = SimdLevel::available();
         let (mut met, mut missed, mut left_out, mut certain) = (0, 0, 0, 0);
         for round in 0..40_000 {
-            // Worlds and triangles of all sizes, and triangles far from the middle of theirs.
+            // Scenes and triangles of all sizes, and triangles far from the middle of their scene.
             let world = f64::exp2(30.0 * random.signed());
             let middle = point(&mut random) * world;
             let size = world * f64::exp2(-16.0 * random.unit());
             let corners: Vec<[Vec3; 3]> = (0..Leaf::LANES)
                 .map(|_| {
-                    // Of all shapes: some are slivers.
+                    // Triangles of all shapes; some are slivers.
                     let [a, b, c] = [0; 3].map(|_| middle + point(&mut random) * size);
                     let thin = f64::exp2(-20.0 * random.unit());
                     [a, b, if round % 2 == 0 { c } else { a.lerp(b, random.signed()) + (c - a) * thin }]
@@ -167,7 +167,7 @@ mod tests {
                 })
                 .collect();
             let [a, b, c] = corners[round % Leaf::LANES].map(Vec3::as_dvec3);
-            // At an edge, at a corner, or somewhere near.
+            // Targets: on an edge, at a corner, or near the triangle.
             let (u, v) = (random.unit(), random.signed());
             let target = [a.lerp(b, u), c, a + (b - a) * u + (c - a) * v][round % 3];
             let mut origin = point(&mut random) * world;

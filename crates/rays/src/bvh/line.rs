@@ -5,60 +5,60 @@ use super::Node;
 use crate::Ray;
 use crate::simd::each;
 
-/// A ray prepared for boxes and triangles in f32. Its t is the distance along the axis k of the direction's largest component,
-/// in scaled coordinates.
+/// A ray prepared for boxes and triangles in f32. Its t is the distance along the axis k of the direction's largest
+/// component, in scaled coordinates.
 ///
-/// **How a box is left out.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 5 ε |t|: from the
-/// difference, the slope, its reciprocal, what that grows by, and the product. Boxes are grown by more than twice the one, and
-/// intervals by 8 ε |t|. No ray whose t are above zero leaves a box that it meets below zero, so the intervals of these grow
-/// with the reciprocal alone. What overflows is no number, which leaves nothing out.
+/// **Box test.** With ε = 2⁻²⁴, rounding moves the origin by ε |o| and each slab's t by 5 ε |t|: from the difference, the
+/// slope, its reciprocal, the growth of that, and the product. Boxes are grown by more than twice the former, and intervals
+/// by 8 ε |t|. A ray with positive t only doesn't leave a box that it meets at negative t, so its intervals grow with the
+/// reciprocal alone. Overflow gives NaN, which rules nothing out.
 #[derive(Clone, Copy)]
 pub struct Line {
-    /// Scaled, and rounded to f32.
+    /// Origin, scaled and rounded to f32.
     pub origin: [f32; 3],
-    /// What is taken from the coordinate at which a ray enters a box: the origin, and what the box grows by.
+    /// Subtracted from the coordinate at which a ray enters a box: the origin, moved by the growth of the box.
     pub enter_origin: [f32; 3],
-    /// What is taken from the coordinate at which it leaves.
+    /// Subtracted from the coordinate at which it leaves.
     pub leave_origin: [f32; 3],
-    /// What its t grows by for a step along each axis.
+    /// Growth of t per unit along each axis.
     pub inverse: [f32; 3],
-    /// 1 where the ray goes down an axis.
+    /// 1 for each axis along which the ray goes down.
     pub is_backward: [usize; 3],
     /// The two other axes, and k.
     pub axes: [usize; 3],
-    /// How far the ray goes back along the two other axes for one step along k.
+    /// Movement of the ray along the two other axes, negated, per unit along k.
     pub slopes: [f32; 2],
-    /// 1 or −1: the direction along k.
+    /// Sign of the direction along k: 1 or −1.
     pub sign: f32,
-    /// The origin's largest coordinate if f32 can't hold the origin, else next to nothing.
+    /// The origin's largest coordinate if f32 can't hold the origin, else almost zero.
     pub(super) blur: f32,
-    /// The ray's own t, times this, is the t here.
+    /// Factor from the ray's own t to the t here.
     scale: f64,
-    /// At most the least t, and at least the largest.
+    /// Lower bound of the least t.
     pub near: f32,
-    /// The latter.
+    /// Upper bound of the largest t.
     pub far: f32,
-    /// At least the least t.
+    /// Upper bound of the least t.
     pub(super) after: f32,
-    /// Whether no t is below zero, as of nearly all rays.
+    /// Whether no t is negative, as for nearly all rays.
     pub is_ahead: bool,
 }
 
-/// Boxes' intervals grow by this share of t.
+/// Relative growth of boxes' intervals.
 const RELATIVE_MARGIN: f32 = 4.0 * f32::EPSILON;
-/// What a reciprocal is multiplied with for the end of an interval whose t are above zero.
+/// Factor of a reciprocal for the end of an interval with positive t.
 pub const MORE: f32 = 1.0 + RELATIVE_MARGIN;
-/// The same for its beginning.
+/// Factor for its start.
 pub const LESS: f32 = 1.0 - RELATIVE_MARGIN;
 
 impl Line {
-    /// For coordinates that are `unit` times those of the ray; `None` where they are beyond f32's.
+    /// A line for coordinates that are `unit` times those of the ray; `None` where they are out of f32's range.
     ///
-    /// Without branches on directions, which nobody could guess.
+    /// There are no branches on directions, which would be unpredictable.
     #[inline(always)]
     pub fn new(ray: &Ray, unit: f32) -> Option<Self> {
-        // A ray along a slab has no crossing with it: a finite stand-in for 1/0 gives it one that is so far away, for
-        // every box that holds the ray once grown by `SMALLEST`, that it doesn't matter.
+        // A ray along a slab has no crossing with it. A finite stand-in for 1/0 gives it a crossing so far away that it
+        // doesn't matter, for every box that holds the ray once grown by `SMALLEST`.
         const STEEPEST: f32 = 1e38;
         const SMALLEST: f32 = 1e-20;
         const FARTHEST: f64 = 1e30;
@@ -73,7 +73,7 @@ impl Line {
         }
         let (length, scaled) = (size[k], scaled.to_array());
         let origin = each!(scaled in scaled => scaled as f32);
-        // Of each axis for a step along k; ±1 for k itself. One that f32 can't hold is one along the slab.
+        // Slope of each axis per unit along k; ±1 for k itself. A slope below f32's range becomes a ray along the slab.
         let slopes = each!(slope in (ray.direction / length).to_array() => slope as f32);
         let growth = each!(axis in [0, 1, 2] => {
             (origin[axis].abs() * (2.0 * f32::EPSILON) + SMALLEST).copysign(slopes[axis])
@@ -101,7 +101,7 @@ impl Line {
         })
     }
 
-    /// A number here that is at least a t of the ray.
+    /// An upper bound, here, of a t of the ray.
     #[inline(always)]
     pub(super) fn at_least(&self, t: f64) -> f32 {
         at_least(t * self.scale)
@@ -113,7 +113,7 @@ impl Line {
     }
 }
 
-/// An f32 that is above a number, whatever rounding and scaling have made of it.
+/// An f32 above a number, in spite of rounding and scaling.
 #[inline(always)]
 fn at_least(t: f64) -> f32 {
     let t = (t as f32).clamp(f32::MIN, f32::MAX);
@@ -125,25 +125,25 @@ fn at_most(t: f64) -> f32 {
     -at_least(-t)
 }
 
-/// The origin is taken to be off by eight roundings of this at least: more than what scaling loses of coordinates.
+/// The least blur: eight roundings of this are more than scaling loses of coordinates.
 const LEAST_BLUR: f32 = 1.0 / (1_u128 << 100) as f32;
 
-/// What boxes are tested with, in all lanes.
+/// A line prepared for box tests, in all lanes.
 pub struct Slabs<S: Simd> {
     enter_origin: [f32x8<S>; 3],
     leave_origin: [f32x8<S>; 3],
-    /// Where the ray is ahead, intervals grow by these.
+    /// Reciprocals; for a ray that is ahead, with the growth of intervals.
     enter_inverse: [f32x8<S>; 3],
     leave_inverse: [f32x8<S>; 3],
     is_ahead: bool,
-    /// Which of a node's bounds a ray comes to first.
+    /// The bound, of each axis, that a ray comes to first.
     first: [usize; 3],
     near: f32x8<S>,
 }
 
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
-    /// Those of a line.
+    /// The slabs of a line.
     pub fn new(simd: S, line: &Line) -> Self {
         let (less, more) = if line.is_ahead { (LESS, MORE) } else { (1.0, 1.0) };
         Self {
@@ -157,8 +157,8 @@ impl<S: Simd> Slabs<S> {
         }
     }
 
-    /// Where a ray may enter the boxes of a node's children at the earliest, and a bit for each that it doesn't certainly miss
-    /// before `far`.
+    /// Lower bounds of the t at which a ray enters the boxes of a node's children, and a bit for each child not certainly
+    /// missed before `far`.
     #[inline(always)]
     pub fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
         let [x, y, z] = each!(axis in [0, 1, 2] => {
@@ -196,7 +196,7 @@ mod tests {
         let mut random = Random::new(8);
         let mut point = |round: usize| {
             let point = DVec3::new(random.signed(), random.signed(), random.signed());
-            // Some are in planes of boxes, and some rays along axes.
+            // Some points are in planes of boxes, and some rays along axes.
             if round.is_multiple_of(3) { (point * 2.0).round() } else { point }
         };
         let mut left_out = 0;
@@ -207,7 +207,7 @@ mod tests {
             if ray.direction == DVec3::ZERO {
                 continue;
             }
-            // One whose corner, edge or inside has the target, and one anywhere.
+            // Two boxes: one with the target at its corner, on its edge or inside, and one anywhere.
             let half = (point(round) * world).abs() * f64::exp2(-((round % 17) as f64));
             let away = half * point(0).clamp(DVec3::NEG_ONE, DVec3::ONE);
             let mut node = Node::EMPTY;

@@ -1,8 +1,8 @@
-//! A bounding volume hierarchy for all rays, for those above all that have nothing in common.
+//! A bounding volume hierarchy for all rays, incoherent ones above all.
 //!
 //! Nodes have up to eight children, whose boxes a ray is tested against at once (Wald, Benthin and Boulos, *Getting rid of
-//! packets*, 2008); leaves hold the corners of up to eight triangles, tested at once as well. Both tests are f32's and err only
-//! towards a hit, so the [predicate](crate::predicate) is asked about the triangle that a ray hits and few others.
+//! packets*, 2008); leaves hold the corners of up to eight triangles, tested at once as well. Both tests are in f32 and err
+//! only towards a hit, so the [predicate](crate::predicate) tests the triangle that a ray hits and few others.
 
 mod build;
 mod leaf;
@@ -20,7 +20,7 @@ pub use line::{LESS, Line, MORE, Slabs};
 use patched::Patched;
 pub use trace::{Inside, Nearest};
 
-/// Most children of a node.
+/// The largest number of children of a node.
 pub const WIDTH: usize = 8;
 
 /// A bounding volume hierarchy over one frame's triangles.
@@ -33,9 +33,9 @@ pub struct Bvh {
     nodes: Vec<Node>,
     root: Child,
     leaves: Vec<Leaf>,
-    /// What coordinates are multiplied with in all boxes and leaves: a power of two.
+    /// Factor for coordinates in all boxes and leaves: a power of two.
     scale: f32,
-    /// The hierarchy of triangles that reach too far for the scale of the others, where there are both.
+    /// A separate hierarchy for triangles too large for the scale of the others, where there are both.
     far: Option<Box<Bvh>>,
     builder: Builder,
     patched: Patched,
@@ -48,10 +48,10 @@ debug_some!(Bvh as bvh: "nodes" => bvh.nodes.len(), "leaves" => bvh.leaves.len()
 #[derive(Clone, Copy)]
 #[repr(align(32))]
 pub struct Node {
-    /// The lowest and the highest x of each child's box, then y, then z. Where there is no child, the box is inside out and
+    /// The lowest and the highest x of each child's box, then y, then z. Where there is no child, the box is inverted and
     /// infinite, so no ray meets it.
     pub bounds: [[f32; WIDTH]; 6],
-    /// Nodes and leaves, [`Child::NONE`] where there is none.
+    /// Nodes and leaves; [`Child::NONE`] in unused slots.
     pub children: [Child; WIDTH],
 }
 
@@ -62,7 +62,7 @@ impl Node {
     };
 }
 
-/// A node's index; or, with the highest bit, that of a leaf, and below it how many triangles that has, less one.
+/// A node's index; or, with the highest bit set, a leaf's index and below it its number of triangles minus one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Child(u32);
 
@@ -93,7 +93,7 @@ impl Child {
     }
 }
 
-/// What a [`Child`] is.
+/// The kind of a [`Child`].
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// A node's index.

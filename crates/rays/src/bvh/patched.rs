@@ -11,18 +11,18 @@ use crate::Triangles;
 use crate::patches::{MOST_TRIANGLES, Patch, Patches};
 use crate::simd::lanes::LANES;
 
-/// Patches, and how their triangles are arranged in leaves: found once for all frames with the same patches. A patch has a
-/// leaf for each eight of its triangles, and becomes a node unless it is opened.
+/// Patches, and the order of their triangles in leaves: found once for all frames with the same patches. A patch has a leaf
+/// for each eight of its triangles, and becomes a node unless it is opened.
 #[derive(Default)]
 pub(super) struct Patched {
     patches: Patches,
-    /// Which patches these are, by how often they were made anew.
+    /// [`Patches::made`] of these patches.
     made: u64,
-    /// Each patch's triangles as they come in its leaves, by their index in the patch.
+    /// Each patch's triangles in the order of its leaves, by their index in the patch.
     order: Vec<u8>,
     /// The first leaf of each patch.
     first_leaf: Vec<u32>,
-    /// What comes before each patch in this frame.
+    /// The numbers of nodes and items before each patch in this frame.
     before: Vec<Before>,
 }
 
@@ -34,7 +34,7 @@ impl Patched {
             + self.before.capacity() * size_of::<Before>()
     }
 
-    /// Arranges the triangles of all patches anew, if these are others.
+    /// Arranges the triangles of all patches, unless that was done for these patches.
     fn arrange(&mut self, triangles: Triangles<'_>) {
         let Self { patches, made, order, first_leaf, .. } = self;
         if *made == patches.made() && !first_leaf.is_empty() {
@@ -53,14 +53,14 @@ impl Patched {
             let count = patches.get(number).count;
             first_leaf.push(leaf);
             leaf += count.div_ceil(Leaf::LANES) as u32;
-            // As many as there are slots.
+            // One for each slot.
             order.extend_from_slice(&arranged[..count.next_multiple_of(LANES)]);
         }
         first_leaf.push(leaf);
     }
 }
 
-/// A patch's triangles, so that those of each eight are near each other.
+/// A patch's triangles, ordered so that each eight are near each other.
 fn arranged(triangles: Triangles<'_>, patch: &Patch<'_>) -> [u8; MOST_TRIANGLES] {
     let mut order = [0; MOST_TRIANGLES];
     let mut items: Vec<Item> = (0..patch.count)
@@ -74,7 +74,7 @@ fn arranged(triangles: Triangles<'_>, patch: &Patch<'_>) -> [u8; MOST_TRIANGLES]
     order
 }
 
-/// Divides items again and again, so that all but the last eight are eight, by what the surface area heuristic says.
+/// Divides items recursively into eights, the last of which may be smaller, by the surface area heuristic.
 fn divide(items: &mut [Item]) {
     if items.len() <= Leaf::LANES {
         return;
@@ -112,12 +112,12 @@ fn sort(items: &mut [Item], axis: usize) {
 /// Patches that one thread makes nodes of.
 const CHUNK: usize = 64;
 
-/// Patches whose boxes have more than this share of the mean surface are opened: the hierarchy above has their leaves instead of
-/// them, so that it can put what is near together, as Benthin et al. do with objects (*Improved two-level BVHs using partial
-/// re-braiding*, 2017). In `demo:hall` rays of a diffuse bounce are 1.3 times as fast for it.
+/// Patches whose boxes have more than this share of the mean surface are opened: the hierarchy above has their leaves
+/// instead of them, so that it can group near ones, as Benthin et al. do with objects (*Improved two-level BVHs using
+/// partial re-braiding*, 2017). In `demo:hall`, this makes rays of a diffuse bounce 1.3 times as fast.
 const OPENED: f32 = 0.5;
 
-/// What comes before a patch.
+/// The numbers of nodes and items before a patch.
 #[derive(Clone, Copy, Default)]
 struct Before {
     nodes: u32,
@@ -125,7 +125,7 @@ struct Before {
 }
 
 impl Patched {
-    /// Says which patches are opened, and what comes before each and after the last.
+    /// Decides which patches are opened, and counts the nodes and items before each patch and after the last.
     fn open(&mut self, scale: f32) {
         let Self { patches, first_leaf, before, .. } = self;
         let count = patches.len();
@@ -151,7 +151,7 @@ impl Patched {
 }
 
 impl Bvh {
-    /// Builds over patches; false where these may not last, or some coordinates aren't finite.
+    /// Builds over patches. Returns false where these may not last, or some coordinates aren't finite.
     pub(super) fn build_of_patches(&mut self, triangles: Triangles<'_>) -> bool {
         let Self { level, nodes, leaves, scale, root, builder, patched, omitted, .. } = self;
         patched.patches.update(triangles, *level);
@@ -199,7 +199,7 @@ struct Chunk<'a> {
     leaves: &'a mut [Leaf],
 }
 
-/// The first `count` of a slice, which keeps the others.
+/// Takes the first `count` elements off a slice.
 fn take<'a, T>(from: &mut &'a mut [T], count: u32) -> &'a mut [T] {
     let first;
     (first, *from) = std::mem::take(from).split_at_mut(count as usize);
@@ -232,7 +232,7 @@ impl Patched {
         }
     }
 
-    /// Fills the leaves of a patch, and says where each is, and what stands for it.
+    /// Fills the leaves of a patch, and writes the box and the reference of each.
     fn fill_leaves(&self, number: usize, leaves: &mut [Leaf], boxes: &mut [(Extent, Child)], scale: f32) {
         let (patch, positions) = (self.patches.get(number), self.patches.positions(number));
         let position = |vertex: u8| {

@@ -1,9 +1,9 @@
 use glam::Vec4;
 
-/// A triangle while the hierarchy is built: its box, scaled.
+/// A triangle during the build: its box, scaled.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Item {
-    /// The box's lowest corner, and the triangle's id as the bits of a number that nobody calculates with.
+    /// The box's lowest corner, and in w the bits of the triangle's id, which no arithmetic uses.
     low: Vec4,
     /// The box's highest corner.
     high: Vec4,
@@ -57,12 +57,12 @@ impl Extent {
     }
 }
 
-/// Where the middles of some items' boxes are.
+/// The bounds of the doubled middles of some items' boxes.
 pub(super) fn middles(items: &[Item]) -> Extent {
     items.iter().fold(Extent::EMPTY, |extent, item| extent.with(item.middle()))
 }
 
-/// Which bin a middle is in, on each axis.
+/// The mapping of middles to bins, on each axis.
 #[derive(Clone, Copy, Debug, Default)]
 struct Steps {
     first: Vec4,
@@ -72,25 +72,25 @@ struct Steps {
 
 const MOST_BINS: usize = 16;
 
-/// The bits of a sum with it end with the other number, rounded: faster than a conversion.
+/// The lowest bits of a sum with it are the other number, rounded: faster than a conversion.
 const TO_BITS: f32 = (1 << 23) as f32;
-/// What is taken away before, since numbers are to be rounded down.
+/// Subtracted first, so that numbers are rounded down.
 const TO_FLOOR: f32 = 0.499;
 
 impl Steps {
     fn new(middles: Extent, items: usize) -> Self {
         // Few items need few bins.
         let count = MOST_BINS.min(4 + items / 8);
-        // What rounding does mustn't lead beyond the bins.
+        // Keeps rounding from leading beyond the bins.
         const SHRUNK: f32 = 0.999;
         let size = middles.high - middles.low;
         let scale = Vec4::splat(count as f32 * SHRUNK) / size;
-        // Nothing is divided along an axis on which all middles are the same, or nearly so.
+        // An axis on which all middles are the same, or nearly so, isn't divided.
         let scale = Vec4::select(scale.is_finite_mask(), scale, Vec4::ZERO).with_w(0.0);
         Self { first: middles.low, scale, count }
     }
 
-    /// The numbers of the bins on each axis; zero where all middles are the same.
+    /// The bin on each axis; zero where all middles are the same.
     #[inline(always)]
     fn of(&self, item: &Item) -> [usize; 3] {
         let steps = (item.middle() - self.first) * self.scale - TO_FLOOR;
@@ -98,7 +98,7 @@ impl Steps {
         [bin_of(x), bin_of(y), bin_of(z)]
     }
 
-    /// The same on one axis.
+    /// The bin on one axis.
     #[inline(always)]
     fn along(&self, axis: usize, item: &Item) -> usize {
         let step = (item.low[axis] + item.high[axis] - self.first[axis]) * self.scale[axis] - TO_FLOOR;
@@ -126,19 +126,19 @@ impl Default for Bins {
     }
 }
 
-/// Where a node is divided: items in bins below `bin` come first.
+/// A division of a node: items in bins below `bin` come first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Split {
     steps: Steps,
     axis: usize,
     bin: usize,
-    /// How many come first.
+    /// Number of items that come first.
     pub(super) first: usize,
     pub(super) extents: [Extent; 2],
 }
 
 impl Bins {
-    /// Empties bins for so many items whose middles are there.
+    /// Empties the bins, for this number of items with middles in these bounds.
     #[inline(always)]
     pub(super) fn clear(&mut self, middles: Extent, items: usize) {
         self.steps = Steps::new(middles, items);
@@ -160,7 +160,7 @@ impl Bins {
         }
     }
 
-    /// Adds those of others.
+    /// Adds the contents of other bins.
     pub(super) fn merge(&mut self, other: &Self) {
         for axis in 0..3 {
             for bin in 0..self.steps.count {
@@ -170,7 +170,7 @@ impl Bins {
         }
     }
 
-    /// Where the surface area heuristic divides them best, for leaves of `most` items; `None` if all middles are in one bin.
+    /// The best split by the surface area heuristic, for leaves of `most` items; `None` if all middles are in one bin.
     #[inline(always)]
     pub(super) fn best(&self, most: usize) -> Option<Split> {
         let count = self.steps.count;
@@ -212,24 +212,24 @@ impl Split {
         self.steps.along(self.axis, item) < self.bin
     }
 
-    /// Brings the items that come first to the front.
+    /// Moves the items that come first to the front.
     #[inline(always)]
     pub(super) fn partition(&self, items: &mut [Item]) {
         let mut first = 0;
         for index in 0..items.len() {
-            // Without a branch, which nobody could guess.
+            // Without a branch, which would be unpredictable.
             items.swap(index, first);
             first += usize::from(self.is_first(&items[first]));
         }
         debug_assert_eq!(first, self.first);
     }
 
-    /// How many of the items come first.
+    /// The number of items that come first.
     pub(super) fn count_first(&self, items: &[Item]) -> usize {
         items.iter().filter(|item| self.is_first(item)).count()
     }
 
-    /// Copies items to where those that come first, and the others, belong.
+    /// Copies the items that come first, and the others, to their destinations.
     pub(super) fn scatter(&self, items: &[Item], into: &mut [&mut [Item]; 2]) {
         let mut next = [0; 2];
         for item in items {

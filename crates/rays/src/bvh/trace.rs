@@ -40,15 +40,15 @@ impl SingleRays for Bvh {
     }
 }
 
-/// What rays go through, for experiments.
+/// The parts of the hierarchy that rays traverse, for experiments.
 #[derive(Clone, Copy)]
 pub struct Inside<'a> {
-    /// Whose instructions are used.
+    /// The level whose instructions are used.
     pub level: SimdLevel,
-    /// What coordinates are multiplied with in all boxes and leaves. Where some triangles reach beyond 2⁴⁰ and others stay
-    /// within 2³⁰, the former are missing here.
+    /// Factor for coordinates in all boxes and leaves. Where some triangles reach beyond 2⁴⁰ and others stay within 2³⁰, the
+    /// former are missing here.
     pub scale: f32,
-    /// The whole; of no meaning where there are no nodes.
+    /// The root; meaningless where there are no nodes.
     pub root: Child,
     /// All nodes.
     pub nodes: &'a [Node],
@@ -56,7 +56,7 @@ pub struct Inside<'a> {
     pub leaves: &'a [Leaf],
 }
 
-/// Triangles that a ray may hit, about which the predicate hasn't been asked yet.
+/// Candidates of a ray that the predicate hasn't tested yet.
 #[derive(Default)]
 struct Waiting {
     /// The leaf of each, and its lane there.
@@ -69,25 +69,25 @@ impl Waiting {
     const MOST: usize = 8;
 }
 
-/// What is known of a ray's nearest hit on the way.
+/// The state of a search for a ray's nearest hit.
 pub struct Nearest<'a> {
     bvh: &'a Bvh,
     triangles: Triangles<'a>,
     ray: &'a Ray,
     line: &'a Line,
-    /// What isn't hit, whatever the ray meets.
+    /// The triangle that isn't hit.
     own: u32,
     stops: &'a dyn Fn(&Hit) -> bool,
     best: Option<Hit>,
     waiting: Waiting,
-    /// Whether a triangle that is certainly met ends the ray before the predicate and `stops` are asked.
+    /// Whether a certain hit shortens the ray before the predicate and `stops` are called.
     lazy: bool,
-    /// Whether a hit that had ended the ray let it through.
+    /// Whether a hit that had shortened the ray let it through.
     passed: bool,
 }
 
 impl<'a> Nearest<'a> {
-    /// Nothing yet.
+    /// A search without candidates.
     #[inline(always)]
     pub fn new(
         bvh: &'a Bvh,
@@ -101,8 +101,8 @@ impl<'a> Nearest<'a> {
         Self { bvh, triangles, ray, line, own, stops, best, waiting, lazy: true, passed: false }
     }
 
-    /// What the ray hits, when all has been taken that it meets; `None` where that has to be taken once more, since what lets the
-    /// ray through has hidden others.
+    /// The ray's nearest hit, after all leaves have been taken; `None` where the traversal must be repeated, since a hit
+    /// that lets the ray through has hidden others.
     #[inline(always)]
     pub fn end<S: Simd>(&mut self, simd: S, far: &mut f32) -> Option<Option<Hit>> {
         self.settle(simd, far);
@@ -113,7 +113,7 @@ impl<'a> Nearest<'a> {
         Some(self.best)
     }
 
-    /// Takes what a leaf may have that the ray hits, and lowers `far` to the nearest known.
+    /// Takes the candidates of a leaf, and lowers `far` to the nearest known hit.
     #[inline(always)]
     pub fn take<S: Simd>(&mut self, simd: S, leaf: usize, found: &Found, far: &mut f32) {
         for lane in bits_of(found.possible) {
@@ -137,7 +137,7 @@ impl<'a> Nearest<'a> {
         }
     }
 
-    /// Asks the predicate about all that wait.
+    /// Settles all waiting candidates by the predicate.
     #[inline(always)]
     fn settle<S: Simd>(&mut self, simd: S, far: &mut f32) {
         vectorized!(simd => self.settle_at(simd, far));
@@ -172,8 +172,8 @@ impl Bvh {
         Inside { level: *level, scale: *scale, root: *root, nodes, leaves }
     }
 
-    /// Whether there is anything that a ray could meet. What isn't a number rules nothing out on the way, and would be tested
-    /// with all triangles.
+    /// Whether a ray can hit anything. NaN rules nothing out during traversal, so such a ray would be tested against all
+    /// triangles.
     #[doc(hidden)]
     pub fn may_be_met(&self, ray: &Ray) -> bool {
         ray.is_sound() && !self.nodes.is_empty()
@@ -184,11 +184,11 @@ impl Bvh {
     fn triangle(&self, triangles: Triangles<'_>, leaf: usize, lane: usize) -> (u32, [Vec3; 3]) {
         let leaf = &self.leaves[leaf];
         let id = leaf.ids[lane % Leaf::LANES];
-        // Those of the leaf, which has just been read, are the same unless they are scaled.
+        // The leaf has just been read; its corners are the triangle's unless they are scaled.
         (id, if self.scale == 1.0 { leaf.corners(lane % Leaf::LANES) } else { triangles.corners(id) })
     }
 
-    /// The nearest hit of a ray, given that of other triangles.
+    /// The nearer of a ray's nearest hit here and its hit on other triangles.
     #[cold]
     fn nearer_than(
         &self,
@@ -198,7 +198,7 @@ impl Bvh {
         own: u32,
         stops: &dyn Fn(&Hit) -> bool,
     ) -> Option<Hit> {
-        // Of equal t the lowest id counts.
+        // At equal t the lowest id counts.
         let t_max = other.map_or(ray.t_max, |other| other.t.next_up());
         let hit = self.nearest_from(triangles, &Ray { t_max, ..*ray }, own, stops);
         let key = |hit: &Hit| (hit.t, hit.triangle);
@@ -226,7 +226,7 @@ impl Bvh {
         hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
     }
 
-    // A ray is prepared in here too: copying it took a fifth of the time of rays that meet little.
+    // The line is made in this function: copying it took a fifth of the time of rays that meet little.
     #[inline(always)]
     fn nearest_at<S: Simd>(
         &self,
@@ -273,7 +273,7 @@ impl Bvh {
         visited.is_break()
     }
 
-    /// Calls `test` with what a line may hit in leaves before `far`, nearer boxes first. It may lower `far` or break off.
+    /// Calls `test` with the candidates of each leaf before `far`, nearer boxes first. `test` may lower `far` or break off.
     #[inline(always)]
     fn visit<S: Simd>(
         &self,
@@ -314,7 +314,7 @@ impl Bvh {
             }
             loop {
                 let Some(top) = stack.pop() else { return ControlFlow::Continue(()) };
-                // What isn't a number is visited.
+                // NaN is visited.
                 let is_behind = top.enter() > *far;
                 if !is_behind {
                     next = top;
@@ -325,8 +325,8 @@ impl Bvh {
     }
 }
 
-/// A child that a ray comes to: the bits of where it does, above those of the child. Where t is above zero they are in its order,
-/// and compared without a branch, which nobody could guess.
+/// A child that a ray enters: the bits of its entry t above those of the child. For positive t these are in the order of t,
+/// and compared without an unpredictable branch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Entered(u64);
 
@@ -336,7 +336,7 @@ impl Entered {
         Self(u64::from(enter.to_bits()) << 32 | u64::from(child.0))
     }
 
-    /// The child of the lowest bit, which is taken away.
+    /// The child of the lowest bit, which is cleared.
     #[inline(always)]
     fn first_of(met: &mut u64, node: &Node, enter: &[f32; WIDTH]) -> Self {
         let slot = met.trailing_zeros() as usize % WIDTH;
@@ -355,11 +355,11 @@ impl Entered {
     }
 }
 
-/// Children that wait, the nearest of a node last.
+/// Waiting children, the nearest of a node last.
 struct Stack {
     entries: [Entered; Stack::ROOM],
     waiting: usize,
-    /// Those that came before where there was no more room: deeper than any hierarchy that isn't degenerate.
+    /// Children moved here when there was no more room: only degenerate hierarchies are that deep.
     earlier: Vec<Entered>,
 }
 
@@ -388,7 +388,7 @@ impl Stack {
         self.waiting = 0;
     }
 
-    /// Adds a child to those from `base` on, which stay in order.
+    /// Adds a child to those from `base` on, and keeps these in order.
     #[inline(always)]
     fn insert(&mut self, base: usize, entered: Entered) {
         let mut at = self.waiting;
@@ -417,7 +417,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// How many triangles may be hit by 300 rays as far as f32 can tell, and in how many leaves.
+    /// The numbers of candidates of 300 rays after the f32 tests, and of leaves with candidates.
     fn visits(positions: &[Vec3], indices: &[[u32; 3]]) -> [usize; 2] {
         let mut bvh = Bvh::default();
         bvh.build(Triangles { positions, indices });

@@ -38,7 +38,7 @@ impl Bvh {
         for (id, &count) in seen.iter().enumerate() {
             let usable = triangles.usable_corners(id as u32);
             let expected = u32::from(usable.is_ok());
-            // What has no area may be in a leaf as well.
+            // A triangle without area may be in a leaf as well.
             if count != expected && (count, usable) != (1, Err(Unusable::ZeroArea)) {
                 return Err(format!("triangle {id} is in {count} leaves instead of {expected}"));
             }
@@ -46,7 +46,7 @@ impl Bvh {
         Ok(())
     }
 
-    /// As [`check`](Self::check), but counts in how many leaves triangles are.
+    /// As [`check`](Self::check), but counts the leaves of each triangle.
     fn check_nodes(&self, triangles: Triangles<'_>, seen: &mut [u32]) -> Result<(), String> {
         let mut parents = [vec![0_u32; self.nodes.len()], vec![0_u32; self.leaves.len()]];
         for (index, node) in self.nodes.iter().enumerate() {

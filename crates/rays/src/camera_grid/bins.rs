@@ -1,6 +1,6 @@
 use crate::shot::TileOrder;
 
-/// What one range of triangles leaves in one tile.
+/// The bin of one range of triangles in one tile.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bin {
     /// Samples of tiny triangles. 16 bytes each.
@@ -20,29 +20,29 @@ pub(crate) struct Bin {
 /// A triangle, or a patch, that may be hit in a tile. 8 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Listed {
-    /// The slot of a triangle (see [`Patches::triangle`](crate::Patches::triangle)), or the number of a patch and
+    /// The slot of a triangle (see [`Patches::triangle`](crate::Patches::triangle)), or a patch's number with the bit
     /// [`Listed::PATCH`].
     pub(crate) slot: u32,
-    /// Upper bound of one over the depth of all hits in the tile; infinite where there is none.
+    /// Upper bound of the inverse depth of all hits in the tile; infinite where there is none.
     pub(crate) nearest: f32,
 }
 
 impl Listed {
-    /// The bit that patches have.
+    /// The bit that marks patches.
     pub(crate) const PATCH: u32 = 1 << 31;
 }
 
 /// A sample that a tiny triangle hits or may hit. 16 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment {
-    /// The sample's index in the tile: see [`TileOrder`]. The highest bit, [`Fragment::UNDECIDED`], is set where the
-    /// predicate has to settle.
+    /// The sample's index in the tile: see [`TileOrder`]. The highest bit, [`Fragment::UNDECIDED`], is set for cases that
+    /// the predicate has to settle.
     pub(crate) index: u32,
     /// The triangle.
     pub(crate) triangle: u32,
-    /// Lower bound of one over the depth.
+    /// Lower bound of the inverse depth.
     pub(crate) low: f32,
-    /// Upper bound of one over the depth.
+    /// Upper bound of the inverse depth.
     pub(crate) high: f32,
 }
 
@@ -50,7 +50,7 @@ impl Fragment {
     pub(crate) const UNDECIDED: u32 = 1 << 31;
 }
 
-/// Bytes that a vector's contents take.
+/// Bytes of a slice's contents.
 pub(crate) fn bytes_of<T>(list: &[T]) -> usize {
     size_of_val(list)
 }
@@ -78,7 +78,7 @@ impl Bin {
     }
 }
 
-/// Which list of a bin a triangle or a patch goes to.
+/// The list of a bin that a triangle or patch goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Path {
     Patch,
@@ -109,7 +109,7 @@ impl Bins {
         self.bins.resize_with(columns as usize * rows as usize, Bin::default);
     }
 
-    /// The bin of the tile in which the pixel in column `x` and row `y` is.
+    /// The bin of the tile with the pixel in column `x` and row `y`.
     #[inline(always)]
     pub(crate) fn bin_mut(&mut self, x: i32, y: i32) -> &mut Bin {
         let tile = (y >> Self::TILE_BITS) * self.columns + (x >> Self::TILE_BITS);

@@ -23,12 +23,12 @@ use crate::vectorized;
 use crate::{SimdLevel, Triangles};
 
 impl PerspectiveGrid {
-    /// Replaces the grid by one of the triangles of `shot` for its pixels' rays. Runs on all threads of the current pool.
+    /// Replaces the grid by one for the triangles of `shot` and its pixels' rays. Runs on all threads of the current pool.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
     pub(super) fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<(), ImageTooLarge> {
-        /// In sixteens of patches.
+        /// Sixteens of patches.
         const SMALLEST_RANGE: usize = 4;
         const MOST_RANGES: usize = 32;
         ImageTooLarge::check(&shot.view)?;
@@ -56,7 +56,7 @@ impl PerspectiveGrid {
     }
 }
 
-/// Projects each vertex once, and one more that stands for those that are out of range.
+/// Projects each vertex once, and adds one more for all indices that are out of range.
 pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles<'_>, vertices: &mut Vec<Vertex>) {
     const CHUNK: usize = 4096;
     vertices.resize(triangles.positions.len() + 1, Vertex::AWKWARD);
@@ -69,13 +69,13 @@ pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles
     });
 }
 
-/// Sorts patches, and triangles of those that are large or awkward, to tiles.
+/// Sorts patches into tiles, and triangles of large or awkward patches one by one.
 struct Listing<'a> {
     level: SimdLevel,
     space: &'a PixelSpace,
     shot: &'a Shot<'a>,
     patches: &'a Patches,
-    /// `None` where all triangles are opaque: asking about each took 4 to 10 % of seeing.
+    /// `None` where all triangles are opaque: a call for each took 4 to 10 % of seeing.
     opacity: Option<&'a dyn Opacity>,
     /// Columns and rows.
     tiles: (u32, u32),
@@ -83,8 +83,8 @@ struct Listing<'a> {
 }
 
 impl Listing<'_> {
-    /// Fills the ranges from `first` on, whose number doesn't depend on that of threads; in halves, so that threads share
-    /// them.
+    /// Fills the ranges from `first` on, in halves for other threads to share. The number of ranges doesn't depend on that
+    /// of threads.
     fn list(&self, first: usize, ranges: &mut [Bins], vertices: &mut [Vertex], boxes: &mut [PixelBox]) {
         let start = |range: usize| (range * self.patches_a_range).min(self.patches.len());
         if let [bins] = ranges {
@@ -237,7 +237,7 @@ impl SetUp<'_> {
         vectorized!(simd => bins.list_general(simd, space, path, slot, &general));
     }
 
-    /// Tests tiny triangles at once.
+    /// Tests tiny triangles immediately.
     #[inline(always)]
     fn leave_fragments<S: Simd>(
         &mut self,
@@ -285,8 +285,8 @@ impl SetUp<'_> {
         for lane in bits_of(lanes) {
             let listed = Listed { slot: sixteen.first_slot + lane as u32, nearest: nearest[lane] };
             let tiles = self.tiles([x0[lane], x1[lane], y0[lane], y1[lane]]);
-            // Where bounds hold many tiles, a triangle often misses most of them. With 1 or 2 here, building takes up to a
-            // half longer, and seeing no less time; with 8, both take the same (as measured for `DepthOrder`).
+            // Of many tiles within its bounds, a triangle often misses most. With 1 or 2 here, building takes up to a half
+            // longer, and seeing no less time; with 8, both take the same (as measured for `DepthOrder`).
             const MOST_UNTESTED: i32 = 4;
             if (tiles[1] - tiles[0] + 1) * (tiles[3] - tiles[2] + 1) <= MOST_UNTESTED {
                 self.bins.list(path, listed, tiles);
@@ -310,14 +310,14 @@ impl SetUp<'_> {
         bounds: &PixelBounds<S>,
         lanes: u64,
     ) {
-        // Only samples inside of triangles matter, which are no farther outside of the bounds.
+        // Only samples inside of triangles matter, and these are no farther outside of the bounds.
         const OVERHANG_PIXELS: f32 = 1.0;
         let samples = Bins::reach(self.space);
         let (x, y) = (corners.x, corners.y);
         let setup = Setup::new(simd, x, y, corners.inverse_depth, bounds.error, samples, OVERHANG_PIXELS);
         let plane = DepthPlane::new(simd, corners, bounds.error, [0.0; 2], samples);
-        // Where corners are far from the image, their own rounding would take so many digits of the depth that most
-        // samples' would have to be found again. In f64 they have enough of them.
+        // Where corners are far from the image, their own rounding would take so many digits of the depth that most samples'
+        // would have to be recomputed. In f64 there are enough digits.
         const FAR_IN_SIDES: f32 = 4.0;
         let (width, height) = self.space.size();
         let far = splat(simd, FAR_IN_SIDES * width.max(height) as f32);
@@ -340,7 +340,7 @@ impl SetUp<'_> {
         }
     }
 
-    /// First and last column, and first and last row, of the tiles of samples in pixel space.
+    /// First and last column, then row, of the tiles of a range of samples in pixel space.
     #[inline(always)]
     fn tiles(&self, [x0, x1, y0, y1]: [f32; 4]) -> [i32; 4] {
         let tile = |sample: f32, middle: i32| (sample as i32 + middle) >> Bins::TILE_BITS;

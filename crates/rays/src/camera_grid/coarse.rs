@@ -1,4 +1,4 @@
-//! Coarse rasterization: in which tiles large triangles may be hit, and how near there.
+//! Coarse rasterization: the tiles in which large triangles may be hit, and their nearest depths there.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
@@ -11,7 +11,7 @@ use super::pixel_space::PixelSpace;
 use crate::simd::each;
 use crate::simd::lanes::{bits_of, min3};
 
-/// How far samples are from the middle of their tile, along each axis, but for their shifts.
+/// Distance of samples from the middle of their tile, along each axis, without their shifts.
 const REACH: f32 = (Bins::TILE - 1) as f32 / 2.0;
 
 /// The first columns of 16 tiles in a row.
@@ -19,19 +19,19 @@ const COLUMNS: [f32; LANES] =
     [0., 64., 128., 192., 256., 320., 384., 448., 512., 576., 640., 704., 768., 832., 896., 960.];
 
 impl Bins {
-    /// How far from the middle of the image [`Linear`] triangles must hold for [`list_linear`](Self::list_linear):
-    /// as far as the middle of any tile.
+    /// The distance from the middle of the image at which [`Linear`] triangles must hold for
+    /// [`list_linear`](Self::list_linear): that of the middle of any tile.
     pub(crate) fn reach(space: &PixelSpace) -> f32 {
         let (width, height) = space.size();
         (width.max(height) / 2 + Self::TILE) as f32
     }
 
-    /// Lists a triangle, given in relation to the origin of pixel space, in those of `tiles` (columns, then rows) whose
-    /// samples it isn't certain to miss.
+    /// Lists a triangle, given relative to the origin of pixel space, in those of `tiles` (columns, then rows) whose samples
+    /// it doesn't certainly miss.
     ///
-    /// At a sample that is hit, no edge function is below minus its bound, and in the middle of the tile it is lower by
-    /// the reach times its slopes at most. Three more bounds cover the roundings there and of the reach; likewise for
-    /// the depth, whose error counts the roundings of one sum like this.
+    /// At a sample that is hit, no edge function is below minus its bound. In the middle of the tile it is lower by at most
+    /// the reach times its slopes. Three more bounds cover the roundings there and of the reach; likewise for the depth,
+    /// whose error counts the roundings of one sum like this.
     #[inline(always)]
     pub(crate) fn list_linear<S: Simd>(
         &mut self,
@@ -68,7 +68,7 @@ impl Bins {
         }
     }
 
-    /// Lists a triangle in all tiles whose samples it isn't certain to miss.
+    /// Lists a triangle in all tiles whose samples it doesn't certainly miss.
     #[inline(always)]
     pub(crate) fn list_general<S: Simd>(
         &mut self,
@@ -88,7 +88,7 @@ impl Bins {
         }
     }
 
-    /// The tiles that hold samples within limits of x and of y: columns, then rows; `None` where there are none.
+    /// The tiles with samples within limits of x and y: columns, then rows; `None` where there are none.
     fn tiles_within(&self, space: &PixelSpace, [x, y]: [[f64; 2]; 2]) -> Option<[i32; 4]> {
         let range = |[low, high]: [f64; 2], middle: i32, side: u32| {
             let last = f64::from(side) - 1.0;

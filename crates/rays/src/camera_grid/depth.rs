@@ -1,15 +1,15 @@
-//! Inverse depths within [`SeenPixels::RELATIVE_ERROR`], without the predicate where that can be.
+//! Inverse depths within [`SeenPixels::RELATIVE_ERROR`], without the predicate where possible.
 
 use glam::Vec3;
 
 use crate::Ray;
 use crate::shot::SeenPixels;
 
-/// One over the depth at which a ray meets the plane of a triangle, in f64; `None` where that isn't sure to be within
+/// One over the depth at which a ray meets the plane of a triangle, in f64; `None` where the error may exceed
 /// [`SeenPixels::RELATIVE_ERROR`].
 ///
-/// Each path from an input to the numerator or denominator has eight roundings at most: two for differences of corners,
-/// one each for a product, their difference and the way from the ray's origin, a product, and two sums.
+/// Each path from an input to the numerator or denominator has at most eight roundings: two for differences of corners, one
+/// each for a product, their difference and the offset from the ray's origin, a product, and two sums.
 pub(super) fn inverse_depth(ray: &Ray, corners: [Vec3; 3]) -> Option<f32> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let (u, v, from_origin) = (b - a, c - a, a - ray.origin);
@@ -18,7 +18,7 @@ pub(super) fn inverse_depth(ray: &Ray, corners: [Vec3; 3]) -> Option<f32> {
     let (u, v) = (u.abs(), v.abs());
     let magnitude = glam::DVec3::new(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x);
     let (largest_slope, largest_height) = (magnitude.dot(ray.direction.abs()), magnitude.dot(from_origin.abs()));
-    // Doubled for products of errors and for the rounding of the bound itself.
+    // Doubled for products of errors and for the bound's own rounding.
     let error = 8.0 * f64::EPSILON * (largest_slope / slope.abs() + largest_height / height.abs());
     let inverse = slope / height;
     let is_sure = error < f64::from(SeenPixels::RELATIVE_ERROR) / 4.0 && (1e-29..=1e29).contains(&inverse);
@@ -41,7 +41,7 @@ mod tests {
         let (mut met, mut sure) = (0, 0);
         for step in 0..20_000 {
             let [a, b, c] = [0; 3].map(|_| Vec3::new(random(), random(), random()));
-            // From anywhere to almost in the plane.
+            // Origins from anywhere to almost in the plane.
             let away = 10.0_f64.powi(-(step % 14));
             let center = (a + b + c).as_dvec3() / 3.0;
             let origin = center + (b - a).as_dvec3() * 3.0 + DVec3::new(0.0, 0.0, f64::from(random()) * away);

@@ -1,4 +1,4 @@
-//! Patches in a tile: triangles that are small in the image, from their vertices to samples at once.
+//! Patches in a tile: triangles that are small in the image, from vertices to samples in one go.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
@@ -19,7 +19,7 @@ use crate::vectorized;
 const TINY: usize = 0;
 const ORDINARY: usize = 1;
 
-/// Triangles of several patches, until there are sixteen.
+/// Triangles of several patches, collected until there are sixteen.
 pub(super) struct Waiting {
     x: [[f32; 2 * LANES]; 3],
     y: [[f32; 2 * LANES]; 3],
@@ -37,7 +37,7 @@ impl Waiting {
         count: 0,
     };
 
-    /// Adds those that are set in `lanes`; there are fewer than sixteen before.
+    /// Adds the triangles in `lanes`, to fewer than sixteen.
     #[inline(always)]
     fn add<S: Simd>(&mut self, simd: S, ids: &[u32], corners: &Corners<S>, lanes: u64) {
         let mask = mask32x16::from_bitmask(simd, lanes);
@@ -52,7 +52,7 @@ impl Waiting {
         self.count += lanes.count_ones() as usize;
     }
 
-    /// Takes the first sixteen, or as many as there are: their ids, their corners, and how many.
+    /// Takes the first sixteen triangles, or fewer at the end: their ids, their corners, and their number.
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S) -> ([u32; LANES], Corners<S>, usize) {
         let first = |numbers: &[f32; 2 * LANES]| f32x16::from_slice(simd, &numbers[..LANES]);
@@ -72,8 +72,8 @@ impl Waiting {
 }
 
 impl<const N: usize> TileTrace<'_, N> {
-    /// Tests the triangles of a patch, unless it is hidden by what is seen by now; whether triangles that aren't tiny were
-    /// tested.
+    /// Tests the triangles of a patch, unless the nearest hits so far hide it. Returns whether triangles that aren't tiny
+    /// were tested.
     #[inline(never)]
     pub(super) fn test_patch<S: Simd>(
         &mut self,
@@ -161,14 +161,14 @@ impl<const N: usize> TileTrace<'_, N> {
         is_any_tested
     }
 
-    /// Tests up to sixteen triangles that wait.
+    /// Tests up to sixteen waiting triangles.
     #[inline(always)]
     fn test_waiting<S: Simd>(&mut self, simd: S, batch: &mut Batch) {
         let (ids, corners, count) = self.tile.waiting[ORDINARY].take(simd);
         self.test_ordinary::<S, false>(simd, &ids, corners, (1 << count) - 1, batch);
     }
 
-    /// Tests up to sixteen tiny triangles that wait, and takes in what they hit.
+    /// Tests up to sixteen waiting tiny triangles, and merges their hits.
     #[inline(always)]
     fn merge_tiny<S: Simd>(&mut self, simd: S) {
         let (ids, corners, count) = self.tile.waiting[TINY].take(simd);
@@ -178,7 +178,7 @@ impl<const N: usize> TileTrace<'_, N> {
         let bounds = PixelBounds::new(simd, self.at.space, &corners);
         let tiny = Tiny::new(simd, self.at.space, &corners, &bounds);
         let ids = u32x16::simd_from(simd, ids);
-        // What is hit at any of the four samples, without a branch.
+        // Hits at the four samples, collected without a branch.
         let (mut index, mut triangle, mut hits) = ([0; ROOM], [0; ROOM], 0);
         let (mut low, mut high) = ([0.0; ROOM], [0.0; ROOM]);
         for sample in Tiny::<S>::SAMPLES {
@@ -210,11 +210,11 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 }
 
-/// For what sixteen triangles hit at four samples.
+/// Room for hits of sixteen triangles at four samples.
 const ROOM: usize = 4 * LANES;
 
 impl Tile {
-    /// Whether everything in some blocks is certainly hidden that is no nearer than `nearest`.
+    /// Whether some blocks certainly hide everything with an inverse depth of at most `nearest`.
     #[inline(always)]
     fn hides<S: Simd>(&mut self, simd: S, [x0, x1, y0, y1]: [usize; 4], nearest: f32) -> bool {
         let within = ((2_u32 << x1) - (1 << x0)) as u16;

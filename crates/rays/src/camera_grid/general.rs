@@ -11,34 +11,34 @@ use crate::shot::TileOrder;
 pub(crate) struct General {
     /// Coefficients of each edge function for x, y and one. Positive inside where `oriented`.
     pub(crate) edges: [DVec3; 3],
-    /// How wrong each edge function may be at any sample.
+    /// Error bound of each edge function at any sample.
     pub(crate) bounds: [f64; 3],
-    /// Whether the edge functions' common sign at a hit is known: a sample with one below zero is missed.
+    /// Whether the edge functions' common sign at a hit is certain: a sample with one below zero is missed.
     pub(crate) oriented: bool,
     pub(crate) depth: Depth,
-    /// Lowest and highest x, and y, of a pixel whose sample may be hit.
+    /// Lowest and highest x, and y, of pixels whose samples may be hit.
     limits: [[f64; 2]; 2],
-    /// How far along an axis samples may be from their pixels.
+    /// Largest distance along an axis between a sample and its pixel.
     pub(crate) shift: f64,
 }
 
-/// What a general triangle's depth is as a function of the sample.
+/// A general triangle's depth as a function of the sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Depth {
-    /// Too little of it is certain.
+    /// Unknown, since too little is certain.
     Unknown,
     /// One over the depth is linear: perspective views.
     Inverse {
         /// Coefficients for x, y and one.
         plane: DVec3,
-        /// How wrong the result may be.
+        /// Error bound of the result.
         error: f64,
     },
     /// The depth itself is linear: orthographic views.
     Direct {
         /// Coefficients for x, y and one.
         plane: DVec3,
-        /// How wrong the result may be.
+        /// Error bound of the result.
         error: f64,
     },
 }
@@ -64,14 +64,14 @@ impl General {
             DVec3::new(space.scale * point.x + x * weight, -space.scale * point.y + y * weight, weight)
         });
         let mut edges = [b.cross(c), c.cross(a), a.cross(b)];
-        // In an orthographic view the weight of each vertex is one, exactly, and stands for r in the bound where r is
-        // below one; and rays start at points that are rounded in proportion to the eye's position.
+        // In an orthographic view the weight of each vertex is exactly one, and stands for r in the bound if r is below one.
+        // Rays start at points that are rounded in proportion to the eye's position.
         let reach = points.map(|(_, reach)| if is_perspective { reach } else { reach.max(space.eye_reach()).max(1.0) });
         let edge_error = space.edge_error;
         let bounds = [reach[1] * reach[2], reach[2] * reach[0], reach[0] * reach[1]].map(|reach| edge_error * reach);
 
-        // The determinant, which is what all E_i z_i add up to, is wrong by as much as an edge function with a third
-        // vertex instead of the sample: 2 T r for T, doubled.
+        // The determinant is the sum of all Eᵢ zᵢ. Its error is that of an edge function with a third vertex instead of the
+        // sample: 2 T r for T, doubled.
         let (constant, constant_error) = if is_perspective {
             (a.dot(edges[0]), 4.0 * edge_error * reach[0] * reach[1] * reach[2])
         } else {
@@ -92,7 +92,7 @@ impl General {
         } else {
             let [za, zb, zc] = points.map(|(point, _)| point.z);
             let plane = (edges[0] * za + edges[1] * zb + edges[2] * zc) / constant;
-            // Twice: once for the edge functions, once for the depths, which are no more wrong than 2⁻⁴⁵ r.
+            // Twice: once for the edge functions, once for the depths, whose error is at most 2⁻⁴⁵ r.
             let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })
         };
@@ -102,12 +102,12 @@ impl General {
         Self { edges, bounds, oriented, depth, limits, shift }
     }
 
-    /// Lowest and highest x, and y, of a pixel whose sample may be hit, in pixel space.
+    /// Lowest and highest x, and y, of pixels whose samples may be hit, in pixel space.
     pub(crate) fn limits(&self) -> [[f64; 2]; 2] {
         self.limits
     }
 
-    /// Whether no ray of `square` hits the triangle, certainly.
+    /// Whether certainly no ray of `square` hits the triangle.
     pub(crate) fn misses(&self, square: Square) -> bool {
         let half = 0.5 * f64::from(square.side - 1);
         let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
@@ -129,10 +129,10 @@ impl General {
     }
 }
 
-/// Calls `check` with the columns and rows of pixels until it fails, for all that a triangle isn't certain to miss.
+/// Calls `check` with the column and row of each pixel that a triangle doesn't certainly miss, until it fails.
 ///
 /// # Errors
-/// With what `check` finds wrong.
+/// The first error of `check`.
 pub(crate) fn check_pixels(
     space: &PixelSpace,
     triangle: &General,
@@ -152,8 +152,8 @@ pub(crate) fn check_pixels(
 
 const NO_LIMITS: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
 
-/// The bounds of three homogeneous vertices, given the largest coordinate r of each. Where one isn't well in front of
-/// the eye there are no bounds, but those of nothing where all three are beyond one side of the image.
+/// The bounds of three homogeneous vertices, given the largest coordinate r of each. If a vertex isn't well in front of the
+/// eye there are no bounds, except empty ones if all three are beyond one side of the image.
 ///
 /// With the errors at [`PixelSpace`]'s edge functions, x/z is wrong by (T + |x/z|) 2⁻⁴⁴ r/z, and samples by
 /// T (1 + x/z + y/z) 2⁻⁴⁸.
@@ -172,7 +172,7 @@ fn limits(space: &PixelSpace, vertices: [DVec3; 3], reaches: [f64; 3]) -> [[f64;
         for (axis, [low, high]) in limits.iter_mut().enumerate() {
             let at = vertex[axis] / vertex.z;
             let error = space.edge_error / space.extent * (1.0 + at.abs() / space.extent) * (reach / vertex.z);
-            // Infinite errors give infinite limits, and so do those that aren't numbers.
+            // Infinite or NaN errors give infinite limits.
             let error = if error.is_finite() { error } else { f64::INFINITY };
             (*low, *high) = (low.min(at - error), high.max(at + error));
         }
@@ -182,8 +182,8 @@ fn limits(space: &PixelSpace, vertices: [DVec3; 3], reaches: [f64; 3]) -> [[f64;
 
 /// Whether three homogeneous vertices are certainly all behind the eye, or all beyond one side of the image.
 ///
-/// A sample at x is hit at a point with x z for x and z above zero, which lies between the vertices. So it isn't where
-/// all of them have x z above that of the last sample. That is wrong by what [`limits`] gives times z, at |x| ≤ T.
+/// A sample at x is hit at a point (x z, z) with z > 0, which lies between the vertices. So it isn't hit if all vertices
+/// have a first coordinate above that of the last sample at their z. The error is that of [`limits`] times z, at |x| ≤ T.
 fn are_outside(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> bool {
     let (width, height) = space.size();
     let relative_error = 2.0 * space.edge_error / space.extent;
@@ -199,8 +199,7 @@ fn are_outside(space: &PixelSpace, vertices: [DVec3; 3], reach: [f64; 3]) -> boo
 }
 
 impl Depth {
-    /// Bounds of one over the depth, given the value of its plane at a sample; `None` where the depth is certainly
-    /// below zero.
+    /// Bounds of one over the depth, given its plane's value at a sample; `None` where the depth is certainly negative.
     #[inline(always)]
     pub(crate) fn inverse_bounds(&self, value: f64) -> Option<(f32, f32)> {
         let (low, high) = match *self {
@@ -209,11 +208,11 @@ impl Depth {
             Self::Direct { error, .. } if value < -error => return None,
             Self::Unknown | Self::Inverse { .. } | Self::Direct { .. } => (0.0, f64::INFINITY),
         };
-        // The next f32 is farther than the f64 roundings above and the one to f32.
+        // The next f32 covers the f64 roundings above and the one to f32.
         Some(((low as f32).next_down(), (high as f32).next_up()))
     }
 
-    /// `make` of a plane and its error bound, given the error bound of the numerator and the relative error of the
+    /// Calls `make` with a plane and its error bound, given the error bound of the numerator and the relative error of the
     /// denominator.
     fn linear(
         space: &PixelSpace,
@@ -224,15 +223,15 @@ impl Depth {
     ) -> Self {
         let (width, height) = space.size();
         let largest = plane.x.abs() * f64::from(width) + plane.y.abs() * f64::from(height) + plane.z.abs();
-        // Eight roundings between the edge functions and the result; doubled for the bound's own and for the
-        // denominator's being wrong by a quarter at most.
+        // Eight roundings between the edge functions and the result; doubled for the bound's own and for a relative error of
+        // the denominator of at most a quarter.
         make(plane, 2.0 * (error + largest * (relative_error + 8.0 * f64::EPSILON)))
     }
 }
 
 impl Square {
-    /// The smallest square that has the image's first pixel in its corner and holds the image, with a power of two, at
-    /// least a tile's, as side.
+    /// The smallest square with the image's first pixel in its corner that holds the image. Its side is a power of two, and
+    /// at least a tile's.
     pub(crate) fn around_image(space: &PixelSpace) -> Self {
         let (width, height) = space.size();
         let side = width.max(height).max(TileOrder::TILE).next_power_of_two() as i32;
@@ -267,7 +266,7 @@ mod tests {
             let space = PixelSpace::new(&shot);
             let (mut missed, mut hit) = (0, 0);
             for step in 0..4000 {
-                // From less than a pixel to all of the image, and through the eye plane.
+                // Sizes from less than a pixel to the whole image; some reach through the eye plane.
                 let size = [0.01, 0.03, 0.1, 5.0][step % 4];
                 let mut point = || Vec3::from_array([(); 3].map(|()| random.signed() as f32));
                 let middle = point();

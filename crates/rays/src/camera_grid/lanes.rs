@@ -16,8 +16,8 @@ pub(crate) struct Corners<S: Simd> {
 }
 
 impl<S: Simd> Corners<S> {
-    /// The corners of at most 16 triangles, given as indices of `vertices`, the last of which stands for all that are out
-    /// of range, and for the triangles that there aren't.
+    /// The corners of at most 16 triangles, given as indices of `vertices`. The last vertex stands for all indices out of
+    /// range, and for missing triangles.
     #[inline(always)]
     pub(crate) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Self {
         let mut padded = [[u32::MAX; 3]; LANES];
@@ -41,7 +41,7 @@ impl<S: Simd> Corners<S> {
         Self::load(simd, vertices, &indices)
     }
 
-    /// The corners of 16 triangles, given as numbers of a few vertices, with x, y and inverse depth of these.
+    /// The corners of 16 triangles, given as numbers of a few vertices, from the vertices' x, y and inverse depth.
     #[inline(always)]
     pub(crate) fn of_few(simd: S, [x, y, inverse_depth]: &[[f32; TABLE]; 3], corners: &[[u8; 4]; LANES]) -> Self {
         let quads = u8x64::from_slice(simd, corners.as_flattened()).bitcast::<u32x16<S>>();
@@ -71,11 +71,10 @@ impl<S: Simd> Corners<S> {
             | (x[2].simd_eq(x[0]) & y[2].simd_eq(y[0]))
     }
 
-    /// Twice the area of each triangle in pixel space, with its sign, and how wrong it may be where corners are wrong by
-    /// at most `error`.
+    /// Twice the signed area of each triangle in pixel space, and its error bound if corners have errors of at most `error`.
     ///
-    /// With δ the error of a corner and w and h the sides of the bounds, that is
-    /// 4 δ (w + h) + 8 δ² + 8 ε w h (see [`Setup::new`]).
+    /// With δ the error of a corner and w and h the sides of the bounds, the bound is 4 δ (w + h) + 8 δ² + 8 ε w h (see
+    /// [`Setup::new`]).
     #[inline(always)]
     pub(crate) fn signed_area(&self, simd: S, error: f32x16<S>) -> [f32x16<S>; 2] {
         let Self { x, y, .. } = *self;
@@ -92,8 +91,8 @@ pub(crate) fn largest<S: Simd>(x: [f32x16<S>; 3], y: [f32x16<S>; 3]) -> f32x16<S
     max3(x).max(max3(y)).max(-(min3(x).min(min3(y))))
 }
 
-/// The lowest and highest of three corners' coordinates, widened by `error`, which counts how far samples are from
-/// integers, and rounded to the pixels between.
+/// The lowest and highest of three corners' coordinates, widened by `error` and rounded to the pixels between. `error`
+/// includes the distance of samples from integers.
 #[inline(always)]
 pub(crate) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -> [f32x16<S>; 2] {
     [(min3(corners) - error).ceil(), (max3(corners) + error).floor()]
@@ -103,7 +102,7 @@ pub(crate) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -
 pub(crate) struct PixelBounds<S: Simd> {
     pub(crate) x: [f32x16<S>; 2],
     pub(crate) y: [f32x16<S>; 2],
-    /// How wrong a corner may be.
+    /// Error bound of a corner.
     pub(crate) error: f32x16<S>,
 }
 
@@ -111,7 +110,7 @@ impl<S: Simd> PixelBounds<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, space: &PixelSpace, corners: &Corners<S>) -> Self {
         let largest = largest(corners.x, corners.y);
-        // The second half ulp is for the rounding of a sum of a coordinate and its error.
+        // The second half ulp is for the sum of a coordinate and its error.
         let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
         let (width, height) = space.size();
         let beside = error + splat(simd, space.shifts.reach());
@@ -120,21 +119,21 @@ impl<S: Simd> PixelBounds<S> {
         Self { x, y, error }
     }
 
-    /// Which of them have the sample in so many columns and rows from their first.
+    /// Returns a mask of the triangles with the sample that is `column` and `row` from their first.
     #[inline(always)]
     pub(crate) fn have(&self, simd: S, (column, row): (i32, i32)) -> mask32x16<S> {
         let [x, y] = self.sample(simd, (column, row));
         x.simd_le(self.x[1]) & y.simd_le(self.y[1])
     }
 
-    /// The sample in so many columns and rows from each one's first.
+    /// The sample that is `column` and `row` from each triangle's first.
     #[inline(always)]
     pub(crate) fn sample(&self, simd: S, (column, row): (i32, i32)) -> [f32x16<S>; 2] {
         [self.x[0] + splat(simd, column as f32), self.y[0] + splat(simd, row as f32)]
     }
 }
 
-/// The part of a range of samples that is in an image with `side` pixels.
+/// The part of a range of samples that is in an image of `side` pixels.
 #[inline(always)]
 fn clamp<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], middle: i32, side: u32) -> [f32x16<S>; 2] {
     let (first, last) = (-middle as f32, (side as i32 - 1 - middle) as f32);
@@ -149,27 +148,27 @@ pub(crate) struct Setup<S: Simd> {
     pub(crate) b: [f32x16<S>; 3],
     /// Constant.
     pub(crate) c: [f32x16<S>; 3],
-    /// How wrong an edge function may be.
+    /// Error bound of an edge function.
     pub(crate) bound: f32x16<S>,
     /// Twice the area, in pixels squared.
     pub(crate) area: f32x16<S>,
-    /// What the second and third edge function are multiplied with and added to the first corner's inverse depth.
+    /// Factors of the second and third edge function, whose sum with the first corner's inverse depth is the inverse depth.
     pub(crate) slopes: [f32x16<S>; 2],
-    /// How wrong the sum may be.
+    /// Error bound of that sum.
     pub(crate) depth_error: f32x16<S>,
     /// The largest inverse depth of the corners.
     pub(crate) nearest: f32x16<S>,
 }
 
 impl<S: Simd> Setup<S> {
-    /// `x` and `y` are the corners in relation to the origin, δ `wrong` by at most `error`, and `samples` says how far
-    /// from it, at most, the samples are along each axis, and `overhang` how far outside the triangle's bounds.
+    /// `x` and `y` are the corners relative to the origin, with errors δ of at most `error`. `samples` bounds the distance
+    /// of samples from the origin along each axis, and `overhang` their distance from the triangle's bounds.
     ///
     /// With m the largest coordinate, w and h the sides of the bounds and ε half an ulp, an edge function is wrong
     /// - by 2 δ (w + h + 2 · overhang) + 2 δ² for the corners: E = (p − s) × (q − s), and each difference is no longer
     ///   than the bounds and the overhang;
-    /// - by 5 ε (samples + m) (w + h) for its own rounding in the form a·x + (b·y − (a·p + b·q)): five roundings at
-    ///   most on each path, where |a| ≤ h and |b| ≤ w.
+    /// - by 5 ε (samples + m) (w + h) for its own rounding in the form a·x + (b·y − (a·p + b·q)): at most five roundings on
+    ///   each path, where |a| ≤ h and |b| ≤ w.
     ///
     /// The area is wrong by at most 4 δ (w + h) + 8 δ² for the corners and 6 ε w h for rounding, which is less than four
     /// times that, since w h ≤ m (w + h).
@@ -235,28 +234,27 @@ impl<S: Simd> Setup<S> {
 
 /// One over the depth of 16 triangles as a linear function of x and y in a tile, whose middle is the origin.
 pub(crate) struct DepthPlane<S: Simd> {
-    /// What it changes by to the right and downwards, a pixel.
+    /// Its change per pixel to the right and downwards.
     pub(crate) gradient: [f32x16<S>; 2],
     /// Its value in the middle of the tile.
     pub(crate) middle: f32x16<S>,
-    /// How wrong it may be at a sample inside both the tile and the triangle.
+    /// Error bound at a sample inside both the tile and the triangle.
     pub(crate) error: f32x16<S>,
 }
 
 impl<S: Simd> DepthPlane<S> {
-    /// The planes of triangles whose corners, in pixel space, are wrong by at most `error`, for the tile with its middle
-    /// at `origin` and its samples at most `samples` from there along each axis. They hold where
-    /// [`Setup::is_certain`].
+    /// The planes of triangles with corner errors of at most `error` in pixel space, for the tile with its middle at
+    /// `origin` and its samples at most `samples` from there along each axis. They are valid where [`Setup::is_certain`].
     ///
-    /// The plane is found in f64: in f32 a corner far from the tile would take most of the digits. With ε half an ulp
-    /// of an f32, δ the error of the corners and M the largest value in the tile, it is wrong
+    /// The plane is computed in f64: in f32 a corner far from the tile would take most of the digits. With ε half an ulp of
+    /// an f32, δ the error of the corners and M the largest value in the tile, it is wrong
     /// - by δ |∇z|₁ for the corners: in the plane through displaced corners, the sample's barycentric coordinates
     ///   belong to a point displaced by no more than they are; 1.2 covers an area that is wrong by 1/8;
     /// - by 1.01 ε M for the corners' own inverse depths, whose weights at a sample inside are not below zero;
     /// - by 4 ε M for rounding the plane to f32 and three roundings when it is evaluated;
     /// - by 20 · 2⁻⁵³ w h / area < 2⁻³⁰ relative to the rise for roundings in f64, since certain areas are at least
     ///   40 ε w h;
-    /// - by ε M when the error is taken from it or added to it. The seventh ε is for the bound's own rounding.
+    /// - by ε M when the error is subtracted or added. The seventh ε is for the bound's own rounding.
     #[inline(always)]
     pub(crate) fn new(simd: S, corners: &Corners<S>, error: f32x16<S>, origin: [f32; 2], samples: f32) -> Self {
         let halves = |values: [f32x16<S>; 3]| {

@@ -4,7 +4,7 @@ use super::pixel_space::HALF_ULP;
 use super::samples::BLOCKS;
 use super::tile::Batch;
 
-/// One triangle's edge functions and inverse depth in f32, as linear functions of x and y in relation to an origin.
+/// One triangle's edge functions and inverse depth in f32, as linear functions of x and y relative to an origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Linear {
     /// Factor of x of each edge function; positive edge functions are inside.
@@ -13,23 +13,23 @@ pub(crate) struct Linear {
     pub(crate) b: [f32; 3],
     /// Constant.
     pub(crate) c: [f32; 3],
-    /// How wrong an edge function may be.
+    /// Error bound of an edge function.
     pub(crate) bound: f32,
     /// One over the depth at the origin.
     pub(crate) inverse_depth: f32,
-    /// What it changes by to the right and downwards, a pixel.
+    /// Its change per pixel to the right and downwards.
     pub(crate) gradient: [f32; 2],
     pub(crate) depth_error: f32,
-    /// Upper bound of one over the depth.
+    /// Upper bound of the inverse depth.
     pub(crate) nearest: f32,
 }
 
 impl General {
-    /// The triangle in relation to (`x`, `y`) in pixel space, for samples at most `reach` from there along each axis;
-    /// `None` where its orientation isn't certain or f32 can't hold it.
+    /// The triangle relative to (`x`, `y`) in pixel space, for samples at most `reach` from there along each axis; `None`
+    /// where its orientation isn't certain or f32 can't hold it.
     ///
-    /// Each edge function is divided by its error, which so becomes one. Coefficients are rounded once, and evaluation
-    /// adds a rounding of each product and two of sums: four on a path, taken as six.
+    /// Each edge function is divided by its error, so that its error becomes one. Coefficients are rounded once, and
+    /// evaluation adds a rounding of each product and two of sums: four on a path, taken as six.
     pub(crate) fn linear(&self, [x, y]: [f64; 2], reach: f64) -> Option<Linear> {
         let Depth::Inverse { plane, error } = self.depth else { return None };
         if !self.oriented {
@@ -42,7 +42,7 @@ impl General {
             let constant = coefficients.dot(middle);
             let largest = reach * (coefficients.x.abs() + coefficients.y.abs()) + constant.abs();
             let scale = (bound + ROUNDINGS * largest).recip();
-            // Beyond this, sums in f32 could overflow; it also keeps out what isn't a number.
+            // Beyond this, sums in f32 could overflow; it also excludes NaN.
             if !(largest * scale < 1e30 && scale.is_normal()) {
                 return None;
             }
@@ -85,7 +85,7 @@ impl Batch {
         }
     }
 
-    /// Takes over a triangle of the general path, which may be in any block.
+    /// Sets a lane to a triangle of the general path, which may be in any block.
     pub(crate) fn set(&mut self, lane: usize, linear: &Linear, id: u32) {
         let lane = lane % LANES;
         for edge in 0..3 {

@@ -1,9 +1,9 @@
 //! The perspective grid: camera rays (Guntury and Narayanan 2010, §3).
 //!
-//! The direct form: vertices go to pixel space once. Triangles of at most 2×2 samples are tested as soon as they are set
-//! up, and leave fragments in tiles of 64×64 samples. Larger ones are listed in the tiles, by a coarse rasterization where
-//! they may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound
-//! decides nearly all samples, and the [predicate](crate::predicate) settles the rest, so that the answer is its own.
+//! The direct form: vertices are projected to pixel space once. Triangles of at most 2×2 samples are tested during setup,
+//! and leave fragments in tiles of 64×64 samples. Larger ones are listed in the tiles, by a coarse rasterization where they
+//! may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound decides
+//! nearly all samples, and the [predicate](crate::predicate) settles the rest, so that the answer is its own.
 
 pub(crate) mod bins;
 pub(crate) mod build;
@@ -37,29 +37,30 @@ use pixel_space::{PixelSpace, Vertex};
 use sight::PixelBox;
 use tile::Tile;
 
-/// The triangles of a frame, sorted to screen tiles for one ray through each pixel.
+/// The triangles of a frame, sorted into screen tiles for one ray through each pixel.
 ///
-/// 16 bytes a vertex of a patch, eight for each patch, or triangle of one that isn't small, and tile, 16 for each sample that
-/// a tiny triangle of these hits, and 144 for each tile and range of patches. Keep it and rebuild it: its memory is reused.
+/// 16 bytes a vertex of a patch. Eight bytes for each pair of a tile and a patch, or for large patches a triangle; 16 for
+/// each sample that a tiny triangle of a large patch hits; and 144 for each pair of a tile and a range of patches. Keep it
+/// and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct PerspectiveGrid {
     level: SimdLevel,
-    /// None before the first build.
+    /// `None` before the first build.
     space: Option<PixelSpace>,
     triangle_count: usize,
-    /// Of the patches whose triangles are listed, in the patches' order.
+    /// Vertices of the patches whose triangles are listed one by one, in the patches' order.
     vertices: Vec<Vertex>,
-    /// Where the patches are that are listed.
+    /// The pixels of the patches that are listed whole.
     boxes: Vec<PixelBox>,
-    /// In order of patches.
+    /// Ranges of patches, in their order.
     ranges: Vec<Bins>,
-    /// One for each thread.
+    /// A tile for each thread.
     scratch: Vec<Mutex<Box<Tile>>>,
 }
 
 debug_some!(PerspectiveGrid as grid: "triangles" => grid.triangle_count);
 
-/// An image with a side that is too long for the grid.
+/// The error for an image with a side too long for the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("an image of {width} × {height} pixels has a side above {} pixels", Self::LARGEST_SIDE)]
 pub struct ImageTooLarge {
@@ -70,7 +71,7 @@ pub struct ImageTooLarge {
 }
 
 impl ImageTooLarge {
-    /// Pixels that a side may have at most.
+    /// The largest side in pixels.
     pub const LARGEST_SIDE: u32 = 1 << 16;
 
     pub(crate) fn check(view: &View) -> Result<(), Self> {

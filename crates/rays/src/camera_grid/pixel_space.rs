@@ -11,14 +11,15 @@ use crate::{Camera, Projection, Sides, View};
 /// Half the distance from one to the next f32: the relative error of one rounding.
 pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 
-/// A vertex in pixel space: x, y, inverse depth and a zero that fills it to a quarter of a 16-wide register. 16 bytes.
+/// A vertex in pixel space: x, y, inverse depth and a zero that pads it to a quarter of a 16-wide register. 16 bytes.
 ///
 /// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
-/// integer coordinates, but for the image's [`Shifts`], which are exact. They are wrong by at most |x| · [`HALF_ULP`] (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
+/// integer coordinates plus the image's [`Shifts`], which are exact. Their error is at most |x| · [`HALF_ULP`]
+/// (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
 ///
-/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex that is certainly
-/// behind the eye, and otherwise negative for one that is near its plane, too far to the side or not finite. Then x and
-/// y mean nothing, but for vertices at the same point behind the eye they are the same.
+/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex certainly behind the
+/// eye. It is another negative number for a vertex near the eye's plane, too far to the side or not finite. In both cases x
+/// and y mean nothing, except that vertices at one point behind the eye have the same.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(crate) struct Vertex(pub(crate) [f32; 4]);
@@ -31,36 +32,36 @@ impl From<Vertex> for [f32; 4] {
 }
 
 impl Vertex {
-    /// Stands for every vertex that the fast path can't take.
+    /// The vertex that replaces every vertex the fast path can't take.
     pub(crate) const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);
 
     /// The inverse depth of vertices that are certainly behind the eye. No ray hits a triangle with three of them.
     pub(crate) const BEHIND: f32 = -2.0;
 
-    /// What the transform, before the rounding to f32, and the rounding of the rays' own directions may move a vertex
-    /// by in relation to a sample.
+    /// Error bound of a vertex relative to a sample, for the transform before the rounding to f32 and for the rounding of
+    /// the rays' own directions.
     ///
-    /// Camera coordinates are wrong by 2⁻⁴⁵ of the largest coordinate r of the vertex in relation to the eye (see
-    /// [`PixelSpace::camera_point`]), and r ≤ 1.01 z (1 + 2 g), where g bounds |x/z| and |y/z|. With s pixels a unit of
-    /// x/z, that makes 1.02 s (1 + 2g)(1 + g) 2⁻⁴⁵ pixels. A ray's direction is wrong by ten f64 roundings an axis (two
-    /// of which are for its place in the pixel), which makes s (1 + g)(1 + 2g) 2⁻⁴⁸ pixels. Since
-    /// [`PixelSpace::guard`] keeps s (1 + 2g)² below 2²⁴, the sum is below 2⁻²⁰; the doubled bound also covers the few
-    /// f64 roundings of coordinates below 2²³ pixels.
+    /// Camera coordinates are wrong by 2⁻⁴⁵ of the largest coordinate r of the vertex relative to the eye (see
+    /// [`PixelSpace::camera_point`]), and r ≤ 1.01 z (1 + 2 g), where g bounds |x/z| and |y/z|. With s pixels a unit of x/z,
+    /// that makes 1.02 s (1 + 2g)(1 + g) 2⁻⁴⁵ pixels. A ray's direction is wrong by ten f64 roundings an axis (two of them
+    /// for its position in the pixel), which makes s (1 + g)(1 + 2g) 2⁻⁴⁸ pixels. Since [`PixelSpace::guard`] keeps s
+    /// (1 + 2g)² below 2²⁴, the sum is below 2⁻²⁰; the doubled bound also covers the few f64 roundings of coordinates below
+    /// 2²³ pixels.
     pub(crate) const ERROR_PIXELS: f32 = 1.0 / (1 << 19) as f32;
 }
 
-/// The rays of one frame's camera as points in a plane: integer ones, but for shifts of at most a half.
+/// The rays of one frame's camera as points in a plane: integer points plus shifts of at most a half.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelSpace {
     view: View,
-    /// How far samples are from integer points.
+    /// Distances of samples from integer points.
     pub(crate) shifts: Shifts,
     pub(super) eye: DVec3,
     /// Rows of the inverse of the matrix of the camera's axes.
     pub(super) camera_from_world: [DVec3; 3],
     /// Pixels a unit of x/z; in an orthographic view, pixels a unit of x.
     pub(crate) scale: f64,
-    /// Where the camera's forward axis is in pixel space.
+    /// The camera's forward axis in pixel space.
     pub(crate) axis_pixels: DVec2,
     /// The pixel whose sample has the coordinates (0, 0).
     pub(crate) middle: IVec2,
@@ -72,7 +73,7 @@ pub(crate) struct PixelSpace {
     pub(crate) edge_error: f64,
     /// The reaches of [`camera_point`](Self::camera_point) for each world unit.
     pub(super) reach_per_unit: f64,
-    /// The least reach that counts in an orthographic view.
+    /// The least reach in an orthographic view.
     least_reach: f64,
 }
 
@@ -91,8 +92,8 @@ impl PixelSpace {
             Projection::Orthographic { half_height } => 0.5 * height / f64::from(half_height),
         };
 
-        // The error bounds hold for cameras as `Camera` describes them. Any other gets no certainty from any filter,
-        // and so its answers straight from the predicate.
+        // The error bounds hold for cameras as `Camera` describes them. For any other camera every filter is uncertain, so
+        // all answers come straight from the predicate.
         let unit = |axis: DVec3| axis.abs().max_element() <= 1.01;
         let rigid = [right, up, forward].into_iter().chain(camera_from_world).all(unit)
             && (0.98..1.02).contains(&determinant.abs());
@@ -127,8 +128,8 @@ impl PixelSpace {
         }
     }
 
-    /// Relative to T² (1 + x/z + y/z) rⱼ rₖ in a perspective view, where T is the extent of pixel space (scale, image and
-    /// offset together) and r the largest coordinate of a vertex in relation to the eye.
+    /// Relative error of edge functions, to T² (1 + x/z + y/z) rⱼ rₖ in a perspective view, where T is the extent of pixel
+    /// space (scale, image and offset together) and r the largest coordinate of a vertex relative to the eye.
     ///
     /// With q = (s·x + a·z, s·y + b·z, z) for a vertex, coordinates are at most 2 T r, 2 T r and 2 r and wrong by
     /// 2⁻⁴⁴·⁹ T r, 2⁻⁴⁴·⁹ T r and 2⁻⁴⁵ r. That makes 8.3 · 2⁻⁴⁵ T rⱼ rₖ in x and y of the cross product, 8.6 · 2⁻⁴⁵ T²
@@ -138,8 +139,8 @@ impl PixelSpace {
     /// same number for an orthographic view.
     const RELATIVE_EDGE_ERROR: f64 = 1.0 / (1_u64 << 39) as f64;
 
-    /// A point along the camera's right, up and forward axes, and its reach: the largest coordinate r of its offset from
-    /// the eye, in an orthographic view times a factor that isn't below one.
+    /// A point along the camera's right, up and forward axes, and its reach: the largest coordinate r of its offset from the
+    /// eye, in an orthographic view times a factor of at least one.
     ///
     /// Each coordinate is wrong by at most 2⁻⁴⁵ r: the inverse matrix by 64 f64 roundings (its cofactors have 6, its
     /// determinant 30), the offset, product and sums by five, on each of three axes.
@@ -151,18 +152,18 @@ impl PixelSpace {
         (point, self.reach_per_unit * offset.x.abs().max(offset.y.abs()).max(offset.z.abs()))
     }
 
-    /// The sign of a triangle's area in pixel space, where y goes down, when it shows its front; zero where all have both
+    /// The sign of the area in pixel space, where y goes down, of triangles that show their front; zero where all have both
     /// sides.
     pub(crate) fn facing(&self, sides: Sides<'_>) -> f32 {
         if sides == Sides::Both {
             return 0.0;
         }
         let Camera { right, up, forward, .. } = self.view.camera;
-        // Below zero for a camera in a right-handed world, whose image isn't mirrored: there y down turns the sign.
+        // Negative for a camera in a right-handed world, whose image isn't mirrored: there y down turns the sign.
         right.as_dvec3().dot(up.as_dvec3().cross(forward.as_dvec3())).signum() as f32
     }
 
-    /// Whether rays see a triangle's front, where they hit it.
+    /// Whether rays that hit a triangle see its front.
     pub(crate) fn sees_front(&self, corners: [Vec3; 3]) -> bool {
         if self.is_perspective() {
             is_front_from(self.eye, corners)
@@ -176,7 +177,7 @@ impl PixelSpace {
         matches!(self.view.camera.projection, Projection::Perspective { .. })
     }
 
-    /// The least reach that counts in an orthographic view, where rays start all over the camera's plane.
+    /// The least reach in an orthographic view, where rays start all over the camera's plane.
     pub(crate) fn eye_reach(&self) -> f64 {
         self.least_reach
     }
@@ -186,15 +187,15 @@ impl PixelSpace {
         (self.view.width, self.view.height)
     }
 
-    /// What one over the depth of ordinary vertices is: far from where it or its slopes, 10¹² times as large at most, leave
-    /// the range of an f32.
+    /// The range of inverse depths of ordinary vertices: neither it nor its slopes, at most 10¹² times as large, come near
+    /// the limits of f32.
     pub(super) const RANGE: std::ops::RangeInclusive<f64> = 1e-24..=1e24;
 
-    /// How far behind the eye, in relation to its reach, a vertex has to be to be so certainly: it is wrong by 2⁻⁴⁵ of it.
-    /// Directions of rays have a depth of one but for a few roundings.
+    /// The distance behind the eye, relative to its reach, at which a vertex is certainly behind: its error is 2⁻⁴⁵ of the
+    /// reach. Directions of rays have a depth of one, up to a few roundings.
     pub(super) const DOUBT: f64 = 1.0 / (1_u64 << 40) as f64;
 
-    /// Transforms positions to as many vertices.
+    /// Transforms positions to the same number of vertices.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(&self, simd: S, positions: &[Vec3], vertices: &mut [Vertex]) {
         for (positions, vertices) in positions.chunks(LANES).zip(vertices.chunks_mut(LANES)) {
@@ -204,7 +205,7 @@ impl PixelSpace {
         }
     }
 
-    /// x, y and inverse depth of sixteen positions, all of which are ordinary (see [`sight`](Self::sight)).
+    /// x, y and inverse depth of sixteen ordinary positions (see [`sight`](Self::sight)).
     #[inline(always)]
     pub(super) fn project_ordinary<S: Simd>(&self, simd: S, positions: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
         let [low, high] = widen(positions);
@@ -247,7 +248,7 @@ impl PixelSpace {
         ]
     }
 
-    /// x, y and inverse depth of eight points that are given along the camera's axes.
+    /// x, y and inverse depth of eight points given along the camera's axes.
     #[inline(always)]
     pub(super) fn pixels<S: Simd>(&self, simd: S, [x, y, z]: Vectors<S>) -> Vectors<S> {
         let inverse_depth = f64x8::splat(simd, 1.0) / z;
@@ -257,7 +258,7 @@ impl PixelSpace {
     }
 }
 
-/// What bounds the edge functions of a view: `edge_error` · ρⱼ ρₖ, where ρ is the reach of a vertex.
+/// The factors that bound the edge functions of a view: `edge_error` · ρⱼ ρₖ, where ρ is the reach of a vertex.
 #[derive(Clone, Copy, Debug)]
 struct EdgeBounds {
     extent: f64,
@@ -267,10 +268,10 @@ struct EdgeBounds {
 }
 
 impl EdgeBounds {
-    /// Certain of nothing.
+    /// Bounds that make nothing certain.
     const NONE: Self = Self { extent: 1.0, edge_error: f64::INFINITY, reach_per_unit: 1.0, least_reach: 1.0 };
 
-    /// With `scale` pixels a unit of x/z, and samples and axis at most `farthest` from the middle.
+    /// Bounds for `scale` pixels a unit of x/z, and samples and axis at most `farthest` from the middle.
     fn of_perspective(scale: f64, farthest: DVec2) -> Self {
         let extent = scale + farthest.x + farthest.y + 64.0;
         let steepness = 1.0 + (farthest.x + farthest.y) / scale;
@@ -278,27 +279,27 @@ impl EdgeBounds {
         Self { extent, edge_error, reach_per_unit: 1.0, least_reach: 0.0 }
     }
 
-    /// With `scale` pixels a world unit, samples and axis at most `farthest` from the middle, and the eye `eye_reach`
+    /// Bounds for `scale` pixels a world unit, samples and axis at most `farthest` from the middle, and the eye `eye_reach`
     /// from the world's origin.
     ///
-    /// Let s be the scale, T the extent (the sum of `farthest`), r the largest coordinate of a vertex in relation to the
-    /// eye, e that of the eye, and M = max(T, s r), all s r and T in pixels.
+    /// Let s be the scale, T the extent (the sum of `farthest`), r the largest coordinate of a vertex relative to the eye, e
+    /// that of the eye, and M = max(T, s r), all s r and T in pixels.
     /// - A vertex in pixels, s x + a, is wrong by s r 2⁻⁴⁵ (see [`PixelSpace::camera_point`]) and a few f64 roundings:
     ///   2⁻⁴⁴·⁹ s r + 2⁻⁵¹ T.
-    /// - A ray starts where it should but for one rounding of e and seven of each of two axes' T/s on the way to each
-    ///   world coordinate, three of which make one of the camera's: 2⁻⁵¹·⁴ s e + 2⁻⁴⁷·⁵ T pixels. Its direction is exact.
+    /// - A ray's start has one rounding of e and seven of each of two axes' T/s on the way to each world coordinate, three
+    ///   of which make one of the camera's: 2⁻⁵¹·⁴ s e + 2⁻⁴⁷·⁵ T pixels. Its direction is exact.
     /// - Together that is at most 2⁻⁴⁴·⁶ M + 2⁻⁵¹·⁴ s e. Vertices are at most 3.1 s r + T ≤ 4.1 M from a sample, so in the
     ///   edge function (Xⱼ − x)(Yₖ − y) − (Xₖ − x)(Yⱼ − y) it makes 16.4 Mⱼ Mₖ (2⁻⁴⁴·⁶ + 2⁻⁵¹·⁴ s e / T). Five roundings
     ///   on each path to its value add 2⁻⁴⁵ Mⱼ Mₖ.
     ///
     /// The sum is below Mⱼ Mₖ 2⁻⁴⁰ (1 + 2⁻⁷ s e / T) · 0.8; doubled as in [`PixelSpace::RELATIVE_EDGE_ERROR`].
     ///
-    /// The reach ρ = M u / s makes M of it, with any unit u. It must not be below r, which
-    /// [`General`](super::general::General) bounds depths by, nor below one: with T/s, what the image is across, u is the
-    /// least that does. So depths are wrong by at most three of `General`'s four Σ bounds · ρ / area: 1.6 for the edge
-    /// functions (z ≤ 3.1 r, and half of each bound is true), 0.6 for the depths (edge functions are below 34 Mⱼ Mₖ, and
-    /// depths wrong by 2⁻⁴⁵ r), and far below one for where the ray starts (the area is below 34 Σ Mⱼ Mₖ). In worlds with
-    /// views that are far narrower than one unit that says little of depths, and much is left to the predicate.
+    /// The reach ρ = M u / s turns into M, with any unit u. It must not be below r, by which
+    /// [`General`](super::general::General) bounds depths, nor below one. With T/s the image's extent in world units, u
+    /// is the least unit for which it isn't. So depths are wrong by at most three of `General`'s four Σ bounds · ρ / area:
+    /// 1.6 for the edge functions (z ≤ 3.1 r, and half of each bound is true), 0.6 for the depths (edge functions are below
+    /// 34 Mⱼ Mₖ, and depths wrong by 2⁻⁴⁵ r), and far below one for the ray's start (the area is below 34 Σ Mⱼ Mₖ). For
+    /// views far narrower than one unit this bounds depths poorly, and much is left to the predicate.
     fn of_orthographic(scale: f64, farthest: DVec2, eye_reach: f64) -> Self {
         let extent = farthest.x + farthest.y;
         let across = extent / scale;
@@ -313,7 +314,7 @@ impl EdgeBounds {
         }
     }
 
-    /// Whether all of it is a number above zero, but for the least reach.
+    /// Whether all numbers are normal and positive; the least reach may be zero.
     fn is_usable(&self) -> bool {
         [self.extent, self.edge_error, self.reach_per_unit].iter().all(|bound| bound.is_normal())
             && self.least_reach.is_finite()

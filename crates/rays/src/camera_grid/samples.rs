@@ -24,18 +24,18 @@ pub(crate) struct Samples {
     /// Upper bounds.
     pub(crate) high: [f32; SAMPLES],
     pub(crate) triangle: [u32; SAMPLES],
-    /// Where the samples of each block are in it.
+    /// The samples' positions in each block.
     pub(crate) of_block: BlockSamples,
     pub(crate) undecided: Vec<Undecided>,
 }
 
-/// A triangle that may be the nearest at a sample: one that the predicate has to settle.
+/// A triangle that may be the nearest at a sample, for the predicate to settle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Undecided {
     /// The sample's index in the tile.
     pub(crate) index: u32,
     pub(crate) triangle: u32,
-    /// Upper bound of one over the depth.
+    /// Upper bound of the inverse depth.
     pub(crate) high: f32,
 }
 
@@ -58,7 +58,7 @@ impl Samples {
         self.triangle.fill(SeenPixels::NONE);
     }
 
-    /// Notes at which samples of a block the filter couldn't decide about a triangle.
+    /// Notes the samples of a block at which the filter couldn't decide about a triangle.
     #[cold]
     #[inline(never)]
     pub(crate) fn note_undecided(&mut self, block: usize, triangle: u32, lanes: u64, high: &[f32; LANES]) {
@@ -68,7 +68,7 @@ impl Samples {
         }
     }
 
-    /// Tests a general triangle against the samples of one block, whose first pixel is in the corner of `square`. With
+    /// Tests a general triangle against the samples of one block, whose first pixel is in the corner of `square`. If
     /// `questioned`, the predicate has to settle every hit.
     #[inline(always)]
     pub(crate) fn test_general<S: Simd>(
@@ -88,7 +88,7 @@ impl Samples {
             let at = |plane: glam::DVec3| {
                 f64x8::splat(simd, plane.x) * x + (f64x8::splat(simd, plane.y) * y + f64x8::splat(simd, plane.z))
             };
-            // Bit masks of the lanes with an edge function that is certainly above, or below, zero.
+            // Bit masks of the lanes with an edge function certainly above, or below, zero.
             let all = 0xff;
             let (mut every_above, mut every_below, mut some_above, mut some_below) = (all, all, 0, 0);
             for (&edge, &bound) in triangle.edges.iter().zip(&triangle.bounds) {
@@ -123,7 +123,7 @@ impl Samples {
     }
 }
 
-/// A tile of a shot whose samples are settled.
+/// A tile of a shot, for settling its samples.
 #[derive(Clone, Copy)]
 pub(crate) struct TileOfShot<'a> {
     pub(crate) shot: &'a Shot<'a>,
@@ -133,7 +133,7 @@ pub(crate) struct TileOfShot<'a> {
 }
 
 impl TileOfShot<'_> {
-    /// Settles whatever is undecided.
+    /// Settles all undecided cases.
     #[cold]
     #[inline(never)]
     pub(crate) fn settle<const N: usize>(&self, samples: &mut Samples, work: &mut TileWork<'_, N>, tally: &mut Counts) {
@@ -157,7 +157,7 @@ impl TileOfShot<'_> {
         samples.undecided = undecided;
     }
 
-    /// As [`settle`](Self::settle), when enough is undecided.
+    /// As [`settle`](Self::settle), if there are many undecided cases.
     pub(crate) fn settle_if_many<const N: usize>(
         &self,
         samples: &mut Samples,
@@ -170,7 +170,7 @@ impl TileOfShot<'_> {
         }
     }
 
-    /// The inverse depth at which triangle `id` is seen at a sample, in f64 or by the predicate.
+    /// The inverse depth of triangle `id` at a sample, in f64 or by the predicate.
     #[cold]
     #[inline(never)]
     pub(crate) fn inverse_depth(&self, index: usize, id: u32) -> f32 {

@@ -7,7 +7,7 @@ use crate::Triangles;
 use crate::shot::{Shot, Sides};
 use crate::simd::lanes::bits_of;
 
-/// Which triangles show a side that stops rays.
+/// Finds the triangles that show a side that stops rays.
 #[derive(Clone, Copy)]
 pub(super) struct Shown<'a> {
     space: &'a PixelSpace,
@@ -23,8 +23,7 @@ impl<'a> Shown<'a> {
         Self { space, triangles, sides, facing: space.facing(sides) }
     }
 
-    /// Those of some of 16 triangles that have a back or show their front: where the area isn't certain, the predicate says
-    /// whether they do.
+    /// The triangles in `lanes` that have a back or show their front. Where the area isn't certain, the predicate decides.
     #[inline(always)]
     pub(super) fn of<S: Simd>(
         &self,

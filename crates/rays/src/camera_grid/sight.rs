@@ -8,19 +8,19 @@ use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::simd::each;
 use crate::simd::vectors::{Vectors, largest, splat_vector};
 
-/// What is known about where the vertices in a box are in the image.
+/// The position in the image of the vertices in a box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Sight {
-    /// No ray hits a triangle between them.
+    /// Outside of the image: no ray hits a triangle between the vertices.
     Outside,
-    /// All of them are ordinary.
+    /// All vertices are ordinary.
     Within {
-        /// The pixels whose rays may hit a triangle between them.
+        /// The pixels whose rays may hit a triangle between the vertices.
         pixels: PixelBox,
-        /// An upper bound of one over the depth of all hits.
+        /// Upper bound of the inverse depth of all hits.
         nearest: f32,
     },
-    /// Nothing.
+    /// Unknown.
     Anywhere,
 }
 
@@ -32,14 +32,14 @@ pub(crate) struct PixelBox {
 }
 
 impl PixelBox {
-    /// Whether it is in so few tiles that what is in it may as well be looked at in each of them.
+    /// Whether it is in so few tiles that its contents may be tested in each of them.
     pub(super) fn is_small(self) -> bool {
         const MOST_TILES: i32 = 6;
         let [x0, x1, y0, y1] = self.tiles();
         (x1 - x0 + 1) * (y1 - y0 + 1) <= MOST_TILES
     }
 
-    /// First and last column, then row, of the tiles that it is in.
+    /// First and last column, then row, of its tiles.
     pub(super) fn tiles(self) -> [i32; 4] {
         [self.x[0], self.x[1], self.y[0], self.y[1]].map(|at| i32::from(at) >> Bins::TILE_BITS)
     }
@@ -49,7 +49,7 @@ impl PixelBox {
         within(self.x, x) && within(self.y, y)
     }
 
-    /// First and last column, then row, of the blocks that it is in of a tile with its corner there.
+    /// First and last column, then row, of its blocks in a tile with this corner.
     #[inline(always)]
     pub(super) fn blocks(self, corner: IVec2) -> [usize; 4] {
         let block = |at: u16, first: i32| ((i32::from(at) - first).clamp(0, Bins::TILE as i32 - 1) / 4) as usize;
@@ -59,20 +59,20 @@ impl PixelBox {
 }
 
 impl PixelSpace {
-    /// What is seen of the triangles with vertices in a box.
+    /// Finds the position in the image of triangles with vertices in a box.
     ///
-    /// A box's corners are points like vertices: their coordinates are wrong by no more, and what is linear in them is
-    /// between those of the corners for what is in the box.
+    /// A box's corners are points like vertices: their coordinates have the same error bounds, and linear functions of
+    /// points in the box are between those of the corners.
     ///
-    /// *Outside* is what has all corners behind the eye, as a vertex would be, or beyond one side of the image, by more
-    /// than homogeneous pixel coordinates may be wrong ([`General`](super::general::General) has the same margin).
+    /// A box is *outside* if all corners are behind the eye, as a vertex would be, or beyond one side of the image, by more
+    /// than the error of homogeneous pixel coordinates ([`General`](super::general::General) has the same margin).
     ///
-    /// *Within* is what is in front of the eye: there x/z, y/z and one over z are between those of the corners as well.
-    /// Each is wrong by 2⁻⁴⁵ r for a reach r below 1.01 z (1 + 2 g), with g the [guard](Self) of at most 2²⁰: relative to
-    /// z by 2⁻²³, and so x/z by 2⁻²³ (1 + g), which is what corners stay away from the limits of ordinary vertices.
-    /// Pixels of vertices are wrong by 2⁻²⁴ |x| + [`Vertex::ERROR_PIXELS`], are taken for wrong by
-    /// [`PixelBounds`](super::lanes::PixelBounds), 2.1 · 2⁻²⁴ |x| + 1.1 `ERROR_PIXELS`, and those of corners by another
-    /// `ERROR_PIXELS`: less than four of each. Pixels are as far outside as their samples may be from them.
+    /// A box is *within* if it is in front of the eye: there x/z, y/z and 1/z are between those of the corners as well. Each
+    /// is wrong by 2⁻⁴⁵ r for a reach r below 1.01 z (1 + 2 g), with g the [guard](Self) of at most 2²⁰: relative to z by
+    /// 2⁻²³, and so x/z by 2⁻²³ (1 + g), the distance that corners keep from the limits of ordinary vertices. Pixels of
+    /// vertices are wrong by 2⁻²⁴ |x| + [`Vertex::ERROR_PIXELS`], for which [`PixelBounds`](super::lanes::PixelBounds) takes
+    /// 2.1 · 2⁻²⁴ |x| + 1.1 `ERROR_PIXELS`, and those of corners by another `ERROR_PIXELS`: less than four of each. Pixels
+    /// are as far outside as their samples may be from them.
     #[inline(always)]
     pub(crate) fn sight<S: Simd>(&self, simd: S, [low, high]: [[f32; 3]; 2]) -> Sight {
         const ROUNDED: f64 = 1.0 / (1 << 23) as f64;
@@ -124,14 +124,14 @@ impl PixelSpace {
         if x0 > x1 || y0 > y1 {
             return Sight::Outside;
         }
-        // Rounded to f32, and wrong by 2⁻²³ itself.
+        // Rounded to f32, with an own error of 2⁻²³.
         let nearest = inverse_depth.reduce_max() as f32 * (1.0 + 6.0 * HALF_ULP);
         let [x, y] = [[x0, x1], [y0, y1]].map(|ends| ends.map(|at| at as u16));
         Sight::Within { pixels: PixelBox { x, y }, nearest }
     }
 
-    /// How far points are beyond the first and the last column, and the first and the last row of the image, times their
-    /// depth: below zero inside.
+    /// The distances of points beyond the first and the last column, and the first and the last row of the image, times
+    /// their depth: negative inside.
     #[inline(always)]
     fn beyond<S: Simd>(&self, simd: S, [x, y, z]: Vectors<S>) -> [[f64x8<S>; 2]; 2] {
         let (width, height) = self.size();
@@ -146,7 +146,7 @@ impl PixelSpace {
         [[z * left - x, x - z * right], [z * top - y, y - z * bottom]]
     }
 
-    /// As [`camera_point`](Self::camera_point), of eight points.
+    /// As [`camera_point`](Self::camera_point), for eight points.
     #[inline(always)]
     pub(super) fn camera_points<S: Simd>(&self, simd: S, points: Vectors<S>) -> (Vectors<S>, f64x8<S>) {
         let [eye_x, eye_y, eye_z] = self.eye.to_array();

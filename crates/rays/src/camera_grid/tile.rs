@@ -20,21 +20,21 @@ pub(crate) use masked::MaskWeights;
 /// Half a side: tile-local coordinates have their origin at the tile's middle.
 pub(crate) const HALF: i32 = Bins::TILE as i32 / 2;
 
-/// The nearest hits found so far in one tile, and what finding them takes. 115 KB.
+/// The nearest hits so far in one tile, and the memory for finding them. 115 KB.
 #[repr(C, align(64))]
 pub(crate) struct Tile {
     pub(crate) samples: Samples,
-    /// How far along an axis samples may be from integer coordinates.
+    /// Largest distance along an axis between a sample and integer coordinates.
     shift: f32,
-    /// The lowest of `low` in each block.
+    /// The minimum of `low` in each block.
     pub(crate) farthest: [f32; BLOCKS * BLOCKS],
-    /// A bit for each block, row by row, whose `farthest` was found before samples of it were seen nearer.
+    /// A bit for each block, row by row, with nearer hits since its `farthest` was computed.
     pub(crate) changed: [u16; BLOCKS],
     /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
     pub(crate) queue: [u32; LANES * BLOCKS * BLOCKS],
-    /// Blocks that they cover wholly.
+    /// Blocks that the triangles cover wholly.
     pub(crate) covered: [u32; LANES * BLOCKS * BLOCKS],
-    /// Where the triangles of the queue may be hit.
+    /// The possible hits of the queue's triangles.
     hits: [PossibleHits; LANES * BLOCKS * BLOCKS],
     /// Triangles of patches: tiny ones, then others.
     pub(super) waiting: [Waiting; 2],
@@ -59,7 +59,7 @@ pub(crate) fn queued(lane: usize, block: usize) -> u32 {
     (lane * BLOCKS * BLOCKS + block) as u32
 }
 
-/// The lane and the block that an entry of a queue stands for.
+/// The lane and the block of an entry of a queue.
 #[inline(always)]
 fn lane_and_block(queued: u32) -> (usize, usize) {
     let queued = queued as usize;
@@ -92,10 +92,10 @@ pub(crate) struct Batch {
     pub(crate) bound: [f32; LANES],
     /// One over the depth in the middle of the tile.
     pub(crate) inverse_depth: [f32; LANES],
-    /// What it changes by to the right and downwards, a pixel.
+    /// Its change per pixel to the right and downwards.
     pub(crate) gradient: [[f32; LANES]; 2],
     pub(crate) depth_error: [f32; LANES],
-    /// Upper bound of one over the depth.
+    /// Upper bound of the inverse depth.
     pub(crate) nearest: [f32; LANES],
     pub(crate) ids: [u32; LANES],
     /// First and last column, and first and last row, of the blocks that hold a triangle's bounds.
@@ -103,8 +103,8 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// Takes over 16 triangles, but for their ids and blocks. Where the orientation isn't `certain`, all that is known
-    /// of the depth is that the nearest corner's is the nearest.
+    /// Stores 16 triangles, without their ids and blocks. Where the orientation isn't `certain`, the only bound on the
+    /// inverse depth is that of the nearest corner.
     #[inline(always)]
     pub(crate) fn fill<S: Simd>(&mut self, simd: S, setup: &Setup<S>, plane: &DepthPlane<S>, certain: mask32x16<S>) {
         let zero = splat(simd, 0.0);
@@ -144,7 +144,7 @@ impl Tile {
         ]
     }
 
-    /// Takes over where the samples of an image are.
+    /// Sets the positions of an image's samples.
     pub(crate) fn place_samples(&mut self, shifts: &Shifts) {
         (self.samples.of_block, self.shift) = (shifts.block(), shifts.reach());
     }
@@ -155,8 +155,8 @@ impl Tile {
         self.changed.fill(0);
     }
 
-    /// A lower bound of one over the depth of what is seen anywhere in the tile: what is farther is hidden. Zero where
-    /// a sample has no hit.
+    /// A lower bound of the inverse depth of all hits in the tile: anything farther is hidden. Zero where a sample has no
+    /// hit.
     #[inline(always)]
     pub(crate) fn farthest<S: Simd>(&self, simd: S) -> f32 {
         let mut least = splat(simd, f32::INFINITY);
@@ -166,7 +166,7 @@ impl Tile {
         least.reduce_min()
     }
 
-    /// Notes how far each block's farthest sample is, after samples were settled.
+    /// Updates each block's farthest inverse depth, after samples were settled.
     #[inline(always)]
     pub(crate) fn note_farthest<S: Simd>(&mut self, simd: S) {
         for block in 0..BLOCKS * BLOCKS {
@@ -181,10 +181,10 @@ impl Tile {
         self.farthest[block] = f32x16::from_slice(simd, low).reduce_min();
     }
 
-    /// Tests those triangles of a batch that are set in `lanes`, the orientation of all of which is `CERTAIN` or not;
-    /// returns how many blocks it tested in part and wholly, which both queues still hold.
+    /// Tests the triangles of a batch in `lanes`, all with an orientation that is `CERTAIN` or not. Returns the numbers of
+    /// blocks tested in part and wholly, which both queues still hold.
     ///
-    /// A function of its own for each level, since copies of it wherever it is called take minutes to compile.
+    /// A separate function for each level, since inlining it at each call takes minutes to compile.
     #[inline(never)]
     pub(crate) fn test_batch<S: Simd, const CERTAIN: bool>(
         &mut self,
@@ -202,8 +202,8 @@ impl Tile {
             let lane = lane % LANES;
             let (x0, x1) = (batch.blocks[0][lane] as usize % BLOCKS, batch.blocks[1][lane] as usize % BLOCKS);
             let (y0, y1) = (batch.blocks[2][lane] as usize % BLOCKS, batch.blocks[3][lane] as usize % BLOCKS);
-            // So few blocks are tested without rejecting any by edges first. From 1 to 16, times differ by no more than
-            // the 3 % that they vary by (cloth, hall, forest and `sibenik.obj` at 1024², Zen 4).
+            // Up to this many blocks are tested without a first rejection by edges. From 1 to 16, times differ by no more
+            // than their noise of 3 % (cloth, hall, forest and `sibenik.obj` at 1024², Zen 4).
             const FEW: usize = 4;
             if !CERTAIN || (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW {
                 let nearest = batch.nearest[lane];
@@ -227,7 +227,7 @@ impl Tile {
         [waiting, covered]
     }
 
-    /// Tests the first blocks of the queue, in part. Of triangles that aren't set in `decided`, the predicate has to settle
+    /// Tests the first blocks of the queue, in part. For triangles that aren't in `decided`, the predicate has to settle
     /// every hit.
     #[inline(always)]
     pub(crate) fn test_queue<S: Simd, const CERTAIN: bool>(
@@ -237,8 +237,8 @@ impl Tile {
         waiting: usize,
         decided: u64,
     ) {
-        // First without a branch, since which blocks a small triangle hits is anybody's guess: of two passes cloth takes
-        // 7 % less time than of one, at 1024² on Zen 4.
+        // First without a branch, since the blocks that a small triangle hits are unpredictable: with two passes cloth takes
+        // 7 % less time than with one, at 1024² on Zen 4.
         let mut kept = 0;
         for entry in 0..waiting {
             let hits = self.possible_hits::<S, CERTAIN>(simd, batch, self.queue[entry]);
@@ -255,7 +255,7 @@ impl Tile {
         }
     }
 
-    /// Queues those of a triangle's blocks that it isn't certain to miss, nor to be hidden in; the ends of both queues.
+    /// Queues the blocks that a triangle isn't certain to miss, nor to be hidden in. Returns the ends of both queues.
     #[inline(always)]
     fn enqueue_blocks<S: Simd>(
         &mut self,
@@ -267,13 +267,14 @@ impl Tile {
     ) -> (usize, usize) {
         const MIDDLE: f32 = 1.5;
         let columns = f32x16::simd_from(simd, FIRST_COLUMNS) + splat(simd, MIDDLE);
-        // From a block's middle to its farthest sample. Four bounds cover the roundings here and in the test itself.
+        // Distance from a block's middle to its farthest sample. Four bounds cover the roundings here and in the test
+        // itself.
         let farthest_sample = MIDDLE + self.shift;
         let (a, b) = (&batch.a, &batch.b);
         let reach = each!(edge in [0, 1, 2] => {
             splat(simd, farthest_sample * (a[edge][lane].abs() + b[edge][lane].abs()) + 4.0 * batch.bound[lane])
         });
-        // The same for the depth, whose error counts the roundings of one sum like this.
+        // Likewise for the depth, whose error counts the roundings of one sum like this.
         let gradient = [batch.gradient[0][lane], batch.gradient[1][lane]];
         let rise = farthest_sample * (gradient[0].abs() + gradient[1].abs()) + 2.0 * batch.depth_error[lane];
         let along_row = columns * splat(simd, gradient[0]) + splat(simd, batch.inverse_depth[lane] + rise);
@@ -302,8 +303,7 @@ impl Tile {
         (waiting, covered)
     }
 
-    /// Which samples of a queued block a triangle may be the nearest at, by what is known so far, and which it certainly
-    /// covers.
+    /// The samples of a queued block at which a triangle may be the nearest so far, and those that it certainly covers.
     #[inline(always)]
     fn possible_hits<S: Simd, const CERTAIN: bool>(&self, simd: S, batch: &Batch, queued: u32) -> PossibleHits {
         let (lane, block) = lane_and_block(queued);
@@ -312,7 +312,7 @@ impl Tile {
         let (lowest, bound) = (min3(edges), splat(simd, batch.bound[lane]));
         let mut missed = lowest.simd_lt(-bound);
         if !CERTAIN {
-            // Then a miss takes two edge functions with opposite certain signs.
+            // Here a miss takes two edge functions with opposite certain signs.
             missed &= max3(edges).simd_gt(bound);
         }
         let at = |values: &[f32; LANES]| splat(simd, values[lane]);
@@ -324,7 +324,7 @@ impl Tile {
         PossibleHits { queued, possible: possible.to_bitmask() as u16, inside: inside.to_bitmask() as u16 }
     }
 
-    /// Takes in a triangle where it is nearer than what is known, given where it may be hit and where it certainly is.
+    /// Stores a triangle where it is nearer than the hits so far, given its possible and its certain hits.
     #[inline(always)]
     fn take_nearer<S: Simd>(
         &mut self,
@@ -377,16 +377,17 @@ impl Tile {
         self.farthest[block] = low.reduce_min();
     }
 
-    /// Writes the middles between the bounds of a block to `inverse_depth`, NaN for no hit; which of them may be wrong by
-    /// more than [`SeenPixels::RELATIVE_ERROR`].
+    /// Writes the middles between the bounds of a block to `inverse_depth`, NaN for no hit. Returns those whose error may
+    /// exceed [`SeenPixels::RELATIVE_ERROR`].
     #[inline(always)]
     pub(crate) fn write_middles<S: Simd>(&self, simd: S, block: usize, inverse_depth: &mut [f32]) -> u64 {
         let samples = block * LANES..(block + 1) * LANES;
         let low = f32x16::from_slice(simd, &self.samples.low[samples.clone()]);
         let high = f32x16::from_slice(simd, &self.samples.high[samples]);
         let sum = low + high;
-        // The middle is wrong by half the difference and one half ulp. Relative to it, that is the difference over the
-        // sum, with two roundings of each, and 1.01 half ulps; nothing is sure outside the range where that holds.
+        // The error of the middle is half the difference plus half an ulp. Relative to the middle, that is the difference
+        // over the sum, with two roundings of each, plus 1.01 half ulps. Outside of the range where that holds, nothing is
+        // certain.
         const MOST: f32 = SeenPixels::RELATIVE_ERROR - 1.1 * HALF_ULP;
         let sure = (high - low).simd_lt(sum * splat(simd, MOST));
         let in_range = sum.simd_gt(splat(simd, 1e-30)) & sum.simd_lt(splat(simd, 1e30));
@@ -395,7 +396,7 @@ impl Tile {
         (is_hit & !(sure & in_range)).to_bitmask()
     }
 
-    /// Takes in a sample of a tiny triangle.
+    /// Merges a sample of a tiny triangle.
     #[inline(always)]
     pub(crate) fn merge(&mut self, fragment: &Fragment) {
         let &Fragment { triangle, low, high, .. } = fragment;

@@ -7,23 +7,23 @@ use crate::shot::Shifts;
 use crate::simd::each;
 use crate::simd::lanes::{max3, min3};
 
-/// Sixteen triangles of at most two by two samples, in coordinates with an origin at the first of these.
+/// Sixteen triangles of at most two by two samples, in coordinates with an origin at their first sample.
 pub(crate) struct Tiny<S: Simd> {
     setup: Setup<S>,
     certain: mask32x16<S>,
     first_depth: f32x16<S>,
     shifts: Shifts,
-    /// Whether the column, and the row, of the first of its pixels is odd.
+    /// Whether the column, and the row, of its first pixel is odd.
     odd: [mask32x16<S>; 2],
 }
 
-/// Which of sixteen tiny triangles are hit at one of their samples.
+/// The hits of sixteen tiny triangles at one of their samples.
 pub(crate) struct TinyHits<S: Simd> {
-    /// Those that may be hit.
+    /// Triangles that may be hit.
     pub(crate) possible: mask32x16<S>,
-    /// Those that certainly are.
+    /// Triangles that are certainly hit.
     pub(crate) inside: mask32x16<S>,
-    /// Lower bounds of one over the depth.
+    /// Lower bounds of the inverse depth.
     pub(crate) low: f32x16<S>,
     /// Upper bounds.
     pub(crate) high: f32x16<S>,
@@ -33,7 +33,7 @@ impl<S: Simd> Tiny<S> {
     /// The samples of a tiny triangle: columns and rows from its first.
     pub(crate) const SAMPLES: [(i32, i32); 4] = [(0, 0), (1, 0), (0, 1), (1, 1)];
 
-    /// Which of sixteen triangles are tiny.
+    /// Returns a mask of the tiny ones of sixteen triangles.
     #[inline(always)]
     pub(crate) fn are(simd: S, bounds: &PixelBounds<S>) -> mask32x16<S> {
         let one = splat(simd, 1.0);
@@ -55,7 +55,7 @@ impl<S: Simd> Tiny<S> {
         Self { setup, certain, first_depth: corners.inverse_depth[0], shifts: space.shifts, odd }
     }
 
-    /// Tests those triangles that have a `valid` sample in this column and row.
+    /// Tests the triangles with a `valid` sample in this column and row.
     #[inline(always)]
     pub(crate) fn hits(&self, simd: S, (column, row): (i32, i32), valid: mask32x16<S>) -> TinyHits<S> {
         let Self { ref setup, certain, first_depth, ref shifts, odd } = *self;
@@ -82,7 +82,7 @@ impl<S: Simd> Tiny<S> {
     }
 }
 
-/// Whether integers in pixel space, of which the image's first is `-middle`, stand for odd columns or rows.
+/// Whether integers in pixel space, in which the image starts at `-middle`, are odd columns or rows.
 #[inline(always)]
 fn is_odd<S: Simd>(simd: S, at: f32x16<S>, middle: i32) -> mask32x16<S> {
     let one = i32x16::splat(simd, 1);

@@ -22,8 +22,8 @@ use crate::simd::lanes::bits_of;
 use crate::vectorized;
 
 impl PerspectiveGrid {
-    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
-    /// pixels in `work`, which has an entry for each; a tile is one cell there.
+    /// Finds the triangle that each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
+    /// Counts the work of pixels in `work`, which has an entry for each; a tile is one cell there.
     pub(super) fn trace_tiles<const N: usize>(
         &mut self,
         shot: &Shot<'_>,
@@ -44,13 +44,13 @@ impl PerspectiveGrid {
     }
 }
 
-/// What all tiles of an image are searched with.
+/// The inputs of the search, common to all tiles of an image.
 pub(crate) struct Tiles<'a> {
     pub(crate) shot: &'a Shot<'a>,
     pub(crate) space: &'a PixelSpace,
 }
 
-/// What the lists of tiles are about.
+/// The patches of the tiles' lists, with their projections.
 pub(super) struct ListedPatches<'a> {
     pub(super) patches: &'a Patches,
     vertices: &'a [Vertex],
@@ -71,8 +71,8 @@ impl ListedPatches<'_> {
 }
 
 impl Tiles<'_> {
-    /// Calls `search` with each tile, its index, and where it writes triangles and inverse depths, on all threads; what that
-    /// took. `scratch` is memory for each thread.
+    /// Calls `search` with each tile, its index, and its triangles and inverse depths to write, on all threads. Returns the
+    /// work. `scratch` has memory for each thread.
     pub(crate) fn trace<const N: usize>(
         &self,
         scratch: &mut Vec<Mutex<Box<Tile>>>,
@@ -92,7 +92,7 @@ impl Tiles<'_> {
         counted.merge(Counts::plus).unwrap_or_default()
     }
 
-    /// Calls `search` with the tile of an index, in this thread's part of `scratch`; what that took.
+    /// Calls `search` with the tile at `index`, in this thread's part of `scratch`. Returns the work.
     pub(crate) fn search<const N: usize>(
         &self,
         scratch: &[Mutex<Box<Tile>>],
@@ -102,7 +102,7 @@ impl Tiles<'_> {
     ) -> Counts {
         let &Self { shot, space } = self;
         let (width, height) = space.size();
-        // A thread waits for nobody here, since each has its own tile.
+        // No thread waits here, since each has its own tile.
         let thread = rayon::current_thread_index().unwrap_or(scratch.len() - 1);
         let mut tile = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
         let corner = UVec2::from(TileOrder::new(width, height).column_and_row(index * SAMPLES)).as_ivec2();
@@ -122,12 +122,12 @@ pub(crate) struct TileTrace<'a, const N: usize> {
     pub(crate) tally: Counts,
 }
 
-/// Up to 16 triangles in relation to the middle of a tile.
+/// Up to 16 triangles relative to the middle of a tile.
 pub(crate) struct Placed<S: Simd> {
     pub(crate) corners: Corners<S>,
     pub(crate) x: [f32x16<S>; 3],
     pub(crate) y: [f32x16<S>; 3],
-    /// How wrong a corner may be in the image, and here.
+    /// Error bounds of a corner in the image, and here.
     corner_error: f32x16<S>,
     error: f32x16<S>,
     /// First and last column, then row, of the pixels whose samples each may hit.
@@ -138,7 +138,7 @@ pub(crate) struct Placed<S: Simd> {
 }
 
 impl<const N: usize> TileTrace<'_, N> {
-    /// Searches the tile's bins of all ranges of triangles, and writes what each sample sees.
+    /// Searches the tile's bins of all ranges of triangles, and writes the hit of each sample.
     #[inline(always)]
     fn run<'b, S: Simd>(
         &mut self,
@@ -170,7 +170,7 @@ impl<const N: usize> TileTrace<'_, N> {
                 self.settle_if_many();
             }
         }
-        // Masked triangles come last: the less of them is seen, the fewer questions there are for the mask.
+        // Masked triangles come last: the more of them are hidden, the fewer queries of the mask there are.
         let (ordinary, general) = (bins.clone().map(|bin| &*bin.masked), bins.map(|bin| &*bin.masked_general));
         self.tile.order.sort_by_depth(ordinary, general);
         self.test_nearest_first::<S, true>(simd, listed);
@@ -181,8 +181,7 @@ impl<const N: usize> TileTrace<'_, N> {
         self.write(simd, triangle, inverse_depth);
     }
 
-    /// Tests the triangles in the tile's order, all of them masked or none, but for those that are behind all that is seen
-    /// by then.
+    /// Tests the triangles in the tile's order, all of them masked or none, except those behind all hits so far.
     #[inline(always)]
     fn test_nearest_first<S: Simd, const MASKED: bool>(&mut self, simd: S, patches: &ListedPatches<'_>) {
         if self.tile.order.listed().is_empty() {
@@ -239,7 +238,7 @@ impl<const N: usize> TileTrace<'_, N> {
         });
     }
 
-    /// Tests those of 16 triangles on the fast path that are set in `lanes`, all of them masked or none.
+    /// Tests the triangles in `lanes`, of 16 on the fast path, all of them masked or none.
     #[inline(always)]
     pub(super) fn test_ordinary<S: Simd, const MASKED: bool>(
         &mut self,
@@ -271,7 +270,7 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Brings 16 triangles into the tile's coordinates.
+    /// Transforms 16 triangles to the tile's coordinates.
     #[inline(always)]
     pub(crate) fn place<S: Simd>(&self, simd: S, corners: Corners<S>) -> Placed<S> {
         let origin = self.at.corner - self.at.space.middle + IVec2::splat(HALF);
@@ -291,8 +290,8 @@ impl<const N: usize> TileTrace<'_, N> {
         Placed { corners, x, y, corner_error, error, columns, rows, seen }
     }
 
-    /// Sets them up for samples of pixels that are no farther outside of their bounds than `overhang`; a bit for each whose
-    /// orientation is certain.
+    /// Sets the triangles up for samples of pixels at most `overhang` outside of their bounds. Returns a bit for each
+    /// triangle with a certain orientation.
     #[inline(always)]
     pub(crate) fn set_up<S: Simd>(
         &self,
@@ -330,7 +329,7 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    /// Tests up to 16 triangles with edge functions found in f64: in f32 in the tile where that will do, else in f64.
+    /// Tests up to 16 triangles with edge functions from f64: in f32 in the tile where that suffices, else in f64.
     #[inline(never)]
     fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
         vectorized!(simd => self.test_general_inlined(simd, ids, masked, batch));
@@ -412,7 +411,7 @@ impl<const N: usize> TileTrace<'_, N> {
     }
 }
 
-/// Makes a tile show nothing. In most frames it did so before: reading that takes less time than writing it.
+/// Clears a tile. In most frames it was empty before: reading it is faster than writing it.
 #[inline(always)]
 fn leave_empty(triangle: &mut [u32], inverse_depth: &mut [f32]) {
     if triangle.iter().fold(SeenPixels::NONE, |all, id| all & id) != SeenPixels::NONE {
@@ -423,7 +422,7 @@ fn leave_empty(triangle: &mut [u32], inverse_depth: &mut [f32]) {
     }
 }
 
-/// Whether ranges of samples have any that is in the tile and, in tile-local coordinates, not after `last`.
+/// Whether ranges of samples overlap the tile, in tile-local coordinates, up to `last`.
 #[inline(always)]
 fn overlaps<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], last: i32) -> mask32x16<S> {
     let last = splat(simd, last.min(HALF - 1) as f32);

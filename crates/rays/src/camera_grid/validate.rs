@@ -10,12 +10,12 @@ use crate::predicate::crossing;
 use crate::shot::{Shot, TileOrder};
 
 impl PerspectiveGrid {
-    /// Checks that the lists are in order and that every triangle is listed wherever it is hit.
+    /// Checks that the lists are in order and that every triangle is listed in each tile where it is hit.
     ///
     /// It asks the predicate about all samples that a triangle may hit, so it takes long for large images.
     ///
     /// # Errors
-    /// With what is wrong first.
+    /// Describes the first fault.
     pub(super) fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
         let Shot { triangles, sides, .. } = *shot;
@@ -23,7 +23,7 @@ impl PerspectiveGrid {
         let tiles = columns as usize * rows as usize;
         let mut listed: Vec<Vec<u32>> = vec![Vec::new(); tiles];
         let mut fragments: Vec<Vec<(u32, u32)>> = vec![Vec::new(); tiles];
-        // For each triangle of a patch that is listed: the pixels that it may be hit at, and how near.
+        // For each triangle of a listed patch, the pixels at which it may be hit, and the bound of its inverse depth.
         let mut of_patches = HashMap::new();
         for range in &self.ranges {
             if range.bins.len() != tiles {

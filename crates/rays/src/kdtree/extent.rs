@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::Clipping;
 
-/// A box with its faces, by axis. 24 bytes.
+/// A box that includes its faces. 24 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// The lowest coordinates.
@@ -18,10 +18,10 @@ impl Default for Extent {
 }
 
 impl Extent {
-    /// Holds nothing.
+    /// The box that holds no point.
     pub const EMPTY: Self = Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
-    /// Around points; a zero has no sign, so that equal coordinates have equal bits.
+    /// Returns the box around points. A zero has no sign, so that equal coordinates have equal bits.
     #[inline(always)]
     pub fn around<const N: usize>(points: [Vec3; N]) -> Self {
         let mut extent = Self::EMPTY;
@@ -48,7 +48,7 @@ impl Extent {
         }
     }
 
-    /// What both hold; `None` if they don't even touch.
+    /// Returns the box that both share; `None` if they don't even touch.
     #[inline(always)]
     pub fn intersection(self, other: Self) -> Option<Self> {
         let both = Self {
@@ -64,7 +64,7 @@ impl Extent {
         if self.is_empty() { 0.0 } else { faces.fold(0.0, |reach, face| reach.max(face.abs())) }
     }
 
-    /// Whether nothing is inside, not even a point.
+    /// Whether no point is inside.
     pub fn is_empty(&self) -> bool {
         (0..3).any(|axis| self.min[axis] > self.max[axis])
     }
@@ -87,22 +87,22 @@ impl Extent {
 /// A plane across an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
-    /// 0 to 2.
+    /// Index of the axis, 0 to 2.
     pub axis: usize,
-    /// Its coordinate along that.
+    /// Coordinate of the plane along that axis.
     pub at: f32,
 }
 
 /// A triangle in a cell: its id, and a box around the part of it in that cell. 28 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reference {
-    /// Around the part in the cell.
+    /// Bounds of the part in the cell.
     pub extent: Extent,
-    /// The triangle's.
+    /// The triangle's id.
     pub id: u32,
 }
 
-/// On which sides of a plane a reference is listed.
+/// The sides of a plane on which a reference is listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sides {
     /// Below.
@@ -114,7 +114,7 @@ pub(crate) enum Sides {
 }
 
 impl Reference {
-    /// Where it belongs; inside the plane, where `planar_left` says.
+    /// Returns the sides on which it is listed. `planar_left` decides for a reference inside the plane.
     #[inline(always)]
     pub(crate) fn sides(&self, plane: Plane, planar_left: bool) -> Sides {
         let (low, high) = (self.extent.min[plane.axis], self.extent.max[plane.axis]);
@@ -127,7 +127,7 @@ impl Reference {
         }
     }
 
-    /// The parts below and above a plane that goes through the box; `None` where the triangle certainly isn't.
+    /// Returns the parts below and above a plane that goes through the box; `None` where the triangle certainly has none.
     pub(crate) fn cut(
         &self,
         plane: Plane,
@@ -146,8 +146,8 @@ impl Reference {
     }
 }
 
-/// Boxes around the parts of a triangle below and above a plane (Soupikov et al. 2008): around its corners there and where
-/// its edges cross the plane, rounded outwards.
+/// Returns boxes around the parts of a triangle below and above a plane (Soupikov et al. 2008): around its corners there and
+/// the points where its edges cross the plane, rounded outwards.
 fn clip(corners: [Vec3; 3], plane: Plane) -> [Extent; 2] {
     let [mut below, mut above] = [Extent::EMPTY; 2];
     let corners = corners.map(|corner| (corner + 0.0).to_array());
@@ -171,8 +171,8 @@ fn clip(corners: [Vec3; 3], plane: Plane) -> [Extent; 2] {
 
 /// A box around the point where an edge crosses a plane that is strictly between its ends.
 ///
-/// In f64 with seven roundings of numbers no larger than the sum of the ends' magnitudes; 2⁻⁴⁹ of that is more than twice as
-/// much.
+/// Computed in f64 with seven roundings of numbers no larger than the sum of the ends' magnitudes; the margin, 2⁻⁴⁹ of that
+/// sum, is more than twice as much.
 fn crossing(from: [f32; 3], to: [f32; 3], plane: Plane) -> Extent {
     const MARGIN: f64 = 1.0 / (1_u64 << 49) as f64;
     let at = f64::from(plane.at);
@@ -183,7 +183,7 @@ fn crossing(from: [f32; 3], to: [f32; 3], plane: Plane) -> Extent {
         let (a, b) = (f64::from(from[axis]), f64::from(to[axis]));
         let value = a + (b - a) * weight;
         let margin = (a.abs() + b.abs()) * MARGIN;
-        // Never beyond the ends, which rounding might lead to.
+        // Rounding might lead beyond the ends.
         let (low, high) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
         extent.min[axis] = round_down(value - margin).max(low) + 0.0;
         extent.max[axis] = round_up(value + margin).min(high) + 0.0;

@@ -3,15 +3,15 @@ use super::extent::{Plane, Reference};
 use super::node::{Node, Nodes};
 use super::{KdLayout, KdTree};
 
-/// A subtree as builders make it: nodes depth first. An inner node holds the distance to its right child, a leaf how many ids
-/// it has; these follow the ids of the leaves before.
+/// A subtree as builders make it: nodes depth first. An inner node holds the distance to its right child, a leaf the number
+/// of its ids, which follow those of the leaves before.
 #[derive(Debug, Default)]
 pub(crate) struct Branch {
     nodes: Vec<Node>,
     ids: Vec<u32>,
-    /// Of the leaves that subtrees replace later, in order.
+    /// The cells of deferred leaves, in order.
     deferred: Vec<Cell>,
-    /// Of those, one after the other.
+    /// The references of deferred leaves, one leaf after the other.
     references: Vec<Reference>,
 }
 
@@ -49,13 +49,13 @@ impl Branch {
         self.deferred.push(cell);
     }
 
-    /// Adds an inner node, whose left child is what is added next; its index.
+    /// Adds an inner node and returns its index. The node that is added next is its left child.
     pub(crate) fn open(&mut self, plane: Plane) -> usize {
         self.nodes.push(Node::inner(plane, 0));
         self.nodes.len() - 1
     }
 
-    /// Says that what is added next is the right child of the inner node at `index`.
+    /// Makes the node that is added next the right child of the inner node at `index`.
     pub(crate) fn turn_right(&mut self, index: usize) {
         let distance = (self.nodes.len() - index) as u32;
         self.nodes[index] = Node::inner(self.nodes[index].plane(), distance);
@@ -176,7 +176,7 @@ fn lay_out_scattered(branch: &[Node], nodes: &mut Nodes) {
     }
 }
 
-/// Where the children of the inner node at `parent` are in a branch.
+/// Returns the indices, in a branch, of the children of the inner node at `parent`.
 fn children(branch: &[Node], parent: usize) -> [usize; 2] {
     [parent + 1, parent + branch[parent].child() as usize]
 }

@@ -1,17 +1,17 @@
-//! The kd-tree: space cut in two by planes across an axis, again and again, where the surface area heuristic says (Wald
-//! and Havran, *On building fast kd-trees for ray tracing, and on doing that in O(N log N)*, 2006; Horn et al.,
-//! *Interactive k-D Tree GPU Raytracing*, 2007).
+//! The kd-tree: space cut in two by planes across an axis, recursively, by the surface area heuristic (Wald and Havran, *On
+//! building fast kd-trees for ray tracing, and on doing that in O(N log N)*, 2006; Horn et al., *Interactive k-D Tree GPU
+//! Raytracing*, 2007).
 //!
-//! `extent` holds boxes and cuts triangles' boxes at planes, `build` finds the planes, `node` and `layout` say how nodes lie
-//! in memory, `traverse` leads rays to leaves. `packet` does so for packets of them. `options` says what there is to
-//! choose and `names` what that is called, `statistics` what came of it. `moving` has trees that outlive a frame.
+//! `extent` has boxes and cuts triangles' boxes at planes, `build` finds the planes, `node` and `layout` define nodes in
+//! memory. `traverse` leads single rays to leaves, and `packet` packets of rays. `options` has the options, `names` their
+//! names, and `statistics` the counts of a tree. `moving` has trees that outlive a frame.
 //!
-//! **Why nothing is missed.** Planes are f32 and so are the corners of triangles, and both are compared as they are: a
-//! triangle with a part strictly on one side of a plane is listed on that side, one inside the plane on either of them. So
-//! the cells of the leaves that list a triangle, with their faces, cover it, in real numbers. The predicate accepts a hit
-//! only where the ray's line meets the triangle in real numbers, so a ray finds it if it visits every leaf whose cell, with
-//! its faces, holds the point where that is. How traversals see to that is told in `traverse`. A subtree that is built later
-//! takes the place of a leaf, in the same cell.
+//! **Why no hit is missed.** Planes are f32 and so are the corners of triangles, and both are compared exactly: a triangle
+//! with a part strictly on one side of a plane is listed on that side, one inside the plane on one of both. So the cells of
+//! the leaves that list a triangle, with their faces, cover it, in real numbers. The predicate accepts a hit only if the
+//! ray's line meets the triangle in real numbers, so a ray finds it if it visits every leaf whose cell, with its faces,
+//! holds the point of the hit. `traverse` shows that traversals do so. A subtree that is built later takes the place of a
+//! leaf, in the same cell.
 
 mod build;
 mod extent;
@@ -60,10 +60,10 @@ pub struct KdTree {
     nodes: Nodes,
     /// Triangle ids, leaf after leaf, ascending in each.
     ids: Vec<u32>,
-    /// Around all usable triangles.
+    /// The bounds of all usable triangles.
     extent: Extent,
-    /// Whether most triangles are tiny beside that: rays go alone instead of in packets, whose f32 coordinates would tell
-    /// hardly any triangles apart.
+    /// Whether many triangles are tiny compared to `extent`. Rays are then traced alone instead of in packets, whose f32
+    /// coordinates would tell hardly any triangles apart.
     is_stretched: bool,
     triangle_count: usize,
     omitted: Omitted,
@@ -81,10 +81,10 @@ debug_some!(
 );
 
 impl KdTree {
-    /// References and leaves together are no more than this for each triangle, and [`KdTree::LEAST_LIMIT`] besides.
+    /// The largest number of references, and of leaves, for each triangle, besides [`KdTree::LEAST_LIMIT`].
     pub const MOST_REFERENCES: u64 = 12;
 
-    /// References and leaves that even the smallest tree may have.
+    /// The largest number of references, and of leaves, that even the smallest tree may have.
     pub const LEAST_LIMIT: u64 = 64;
 
     /// An empty tree whose packets use the instructions of `level`.
@@ -93,7 +93,7 @@ impl KdTree {
         Self { level, ..Self::default() }
     }
 
-    /// Says what the tree is like: how it is built and laid out from the next build on, and how it is traversed from now on.
+    /// Sets the options: those of building and layout count from the next build on, those of traversal from now on.
     ///
     /// # Errors
     /// As [`KdTreeOptions::check`].
@@ -103,7 +103,7 @@ impl KdTree {
         Ok(())
     }
 
-    /// What the tree is like.
+    /// The options of the tree.
     #[must_use]
     pub fn options(&self) -> KdTreeOptions {
         self.options
@@ -123,7 +123,7 @@ impl KdTree {
         &self.ids
     }
 
-    /// Which instructions packets use.
+    /// The instructions that packets use.
     #[doc(hidden)]
     #[must_use]
     pub fn level(&self) -> SimdLevel {
@@ -137,8 +137,8 @@ impl KdTree {
         self.extent
     }
 
-    /// Whether two trees have the same nodes, in the same order, and list the same triangles in them; whatever rays have
-    /// [reached](KdTreeCounts::reached) of them.
+    /// Whether two trees have the same nodes, in the same order, and list the same triangles in them, regardless of the
+    /// subtrees that rays have [reached](KdTreeCounts::reached).
     #[must_use]
     pub fn is_same_as(&self, other: &Self) -> bool {
         self.nodes == other.nodes

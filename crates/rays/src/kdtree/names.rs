@@ -1,4 +1,4 @@
-//! What people call the choices.
+//! Names of the choices.
 
 use std::fmt;
 use std::str::FromStr;
@@ -54,7 +54,7 @@ choices! { KdMailbox, "kd-tree mailbox":
 }
 
 impl KdTraversal {
-    /// Entries of a short stack where nobody says how many.
+    /// Entries of a short stack if no number is given.
     pub const DEFAULT_ENTRIES: u8 = 4;
 }
 

@@ -5,7 +5,7 @@ use super::extent::Plane;
 /// | | first word | second word, from its lowest bit |
 /// |---|---|---|
 /// | inner node | the plane's coordinate | its axis in two bits, a child's index |
-/// | leaf | where its ids start | two bits that are set, how many ids there are, a bit for a subtree |
+/// | leaf | the index of its first id | two bits that are set, the number of ids, a bit for a subtree |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Node {
@@ -16,9 +16,9 @@ pub struct Node {
 
 impl Node {
     const LEAF: u32 = 3;
-    /// Of a leaf: whether its subtree is built when a ray reaches it.
+    /// Bit of a leaf whose subtree is built when a ray reaches it.
     const DEFERRED: u32 = 1 << 31;
-    /// Most nodes of a tree; a leaf has half as many ids at most.
+    /// The largest number of nodes of a tree; a leaf has at most half as many ids.
     pub(super) const MOST: u64 = 1 << 30;
 
     pub(super) fn inner(plane: Plane, child: u32) -> Self {
@@ -40,31 +40,31 @@ impl Node {
         self.second & 3 == Self::LEAF
     }
 
-    /// Of a leaf.
+    /// Whether the subtree of a leaf is built later.
     #[inline(always)]
     pub(super) fn is_deferred(self) -> bool {
         self.second & Self::DEFERRED != 0
     }
 
-    /// Of an inner node.
+    /// The plane of an inner node.
     #[inline(always)]
     pub fn plane(self) -> Plane {
         Plane { axis: (self.second & 3) as usize, at: f32::from_bits(self.first) }
     }
 
-    /// Of an inner node: the index of a child.
+    /// The index of a child of an inner node.
     #[inline(always)]
     pub fn child(self) -> u32 {
         self.second >> 2
     }
 
-    /// Of a leaf: where its ids are.
+    /// The range of a leaf's ids.
     #[inline(always)]
     pub fn ids(self) -> std::ops::Range<usize> {
         self.first as usize..self.first as usize + self.count()
     }
 
-    /// Of a leaf: how many ids it has.
+    /// The number of a leaf's ids.
     #[inline(always)]
     pub fn count(self) -> usize {
         ((self.second & !Self::DEFERRED) >> 2) as usize
@@ -80,17 +80,17 @@ struct Line([Node; Nodes::LINE]);
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Nodes {
     lines: Vec<Line>,
-    /// How many slots are taken, padding among them.
+    /// The number of slots that are taken, padding among them.
     len: usize,
-    /// All ones where the left child follows its parent and `child` is the right one; zero where `child` is the left one,
-    /// which the right one follows.
+    /// All ones if the left child follows its parent and `child` is the right one; zero if `child` is the left one, which
+    /// the right one follows.
     left_follows: u32,
 }
 
 impl Nodes {
-    /// Nodes of a cache line.
+    /// The number of nodes in a cache line.
     pub(super) const LINE: usize = 8;
-    /// Most inner nodes above a leaf.
+    /// The largest number of inner nodes above a leaf.
     pub const MAX_DEPTH: usize = 48;
 
     pub(super) fn clear(&mut self, left_follows: bool) {
@@ -99,7 +99,7 @@ impl Nodes {
         self.left_follows = if left_follows { u32::MAX } else { 0 };
     }
 
-    /// How many slots for nodes there are, padding among them.
+    /// The number of slots for nodes, padding among them.
     #[expect(clippy::len_without_is_empty, reason = "a built tree has a root")]
     pub fn len(&self) -> usize {
         self.len

@@ -1,10 +1,10 @@
 use super::KdPacketOptions;
 use super::node::Nodes;
 
-/// How the planes of a [`KdTree`](super::KdTree) are found.
+/// The method of finding the planes of a [`KdTree`](super::KdTree).
 ///
 /// The first five find the plane of least cost among the faces of all triangles' boxes, and so make the same tree. The last
-/// four ask for no costs.
+/// four regard no costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdBuilder {
     /// Counts the triangles on both sides of each plane anew: O(N²). For small scenes only.
@@ -30,8 +30,8 @@ pub enum KdBuilder {
     /// Eight uniform samples, eight more where counts change, and a quadratic fit between them (Hunt et al., *Fast kd-tree
     /// Construction with an Adaptive Error-Bounded Heuristic*, 2006).
     Adaptive,
-    /// The middle of the cell's longest side, until four triangles are left or the tree is as deep as it may be: what was usual
-    /// before planes had costs (thesis, chapter 4). For comparison, as the next three.
+    /// The middle of the cell's longest side, until four triangles are left or the tree has its largest depth: usual before
+    /// planes had costs (thesis, chapter 4). For comparison, as the next three.
     SpatialMedian,
     /// As `SpatialMedian`, across x, y and z in turn.
     SpatialInTurn,
@@ -41,7 +41,7 @@ pub enum KdBuilder {
     ObjectInTurn,
 }
 
-/// How tightly triangles' boxes are kept when planes cut them.
+/// The kind of boxes around the parts of triangles that planes cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clipping {
     /// Boxes are cut at the plane.
@@ -52,7 +52,7 @@ pub enum Clipping {
     Triangles,
 }
 
-/// How nodes lie in memory.
+/// The order of nodes in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdLayout {
     /// The left child follows its parent.
@@ -60,11 +60,11 @@ pub enum KdLayout {
     DepthFirst,
     /// Cache lines hold subtrees (Havran, *Heuristic Ray Shooting Algorithms*, 2000; the thesis' ordinary subtrees).
     Subtrees,
-    /// Pairs of children anywhere, in an order without meaning: what the others are worth, by comparison.
+    /// Pairs of children in random order: the baseline for the others.
     Scattered,
 }
 
-/// How rays are led to leaves, alone and in packets.
+/// The way of leading rays to leaves, alone and in packets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdTraversal {
     /// With a stack of all far children that wait.
@@ -79,10 +79,10 @@ pub enum KdTraversal {
 }
 
 impl KdTraversal {
-    /// Most entries of a short stack: more are never needed.
+    /// The largest number of entries of a short stack: more are never needed.
     pub const MOST_ENTRIES: u8 = Nodes::MAX_DEPTH as u8;
 
-    /// How rays find their way without a whole stack; `None` with one.
+    /// Returns the state of a traversal without a whole stack; `None` with one.
     pub(super) fn trail(self) -> Option<Trail> {
         let (entries, pushes_down) = match self {
             Self::Stack => return None,
@@ -94,25 +94,25 @@ impl KdTraversal {
     }
 }
 
-/// How rays find their way without a whole stack.
+/// The state of a traversal without a whole stack.
 #[derive(Clone, Copy)]
 pub(super) struct Trail {
     pub(super) stack: ShortStack,
     pub(super) pushes_down: bool,
 }
 
-/// In which slots the last children are that wait, of which a new one replaces the oldest if there are too many.
+/// Slots of the last children that wait. A new one replaces the oldest if there are too many.
 #[derive(Clone, Copy)]
 pub(super) struct ShortStack {
-    /// How many there may be, perhaps none.
+    /// The number of slots, perhaps none.
     entries: usize,
-    /// Where the next one goes.
+    /// The slot of the next child.
     top: usize,
     held: usize,
 }
 
 impl ShortStack {
-    /// The slot of another one.
+    /// Returns the slot of another child; `None` if there are no slots.
     #[inline(always)]
     pub(super) fn push(&mut self) -> Option<usize> {
         let slot = self.top;
@@ -121,7 +121,7 @@ impl ShortStack {
         (self.entries > 0).then_some(slot)
     }
 
-    /// The slot of the last one.
+    /// Returns the slot of the last child, and frees it.
     #[inline(always)]
     pub(super) fn pop(&mut self) -> Option<usize> {
         if self.held == 0 {
@@ -133,45 +133,46 @@ impl ShortStack {
     }
 }
 
-/// What the surface area heuristic charges.
+/// Costs of the surface area heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SahCosts {
     /// Cost of a traversal step.
     pub step: f64,
     /// Cost of testing a triangle.
     pub test: f64,
-    /// What the cost of a plane that leaves nothing on one side is multiplied with, from 0 to 1.
+    /// Factor of the cost of a plane with an empty side, 0 to 1.
     pub empty: f64,
     /// Whether a triangle on both sides costs a ray through both only one test.
     pub mailbox: bool,
-    /// How many planes on the way to a leaf may cost more than they bring: what follows may be worth it. 0 ends where the best
-    /// plane costs more than a leaf does; [`MOST_FAILURES`](Self::MOST_FAILURES) where the tree is as deep as it may be.
+    /// The largest number of planes on the way to a leaf that cost more than they save: later planes may make up for it.
+    /// With 0, nodes are leaves as soon as the best plane costs more than a leaf; with
+    /// [`MOST_FAILURES`](Self::MOST_FAILURES), only at the largest depth.
     pub failures: u32,
 }
 
 impl SahCosts {
-    /// As many as there can be: planes may cost what they will.
+    /// As many as there can be: no plane is too expensive.
     pub const MOST_FAILURES: u32 = Nodes::MAX_DEPTH as u32;
 }
 
-/// What a [`KdTree`](super::KdTree) is like.
+/// Options of a [`KdTree`](super::KdTree).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KdTreeOptions {
-    /// How planes are found.
+    /// The method of finding planes.
     pub builder: KdBuilder,
-    /// How tightly boxes are kept.
+    /// The kind of boxes around the parts of cut triangles.
     pub clipping: Clipping,
-    /// What planes are judged by.
+    /// The costs by which planes are judged.
     pub costs: SahCosts,
-    /// How nodes lie in memory.
+    /// The order of nodes in memory.
     pub layout: KdLayout,
-    /// How rays are led to leaves, alone and in packets.
+    /// The way of leading rays to leaves, alone and in packets.
     pub traversal: KdTraversal,
-    /// How rays go together.
+    /// Options of packets of rays.
     pub packets: KdPacketOptions,
-    /// Nodes of fewer triangles are built when a ray or packet first reaches them, by the thread that traces it; 0 where all is built
-    /// at once. The tree and its answers are the same. Rays that look at only a part of a scene are served sooner; those
-    /// through many subtrees take up to a third longer. What was built is in [`KdTreeCounts`](super::KdTreeCounts).
+    /// Nodes of fewer triangles are built when a ray or packet first reaches them, by the thread that traces it; 0 builds
+    /// all at once. The tree and its answers are the same. Rays in only a part of a scene are served sooner; those through
+    /// many subtrees take up to a third longer. [`reached`](super::KdTreeCounts::reached) counts those that were built.
     pub lazy_below: u32,
 }
 
@@ -190,15 +191,15 @@ impl KdTreeOptions {
     /// With the fastest builder: for trees that serve a single frame.
     pub const FAST: Self = Self { builder: KdBuilder::Binned, ..Self::DEFAULT };
 
-    /// Most triangles of a node below which all is built by one ray's thread.
+    /// The largest [`lazy_below`](Self::lazy_below), since the thread of one ray builds such a node.
     pub const MOST_LAZY: u32 = 1 << 12;
 
-    /// Whether a tree can be like this.
+    /// Checks that a tree can have these options.
     ///
     /// # Errors
     /// If a cost isn't finite or below zero, the test's cost is zero, the factor for empty space isn't between zero and one,
-    /// more than [`MOST_FAILURES`](SahCosts::MOST_FAILURES) planes may fail, a short stack has no entry or more than [`KdTraversal::MOST_ENTRIES`], or nodes of more than
-    /// [`MOST_LAZY`](Self::MOST_LAZY) triangles are to be built lazily.
+    /// more than [`MOST_FAILURES`](SahCosts::MOST_FAILURES) planes may fail, a short stack has no entry or more than
+    /// [`KdTraversal::MOST_ENTRIES`], or nodes of more than [`MOST_LAZY`](Self::MOST_LAZY) triangles are to be built lazily.
     pub fn check(self) -> Result<(), ImpossibleKdTreeOptions> {
         let SahCosts { step, test, empty, failures, .. } = self.costs;
         let is_cost = |cost: f64| cost.is_finite() && cost >= 0.0;

@@ -2,10 +2,10 @@ use super::KdTree;
 use super::extent::Extent;
 use crate::Counts;
 
-/// What a [`KdTree`] is like.
+/// Counts of a [`KdTree`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KdTreeCounts {
-    /// Inner nodes above the deepest leaf.
+    /// The number of inner nodes above the deepest leaf.
     pub depth: u32,
     /// Nodes, leaves among them.
     pub nodes: u64,
@@ -15,7 +15,7 @@ pub struct KdTreeCounts {
     pub empty_leaves: u64,
     /// Triangles in all leaves.
     pub references: u64,
-    /// What a ray through the tree is expected to cost if nothing stops it (thesis, equation 4.5), with the tree's
+    /// The expected cost of a ray through the tree if nothing stops it (thesis, equation 4.5), with the tree's
     /// [costs](super::SahCosts) of a step and a test.
     pub sah_cost: f64,
     /// Subtrees that are built when a ray first [reaches them](super::KdTreeOptions::lazy_below): each counts as a leaf until
@@ -26,7 +26,7 @@ pub struct KdTreeCounts {
 }
 
 impl KdTree {
-    /// What the tree is like; all zeros before the first build.
+    /// Counts of the tree; all zeros before the first build.
     #[must_use]
     pub fn counts(&self) -> KdTreeCounts {
         let mut counts = KdTreeCounts::default();
@@ -63,12 +63,13 @@ impl KdTree {
         }
     }
 
-    /// What single rays and packets took since the last time, and forgets it. All zeros without the feature `statistics`.
+    /// Returns the counts of single rays and packets since the last call, and resets them. All zeros without the feature
+    /// `statistics`.
     #[must_use]
     pub fn take_visits(&self) -> Counts {
         let mut visits = self.visits.take();
         for subtree in self.deferred.reached() {
-            // Its rays are the tree's.
+            // The tree itself counts rays.
             visits += Counts { rays: 0, ..subtree.visits.take() };
         }
         visits

@@ -1,29 +1,29 @@
-//! Scenes most of whose triangles are tiny beside all of them together, as one far vertex makes them.
+//! Stretched scenes: many triangles are tiny compared to the whole scene, as with one far vertex.
 
 use super::KdBuilder;
 use super::extent::Extent;
 use crate::Triangles;
 
-/// How much smaller than the scene a tiny triangle is: f32 coordinates that reach from −1 to 1 hardly tell its corners apart.
+/// The size of a tiny triangle, relative to the scene: f32 coordinates from −1 to 1 hardly tell its corners apart.
 const TINY: f64 = 1.0 / (1 << 18) as f64;
 
-/// A scene is stretched where more than one of so many triangles are tiny.
+/// A scene is stretched if more than one in so many triangles is tiny.
 const SHARE: usize = 16;
 
-/// About as many boxes are looked at.
+/// The approximate number of boxes that are looked at.
 const SAMPLES: usize = 1 << 10;
 
-/// Facts about the triangles of a whole tree, which each of its parts is built by.
+/// Facts about the triangles of a whole tree, on which the build of each part depends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Whole {
     /// The largest magnitude of a coordinate.
     pub(crate) reach: f32,
-    /// Whether more than a sixteenth of the triangles, of which about a thousand are looked at, are tiny beside all together.
+    /// Whether more than a sixteenth of a sample of about a thousand triangles are tiny compared to the whole scene.
     pub(crate) is_stretched: bool,
 }
 
 impl Whole {
-    /// For triangles that are within `extent`.
+    /// Measures triangles that are within `extent`.
     pub(crate) fn new(extent: &Extent, triangles: Triangles<'_>) -> Self {
         let size = |extent: &Extent| {
             let sides = [0, 1, 2].map(|axis| f64::from(extent.max[axis]) - f64::from(extent.min[axis]));
@@ -41,8 +41,8 @@ impl Whole {
         Self { reach: extent.reach(), is_stretched: tiny_ones > all / SHARE }
     }
 
-    /// The builder that is used where this one is asked for: samples in equal distances would tell nothing apart in a stretched
-    /// tree, so that planes are found exactly there.
+    /// Returns the builder to use for the one that is `asked` for. Evenly spaced samples would tell nothing apart in a
+    /// stretched tree, so planes are found exactly there.
     pub(super) fn builder(self, asked: KdBuilder) -> KdBuilder {
         match asked {
             KdBuilder::Streaming | KdBuilder::Adaptive if self.is_stretched => KdBuilder::Presorted,

@@ -10,8 +10,8 @@ impl KdTree {
     ///
     /// # Errors
     /// Names the first node or triangle that breaks a rule: planes go through their node's cell; every node but the root has
-    /// one parent, and leaves share no ids; ids ascend in each leaf, and belong to triangles whose box touches the
-    /// leaf's cell; leaves that list a triangle cover it; and there are no more references and leaves than the limit.
+    /// one parent, and leaves share no ids; ids ascend in each leaf, and belong to triangles whose box touches the leaf's
+    /// cell; leaves that list a triangle cover it; and there are no more references, and no more leaves, than the limit.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         if self.nodes.len() == 0 {
             return Err("the tree wasn't built".to_owned());
@@ -99,7 +99,7 @@ impl KdTree {
         Ok(())
     }
 
-    /// Whether those leaves below a node that list a triangle cover this part of it, but for slivers that rounding may have made.
+    /// Whether the leaves below a node that list a triangle cover this part of it, except for slivers from rounding.
     fn covers(&self, index: u32, id: u32, polygon: &[DVec3]) -> bool {
         let node = self.nodes.get(index);
         if node.is_leaf() {
@@ -115,7 +115,7 @@ impl KdTree {
         let at = f64::from(plane.at);
         let along = |point: &DVec3| point[plane.axis];
         let (low, high) = polygon.iter().map(along).fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(c), b.max(c)));
-        // Crossings of edges are wrong by a few roundings of the coordinates.
+        // Crossings of edges have errors of a few roundings of the coordinates.
         let slack = (low.abs().max(high.abs())) * SLACK;
         if (low - at).abs() <= slack && (high - at).abs() <= slack {
             return self.covers(left, id, polygon) || self.covers(right, id, polygon);

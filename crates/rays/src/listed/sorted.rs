@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Items sorted by a key.
 #[derive(Clone, Debug)]
 pub(super) struct Sorted<T> {
-    /// Where each key's items start, and where the last one's end.
+    /// The start of each key's items, and finally the end of the last key's.
     starts: Vec<u32>,
     items: Vec<T>,
 }
@@ -17,12 +17,12 @@ impl<T> Default for Sorted<T> {
 }
 
 impl<T: Copy + Default> Sorted<T> {
-    /// Replaces the items by others, each with its key, of which there are `keys`.
+    /// Replaces the items by others with their keys, which are below `keys`.
     pub(super) fn sort(&mut self, keys: usize, of: impl Iterator<Item = (usize, T)> + Clone) {
         let Self { starts, items } = self;
         starts.clear();
         starts.resize(keys + 2, 0);
-        // Counted two slots on, so that taking the next index moves each start to where it belongs.
+        // Counted two slots on, so that taking the next index moves each start to its final position.
         of.clone().for_each(|(key, _)| starts[key + 2] += 1);
         let mut sum = 0;
         for start in &mut *starts {
@@ -37,13 +37,13 @@ impl<T: Copy + Default> Sorted<T> {
         }
     }
 
-    /// Where the items of keys that follow each other are.
+    /// The index range of the items of consecutive keys.
     #[inline(always)]
     pub(super) fn range(&self, keys: Range<usize>) -> Range<usize> {
         self.starts[keys.start] as usize..self.starts[keys.end] as usize
     }
 
-    /// The items of keys that follow each other.
+    /// The items of consecutive keys.
     #[inline(always)]
     pub(super) fn of(&self, keys: Range<usize>) -> &[T] {
         &self.items[self.range(keys)]

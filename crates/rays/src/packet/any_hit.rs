@@ -7,15 +7,15 @@ use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
 use crate::shot::{MaskAnswers, Opacity};
 use crate::simd::lanes::bits_of;
 
-/// Whether sixteen rays have reached the points that they end at.
+/// The answers of sixteen rays to the query whether each is blocked before its end point.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct AnyHitBlock {
-    /// Nearness of each ray's point.
+    /// Nearness of each ray's end point.
     pub(crate) limit: [f32; LANES],
-    /// The triangle that the point is on, which doesn't shadow it.
+    /// The triangle that the end point is on, which doesn't shadow it.
     pub(crate) own: [u32; LANES],
-    /// Rays that hit something before their point, a bit for each.
+    /// Rays blocked before their end point, a bit for each.
     pub(crate) shadowed: u16,
 }
 
@@ -23,23 +23,23 @@ impl AnyHitBlock {
     pub(crate) const EMPTY: Self = Self { limit: [0.0; LANES], own: [u32::MAX; LANES], shadowed: 0 };
 }
 
-/// The query whether each ray hits anything before the point that it ends at.
+/// The query whether each ray hits anything before its end point.
 pub(crate) struct AnyHit<'a> {
     rays: &'a PacketRays,
     found: &'a mut [AnyHitBlock],
     /// Block, lane and triangle of pairs that the predicate has to settle.
     undecided: &'a mut Vec<(u16, u16, u32)>,
-    /// How wrong the limits may be.
+    /// Error bound of the limits.
     limit_error: f32,
     opacity: &'a dyn Opacity,
-    /// The least limit of each block's unshadowed rays, less its error; infinite where there are none.
+    /// The least limit of each block's unshadowed rays, minus its error; infinite where there are none.
     farthest: [f32; MOST_BLOCKS],
-    /// The least of those.
+    /// The minimum of `farthest`.
     least: f32,
 }
 
 impl<'a> AnyHit<'a> {
-    /// Asks for the members of `rays`, whose points may be wrong by `limit_error` in nearness.
+    /// A query for the members of `rays`, whose end points have an error of up to `limit_error` in nearness.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         simd: S,
@@ -68,7 +68,7 @@ impl<'a> AnyHit<'a> {
         self.least = least_of_blocks(simd, &self.farthest, self.rays.blocks().len());
     }
 
-    /// Tests the rays of a block against the triangle in `lane`; whether it shadows some for certain.
+    /// Tests the rays of a block against the triangle in `lane`. Returns whether it certainly shadows some.
     #[inline(always)]
     fn test_block<S: Simd>(&mut self, simd: S, planes: &Planes, lane: usize, id: u32, block: usize) -> bool {
         let (rays, found) = (&self.rays.blocks()[block], &mut self.found[block]);

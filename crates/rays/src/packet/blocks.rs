@@ -3,8 +3,7 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::{LANES, MOST_BLOCKS, Planes};
 
-/// Sixteen rays of a packet, by their coordinates in its [`Space`](super::Space). Lanes that aren't members are at its
-/// middle.
+/// Sixteen rays of a packet, as coordinates in its [`Space`](super::Space). Lanes that aren't members are at its middle.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(crate) struct RayBlock {
@@ -13,16 +12,16 @@ pub(crate) struct RayBlock {
     pub(crate) members: u16,
 }
 
-/// The rays of a packet, sixteen to a block, and the box around each block's.
+/// The rays of a packet, sixteen to a block, and the bounds of each block.
 #[repr(align(64))]
 pub(crate) struct PacketRays {
     blocks: [RayBlock; MOST_BLOCKS],
     count: usize,
-    /// The middle of each block's box along x and y.
+    /// The middle of each block's bounds along x and y.
     middle: [[f32; MOST_BLOCKS]; 2],
     /// Half the extent of each block's box, or more.
     half: [[f32; MOST_BLOCKS]; 2],
-    /// Blocks that have members, a bit for each.
+    /// Blocks with members, a bit for each.
     occupied: u64,
 }
 
@@ -54,7 +53,7 @@ impl PacketRays {
             let low = is_member.select(at, one).reduce_min();
             let high = is_member.select(at, -one).reduce_max();
             self.middle[axis][block] = 0.5 * (low + high);
-            // Numbers are one at most, and rounded twice.
+            // Coordinates are one at most, and rounded twice.
             self.half[axis][block] = 0.5 * (high - low) + f32::EPSILON;
         }
         let to = &mut self.blocks[block];
@@ -68,11 +67,11 @@ impl PacketRays {
         &self.blocks[..self.count]
     }
 
-    /// The blocks some of whose rays may hit the triangle in `lane`, a bit for each, at a nearness of each block's `least`
-    /// or more.
+    /// The blocks with rays that may hit the triangle in `lane` at a nearness of at least the block's `least`: a bit for
+    /// each.
     ///
-    /// What a ray misses here its own test would find missed too, counting that test's errors: the sums here have four
-    /// roundings more than those of a ray, relative to numbers that are twice as large at most.
+    /// A ray ruled out here would be ruled out by its own test too, with that test's error bounds: the sums here have four
+    /// roundings more than those of a ray, relative to numbers at most twice as large.
     #[inline(always)]
     pub(crate) fn reached<S: Simd>(&self, simd: S, planes: &Planes, lane: usize, least: &[f32; MOST_BLOCKS]) -> u64 {
         if self.count == 1 || planes.oriented >> lane & 1 == 0 {
@@ -89,20 +88,20 @@ impl PacketRays {
     }
 }
 
-/// Sixteen numbers from the one at `first` on.
+/// Sixteen numbers from index `first`.
 #[inline(always)]
 fn sixteen<S: Simd>(simd: S, numbers: &[f32; MOST_BLOCKS], first: usize) -> f32x16<S> {
     f32x16::from_slice(simd, &numbers[first..first + LANES])
 }
 
-/// The least of those numbers whose bit is set; infinite if there are none.
+/// The least number whose bit is set; infinite if there are none.
 #[inline(always)]
 pub(super) fn least_of<S: Simd>(simd: S, numbers: f32x16<S>, bits: u16) -> f32 {
     let bits = mask32x16::from_bitmask(simd, u64::from(bits));
     bits.select(numbers, f32x16::splat(simd, f32::INFINITY)).reduce_min()
 }
 
-/// The least of the first `count` numbers, those after which are infinite.
+/// The least of the first `count` numbers. The others are infinite.
 #[inline(always)]
 pub(super) fn least_of_blocks<S: Simd>(simd: S, numbers: &[f32; MOST_BLOCKS], count: usize) -> f32 {
     if count == 1 {

@@ -1,10 +1,10 @@
 //! Packets: rays that share an origin or a direction, traced together (Wald et al., *Ray Tracing Animated Scenes using
 //! Coherent Grid Traversal*, 2006, §2).
 //!
-//! In coordinates that are sheared along the packet's middle ray, such rays are points (x, y) of a plane, and a
-//! triangle's edge functions and nearness are linear in x and y, whichever the packet has in common: that is
-//! [`Space`]. [`Planes`] holds 16 triangles so prepared, with what rounding may do to them. `nearest` and `any_hit` are
-//! what can be asked of a packet; both are a [`Query`] of one traversal.
+//! In coordinates that are sheared along the packet's middle ray, such rays are points (x, y) of a plane, and a triangle's
+//! edge functions and nearness are linear in x and y, for a common origin and a common direction alike: that is [`Space`].
+//! [`Planes`] holds 16 triangles in this form, with error bounds. `nearest` and `any_hit` are the two queries; both are a
+//! [`Query`] of one traversal.
 
 mod any_hit;
 mod blocks;
@@ -26,7 +26,7 @@ pub(crate) use space::{Common, Points, Range, Space};
 /// Rays, or triangles, handled at once.
 pub(crate) const LANES: usize = 16;
 
-/// Most blocks of that many rays in a packet.
+/// The largest number of blocks of [`LANES`] rays in a packet.
 pub(crate) const MOST_BLOCKS: usize = 64;
 
 /// Half the distance from one to the next f32.

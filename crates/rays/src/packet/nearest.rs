@@ -7,7 +7,7 @@ use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
 use crate::shot::{MaskAnswers, Opacity, SeenPixels};
 use crate::simd::lanes::bits_of;
 
-/// What sixteen rays hit nearest, as far as is certain.
+/// The nearest certain hits of sixteen rays.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct NearestBlock {
@@ -22,10 +22,10 @@ impl NearestBlock {
         Self { low: [f32::NEG_INFINITY; LANES], high: [f32::NEG_INFINITY; LANES], triangle: [SeenPixels::NONE; LANES] };
 }
 
-/// A triangle that a ray may hit nearest: the predicate has to settle it.
+/// A triangle that may be a ray's nearest hit, for the predicate to settle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Undecided {
-    /// The ray's block, and its lane in there.
+    /// The ray's block, and its lane in that block.
     pub(crate) block: u16,
     pub(crate) lane: u16,
     pub(crate) triangle: u32,
@@ -38,17 +38,17 @@ pub(crate) struct Nearest<'a> {
     rays: &'a PacketRays,
     found: &'a mut [NearestBlock],
     undecided: &'a mut Vec<Undecided>,
-    /// Rays start where the nearness is at least the first and at most the second: what is nearer isn't hit.
+    /// Bounds of the nearness at which rays start: a ray starts between the two, and nothing nearer is hit.
     starts: [f32; 2],
     opacity: &'a dyn Opacity,
-    /// What each block's `low` are at least, of members.
+    /// A lower bound of `low` for each block's members.
     farthest: [f32; MOST_BLOCKS],
-    /// The least of those.
+    /// The minimum of `farthest`.
     least: f32,
 }
 
 impl<'a> Nearest<'a> {
-    /// Asks for the members of `rays`, some of which may have hits already.
+    /// A query for the members of `rays`, some of which may have hits already.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         simd: S,
@@ -72,7 +72,7 @@ impl<'a> Nearest<'a> {
         self.least = least_of_blocks(simd, &self.farthest, self.rays.blocks().len());
     }
 
-    /// Tests the rays of a block against the triangle in `lane`; whether some were hit for certain.
+    /// Tests the rays of a block against the triangle in `lane`. Returns whether it certainly is the nearest hit of some.
     #[inline(always)]
     fn test_block<S: Simd>(&mut self, simd: S, planes: &Planes, lane: usize, id: u32, block: usize) -> bool {
         let (rays, found) = (&self.rays.blocks()[block], &mut self.found[block]);

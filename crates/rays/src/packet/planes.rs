@@ -10,44 +10,44 @@ use crate::simd::vectors::{Vectors, largest, vectors};
 
 /// Sixteen triangles as linear functions of a ray's coordinates (x, y) in a packet, in f32.
 ///
-/// A function is `a x + (b y + c)`. Edge functions are scaled so that |a| + |b| + |c| is one, and turned so that they
-/// are positive inside where the triangle is `oriented`. 1280 bytes.
+/// A function is `a x + (b y + c)`. Edge functions are scaled so that |a| + |b| + |c| = 1. Their sign is positive inside
+/// where the triangle is `oriented`. 1280 bytes.
 #[derive(Default)]
 #[repr(align(64))]
 pub struct Planes {
     a: [[f32; LANES]; 3],
     b: [[f32; LANES]; 3],
     c: [[f32; LANES]; 3],
-    /// How wrong each triangle's edge functions may be.
+    /// Error bound of each triangle's edge functions.
     bound: [f32; LANES],
     /// Nearness, larger in front.
     nearness: [[f32; LANES]; 3],
-    /// How wrong the nearness may be where a ray hits the triangle, for shadow rays with what the predicate allows for
-    /// the error of the point that they end at.
+    /// Error bound of the nearness of a hit. For shadow rays it includes the predicate's allowance for the error of their
+    /// end points.
     nearness_error: [f32; LANES],
     /// The largest nearness in the packet.
     nearest: [f32; LANES],
-    /// What each edge function was scaled by, as parts of their sum.
+    /// The factors by which the edge functions were scaled down, as fractions of their sum.
     share: [[f32; LANES]; 3],
-    /// How wrong a barycentric coordinate may be, times the sum D of [`mask_points`](Self::mask_points).
+    /// Error bound of a barycentric coordinate, times the sum D of [`mask_points`](Self::mask_points).
     weight_error: [f32; LANES],
-    /// Triangles whose orientation is known, a bit for each.
+    /// Triangles whose orientation is certain, a bit for each.
     pub(crate) oriented: u64,
-    /// Triangles that no ray of the packet hits, for certain.
+    /// Triangles that certainly no ray of the packet hits.
     pub(crate) missed: u64,
 }
 
-/// What a triangle's functions are at sixteen rays.
+/// The values of a triangle's functions at sixteen rays.
 pub(crate) struct Values<S: Simd> {
     pub(crate) edges: [f32x16<S>; 3],
     pub(crate) bound: f32x16<S>,
-    /// Lowest and highest nearness that a hit may have.
+    /// Lowest and highest possible nearness of a hit.
     pub(crate) low: f32x16<S>,
     pub(crate) high: f32x16<S>,
 }
 
 impl Planes {
-    /// Prepares the triangles with these ids, of which there are at most 16.
+    /// Prepares the triangles with these ids, at most 16.
     #[inline(always)]
     pub(crate) fn set_up<S: Simd>(&mut self, simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) {
         let (low_ids, high_ids) = ids.split_at(ids.len().min(8));
@@ -72,15 +72,15 @@ impl Planes {
         self.missed = beyond & self.oriented;
     }
 
-    /// Those triangles of `lanes` whose nearness may be `least` or more.
+    /// The triangles of `lanes` whose nearness may be at least `least`.
     #[inline(always)]
     pub(crate) fn reaching<S: Simd>(&self, simd: S, lanes: u64, least: f32) -> u64 {
         let nearest = f32x16::from_slice(simd, &self.nearest);
         lanes & !(nearest.simd_lt(f32x16::splat(simd, least)).to_bitmask() & self.oriented)
     }
 
-    /// Which of sixteen boxes, each of which holds rays of the packet, only have rays that certainly miss the triangle in
-    /// `lane`, or hit it at a nearness below `least`; a bit for each. Only where the triangle is oriented.
+    /// The boxes, of sixteen, all of whose rays certainly miss the triangle in `lane` or hit it at a nearness below `least`:
+    /// a bit for each. Valid only where the triangle is oriented.
     #[inline(always)]
     pub(super) fn missed_boxes<S: Simd>(
         &self,
@@ -97,7 +97,7 @@ impl Planes {
             highest_in(simd, [a[1][lane], b[1][lane], c[1][lane]], middle, half),
             highest_in(simd, [a[2][lane], b[2][lane], c[2][lane]], middle, half),
         ];
-        // Ten roundings of sums that are two at most.
+        // Ten roundings of sums of at most two.
         const ROUNDINGS: f32 = 20.0 * HALF_ULP as f32;
         let bound = f32x16::splat(simd, self.bound[lane] + ROUNDINGS);
         let [a, b, c] = &self.nearness;
@@ -108,14 +108,14 @@ impl Planes {
         (outside | nearest.simd_lt(least)).to_bitmask()
     }
 
-    /// Where the triangle in `lane` has the edge functions `edges`, what its mask is asked about.
+    /// The points of the triangle in `lane` with the edge functions `edges`, for a query of its mask.
     ///
-    /// The weight of a corner is Eᵢ / D, with E an edge function before it was scaled and D the sum of all three. With sᵢ
-    /// what each was scaled by, as a part of their sum, that is eᵢ sᵢ over the sum of all eⱼ sⱼ. Those are wrong by the
-    /// bound of e times sᵢ, and the predicate's by p = 64 roundings in f64 of d r², relative to the sum of what the edge
-    /// functions were scaled by; d is the largest coordinate of a direction, of which the major axis has a quarter or
-    /// more, and r the largest of a corner from where the ray starts. A weight, being one at most, is so wrong by at most
-    /// h / (D − h), with h = 2 bound + 4 p. Some ε are for roundings here and the predicate's own to f32.
+    /// The weight of a corner is Eᵢ / D, with E an unscaled edge function and D the sum of all three. With sᵢ the fraction
+    /// of an edge function's scale, that is eᵢ sᵢ over the sum of all eⱼ sⱼ. The error of eᵢ sᵢ is at most the bound of e
+    /// times sᵢ. The predicate's is p = 64 roundings in f64 of d r², relative to the sum of the scales; d is the largest
+    /// coordinate of a direction, of which the major axis has at least a quarter, and r the largest of a corner from the
+    /// ray's origin. A weight is at most one, so its error is at most h / (D − h), with h = 2 bound + 4 p. Some ε are for
+    /// roundings here and the predicate's own to f32.
     #[inline(always)]
     pub(super) fn mask_points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u16) -> MaskPoints {
         let lane = lane % LANES;
@@ -137,7 +137,7 @@ impl Planes {
         a.abs() + b.abs() + f32x16::from_slice(simd, &self.c[edge])
     }
 
-    /// The functions of the triangle in `lane`.
+    /// The values of the functions of the triangle in `lane`.
     #[inline(always)]
     pub(crate) fn at<S: Simd>(&self, simd: S, lane: usize, x: f32x16<S>, y: f32x16<S>) -> Values<S> {
         let lane = lane % LANES;
@@ -161,7 +161,7 @@ fn linear<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> 
     f32x16::splat(simd, a) * x + (f32x16::splat(simd, b) * y + f32x16::splat(simd, c))
 }
 
-/// The largest value of a x + (b y + c) in boxes.
+/// The largest value of a x + (b y + c) in each box.
 #[inline(always)]
 fn highest_in<S: Simd>(simd: S, [a, b, c]: [f32; 3], middle: [f32x16<S>; 2], half: [f32x16<S>; 2]) -> f32x16<S> {
     let spread = f32x16::splat(simd, a.abs()) * half[0] + f32x16::splat(simd, b.abs()) * half[1];
@@ -191,11 +191,11 @@ impl<S: Simd> Half<S> {
     /// - Rounded to f32 and evaluated, terms have five roundings of their sizes, whose sum is one: 5 ε.
     /// - x and y are wrong by the packet's `ray_error`, and coefficients at most one.
     ///
-    /// The bound takes 8 ε for the five, and so covers its own roundings.
+    /// The bound takes 8 ε for the five, which covers its own roundings.
     ///
     /// A component of the normal, a product of differences, is wrong by 24 u ρ ρ', and its product with a corner by
-    /// 3 (24 + 4 + 4 + 3) u ρ ρ' r < 128 u ρ ρ' r. The nearness is a quotient of those two, whose denominator is
-    /// wrong by 1/8 at most where the triangle is oriented.
+    /// 3 (24 + 4 + 4 + 3) u ρ ρ' r < 128 u ρ ρ' r. The nearness is a quotient of those two; the relative error of its
+    /// denominator is at most 1/8 where the triangle is oriented.
     #[inline(always)]
     fn new(simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) -> Self {
         let Corners { corners, reach, differences, lengths } = load(simd, space, triangles, ids);
@@ -255,8 +255,8 @@ impl<S: Simd> Half<S> {
         let of_predicate = match space.points {
             None => splat(simd, 0.0),
             Some(points) => {
-                // The predicate wants the point's box behind the plane: that is less than six products of differences with
-                // ten roundings of the point's distance from a corner, and its error.
+                // The predicate requires the point's box behind the plane: this is less than six products of differences
+                // with ten roundings of the point's distance from a corner, and its error.
                 let height = reach[0] + splat(simd, points.reach);
                 let height = size * 6.1 * (height * (10.0 * ROUNDING) + splat(simd, points.error));
                 if is_parallel { height } else { height * splat(simd, 1.0 / points.nearest) }
@@ -265,13 +265,13 @@ impl<S: Simd> Half<S> {
         let numerator_error = normal_error * extent + constant_error + of_predicate;
         half.nearness_error = numerator_error * inverse.abs() * 1.2
             + largest * (divisor_error * inverse.abs() * 1.2 + splat(simd, 8.0 * HALF_ULP + space.ray_error))
-            // What underflows in f32.
+            // Underflow in f32.
             + splat(simd, f64::from(f32::MIN_POSITIVE));
         half.nearest = (c + a + b) + half.nearness_error * 1.01 + largest * HALF_ULP;
         half
     }
 
-    /// Turns what each edge function was scaled by into parts of their sum; see [`Planes::mask_points`].
+    /// Turns the scales of the edge functions into fractions of their sum; see [`Planes::mask_points`].
     #[inline(always)]
     fn share_out(&mut self, simd: S, space: &Space, reach: [f64x8<S>; 3]) {
         let inverse_sum = splat(simd, 1.0) / (self.share[0] + self.share[1] + self.share[2]);
@@ -287,18 +287,18 @@ impl<S: Simd> Half<S> {
 /// Corners of eight triangles along u, v and w.
 struct Corners<S: Simd> {
     corners: [Vectors<S>; 3],
-    /// The largest coordinate that each is made of.
+    /// The largest coordinate of each corner before shearing, times the steepness.
     reach: [f64x8<S>; 3],
-    /// From the first one to the others.
+    /// Differences of the other two corners from the first.
     differences: [Vectors<S>; 2],
-    /// The reach of those.
+    /// Their reach.
     lengths: [f64x8<S>; 2],
 }
 
 /// The corners of up to eight triangles.
 #[inline(always)]
 fn load<S: Simd>(simd: S, space: &Space, triangles: Triangles<'_>, ids: &[u32]) -> Corners<S> {
-    // What isn't asked for is not a number, and so nothing is certain about it.
+    // Unused lanes are NaN, so nothing is certain about them.
     let mut positions = [[[f64::NAN; 8]; 3]; 3];
     for (lane, &id) in ids.iter().take(8).enumerate() {
         for (corner, &vertex) in triangles.indices[id as usize].iter().enumerate() {
@@ -348,7 +348,7 @@ fn splat<S: Simd>(simd: S, value: f64) -> f64x8<S> {
     f64x8::splat(simd, value)
 }
 
-/// Coordinates in which the packet's middle ray runs along w.
+/// Shears a vector so that the packet's middle ray runs along w.
 #[inline(always)]
 fn shear<S: Simd>(space: &Space, [u, v, w]: Vectors<S>) -> Vectors<S> {
     [u - w * space.slope[0], v - w * space.slope[1], w]

@@ -2,9 +2,9 @@ use fearless_simd::Simd;
 
 use super::Planes;
 
-/// What is asked of a packet's rays.
+/// A query for the rays of a packet.
 pub(crate) trait Query {
-    /// The least nearness that still matters to some ray: hits that are certainly farther away change nothing.
+    /// The least nearness that matters to any ray: hits that are certainly farther change nothing.
     fn least_nearness(&self) -> f32;
 
     /// Tests the rays against the triangle in `lane`, whose id is `id`.

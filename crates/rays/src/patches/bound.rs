@@ -12,7 +12,7 @@ use crate::simd::lanes::{bits_of, transposed};
 use crate::simd::vectors::{LANES, splat};
 use crate::simd::{SimdLevel, each};
 
-/// Where patches are: boxes, sixteen together. 24 bytes a patch.
+/// The bounds of patches, sixteen together. 24 bytes a patch.
 #[derive(Debug, Default)]
 pub(crate) struct WorldBounds {
     pub(crate) sixteens: Vec<SixteenBoxes>,
@@ -21,7 +21,7 @@ pub(crate) struct WorldBounds {
 /// The coordinates of sixteen vertices of a patch, axis by axis.
 pub(crate) type SixteenPositions = [[f32; LANES]; 3];
 
-/// Lowest and highest coordinates of sixteen patches. A patch with a vertex that isn't finite has NaN; where there is no
+/// Lowest and highest coordinates of sixteen patches. A patch with a vertex that isn't finite has NaN. In lanes without a
 /// patch, low is above high.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -33,14 +33,14 @@ pub(crate) struct SixteenBoxes {
 impl SixteenBoxes {
     pub(crate) const EMPTY: Self = Self { low: [[f32::INFINITY; LANES]; 3], high: [[f32::NEG_INFINITY; LANES]; 3] };
 
-    /// Lowest and highest coordinates of one.
+    /// Lowest and highest coordinates of one patch.
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> [[f32; 3]; 2] {
         let lane = lane % LANES;
         [&self.low, &self.high].map(|[x, y, z]| [x[lane], y[lane], z[lane]])
     }
 
-    /// Replaces those of one.
+    /// Replaces the coordinates of one patch.
     pub(crate) fn set(&mut self, lane: usize, [low, high]: [[f32; 3]; 2]) {
         for axis in 0..3 {
             self.low[axis][lane] = low[axis];
@@ -54,12 +54,12 @@ impl WorldBounds {
         self.sixteens.capacity() * size_of::<SixteenBoxes>()
     }
 
-    /// Half of the surface of all boxes, in squares of so many units. Those that are larger count as cubes of that size,
-    /// so that one that is far too large doesn't hide what the others do.
+    /// Half of the surface of all boxes, in squares of side `unit`. Larger boxes count as cubes of that size, so that one
+    /// far too large box doesn't hide a change of the others.
     pub(super) fn spread(&self, unit: f32) -> f32 {
         let of_sixteen = |boxes: &SixteenBoxes| -> f32 {
             let half_surface = |lane: usize| {
-                // Nothing where there is no box, or one that isn't finite: the greater of NaN and zero is zero.
+                // Zero for lanes without a box or with one that isn't finite: the maximum of NaN and zero is zero.
                 let [x, y, z] =
                     [0, 1, 2].map(|axis| (boxes.high[axis][lane] - boxes.low[axis][lane]).max(0.0).min(unit));
                 x * y + y * z + z * x
@@ -71,7 +71,7 @@ impl WorldBounds {
 }
 
 impl Patches {
-    /// Finds where patches and their vertices are, and which triangles no ray can hit.
+    /// Finds the bounds of patches, the positions of their vertices, and the triangles that no ray can hit.
     pub(super) fn bound(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
         let mut sixteens = std::mem::take(&mut self.bounds.sixteens);
         let mut positions = std::mem::take(&mut self.positions);
@@ -84,7 +84,7 @@ impl Patches {
         self.omit(triangles);
     }
 
-    /// Notes which of those that are suspected, or in no patch, are triangles that no ray can hit.
+    /// Notes the triangles that no ray can hit, among the suspects and those in no patch.
     fn omit(&mut self, triangles: Triangles<'_>) {
         let Self { suspects, omitted, in_none, .. } = self;
         let suspects = suspects.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -110,7 +110,7 @@ struct Bounding<'a> {
 }
 
 impl Bounding<'_> {
-    /// Bounds the sixteens from `first` on; in halves, so that threads share them.
+    /// Bounds the sixteens from `first` on, in halves for other threads to share.
     fn bound(&self, first: usize, sixteens: &mut [SixteenBoxes], positions: &mut [SixteenPositions]) {
         const CHUNK: usize = 8;
         let start = |sixteen: usize| self.patches.first_vertex((sixteen * LANES).min(self.patches.len())) / LANES;
@@ -130,7 +130,7 @@ impl Bounding<'_> {
         }
     }
 
-    /// Finds where the sixteen patches from `first` on are.
+    /// Finds the bounds of sixteen patches from `first` on.
     #[inline(always)]
     fn bound_sixteen<S: Simd>(
         &self,
@@ -149,7 +149,7 @@ impl Bounding<'_> {
                 boxes.low[axis][number - first] = low[axis];
                 boxes.high[axis][number - first] = high[axis];
             }
-            // What a patch is filled up with has one vertex three times, and no id.
+            // Padding triangles have one vertex three times, and no id.
             let all = low[0].is_nan();
             let mut suspected = 0;
             for (sixteen, corners) in patch.corners.as_chunks().0.iter().enumerate() {
@@ -164,7 +164,8 @@ impl Bounding<'_> {
     }
 }
 
-/// Which of 16 triangles may have two corners in the same place, given two bytes of a hash of the places of vertices.
+/// Returns a mask of the triangles, of 16, that may have two corners at the same position, given two bytes of a hash of each
+/// vertex's position.
 #[inline(always)]
 fn suspects<S: Simd>(simd: S, hashes: [u8x64<S>; 2], corners: &[[u8; 4]; LANES]) -> u64 {
     let corners = u8x64::from_slice(simd, corners.as_flattened());
@@ -173,14 +174,14 @@ fn suspects<S: Simd>(simd: S, hashes: [u8x64<S>; 2], corners: &[[u8; 4]; LANES])
     let first = u32x16::splat(simd, 0xff);
     let differ = |shift: u32| (low ^ (low >> shift)) | (high ^ (high >> shift));
     let zero = u32x16::splat(simd, 0);
-    // The first and the second, the second and the third, the first and the third.
+    // Corners 0 and 1, 1 and 2, 0 and 2.
     let same = (differ(8) & first).simd_eq(zero)
         | (differ(8) & (first << 8)).simd_eq(zero)
         | (differ(16) & first).simd_eq(zero);
     same.to_bitmask()
 }
 
-/// The coordinates of 16 vertices; those that are beyond the list's end are NaN.
+/// The coordinates of 16 vertices; NaN for vertices beyond the list's end.
 #[inline(always)]
 fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32; LANES]) -> [f32x16<S>; 3] {
     transposed(
@@ -192,8 +193,8 @@ fn gather<S: Simd>(simd: S, positions: &[Vec3], vertices: &[u32; LANES]) -> [f32
     )
 }
 
-/// Brings a patch's vertices, a multiple of 16, `into` its own order. Their lowest and highest coordinates, NaN if one isn't
-/// finite; and two bytes of a hash for each, which is the same for those at the same place.
+/// Copies a patch's vertices, a multiple of 16, `into` its own order. Returns their lowest and highest coordinates, NaN if
+/// one isn't finite, and two bytes of a hash of each position.
 #[inline(always)]
 fn bounds<S: Simd>(
     simd: S,
@@ -203,7 +204,7 @@ fn bounds<S: Simd>(
 ) -> ([f32; 3], [f32; 3], [u8x64<S>; 2]) {
     let (infinity, zero) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
     let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
-    // Zero times what isn't finite is NaN, and stays so in sums.
+    // Zero times NaN or infinity is NaN, and NaN stays in sums.
     let mut spoilt = zero;
     let mut hashes = [[0; MOST_VERTICES]; 2];
     for (sixteen, (indices, to)) in vertices.as_chunks().0.iter().zip(into).enumerate() {

@@ -1,11 +1,12 @@
 use crate::{HashKey, Triangles};
 
-/// Which triangles share edges. Positions count, not vertices, so that seams are no rims.
+/// Connections between triangles that share edges. Edges are equal if their positions are, not their vertices, so that seams
+/// connect.
 ///
-/// The sides of triangles that are on the same edge form a ring, whatever their number is: so any mesh takes linear time.
+/// The sides of triangles on the same edge form a ring of any length: so any mesh takes linear time.
 #[derive(Debug, Default)]
 pub(super) struct Connections {
-    /// For each side (three a triangle) the next one of its ring; itself if it is alone.
+    /// For each side (three a triangle) the next side of its ring; itself if it is alone.
     next: Vec<u32>,
     points: Numbers,
     edges: Numbers,
@@ -14,8 +15,7 @@ pub(super) struct Connections {
 }
 
 impl Connections {
-    /// Finds what is connected among some triangles of a frame, whose corners must exist. From here on, triangles go by
-    /// where they are in `ids`.
+    /// Connects some triangles of a frame, whose corners must exist. From here on, triangles are indices of `ids`.
     pub(super) fn connect(&mut self, triangles: Triangles<'_>, ids: &[u32]) {
         self.next.clear();
         self.sides.clear();
@@ -24,7 +24,7 @@ impl Connections {
         for &id in ids {
             let [a, b, c] = triangles.indices[id as usize].map(|vertex| {
                 let position = triangles.positions[vertex as usize];
-                // Minus zero is made zero.
+                // Turns −0 into 0.
                 let [x, y, z] = [position.x, position.y, position.z].map(|coordinate| (coordinate + 0.0).to_bits());
                 self.points.of((pair(x, y), z))
             });
@@ -35,7 +35,7 @@ impl Connections {
         }
     }
 
-    /// The triangles across the sides of one; itself where nothing is.
+    /// The neighbours across each side of a triangle; the triangle itself where there is none.
     #[inline]
     pub(super) fn neighbours(&self, triangle: u32) -> [u32; 3] {
         let first = 3 * triangle as usize;
@@ -53,11 +53,11 @@ impl Connections {
     }
 }
 
-/// Numbers keys in the order in which they come; equal ones have the same number.
+/// Numbers keys in the order of their arrival; equal keys have the same number.
 #[derive(Debug, Default)]
 struct Numbers {
     keys: Vec<(u64, u32)>,
-    /// Numbers by their keys' hashes, or [`Numbers::FREE`].
+    /// Numbers by the hashes of their keys, or [`Numbers::FREE`].
     slots: Vec<u32>,
     hash_key: HashKey,
 }
@@ -83,7 +83,7 @@ impl Numbers {
         self.slots[slot]
     }
 
-    /// The slot of a key, or a free one for it.
+    /// The slot of a key, or a free slot for it.
     #[inline(always)]
     fn find(&self, key: (u64, u32)) -> usize {
         let mut slot = self.hash_key.mix(self.hash_key.mix(self.hash_key.start(), key.0), key.1.into()) as usize;
@@ -97,7 +97,7 @@ impl Numbers {
         }
     }
 
-    /// Doubles the slots: no more than needed, since it is a cache that they have to be in.
+    /// Doubles the slots, and no more, since they have to stay in cache.
     #[cold]
     fn widen(&mut self) {
         let count = (2 * self.slots.len()).max(1 << 10);
@@ -123,7 +123,7 @@ mod tests {
     fn connected(positions: &[Vec3], indices: &[[u32; 3]]) -> Vec<[u32; 3]> {
         let mut connections = Connections::default();
         let ids: Vec<_> = (0..indices.len() as u32).collect();
-        // Nothing of what was connected before may stay.
+        // No connection of the first round may remain in the second.
         for _ in 0..2 {
             connections.connect(Triangles { positions, indices }, &ids);
         }

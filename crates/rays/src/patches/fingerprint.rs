@@ -2,17 +2,17 @@ use rayon::prelude::*;
 
 use crate::HashKey;
 
-/// Triangles whose part of a fingerprint one thread finds at once.
+/// Triangles whose part of a fingerprint one thread computes at once.
 const CHUNK: usize = 1 << 14;
 
-/// A number that stands for an index buffer: two that differ have the same one with a chance of about one in 2⁶³, whoever has
-/// chosen them, since it is mixed by the process's key.
+/// A hash of an index buffer: two different buffers have the same one with a chance of about one in 2⁶³, even if chosen by
+/// an adversary, since the process's key is mixed in.
 ///
 /// Comparing with the patches' own vertices takes four times as long: their triangles lie all over the buffer.
 pub(super) fn fingerprint(indices: &[[u32; 3]]) -> u64 {
     let key = HashKey::default();
     let of_chunks = indices.par_chunks(CHUNK).enumerate().map(|(number, chunk)| {
-        // Four at once, since each multiplication waits for the last.
+        // Four at once, since each multiplication waits for the previous one.
         let mut four = [1, 2, 3, 4].map(|lane| key.mix(key.mix(key.start(), number as u64), lane));
         let words = chunk.as_flattened().chunks_exact(8);
         for &index in words.remainder() {
@@ -25,7 +25,7 @@ pub(super) fn fingerprint(indices: &[[u32; 3]]) -> u64 {
         }
         four.into_iter().reduce(|one, other| key.mix(one, other)).unwrap_or_default()
     });
-    // A sum: the order in which threads are done plays no part.
+    // A sum, so that the order of threads plays no part.
     of_chunks.reduce(|| 0, u64::wrapping_add).wrapping_add(indices.len() as u64)
 }
 
@@ -53,7 +53,8 @@ mod tests {
 
     #[test]
     fn nobody_makes_two_with_one_fingerprint() {
-        // What the first change does to a product of any odd factor, the second would undo without the product's upper half.
+        // For a product by any odd factor, the second change would undo the effect of the first without the product's upper
+        // half.
         let buffer = vec![[1, 2, 3]; 32];
         let mut other = buffer.clone();
         other.as_flattened_mut()[1] ^= 1 << 31;

@@ -6,17 +6,17 @@ use super::{MOST_TRIANGLES, MOST_VERTICES, Patches, Start};
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
-/// How many triangles one thread groups at once. A patch ends there: on average half of one in so many is missing.
+/// Triangles that one thread groups at once. A patch ends there: on average half a patch is lost per part.
 const PART: usize = 1 << 12;
 
-/// What grouping by nearness needs; its memory is used again.
+/// Memory for grouping by nearness, reused.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     pub(super) order: Order,
     parts: Vec<Part>,
 }
 
-/// The patches of [`PART`] triangles that come one after the other along the curve.
+/// The patches of [`PART`] consecutive triangles along the curve.
 #[derive(Debug, Default)]
 struct Part {
     patches: Patches,
@@ -49,13 +49,13 @@ impl Part {
     }
 }
 
-/// Where parts are written to, one after the other.
+/// The remaining room for consecutive parts.
 struct Rest<'a> {
     starts: &'a mut [Start],
     vertices: &'a mut [u32],
     corners: &'a mut [[u8; 4]],
     ids: &'a mut [u32],
-    /// What comes before it.
+    /// The end of the parts before it.
     before: Start,
 }
 
@@ -79,7 +79,7 @@ impl Rest<'_> {
         self.ids.copy_from_slice(&patches.ids);
     }
 
-    /// What some parts take, and what is left.
+    /// The room for some parts, and the rest.
     fn split(self, parts: &[Part]) -> (Self, Self) {
         let sum = |length: fn(&Patches) -> usize| parts.iter().map(|part| length(&part.patches)).sum::<usize>();
         let (vertices, triangles) = (sum(|part| part.vertices.len()), sum(|part| part.ids.len()));
@@ -100,7 +100,7 @@ impl Rest<'_> {
 }
 
 impl Patches {
-    /// Replaces all patches by groups of triangles that are near each other in this frame.
+    /// Replaces all patches by groups of triangles near each other in this frame.
     pub(super) fn group(&mut self, triangles: Triangles<'_>) {
         self.clear(triangles.len());
         let Groups { order, parts } = &mut self.groups;
@@ -126,7 +126,7 @@ impl Patches {
         rest.write(parts);
     }
 
-    /// Whether all corners of a triangle exist, so that it may be in a patch; notes it if not.
+    /// Whether all corners of a triangle exist, so that it may be in a patch; notes the triangle if not.
     pub(super) fn keep(&mut self, triangles: Triangles<'_>, id: u32) -> bool {
         let exists = triangles.has_all_corners(id);
         if exists {
@@ -138,7 +138,7 @@ impl Patches {
         exists
     }
 
-    /// Forgets all patches; the frame has so many triangles.
+    /// Removes all patches, for a frame with this number of triangles.
     pub(super) fn clear(&mut self, triangles: usize) {
         self.made += 1;
         self.starts.clear();
@@ -168,13 +168,13 @@ impl Patches {
     }
 }
 
-/// A patch that is being made.
+/// A patch under construction.
 #[derive(Debug)]
 pub(super) struct Unfinished {
     vertices: Vec<u32>,
     corners: Vec<[u8; 4]>,
     ids: Vec<u32>,
-    /// By a hash of the vertex: one more than its index in `vertices`, or zero.
+    /// By a hash of the vertex: its index in `vertices` plus one, or zero.
     slots: [u8; Self::SLOTS],
 }
 
@@ -187,7 +187,7 @@ impl Default for Unfinished {
 impl Unfinished {
     const SLOTS: usize = 4 * MOST_VERTICES;
 
-    /// Adds a triangle, if there is room for it.
+    /// Adds a triangle if there is room for it; returns whether there was.
     pub(super) fn add(&mut self, id: u32, corners: [u32; 3]) -> bool {
         if !self.has_room() {
             let new = corners.iter().filter(|&&vertex| self.find(vertex).1.is_none()).count();
@@ -201,7 +201,7 @@ impl Unfinished {
         true
     }
 
-    /// Which of the patch's vertices one is; it is added if it is none of them.
+    /// The index of a vertex in the patch; adds it if it isn't there.
     #[inline(always)]
     fn number(&mut self, vertex: u32) -> u8 {
         let (slot, known) = self.find(vertex);
@@ -212,7 +212,7 @@ impl Unfinished {
         })
     }
 
-    /// The slot of a vertex, and which one of the patch's it is, if any.
+    /// The slot of a vertex, and its index in the patch, if any.
     #[inline(always)]
     fn find(&self, vertex: u32) -> (usize, Option<u8>) {
         let mut slot = vertex.wrapping_mul(0x9E37_79B9) as usize >> 24;
@@ -225,12 +225,12 @@ impl Unfinished {
         }
     }
 
-    /// How many triangles it has.
+    /// The number of triangles.
     pub(super) fn len(&self) -> usize {
         self.ids.len()
     }
 
-    /// Where it is in a frame.
+    /// The bounds in a frame.
     pub(super) fn bounds(&self, triangles: Triangles<'_>) -> Bounds {
         Bounds::of_points(self.vertices.iter().map(|&vertex| triangles.positions[vertex as usize]))
     }

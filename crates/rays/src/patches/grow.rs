@@ -7,11 +7,11 @@ use super::{Patch, Patches, Start};
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
-/// How many triangles a region has. Growing stops at its rim, so that patches there are less full: 60.4 triangles on
-/// average in a statue of 1.1 million, and 58.5 in regions a quarter as large, in which growing is 3 % faster.
+/// Triangles in a region. Growing stops at its border, so patches there are less full: 60.4 triangles on average in a statue
+/// of 1.1 million, and 58.5 in regions a quarter as large, in which growing is 3 % faster.
 const REGION: usize = 1 << 14;
 
-/// Patches of some of a frame's triangles, and where their middles are.
+/// Patches of some of a frame's triangles, and the middles of their bounds.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) patches: Patches,
@@ -19,12 +19,12 @@ pub(super) struct Part {
 }
 
 impl Patches {
-    /// Replaces all patches by such of triangles that are connected, or near each other where nothing is connected. Each
-    /// sixteen patches are near each other as well. About 160 ns a triangle on one core, of which growing itself and finding
-    /// connections take most.
+    /// Replaces all patches by patches of connected triangles, or of near ones where nothing is connected. Each sixteen
+    /// patches are near each other as well. It takes about 160 ns a triangle on one core, mostly for growing and for finding
+    /// connections.
     ///
-    /// Triangles are cut along a Morton curve into regions of the same size, in which patches grow independently: so they
-    /// are the same for any number of threads.
+    /// Triangles are cut along a Morton curve into regions of the same size, in which patches grow independently: so the
+    /// patches are the same for any number of threads.
     pub(super) fn grow(&mut self, triangles: Triangles<'_>) {
         let mut order = std::mem::take(&mut self.groups).order;
         let regions = order.sort(triangles).par_chunks(REGION);
@@ -33,7 +33,7 @@ impl Patches {
         self.are_grown = true;
     }
 
-    /// Replaces all patches by those of all parts, so that those that come one after the other are near each other.
+    /// Replaces all patches by those of all parts, sorted so that consecutive patches are near each other.
     fn gather(&mut self, triangles: Triangles<'_>, parts: &[Part]) {
         self.clear(triangles.len());
         let sum = |length: fn(&Self) -> usize| parts.iter().map(|part| length(&part.patches)).sum::<usize>();
@@ -65,7 +65,7 @@ impl Patches {
     }
 }
 
-/// Sorts patches so that each sixteen of them are in a small box: halves them by their middles until there are sixteen.
+/// Sorts patches so that each sixteen of them are in a small box: halves them by their middles down to sixteen.
 fn bring_together(patches: &mut [(Vec3, usize, usize)]) {
     if patches.len() <= LANES {
         return;
@@ -73,7 +73,7 @@ fn bring_together(patches: &mut [(Vec3, usize, usize)]) {
     let size = Bounds::of_points(patches.iter().map(|patch| patch.0)).size();
     let axis = size.max_position();
     let half = (patches.len() / 2).next_multiple_of(LANES);
-    // Patches at the same place come as they grew.
+    // Patches at the same position stay in the order of their growth.
     patches.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then((a.1, a.2).cmp(&(b.1, b.2))));
     let (low, high) = patches.split_at_mut(half);
     both(|| bring_together(low), || bring_together(high));

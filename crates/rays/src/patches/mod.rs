@@ -1,8 +1,8 @@
 //! Patches: groups of up to 64 triangles that are near each other, which are culled and set up together.
 //!
-//! Which triangles are together is kept while the index buffer stays the same; where patches are is found anew for every
-//! frame. `group` makes patches of triangles that come near each other in an `order`, `grow` of those that connect in a
-//! `region` each; `bound` finds where they are.
+//! The grouping of triangles is kept while the index buffer stays the same; the bounds of patches are recomputed for every
+//! frame. `group` makes patches of triangles near each other in an `order`, `grow` of connected triangles, each in a
+//! `region`; `bound` finds their bounds.
 
 mod bound;
 mod connect;
@@ -26,64 +26,65 @@ use fingerprint::fingerprint;
 use group::Groups;
 use order::Curve;
 
-/// The most triangles of a patch.
+/// The largest number of triangles in a patch.
 pub(crate) const MOST_TRIANGLES: usize = 64;
 
-/// The most vertices of a patch.
+/// The largest number of vertices in a patch.
 pub(crate) const MOST_VERTICES: usize = 64;
 
-/// How many times as large boxes may become until loose triangles are grouped anew. In a scene of 254 K shards that fly
-/// apart, tracing a light takes 12 % (5 ms) longer where it is 1.16, and 33 % where it is 1.84; grouping takes 8 ms.
+/// The growth of boxes at which loose triangles are grouped anew. In a scene of 254 K shards that fly apart, tracing a light
+/// takes 12 % (5 ms) longer at 1.16, and 33 % at 1.84; grouping takes 8 ms.
 const WORSE: f32 = 1.1;
 
-/// The triangles of a frame in patches, and where these and their vertices are. About 21 bytes a triangle, and 32 a patch.
+/// The triangles of a frame in patches, with the bounds of patches and the positions of vertices. About 21 bytes a triangle,
+/// and 32 a patch.
 ///
-/// Triangles with a vertex that doesn't exist are in none.
+/// Triangles with a vertex that doesn't exist are in no patch.
 #[derive(Debug, Default)]
 pub struct Patches {
-    /// Where each patch's vertices and triangles begin, and at the end where the last one's end: multiples of 16.
+    /// The first vertex and triangle of each patch, and finally the end of the last one's: multiples of 16.
     starts: Vec<Start>,
-    /// Indices of positions. Patches are filled up with their first vertex.
+    /// Indices of positions. Patches are padded with their first vertex.
     vertices: Vec<u32>,
-    /// Which of its patch's vertices are the corners of each triangle; the fourth is zero.
+    /// The corners of each triangle, as indices of its patch's vertices; the fourth is zero.
     corners: Vec<[u8; 4]>,
-    /// Each triangle's id. Patches are filled up with [`Patches::NONE`].
+    /// Each triangle's id. Patches are padded with [`Patches::NONE`].
     ids: Vec<u32>,
-    /// How many triangles the frame has, counting those in no patch.
+    /// The number of triangles in the frame, those in no patch included.
     triangles: usize,
-    /// Of the index buffer.
+    /// Fingerprint of the index buffer.
     fingerprint: u64,
-    /// How many positions there must be for all vertices of patches to exist.
+    /// The number of positions needed for all vertices of patches to exist.
     vertices_needed: usize,
     /// Triangles that are in no patch.
     in_none: Vec<u32>,
-    /// Whether patches are connected triangles, not merely such that were near each other.
+    /// Whether patches are of connected triangles, rather than of triangles that were near each other.
     are_grown: bool,
-    /// Whether the last frame had another index buffer than the one before.
+    /// Whether the last frame had another index buffer than the previous one.
     is_changing: bool,
-    /// How often patches were made anew.
+    /// The number of times that patches were made anew.
     made: u64,
     groups: Groups,
-    /// For each sixteen of `ids`, where their patch's vertices begin.
+    /// For each sixteen of `ids`, the first vertex of their patch.
     first_vertices: Vec<u32>,
     /// Triangles that no ray can hit, in patches or not.
     omitted: Omitted,
-    /// Triangles that may be such, in no order.
+    /// Triangles that may have to be omitted, in no order.
     suspects: Mutex<Vec<u32>>,
-    /// How large boxes were when triangles were grouped.
+    /// The size of the boxes when triangles were grouped.
     spread: f32,
-    /// Where the vertices are, sixteen by sixteen.
+    /// The positions of the vertices, sixteen by sixteen.
     positions: Vec<SixteenPositions>,
-    /// Where the patches are in the world.
+    /// The bounds of the patches in the world.
     pub(crate) bounds: WorldBounds,
 }
 
-/// Where a patch begins.
+/// The start of a patch.
 #[derive(Clone, Copy, Debug, Default)]
 struct Start {
     vertex: u32,
     triangle: u32,
-    /// How many triangles it has.
+    /// The number of its triangles.
     count: u32,
 }
 
@@ -92,22 +93,22 @@ struct Start {
 pub(crate) struct Patch<'a> {
     /// Indices of positions: up to [`MOST_VERTICES`], a multiple of 16.
     pub(crate) vertices: &'a [u32],
-    /// Which of `vertices` are the corners of each triangle, padded to a multiple of 16.
+    /// The corners of each triangle, as indices of `vertices`, padded to a multiple of 16.
     pub(crate) corners: &'a [[u8; 4]],
     /// Ids of the triangles, as many as there are corners.
     pub(crate) ids: &'a [u32],
-    /// How many triangles there are.
+    /// The number of triangles.
     pub(crate) count: usize,
 }
 
 impl Patches {
-    /// Stands for no triangle.
+    /// Id that stands for no triangle.
     pub(crate) const NONE: u32 = u32::MAX;
 
-    /// Brings patches to the triangles of a frame: they are made anew if the index buffer has changed, and those of loose
-    /// triangles if these have gone apart.
+    /// Updates the patches for the triangles of a frame: they are made anew if the index buffer has changed, and patches of
+    /// loose triangles also if these have moved apart.
     ///
-    /// Growing takes as long as a few frames: it is worth it from the second frame with the same index buffer on.
+    /// Growing takes as long as a few frames: it pays from the second frame with the same index buffer on.
     pub(crate) fn update(&mut self, triangles: Triangles<'_>, level: SimdLevel) {
         let fingerprint = fingerprint(triangles.indices);
         let (is_new, was_grown) = (!self.are_of(triangles, fingerprint), self.are_grown);
@@ -116,7 +117,7 @@ impl Patches {
         if is_new {
             self.group(triangles);
             if !was_changing && !self.are_loose() {
-                // If nothing changes again, patches are grown next.
+                // If the index buffer doesn't change again, patches are grown next.
                 self.groups = Groups::default();
             }
         } else if !self.are_grown && !self.are_loose() {
@@ -141,7 +142,7 @@ impl Patches {
         }
     }
 
-    /// Notes where the vertices of each sixteen triangles begin.
+    /// Notes the first vertex for each sixteen triangles.
     fn number_vertices(&mut self) {
         let Self { starts, first_vertices, .. } = self;
         first_vertices.clear();
@@ -151,13 +152,13 @@ impl Patches {
         }
     }
 
-    /// Whether few triangles share vertices: a closed mesh has half a vertex a triangle, one of many seams one or two, shards
-    /// have three.
+    /// Whether triangles share few vertices: a closed mesh has half a vertex a triangle, one with many seams one or two,
+    /// shards have three.
     fn are_loose(&self) -> bool {
         2 * self.vertices_needed > 5 * self.triangles
     }
 
-    /// Whether patches are those of a frame whose index buffer has this fingerprint.
+    /// Whether patches are those of a frame with this fingerprint of its index buffer.
     fn are_of(&self, triangles: Triangles<'_>, fingerprint: u64) -> bool {
         let in_range = |id: &u32| triangles.has_all_corners(*id);
         self.triangles == triangles.len()
@@ -166,10 +167,10 @@ impl Patches {
             && !self.in_none.iter().any(in_range)
     }
 
-    /// Checks that these are patches of some triangles.
+    /// Checks that the patches have as many triangles as the frame.
     ///
     /// # Panics
-    /// If they are of another number of triangles.
+    /// If the numbers differ.
     pub(crate) fn expect(&self, triangles: Triangles<'_>) {
         let (built, asked) = (self.triangles, triangles.len());
         assert!(built == asked, "built of {built} triangles, and asked about {asked}");
@@ -180,17 +181,17 @@ impl Patches {
         &self.omitted
     }
 
-    /// How often patches were made anew: which triangles are together stays the same while this does.
+    /// The number of times that patches were made anew: the grouping of triangles stays the same while this does.
     pub(crate) fn made(&self) -> u64 {
         self.made
     }
 
-    /// Whether the last frame had another index buffer than the one before, so that patches may not last.
+    /// Whether the last frame had another index buffer than the previous one, so that patches may not last.
     pub(crate) fn is_changing(&self) -> bool {
         self.is_changing
     }
 
-    /// How many patches there are.
+    /// The number of patches.
     pub(crate) fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
@@ -208,20 +209,20 @@ impl Patches {
         }
     }
 
-    /// Where a patch's vertices are in the world.
+    /// The world positions of a patch's vertices.
     #[inline(always)]
     pub(crate) fn positions(&self, number: usize) -> &[SixteenPositions] {
         let Range { start, end } = self.vertex_range(number);
         &self.positions[start / LANES..end / LANES]
     }
 
-    /// Where a patch's triangles are in a list of all patches' triangles, each patch filled up to a multiple of 16.
+    /// The first slot of a patch in a list of all patches' triangles, each patch padded to a multiple of 16.
     #[inline(always)]
     pub(crate) fn first_slot(&self, number: usize) -> usize {
         self.starts[number].triangle as usize
     }
 
-    /// The id of a triangle given by its slot in that list, and its corners in a list of all patches' vertices.
+    /// The id of the triangle at a slot of that list, and its corners as indices of a list of all patches' vertices.
     #[inline(always)]
     pub(crate) fn triangle(&self, slot: u32) -> (u32, [u32; 3]) {
         let slot = slot as usize;
@@ -230,18 +231,18 @@ impl Patches {
         (self.ids[slot], [first + a, first + b, first + c])
     }
 
-    /// Where a patch's vertices begin in that list; that of the patch after the last one is where they end.
+    /// The index of a patch's first vertex in that list; for the patch after the last one, the end of the list.
     pub(crate) fn first_vertex(&self, number: usize) -> usize {
         self.starts[number].vertex as usize
     }
 
-    /// Where a patch's vertices are in a list of all patches' vertices.
+    /// The range of a patch's vertices in a list of all patches' vertices.
     #[inline(always)]
     pub(crate) fn vertex_range(&self, number: usize) -> Range<usize> {
         self.starts[number].vertex as usize..self.starts[number + 1].vertex as usize
     }
 
-    /// How many vertices all patches have, each filled up to a multiple of 16.
+    /// The number of vertices of all patches, each padded to a multiple of 16.
     pub(crate) fn vertex_count(&self) -> usize {
         self.vertices.len()
     }

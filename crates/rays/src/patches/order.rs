@@ -6,27 +6,27 @@ use rayon::prelude::*;
 
 use crate::Triangles;
 
-/// Keys are counted by so many of the highest bits of their codes, which a comparison sort of each bucket completes.
+/// Keys are counted by this many of the highest bits of their codes; a comparison sort of each bucket completes the order.
 const BUCKET_BITS: u32 = 15;
 const BUCKETS: usize = 1 << BUCKET_BITS;
 
 /// The fewest triangles that one thread counts at once: its counts take 128 KB.
 const LEAST_CHUNK: usize = 1 << 15;
 
-/// Sorts the triangles of a frame along a Morton curve; its memory is used again. 16 bytes a triangle.
+/// Sorts the triangles of a frame along a Morton curve, with reused memory. 16 bytes a triangle.
 #[derive(Debug, Default)]
 pub(super) struct Order {
-    /// A triangle's code, and below it its id.
+    /// A triangle's code in the upper half, its id in the lower.
     keys: Vec<u64>,
-    /// The keys in their buckets. Threads write to it where they like.
+    /// The keys in their buckets. Threads write to scattered slots.
     in_buckets: Vec<AtomicU64>,
-    /// For each chunk of triangles and each bucket: how many there are, and then where the next one belongs.
+    /// For each chunk of triangles and each bucket: first the number of keys, then the slot of the next one.
     counts: Vec<u32>,
 }
 
 impl Order {
-    /// The ids of all triangles in the lower halves of the numbers, along the curve: those near each other mostly come near
-    /// each other. Those of one cell of the curve come by their ids, so that threads play no part.
+    /// The ids of all triangles, in the lower halves of the numbers, along the curve: triangles near each other are mostly
+    /// near in this order. Those in one cell of the curve are sorted by id, so that threads play no part.
     pub(super) fn sort(&mut self, triangles: Triangles<'_>) -> &[u64] {
         let Self { keys, in_buckets, counts } = self;
         let count = triangles.len();
@@ -56,7 +56,7 @@ impl Order {
                 *next += 1;
             }
         });
-        // What the last chunk would write next is where each bucket ends.
+        // The last chunk's next slot is the end of each bucket.
         sort_buckets(keys, in_buckets, &counts[(chunks - 1) * BUCKETS..], 0);
         keys
     }
@@ -100,19 +100,19 @@ pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
 
 /// A Morton curve through a frame. (Morton, *A computer oriented geodetic data base*, 1966)
 ///
-/// Half of its steps on each axis are in a cube in which most triangles are. Those beyond it grow, up to infinity: so a
-/// few triangles that are far away make the cells of others no larger, and are told apart themselves.
+/// Half of its steps on each axis are in a cube that holds most triangles. Steps beyond it grow, up to infinity: so a few
+/// far triangles don't make the cells of others larger, and are still told apart.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve {
     middle: Vec3,
-    /// Two in the cube's size.
+    /// Two over the cube's size.
     scale: f32,
 }
 
 impl Curve {
-    /// Steps on each axis, as bits.
+    /// Bits of the steps on each axis.
     const BITS: u32 = 10;
-    /// How many triangles are looked at to find where most are.
+    /// Number of triangles sampled to find the cube.
     const SAMPLES: usize = 1 << 10;
 
     pub(super) fn through(triangles: Triangles<'_>) -> Self {
@@ -131,26 +131,26 @@ impl Curve {
             let of = |axis: &mut [f32; Self::SAMPLES]| {
                 if count == 0 { 0.0 } else { *axis[..count].select_nth_unstable_by(index, f32::total_cmp).1 }
             };
-            // Half of it, since a sum may be too large.
+            // Half of the value, since a sum may overflow.
             0.5 * Vec3::from_array(axes.each_mut().map(of))
         };
         let (low, high) = (quantile(0.05), quantile(0.95));
         let size = high - low;
         let half = 1.3 * size.max_element();
-        // A flat frame is at the cube's lower side, since large cells that meet in it would divide it.
+        // A flat frame is at the cube's lower side, away from the boundaries of large cells, which would divide it.
         Self { middle: 2.0 * low - 0.3 * size + half, scale: 1.0 / half }
     }
 
-    /// How large the cube is in which most triangles are.
+    /// The size of the cube that holds most triangles.
     pub(super) fn size(&self) -> f32 {
         2.0 / self.scale
     }
 
-    /// How far along the curve a point is: anywhere if the cube has no size.
+    /// The position of a point along the curve: any if the cube has no size.
     fn code(&self, point: Vec3) -> u32 {
         const QUARTER: f32 = (1 << (Curve::BITS - 2)) as f32;
         const LAST: u32 = (1 << Curve::BITS) - 1;
-        /// The bits of a sum with it end with the other number, rounded: faster than a conversion.
+        /// The lowest bits of a sum with it are the other number, rounded: faster than a conversion.
         const TO_BITS: f32 = (1 << 23) as f32;
         let [x, y, z] = ((point - self.middle) * self.scale).to_array().map(|across| {
             let size = across.abs();

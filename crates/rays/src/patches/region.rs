@@ -8,41 +8,41 @@ use super::{MOST_TRIANGLES, Patches};
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
-/// Triangles near each other, while patches grow among them. They go by where they are in the region.
+/// Triangles near each other, in which patches grow. Triangles are indices of the region.
 #[derive(Debug, Default)]
 pub(super) struct Region {
     ids: Vec<u32>,
     centres: Vec<Vec3>,
     connections: Connections,
-    /// Where each triangle is in `frontier`, or [`FREE`], or [`TAKEN`].
+    /// The index of each triangle in `frontier`, or [`FREE`], or [`TAKEN`].
     states: Vec<u32>,
-    /// What may join the patch next: the neighbours of its triangles.
+    /// Candidates for the patch: the neighbours of its triangles.
     frontier: Vec<Candidate>,
-    /// What was next to earlier patches, the latest last; some have been taken since.
+    /// The neighbours of earlier patches, the latest last; some have been taken since.
     rims: Vec<u32>,
     /// All triangles before this one are taken.
     first_free: usize,
     patch: Unfinished,
-    /// How far a patch may always reach for a triangle that isn't connected with it.
+    /// The distance at which a patch always accepts an unconnected triangle.
     spacing: f32,
 }
 
 const FREE: u32 = u32::MAX;
 const TAKEN: u32 = u32::MAX - 1;
 
-/// How many of the latest rims are looked at.
+/// Number of latest rims that are searched.
 const RECENT: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     centre: Vec3,
-    /// Low if most of its neighbours are taken: it would be left alone.
+    /// Cost factor, low if most neighbours are taken: the triangle would be left alone.
     weight: f32,
     triangle: u32,
 }
 
 impl Region {
-    /// Makes patches of the triangles of a region, given with where they are along a curve.
+    /// Makes patches of the triangles of a region, given by their keys along a curve.
     pub(super) fn grow(&mut self, triangles: Triangles<'_>, along: &[u64]) -> Part {
         let mut patches = Patches::default();
         patches.clear(0);
@@ -66,7 +66,8 @@ impl Region {
         Part { patches, middles }
     }
 
-    /// Where the next patch begins: in the narrowest corner next to the latest ones, so that no scraps are left there.
+    /// The first triangle of the next patch: the one with the fewest free neighbours next to the latest patches, so that no
+    /// scraps are left there.
     fn seed(&mut self) -> Option<u32> {
         while self.rims.last().is_some_and(|&triangle| self.is_taken(triangle)) {
             self.rims.pop();
@@ -75,7 +76,7 @@ impl Region {
         recent.or_else(|| self.first_free())
     }
 
-    /// Fills `patch`, from one triangle on.
+    /// Fills `patch`, starting with one triangle.
     fn grow_patch(&mut self, triangles: Triangles<'_>, seed: u32) {
         self.patch.clear();
         let (mut sum, mut count) = (Vec3::ZERO, 0.0);
@@ -100,7 +101,7 @@ impl Region {
         }
     }
 
-    /// Marks a triangle as taken; its neighbours may come next.
+    /// Marks a triangle as taken and adds its neighbours to the frontier.
     fn take(&mut self, triangle: u32) {
         self.states[triangle as usize] = TAKEN;
         for neighbour in self.connections.neighbours(triangle) {
@@ -121,7 +122,7 @@ impl Region {
 
     /// Takes the best candidate out of the frontier: near the patch's middle, with few free neighbours.
     fn best(&mut self, middle: Vec3) -> Option<u32> {
-        // Numbers above zero have the order of their bits, so that the least one is found without a branch.
+        // Positive floats have the order of their bits, so the minimum is found without a branch.
         let costs = self.frontier.iter().zip(0_u64..).map(|(candidate, index)| {
             let cost = candidate.centre.distance_squared(middle) * candidate.weight;
             u64::from(cost.to_bits()) << 32 | index
@@ -136,7 +137,7 @@ impl Region {
         Some(triangle)
     }
 
-    /// A triangle near a patch that nothing is connected with any longer.
+    /// A triangle near a patch that has no connected triangles left.
     fn near(&mut self, triangles: Triangles<'_>, middle: Vec3) -> Option<u32> {
         if !self.patch.has_room() {
             return None;
@@ -145,7 +146,7 @@ impl Region {
         let distance = |triangle: u32| self.centres[triangle as usize].distance(middle);
         let candidates = self.recent_rims().chain(first_free).map(|triangle| (distance(triangle), triangle));
         let (distance, triangle) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        // What is filled up to sixteen anyway may as well reach further.
+        // A patch below sixteen is padded to sixteen anyway, so it may reach further.
         let reach = if self.patch.len() < LANES { 2.0 * self.spacing } else { self.spacing };
         let is_near = distance <= reach || distance <= self.patch.bounds(triangles).size().length();
         is_near.then_some(triangle)

@@ -24,13 +24,13 @@ fn sheet(side: u32) -> Mesh {
     (positions, indices.collect())
 }
 
-/// The same with vertices of its own for each triangle.
+/// The same mesh, with separate vertices for each triangle.
 fn flat_shaded((positions, indices): &Mesh) -> Mesh {
     let own = indices.iter().flatten().map(|&vertex| positions[vertex as usize]).collect();
     (own, (0..indices.len() as u32).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect())
 }
 
-/// Numbers from zero to one that look random.
+/// Pseudorandom numbers in [0, 1).
 fn random() -> impl FnMut() -> f32 {
     let mut random = Random::new(1);
     move || random.unit() as f32
@@ -51,7 +51,7 @@ fn fan(count: u32) -> Mesh {
     (std::iter::once(Vec3::ZERO).chain(rim).collect(), indices)
 }
 
-/// What growing must live with.
+/// Meshes that are hard to grow patches in.
 fn adversarial() -> Vec<(&'static str, Mesh)> {
     let mut random = random();
     let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
@@ -97,7 +97,7 @@ fn triangles_a_patch(patches: &Patches) -> f32 {
     patches.triangles as f32 / patches.len() as f32
 }
 
-/// How large the boxes of every so many patches are, seen from above, in all.
+/// The total area, seen from above, of the boxes around each `together` consecutive patches.
 fn covered(patches: &Patches, mesh: &Mesh, together: usize) -> f32 {
     let numbers = (0..patches.len()).collect::<Vec<_>>();
     let sizes = numbers.chunks(together).map(|numbers| {
@@ -129,7 +129,7 @@ fn patches_of_sheets_are_full_round_and_near_the_next_ones() {
     let (each, sixteen) = (covered(&patches, &mesh, 1), covered(&patches, &mesh, LANES));
     assert!(each < 1.9 * area, "boxes of {} times the sheet", each / area);
     assert!(sixteen < 1.7 * area, "boxes of sixteen of {} times the sheet", sixteen / area);
-    // Whatever order triangles come in.
+    // Holds for any order of triangles.
     let (positions, mut indices) = mesh;
     let mut random = random();
     indices.sort_by_cached_key(|_| random().to_bits());
@@ -187,7 +187,7 @@ fn outliers_do_not_spoil_the_groups_of_others() {
         let size = Bounds::of_points(vertices.map(|&vertex| mesh.0[vertex as usize])).size();
         size.x * size.y
     });
-    // Patches with an outlier have no bounds to speak of.
+    // Patches with an outlier have no useful bounds.
     let of_others = areas.filter(|area| *area < 1e6).sum::<f32>();
     assert!(of_others < 1.2 * near, "boxes of {of_others}, and of {near} without outliers");
 }
@@ -197,7 +197,7 @@ fn loose_triangles_are_grouped_anew_when_they_have_gone_apart() {
     let level = SimdLevel::default();
     let (positions, indices) = shards(20_000);
     let mut random = random();
-    // The shards' own numbers would make them fly apart without a change.
+    // Skips the numbers that placed the shards: as speeds they would only scale the scene.
     (0..9 * indices.len()).for_each(|_| _ = random());
     let speeds = indices.iter().map(|_| Vec3::new(random(), random(), random()) - 0.5).collect::<Vec<_>>();
     let at = |time: f32| {
@@ -212,7 +212,7 @@ fn loose_triangles_are_grouped_anew_when_they_have_gone_apart() {
     };
     let first = ids(&at(0.0));
     assert_eq!(ids(&at(0.1)), first);
-    // All of them being larger and elsewhere is no reason.
+    // Larger and moved as a whole, they need no new groups.
     let elsewhere =
         |(positions, indices): Mesh| (positions.iter().map(|&position| 8.0 * position + Vec3::X).collect(), indices);
     assert_eq!(ids(&elsewhere(at(0.1))), first);
@@ -255,13 +255,13 @@ fn patches_grow_once_and_stay_while_the_index_buffer_does() {
     let moved =
         (first.0.iter().map(|position| Vec3::new(position.y, position.z, 3.0 * position.x)).collect(), first.1.clone());
     assert_eq!(update(&moved), grown);
-    // Back and forth there is no time to grow.
+    // Alternating between two buffers leaves no time to grow.
     update(&second);
     assert_eq!(update(&first), groups);
     update(&second);
     assert_eq!(update(&first), groups);
     assert_eq!(update(&first), grown);
-    // Each index of a few triangles, changed alone.
+    // A change of any single index, of a few triangles.
     for (id, corner) in [(0, 0), (1234, 1), (3199, 2)] {
         let mut changed = first.clone();
         changed.1[id][corner] ^= 1;
@@ -284,7 +284,7 @@ fn a_steady_frame_allocates_nothing() {
         });
         allocated[..2].sort_unstable();
         assert!(allocated[0] > 0 && allocated[2..] == [0, 0], "{allocated:?}");
-        // Nor does grouping what changes with every frame.
+        // Grouping a buffer that changes every frame doesn't allocate either.
         let allocated = [0; 4].map(|_| {
             let before = allocations::on_this_thread();
             mesh.1.swap(0, 1);

@@ -4,10 +4,10 @@ use crate::simd::lanes::LANES;
 
 impl Patches {
     /// Checks that each triangle whose corners exist is in one patch, with its own corners, that patches are within their
-    /// limits, and that their vertices are in their boxes.
+    /// limits, and that their boxes hold their vertices.
     ///
     /// # Errors
-    /// What is wrong first.
+    /// Describes the first fault.
     pub(crate) fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let mut seen = vec![0; triangles.len()];
         for &id in &self.in_none {

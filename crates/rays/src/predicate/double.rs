@@ -1,4 +1,4 @@
-//! Double-double arithmetic: numbers of 106 bits as sums of two f64, with a running bound on what cancelled.
+//! Double-double arithmetic: numbers of 106 bits as sums of two f64, with a running bound on cancellation.
 //!
 //! Dekker, *A floating-point technique for extending the available precision*, 1971.
 
@@ -10,7 +10,7 @@ use fearless_simd::{Level, Simd, f64x8};
 use super::SMALLEST_TRUSTED_BOUND;
 use super::expansion::{two_product, two_sum};
 
-/// An f64, or eight. Every operation rounds once in each lane, so eight get bit for bit what each gets alone.
+/// An f64, or eight. Every operation rounds once in each lane, so eight numbers give bit for bit the results of each alone.
 pub(super) trait Number:
     Copy
     + Add<Output = Self>
@@ -23,12 +23,11 @@ pub(super) trait Number:
     /// Zero in each lane.
     fn zero(self) -> Self;
     fn magnitude(self) -> Self;
-    /// self · other as a rounded product and what the rounding lost, for a token of which products and sums
-    /// [are fused](is_fused).
+    /// self · other as a rounded product and its rounding error, for a token with [fused](is_fused) products and sums.
     fn fused_product(self, other: Self) -> (Self, Self);
 }
 
-/// Whether products and sums are rounded once on a level.
+/// Whether a product and a sum are rounded once, together, on a level.
 #[inline(always)]
 pub(super) fn is_fused<S: Simd>(simd: S) -> bool {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -79,7 +78,7 @@ impl<S: Simd> Number for f64x8<S> {
     }
 }
 
-/// `high + low`, and the sum of the magnitudes of everything that was added up to it.
+/// The number `high + low`, and the sum of the magnitudes of all its terms.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Double {
     high: f64,
@@ -95,8 +94,8 @@ impl From<f64> for Double {
 }
 
 impl Double {
-    /// What a sum of products of two or three numbers loses at most is about 2⁻⁹⁸ of the terms; 2⁻²⁶ of them left means 2⁻⁷²
-    /// of the result.
+    /// The threshold of cancellation. A sum of products of two or three numbers loses about 2⁻⁹⁸ of its terms at most; if
+    /// 2⁻²⁶ of them are left, that is 2⁻⁷² of the result.
     pub(super) const CANCELLATION: f64 = 1.0 / (1_u64 << 26) as f64;
 
     /// The relative error of a quotient of two numbers that are [precise](Self::is_precise).
@@ -109,7 +108,7 @@ impl Double {
         Self { high, low, magnitude: high.abs() }
     }
 
-    /// Whether so little cancelled, and underflowed, in the sums behind this number that its sign is certain.
+    /// Whether cancellation and underflow in the sums behind this number are so small that its sign is certain.
     pub(super) fn is_precise(self) -> bool {
         self.high.abs() > Self::CANCELLATION * self.magnitude && self.magnitude >= SMALLEST_TRUSTED_BOUND
     }
@@ -141,9 +140,9 @@ impl Double {
         self.high
     }
 
-    /// self ÷ divisor, rounded to f64: as it would be if it were a little less and a little more, by `error` of itself.
-    /// Where both are the same, that is the nearest f64 (Ziv, *Fast evaluation of elementary mathematical functions with
-    /// correctly rounded last bit*, 1991).
+    /// self ÷ divisor rounded to f64, once for the quotient minus `error` of itself and once plus it. If both are the same,
+    /// that is the nearest f64 (Ziv, *Fast evaluation of elementary mathematical functions with correctly rounded last bit*,
+    /// 1991).
     #[inline(always)]
     pub(super) fn quotient(self, divisor: Self, error: f64) -> [f64; 2] {
         let first = self.high / divisor.high;

@@ -10,16 +10,16 @@ use crate::simd::vectors::{largest, minus};
 use crate::vectorized;
 use crate::{Hit, Ray, Triangles};
 
-/// Pairs at once.
+/// Pairs per vector.
 const LANES: usize = 8;
 
-/// Fewest pairs that are answered together: eight take as long as about four alone.
+/// The fewest pairs that are answered together: eight take as long as about four alone.
 const FEWEST: usize = 5;
 
-/// Answers [`hit`] for each pair of a ray's index and a triangle, bit for bit, eight at a time where there are enough. What
-/// f64 leaves undecided is settled one by one.
+/// Answers [`hit`] for each pair of a ray's index and a triangle, bit for bit, eight at a time where there are enough. Pairs
+/// that f64 leaves undecided are settled one by one.
 ///
-/// It takes less where pairs that follow each other have the same triangle, and rays with the same origin.
+/// It is faster where consecutive pairs have the same triangle, and rays with the same origin.
 ///
 /// # Panics
 /// If an index, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
@@ -71,7 +71,7 @@ impl All<'_> {
         }
     }
 
-    /// Where pairs end that have the triangle and the origin of the one at `start`.
+    /// The end of the run of pairs with the triangle and the origin of the pair at `start`.
     #[inline(always)]
     fn end_of_like(&self, start: usize) -> usize {
         let (ray, id) = self.pairs[start];
@@ -88,7 +88,7 @@ impl All<'_> {
         self.hits[index] = hit(&self.rays[ray as usize], self.triangles, id);
     }
 
-    /// Answers pairs of one triangle with rays of one origin.
+    /// Answers pairs of one triangle and rays from one origin.
     #[inline(always)]
     fn answer_one<S: Simd>(&mut self, simd: S, pairs: std::ops::Range<usize>) {
         let (ray, id) = self.pairs[pairs.start];
@@ -114,7 +114,7 @@ impl All<'_> {
         }
     }
 
-    /// Answers up to eight pairs of whatever triangles and rays.
+    /// Answers up to eight pairs of any triangles and rays.
     #[inline(always)]
     fn answer_eight<S: Simd>(&mut self, simd: S, indices: &[usize]) {
         let mut corners = [[[0.0; LANES]; 3]; 3];
@@ -155,24 +155,24 @@ impl All<'_> {
     }
 }
 
-// Functions where closures would do, since what isn't inlined is compiled without the instruction set.
+// Functions instead of closures: code that isn't inlined is compiled without the instruction set.
 
-/// Eight triangles, seen from an origin each.
+/// Eight triangles, each relative to an origin.
 struct Eight<S: Simd> {
     /// The cross product of the corners at each edge's ends.
     edges: [[f64x8<S>; 3]; 3],
-    /// What the largest component of a direction is multiplied with for the bound of edge functions.
+    /// The bound of edge functions, divided by the largest component of a direction.
     bound: f64x8<S>,
     plane: Plane<f64x8<S>>,
 }
 
-/// What is known of eight pairs.
+/// The results of eight pairs.
 struct Values {
     barycentric: [[f64; LANES]; 2],
     t: [f64; LANES],
     /// Lines that meet their triangle, a bit for each.
     met: u64,
-    /// Pairs that take more than this.
+    /// Pairs that these f64 results don't decide.
     undecided: u64,
 }
 
@@ -182,7 +182,7 @@ impl<S: Simd> Eight<S> {
         let corners = [three(simd, &corners[0]), three(simd, &corners[1]), three(simd, &corners[2])];
         let origin = three(simd, origin);
         let relative = [minus(corners[0], origin), minus(corners[1], origin), minus(corners[2], origin)];
-        // As of single pairs.
+        // As for single pairs.
         let reach = largest(relative[0]).max(largest(relative[1])).max(largest(relative[2]));
         Self {
             edges: [edge(&relative, 0), edge(&relative, 1), edge(&relative, 2)],
@@ -191,8 +191,8 @@ impl<S: Simd> Eight<S> {
         }
     }
 
-    /// What [`hit_of_near_at`](super::hit_of_near_at) computes: weights are those of corners in canonical order but for their
-    /// signs, and t is rounded from a number with a proven error.
+    /// Computes the same as [`hit_of_near_at`](super::hit_of_near_at): weights are those of corners in canonical order up to
+    /// their signs, and t is rounded from a number with a proven error.
     #[inline(always)]
     fn meet(&self, simd: S, direction: &[[f64; LANES]; 3]) -> Values {
         let direction = three(simd, direction);
@@ -237,7 +237,7 @@ fn edge<S: Simd>(relative: &[[f64x8<S>; 3]; 3], opposite: usize) -> [f64x8<S>; 3
     [py * qz - qy * pz, pz * qx - qz * px, px * qy - qx * py]
 }
 
-/// The dot product, rounded as of single pairs.
+/// The dot product, rounded as for single pairs.
 #[inline(always)]
 fn unfused<S: Simd>([x, y, z]: [f64x8<S>; 3], [a, b, c]: [f64x8<S>; 3]) -> f64x8<S> {
     x * a + y * b + z * c
@@ -261,7 +261,7 @@ mod tests {
             (seed >> 40) as f32 / (1 << 23) as f32 - 1.0
         };
         let mut positions: Vec<Vec3> = (0..90).map(|_| Vec3::new(number(), number(), number())).collect();
-        // Corners at one point, on a line, far away and nowhere.
+        // Coinciding corners, corners on a line, a far one and a NaN.
         positions[10] = positions[9];
         positions[14] = positions[12] * 0.5 + positions[13] * 0.5;
         positions[17] *= 1e30;
@@ -273,7 +273,7 @@ mod tests {
             let id = step % 30;
             let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
             let weights = [number(), number()].map(|weight| f64::from(weight) * 0.7);
-            // Inside, outside, through edges and corners; to some in their planes.
+            // Targets inside, outside, on edges and at corners; some rays start in the plane.
             let target = match step / 30 % 4 {
                 0 => a,
                 1 => a + (b - a) * weights[0].abs(),

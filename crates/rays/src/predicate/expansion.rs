@@ -6,8 +6,8 @@ use super::double::{Double, Number};
 
 /// A real number as an unevaluated sum of at most `CAPACITY` f64, exact as long as nothing overflows or underflows.
 ///
-/// Terms don't overlap and grow in magnitude; zeros are left out, so the last term has the number's sign. Capacities are
-/// what the operands' allow at most: a larger array would cost more to clear than the sums do.
+/// Terms don't overlap and grow in magnitude; zeros are left out, so the last term has the number's sign. Capacities are the
+/// most that the operands allow: a larger array would cost more to clear than the sums do.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expansion<const CAPACITY: usize> {
     terms: [f64; CAPACITY],
@@ -102,7 +102,7 @@ impl Expansion<2> {
     }
 }
 
-/// a + b as a rounded sum and what the rounding lost (Knuth).
+/// a + b as a rounded sum and its rounding error (Knuth).
 #[inline(always)]
 pub(super) fn two_sum<N: Number>(a: N, b: N) -> (N, N) {
     let sum = a + b;
@@ -111,8 +111,8 @@ pub(super) fn two_sum<N: Number>(a: N, b: N) -> (N, N) {
     (sum, (a - a_seen) + (b - b_seen))
 }
 
-/// a · b as a rounded product and what the rounding lost (Dekker and Veltkamp; a fused multiply-add would be shorter
-/// but is a library call where the target may lack it).
+/// a · b as a rounded product and its rounding error (Dekker and Veltkamp; a fused multiply-add would be shorter but is a
+/// library call where the target may lack it).
 #[inline(always)]
 pub(super) fn two_product<N: Number>(a: N, b: N) -> (N, N) {
     let product = a * b;

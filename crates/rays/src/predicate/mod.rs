@@ -1,6 +1,6 @@
-//! The reference predicate: which triangles a ray meets, where, and what shadows a point.
+//! The reference predicate: which triangles a ray meets, where, and which triangles shadow a point.
 //!
-//! Every structure has what its filter leaves undecided settled by these functions, so every structure gives their answer.
+//! Every structure settles its undecided cases with these functions, so every structure gives their answer.
 //!
 //! The edge functions E(p, q) = d · ((p − o) × (q − o)) of Plücker's test are evaluated in f64. Where the result is
 //! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
@@ -32,11 +32,12 @@ pub struct Crossing {
     pub t: f64,
     /// Weights of the triangle's second and third vertex, each in [0, 1].
     pub barycentric: [f32; 2],
-    /// Whether the ray comes from the side from which the corners are seen counterclockwise.
+    /// Whether the ray comes from the front, where the corners are seen counterclockwise.
     pub front: bool,
 }
 
-/// Where the whole line through `ray` meets the triangle `corners`, whatever the ray's interval; `None` for a miss.
+/// Returns the crossing of the whole line through `ray` and the triangle `corners`, regardless of the ray's interval; `None`
+/// for a miss.
 ///
 /// It meets the triangle when the three edge functions have no two opposite signs and aren't all zero. A triangle
 /// seen exactly edge-on is a miss, and so is one with a corner that isn't finite.
@@ -47,7 +48,7 @@ pub fn crossing(ray: &Ray, corners: [Vec3; 3]) -> Option<Crossing> {
     Some(Crossing { t: edges.t(), barycentric: edges.barycentric(), front: edges.is_front() })
 }
 
-/// Where `ray` meets triangle `id` inside its interval; `None` for a miss.
+/// Returns the hit of `ray` on triangle `id` inside the ray's interval; `None` for a miss.
 ///
 /// # Panics
 /// If `id` or one of the triangle's vertices is out of range.
@@ -58,15 +59,15 @@ pub fn hit(ray: &Ray, triangles: Triangles<'_>, id: u32) -> Option<Hit> {
     if is_missed(ray.origin, ray.direction, corners) { None } else { hit_of_near(ray, corners, id) }
 }
 
-/// The weights of the second and third corner of a triangle where the whole line through `ray` meets it, as those of [`hit`];
-/// `None` for a miss.
+/// The weights of a triangle's second and third corner where the whole line through `ray` meets it, as in [`hit`]; `None`
+/// for a miss.
 #[inline]
 #[must_use]
 pub fn barycentric_of(ray: &Ray, corners: [Vec3; 3]) -> Option<[f32; 2]> {
     Edges::of_near(ray.origin, ray.direction, corners).map(|edges| edges.barycentric())
 }
 
-/// As [`hit`], without looking first whether the line clearly misses the triangle: for those that it probably meets.
+/// As [`hit`], without a first check for clear misses: for triangles that the ray probably meets.
 #[inline]
 pub(crate) fn hit_of_near(ray: &Ray, corners: [Vec3; 3], id: u32) -> Option<Hit> {
     let edges = Edges::of_near(ray.origin, ray.direction, corners)?;
@@ -74,16 +75,16 @@ pub(crate) fn hit_of_near(ray: &Ray, corners: [Vec3; 3], id: u32) -> Option<Hit>
     (ray.t_min < t && t < ray.t_max).then(|| Hit { t, triangle: id, barycentric: edges.barycentric() })
 }
 
-/// Whether rays of a `direction` meet a triangle on the side from which its corners are seen counterclockwise; false
-/// where they only graze it. Where they hit it, this is [`Crossing::front`].
+/// Whether rays along `direction` meet a triangle from its front, where its corners are seen counterclockwise; false for
+/// rays in its plane. For a ray that hits it, this is [`Crossing::front`].
 #[must_use]
 pub fn is_front_along(direction: DVec3, corners: [Vec3; 3]) -> bool {
     let direction = direction * scale_to_one(direction);
     is_against_normal(corners, direction.to_array().map(Double::from), || exact_vector(direction))
 }
 
-/// Whether a triangle's corners are seen counterclockwise from a `point`; false where that is in the triangle's plane.
-/// For rays from there that hit it, this is [`Crossing::front`].
+/// Whether a triangle's corners are seen counterclockwise from a `point`; false for a point in the triangle's plane. For
+/// rays from there that hit it, this is [`Crossing::front`].
 #[must_use]
 pub fn is_front_from(point: DVec3, corners: [Vec3; 3]) -> bool {
     let corner = corners[0].as_dvec3();
@@ -92,7 +93,7 @@ pub fn is_front_from(point: DVec3, corners: [Vec3; 3]) -> bool {
     })
 }
 
-/// Whether n · v is below zero for the unnormalised normal n of a triangle and a vector v, given in two forms.
+/// Whether n · v < 0 for the unnormalised normal n of a triangle and a vector v, given both as doubles and exactly.
 fn is_against_normal<const N: usize>(
     corners: [Vec3; 3],
     vector: [Double; 3],
@@ -115,7 +116,7 @@ fn is_against_normal<const N: usize>(
 struct Edges {
     origin: DVec3,
     direction: DVec3,
-    /// In canonical order.
+    /// Corners in canonical order.
     corners: [Vec3; 3],
     /// The index of each of `corners` in the caller's list.
     order: [usize; 3],
@@ -129,7 +130,7 @@ impl Edges {
     /// `None` where the line misses the triangle.
     #[inline(always)]
     fn new(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> Option<Self> {
-        // Most triangles end here, whose corners needn't be sorted.
+        // Most triangles end here, before their corners are sorted.
         if is_missed(origin, direction, corners) { None } else { Self::of_near(origin, direction, corners) }
     }
 
@@ -157,8 +158,8 @@ impl Edges {
             return None;
         }
         if undecided.contains(&true) {
-            // All weights get the scale of the exact ones, so that their ratios are right. Those that are decided are far
-            // above the smallest number, so a power of two changes no bit of theirs.
+            // All weights get the scale of the exact ones, so that their ratios are right. Decided weights are far above the
+            // smallest number, so a power of two changes none of their bits.
             let scale = scale_to_one(direction);
             for opposite in 0..3 {
                 if !undecided[opposite] {
@@ -179,8 +180,8 @@ impl Edges {
 
     /// t, rounded to the nearest f64: n · (A − o) over n · d for the unnormalised normal n.
     ///
-    /// In double-double arithmetic where that can tell, else exactly. What is within 2⁻⁴⁵ units in the last place of the
-    /// middle between two f64 goes to the even one.
+    /// It is computed in double-double arithmetic where that is certain, else exactly. A t within 2⁻⁴⁵ units in the last
+    /// place of the middle between two f64 is rounded to the even one.
     fn t(&self) -> f64 {
         let [a, b, c] = self.corners.map(Vec3::as_dvec3);
         let corners = [a, b, c].map(|corner| corner.to_array());
@@ -210,12 +211,11 @@ impl Edges {
     }
 }
 
-/// Weights of a triangle's second and third corner, from weights of its corners in canonical order that aren't yet divided by
-/// their sum.
+/// Weights of a triangle's second and third corner, from undivided weights of its corners in canonical order.
 fn barycentric(weights: [f64; 3], order: [usize; 3]) -> [f32; 2] {
     let mut of_caller = [0.0; 3];
     for (weight, index) in weights.iter().zip(order) {
-        // The signs are exact, so no weight is below zero; one that the filter decided is never zero.
+        // The signs are exact, so no weight is negative; a weight decided by the filter is never zero.
         of_caller[index] = weight.abs();
     }
     let sum: f64 = of_caller.iter().sum();
@@ -237,7 +237,7 @@ fn slope_and_height(corners: [[f64; 3]; 3], origin: [f64; 3], direction: [f64; 3
     (slope, Double::dot(normal, Double::difference(corners[0], origin)))
 }
 
-/// How wrong edge functions may be of corners `relative` to a line's origin.
+/// Error bound of edge functions, for corners `relative` to a line's origin.
 ///
 /// Seven roundings on a path from input to result and six products in the sum: 42 roundings of the largest possible
 /// product, taken as 64. It also covers what the bound's own roundings lose.
@@ -247,7 +247,7 @@ fn edge_bound(direction: DVec3, relative: &[DVec3; 3]) -> f64 {
     64.0 * ROUNDING * direction.abs().max_element() * reach * reach
 }
 
-/// Whether two edge functions have certain signs that differ, in whatever order corners are: then the line misses.
+/// Whether two edge functions certainly have opposite signs, in any order of the corners: then the line misses.
 #[inline(always)]
 fn is_missed(origin: DVec3, direction: DVec3, [a, b, c]: [Vec3; 3]) -> bool {
     // Not by `array::map`, which is a call here.
@@ -256,14 +256,14 @@ fn is_missed(origin: DVec3, direction: DVec3, [a, b, c]: [Vec3; 3]) -> bool {
     let edge = |first: usize, second: usize| direction.dot(relative[first].cross(relative[second]));
     let (a, b, c) = (edge(1, 2), edge(2, 0), edge(0, 1));
     let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
-    // What isn't a number, nobody hits; bounds that aren't are left to those who look closer.
+    // A triangle with a NaN edge function is never hit. Bounds that are NaN or too small are left to the full test.
     bound >= SMALLEST_TRUSTED_BOUND && lowest < -bound && highest > bound
 }
 
-/// For each corner the two others, in the order in which their edge function is the corner's weight.
+/// For each corner the other two, in the order in which their edge function is the corner's weight.
 const EDGE_OPPOSITE: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 
-/// Below this an error bound may itself have lost bits to underflow.
+/// Below this, an error bound may itself have lost bits to underflow.
 const SMALLEST_TRUSTED_BOUND: f64 = 1e-250;
 
 /// The indices of the corners, sorted by x, then y, then z.
@@ -285,7 +285,7 @@ fn canonical_order(corners: &[Vec3; 3]) -> [usize; 3] {
     order
 }
 
-/// Which signs the edge functions have shown so far; zero shows none.
+/// The signs of the edge functions so far; zero has none.
 #[derive(Default)]
 struct Signs {
     positive: bool,
@@ -322,7 +322,7 @@ fn exact_edge(origin: DVec3, direction: DVec3, p: Vec3, q: Vec3) -> f64 {
 /// The power of two that brings the largest component of `direction` between one and two, so that products with it
 /// don't underflow; one where there is no such normal number.
 fn scale_to_one(direction: DVec3) -> f64 {
-    // Exponent bits tell it exactly; a logarithm may round up to the next power.
+    // The exponent bits give it exactly; a logarithm may round up to the next power.
     let exponent_bits = direction.abs().max_element().to_bits() >> 52;
     if (1..LARGEST_EXPONENT_BITS).contains(&exponent_bits) {
         f64::from_bits((LARGEST_EXPONENT_BITS - exponent_bits) << 52)
@@ -353,7 +353,7 @@ fn exact_normal(a: DVec3, b: DVec3, c: DVec3) -> [Expansion<16>; 3] {
 /// a × b: two products of 2 · 2 · 2 terms for each component.
 #[inline]
 fn exact_cross(a: &[Expansion<2>; 3], b: &[Expansion<2>; 3]) -> [Expansion<16>; 3] {
-    // Filled where they are: moving so many bytes would take longer than the sums.
+    // Filled in place: moving so many bytes would take longer than the sums.
     let mut product = [Expansion::ZERO; 3];
     for (axis, component) in product.iter_mut().enumerate() {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);

@@ -6,10 +6,10 @@ use super::expansion::{two_product, two_sum};
 use super::{EDGE_OPPOSITE, SMALLEST_TRUSTED_BOUND, barycentric, edge_bound, hit_of_near};
 use crate::{Hit, Ray};
 
-/// Answers [`hit_of_near`] bit for bit, about twice as fast. What it can't tell it leaves to that.
+/// Answers [`hit_of_near`] bit for bit, about twice as fast. Cases it can't decide go to that function.
 ///
-/// Weights are those of corners in canonical order but for their sign: exchanging two factors of a cross product changes no
-/// other bit. t is rounded once from a number with a proven error, so it doesn't depend on how that was found.
+/// Weights are those of corners in canonical order up to their sign: exchanging two factors of a cross product changes no
+/// other bit. t is rounded once from a number with a proven error, so it doesn't depend on how that number was computed.
 #[inline(always)]
 pub(crate) fn hit_of_near_at<S: Simd>(simd: S, ray: &Ray, corners: [Vec3; 3], id: u32) -> Option<Hit> {
     let (origin, direction) = (ray.origin, ray.direction);
@@ -33,11 +33,11 @@ pub(crate) fn hit_of_near_at<S: Simd>(simd: S, ray: &Ray, corners: [Vec3; 3], id
     is_between.then(|| Hit { t, triangle: id, barycentric: barycentric(weights, [0, 1, 2]) })
 }
 
-/// With a bound below this and a direction of up to 10¹⁰⁰, no number is so large that what products lose below the smallest
-/// number matters once it is multiplied with it.
+/// With a bound below this and a direction of up to 10¹⁰⁰, no factor is large enough to make a product's loss to underflow
+/// matter.
 pub(super) const LARGEST_TRUSTED_BOUND: f64 = 1e100;
 
-/// t as `Edges::t` has it; `None` where that takes more.
+/// t as `Edges::t` computes it; `None` where that needs more precision.
 #[inline(always)]
 fn quotient<S: Simd>(simd: S, ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let origin = ray.origin.to_array();
@@ -53,7 +53,7 @@ fn quotient<S: Simd>(simd: S, ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<f64> {
 /// The plane of a triangle, or of eight.
 pub(super) struct Plane<N> {
     normal: Split<N>,
-    /// The sum of the magnitudes that each component of the normal is the sum of.
+    /// For each component of the normal, the sum of its terms' magnitudes.
     magnitudes: [N; 3],
     /// n · (A − o).
     pub(super) height: Sum<N>,
@@ -75,7 +75,7 @@ impl<N: Number> Plane<N> {
     }
 }
 
-/// Three numbers, each the sum of two.
+/// Three numbers, each a sum of two f64.
 #[derive(Clone, Copy)]
 struct Split<N> {
     high: [N; 3],
@@ -91,11 +91,11 @@ impl<N: Number> Split<N> {
     }
 }
 
-/// A sum as that of two numbers.
+/// A sum, held as a sum of two numbers.
 ///
-/// **How wrong it is.** Let u = 2⁻⁵³ and m the sum of magnitudes of the two products of a component of the normal. Its low
-/// part is at most 4 u m, of seven operations, and leaves products of two low parts out: 32 u² m. In the sum of products with
-/// the direction, or with the way to the first corner, M takes the place of m: low parts are at most 8 u M, of nine operations.
+/// **Error bound.** Let u = 2⁻⁵³ and m the sum of magnitudes of the two products of a component of the normal. Its low part
+/// is at most 4 u m, of seven operations, and omits products of two low parts: 32 u² m. In the sum of products with the
+/// direction, or with the way to the first corner, M takes the place of m: low parts are at most 8 u M, of nine operations.
 /// Together that is less than 128 u² M, or 2⁻⁷³ of a sum above 2⁻²⁶ M.
 #[derive(Clone, Copy)]
 pub(super) struct Sum<N> {
@@ -105,23 +105,23 @@ pub(super) struct Sum<N> {
     pub(super) magnitude: N,
 }
 
-/// What M has to be for the low parts of products not to be too large or too small.
+/// The range of M in which the low parts of products neither overflow nor underflow.
 pub(super) const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 
 impl Sum<f64> {
-    /// Whether it is not too small beside what was added up.
+    /// Whether it is large enough relative to its terms' magnitudes.
     fn is_precise(&self) -> bool {
         RANGE.contains(&self.magnitude) && self.high.abs() > self.magnitude * Double::CANCELLATION
     }
 }
 
 impl<N: Number> Sum<N> {
-    /// self ÷ divisor, of precise sums, rounded to f64: as it would be if it were a little less and a little more. Where both
-    /// are the same that is the nearest f64.
+    /// self ÷ divisor for precise sums, rounded to f64: once for the quotient minus its error and once plus it. If both are
+    /// the same, that is the nearest f64.
     ///
-    /// **How wrong it is.** What the first quotient leaves is exact; all that is added to it is at most 3 u of the dividend, of
-    /// three operations, and dividing it by the high part alone leaves out another u of it: less than 16 u² of t. With what
-    /// the sums are wrong by it is less than [`Double::PRECISION`].
+    /// **Error bound.** The remainder of the first quotient is exact. All terms added to it are at most 3 u of the dividend,
+    /// of three operations, and dividing by the high part alone omits another u of it: less than 16 u² of t. With the errors
+    /// of the sums it is less than [`Double::PRECISION`].
     #[inline(always)]
     pub(super) fn quotient<S: Simd>(&self, simd: S, divisor: &Self) -> [N; 2] {
         let first = self.high / divisor.high;
@@ -168,7 +168,7 @@ fn dot<S: Simd, N: Number>(simd: S, n: Split<N>, v: Split<N>, magnitudes: [N; 3]
     Sum { high, low, magnitude }
 }
 
-/// a · b as a rounded product and what the rounding lost.
+/// a · b as a rounded product and its rounding error.
 #[inline(always)]
 fn product<S: Simd, N: Number>(simd: S, a: N, b: N) -> (N, N) {
     if is_fused(simd) { a.fused_product(b) } else { two_product(a, b) }
@@ -187,7 +187,7 @@ mod tests {
         DVec3::new(random.signed(), random.signed(), random.signed())
     }
 
-    /// What everyone says must be the same; how many levels have told t by themselves.
+    /// Checks that all functions agree at all levels; returns how many levels found t without the fallback.
     fn told(ray: &Ray, corners: [Vec3; 3]) -> usize {
         let bits = |hit: Option<Hit>| hit.map(|hit| (hit.t.to_bits(), hit.barycentric.map(f32::to_bits)));
         let expected = hit_of_near(ray, corners, 7);
@@ -211,7 +211,7 @@ mod tests {
         let mut random = Random::new(9);
         let (mut hits, mut of_fast) = (0, 0);
         for round in 0..60_000 {
-            // Worlds of all sizes, some of which no f64 product could hold twice; triangles far from their middle; slivers.
+            // Scenes of all sizes, some beyond the range of f64 products; triangles far from their middle; slivers.
             let world = f64::exp2([30.0, 120.0][usize::from(round % 11 == 0)] * random.signed());
             let middle = point(&mut random) * world;
             let size = world * f64::exp2(-20.0 * random.unit());
@@ -244,7 +244,7 @@ mod tests {
         let corners = [[-4.0, -4.0, 1.0], [4.0, -4.0, 1.0], [0.0, 4.0, 1.0]].map(Vec3::from_array);
         let half = f64::EPSILON / 2.0;
         for way in [0.0, half, half * (1.0 + 1.0 / 16_777_216.0), half * (1.0 - 1.0 / 16_777_216.0), 3.0 * half] {
-            // 1 + way isn't a f64 but for the first.
+            // Only the first 1 + way is an f64.
             let ray = Ray::new(DVec3::new(0.1, 0.2, -way), DVec3::Z);
             told(&ray, corners);
             let t = hit_of_near(&ray, corners, 7).expect("a hit").t;

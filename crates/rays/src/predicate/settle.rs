@@ -1,15 +1,15 @@
-//! What a filter leaves undecided is settled here by the predicate, for every structure.
+//! Settles the cases that a filter leaves undecided by the predicate, for every structure.
 
 use super::{ShadowRay, crossing};
 use crate::shot::{Opacity, OpacityOfSides, SeenPixels, Shot};
 use crate::{Hit, Ray};
 use glam::Vec3;
 
-/// Settles which of two triangles the ray of a pixel hits nearest: `best`, which it is known to hit unless that is
-/// [`SeenPixels::NONE`], or `candidate`, which the filter could neither rule out nor accept.
+/// Settles the nearest hit of a pixel's ray between two triangles: `best`, a known hit unless it is [`SeenPixels::NONE`],
+/// and `candidate`, which the filter could neither rule out nor accept.
 ///
-/// `None` where `best` stays for certain without asking, or `candidate` isn't hit. Counts in `settled` what the predicate is
-/// asked.
+/// `None` where `best` certainly stays without a test, or `candidate` isn't hit. Counts in `settled` the cases that the
+/// predicate tested.
 #[cold]
 #[inline(never)]
 pub(crate) fn nearest(
@@ -38,7 +38,7 @@ pub(crate) fn nearest(
     Some(old.filter(|old| (old.t, old.triangle) < (new.t, new.triangle)).unwrap_or(new))
 }
 
-/// Where a camera's ray meets a side of a triangle that stops it, whatever the triangle's opacity there.
+/// The hit of a camera ray on a side of a triangle that stops it, regardless of the triangle's opacity there.
 fn hit(shot: &Shot<'_>, ray: &Ray, triangle: u32) -> Option<Hit> {
     let crossing = crossing(ray, shot.triangles.corners(triangle))?;
     let is_there = crossing.front || shot.sides.has_back(triangle);
@@ -46,7 +46,7 @@ fn hit(shot: &Shot<'_>, ray: &Ray, triangle: u32) -> Option<Hit> {
     (is_there && ray.t_min < hit.t && hit.t < ray.t_max).then_some(hit)
 }
 
-/// Whether two triangles have the same corners, in whatever order.
+/// Whether two triangles have the same corners, in any order.
 fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
     [[a, b, c], [b, c, a], [c, a, b], [c, b, a], [b, a, c], [a, c, b]].contains(&first)
 }
@@ -54,18 +54,18 @@ fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
 /// Settles which points are in shadow.
 pub(crate) struct Shadows<'a> {
     opacity: &'a OpacityOfSides<'a>,
-    /// The point that was asked about last, and the segment between it and the light.
+    /// The last point asked for, and the segment between it and the light.
     last: Option<(usize, Option<ShadowRay>)>,
 }
 
 impl<'a> Shadows<'a> {
-    /// Those in which triangles stand that stop a light.
+    /// For triangles that stop a light, by `opacity`.
     pub(crate) fn new(opacity: &'a OpacityOfSides<'a>) -> Self {
         Self { opacity, last: None }
     }
 
-    /// Whether `triangle`, which isn't the point's own, shadows the point at `index`, whose segment `shadow_ray` finds. Those of
-    /// points that come one after the other are found once.
+    /// Whether `triangle`, which isn't the point's own, shadows the point at `index`, whose segment `shadow_ray` finds. For
+    /// consecutive calls with one point the segment is found once.
     pub(crate) fn is_shadowed_by(
         &mut self,
         index: usize,
@@ -81,7 +81,7 @@ impl<'a> Shadows<'a> {
     }
 }
 
-/// Whether a triangle, which isn't the point's own, shadows the point of `ray`, which is the light's.
+/// Whether a triangle shadows the end point of `ray`, a light's; the triangle isn't the point's own.
 pub(crate) fn is_blocked(opacity: &OpacityOfSides<'_>, ray: &ShadowRay, triangle: u32) -> bool {
     let Ok(corners) = opacity.triangles.usable_corners(triangle) else { return false };
     let opacity: &dyn Opacity = opacity;

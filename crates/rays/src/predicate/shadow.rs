@@ -6,14 +6,14 @@ use super::{
 };
 use crate::{LightSource, Ray};
 
-/// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis.
+/// A point that a ray has hit, with a bound on the rounding error along each axis.
 ///
-/// Where the ray really meets the triangle is in the box from `position − error` to `position + error`, both as f64.
+/// The true point on the triangle is in the box from `position − error` to `position + error`, both as f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitPoint {
     /// World position, within the range of f32.
     pub position: DVec3,
-    /// Largest error of each coordinate; zero for a point that is where it is said to be.
+    /// Largest error of each coordinate; zero for an exactly known point.
     pub error: f64,
 }
 
@@ -28,15 +28,15 @@ impl HitPoint {
         Self { position, error }
     }
 
-    /// Whether the plane of the triangle `corners` meets the box that the point is in. Rays that start at the point pass
-    /// through such triangles: they begin there.
+    /// Whether the plane of the triangle `corners` meets the point's box. Rays that start at the point pass through such
+    /// triangles: they begin there.
     #[must_use]
     pub fn is_on(&self, corners: [Vec3; 3]) -> bool {
         self.side_of(canonical_order(&corners).map(|index| corners[index])).is_none()
     }
 
-    /// On which side of a triangle's plane the whole box is: 1 where its normal points, else −1, and `None` where the
-    /// plane meets the box or the triangle has none.
+    /// The side of a triangle's plane that the whole box is on: 1 where the normal points, else −1. `None` where the plane
+    /// meets the box or the triangle has no plane.
     fn side_of(&self, corners: [Vec3; 3]) -> Option<f64> {
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let (ab, ac) = (b - a, c - a);
@@ -49,8 +49,8 @@ impl HitPoint {
         let [low, high] = self.box_corners().map(|corner| corner - a);
         let (of_low, of_high) = (normal * low, normal * high);
         let (lowest, highest) = (of_low.min(of_high).element_sum(), of_low.max(of_high).element_sum());
-        // A component of the normal has four roundings, of the offset one, the product one and the sums two: eight. One
-        // whose sign is wrong is within its own four of zero, and has the other end of the box: eight more.
+        // A component of the normal has four roundings, the offset one, the product one and the sums two: eight. A component
+        // with the wrong sign is within its own four of zero, and picks the other end of the box: eight more.
         let bound = magnitude.dot(low.abs().max(high.abs())) * (20.0 * ROUNDING);
         let is_trusted = bound >= SMALLEST_TRUSTED_BOUND;
         if is_trusted && lowest > bound {
@@ -67,7 +67,7 @@ impl HitPoint {
     /// As [`side_of`](Self::side_of), in exact arithmetic.
     #[cold]
     fn exact_side_of(&self, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-        // Coordinates of points may have bits far below those of corners: products keep them all where they are large.
+        // Points may have bits far below those of corners: products keep them all where they are large.
         const SCALE: f64 = POWER * POWER * POWER;
         const POWER: f64 = (1_u128 << 100) as f64;
         let normal = exact_normal(a, b, c);
@@ -84,7 +84,7 @@ impl HitPoint {
         }
     }
 
-    /// The lowest and highest corner of the box that the point is in.
+    /// The lowest and highest corner of the point's box.
     fn box_corners(&self) -> [DVec3; 2] {
         [self.position - self.error, self.position + self.error]
     }
@@ -126,19 +126,19 @@ impl ShadowRay {
     /// Whether the triangle `corners` shadows the point, and if so the weights of its second and third corner where
     /// the segment crosses it.
     ///
-    /// It does when the segment's line meets it, the light is strictly on one side of its plane, and the whole box that the
-    /// point is in strictly on the other: so a surface that coincides with the point's own doesn't shadow it. Call it
-    /// for other triangles than the one that the point is on.
+    /// It does when the segment's line meets it, the light is strictly on one side of its plane, and the point's whole box
+    /// strictly on the other: so a surface that coincides with the point's own doesn't shadow it. Call it for triangles
+    /// other than the point's own.
     #[must_use]
     pub fn blocked_by(&self, corners: [Vec3; 3]) -> Option<[f32; 2]> {
         if is_missed(self.ray.origin, self.ray.direction, corners) {
             return None;
         }
-        // Asked first of what is left, since the triangles around the point's own mostly end here.
+        // Tested first, since the triangles around the point's own mostly end here.
         let side = self.point.side_of(canonical_order(&corners).map(|index| corners[index]))?;
         let edges = Edges::new(self.ray.origin, self.ray.direction, corners)?;
         let is_behind = side == edges.side;
-        // From the point, the crossing has to be ahead of it.
+        // For a ray from the point, the crossing has to be ahead of the point.
         let blocked = if self.from_point { !is_behind } else { is_behind && edges.is_ahead() };
         blocked.then(|| edges.barycentric())
     }

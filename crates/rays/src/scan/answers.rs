@@ -2,7 +2,8 @@ use glam::{DVec3, Vec3};
 
 use crate::{Hit, Triangles};
 
-/// What directions or [rays](crate::Trace) hit: for each as many hits as were asked for, nearest first, in their order.
+/// The hits of directions or [rays](crate::Trace): for each as many as were asked for, nearest first, in the order of the
+/// directions.
 ///
 /// Hit k of direction i is at index i × [`returns`](Self::returns) + k of each list. Where there are fewer hits the triangle
 /// is [`Scanned::NONE`], t is infinite, and barycentric coordinates are NaN.
@@ -14,14 +15,14 @@ pub struct Scanned {
     pub triangle: Vec<u32>,
     /// Weights of the triangle's second and third vertex, each in [0, 1].
     pub barycentric: Vec<[f32; 2]>,
-    /// Most hits of a direction.
+    /// The largest number of hits of a direction.
     pub returns: usize,
-    /// How many directions were zero or not finite: they hit nothing.
+    /// The number of directions that were zero or not finite: they hit nothing.
     pub without_direction: usize,
 }
 
 impl Scanned {
-    /// Stands for no triangle.
+    /// Id that stands for no triangle.
     pub const NONE: u32 = u32::MAX;
 
     pub(crate) fn clear(&mut self, directions: usize, returns: usize) {
@@ -36,7 +37,8 @@ impl Scanned {
         (self.returns, self.without_direction) = (returns, 0);
     }
 
-    /// Notes hits of directions, given by their number after the `first`; those of one follow each other, nearest first.
+    /// Writes the hits of directions, whose numbers count from `first`. Hits of one direction are consecutive, nearest
+    /// first.
     pub(super) fn note(&mut self, first: usize, hits: &[(u32, Hit)]) {
         for of_one in hits.chunk_by(|(a, _), (b, _)| a == b) {
             let start = (first + of_one[0].0 as usize) * self.returns;
@@ -48,7 +50,7 @@ impl Scanned {
         }
     }
 
-    /// How many directions there are.
+    /// The number of directions.
     #[must_use]
     pub fn len(&self) -> usize {
         self.t.len().checked_div(self.returns).unwrap_or(0)
@@ -63,7 +65,7 @@ impl Scanned {
     /// The hits of a direction, nearest first.
     ///
     /// # Panics
-    /// If there are fewer directions.
+    /// If `direction` is out of range.
     pub fn hits(&self, direction: usize) -> impl Iterator<Item = Hit> {
         let slots = direction * self.returns..(direction + 1) * self.returns;
         let hits = slots.map(|index| self.hit(index));
@@ -74,7 +76,7 @@ impl Scanned {
         Hit { t: self.t[index], triangle: self.triangle[index], barycentric: self.barycentric[index] }
     }
 
-    /// The normal of the triangle at an index of the lists, of unit length, towards where its corners are seen
+    /// The normal of the triangle at an index of the lists, of unit length, on the side from which corners are seen
     /// counterclockwise; NaN where there is no hit.
     ///
     /// # Panics
@@ -86,7 +88,7 @@ impl Scanned {
         }
         let [a, b, c] = triangles.corners(self.triangle[index]).map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);
-        // Not too small to be squared.
+        // Scaled, so that its square doesn't underflow.
         (normal / normal.abs().max_element()).normalize().as_vec3()
     }
 }

@@ -6,18 +6,18 @@ use super::lines::Face;
 use crate::patches::{Patches, SixteenBoxes};
 use crate::simd::lanes::{LANES, bits_of, load, splat};
 
-/// Boxes of patches, sixteen in one, for as many levels as it takes.
+/// A tree of boxes over the patches' boxes, sixteen to a node.
 #[derive(Debug, Default)]
 pub(super) struct Boxes {
-    /// The first level has the boxes of sixteen patches each.
+    /// The boxes of each level. A box of the first level is around sixteen patches.
     levels: Vec<Vec<SixteenBoxes>>,
-    /// The largest coordinate of all that are finite.
+    /// The largest magnitude of a finite coordinate.
     pub(super) reach: f32,
-    /// Lowest and highest of those.
+    /// Lowest and highest finite coordinates.
     around: [[f32; 3]; 2],
 }
 
-/// Everywhere, for what may be anywhere.
+/// The box of patches with NaN coordinates: all of space.
 const EVERYWHERE: [[f32; 3]; 2] = [[f32::NEG_INFINITY; 3], [f32::INFINITY; 3]];
 
 impl Boxes {
@@ -60,7 +60,7 @@ impl Boxes {
             around.as_flattened().iter().filter(|end| end.is_finite()).fold(0.0, |reach, end| reach.max(end.abs()));
     }
 
-    /// Lists the patches that may be in a frustum, each with how near it is at least.
+    /// Lists the patches that may be in a frustum, nearest first, each with a lower bound of its depth.
     #[inline(always)]
     pub(super) fn find_in<S: Simd>(&self, simd: S, patches: &Patches, frustum: &Frustum, found: &mut Vec<u64>) {
         found.clear();
@@ -103,7 +103,7 @@ impl Boxes {
     }
 }
 
-/// The box around sixteen.
+/// The box around sixteen boxes.
 fn all_of(boxes: &SixteenBoxes) -> [[f32; 3]; 2] {
     let mut all = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
     for lane in 0..LANES {
@@ -119,32 +119,32 @@ fn all_of(boxes: &SixteenBoxes) -> [[f32; 3]; 2] {
     all
 }
 
-/// A number that is larger the larger another is.
+/// An integer in the order of floats.
 fn ascending(number: f32) -> u32 {
     let bits = number.to_bits();
     bits ^ if number.is_sign_negative() { u32::MAX } else { 1 << 31 }
 }
 
-/// The number that [`ascending`] was made from.
+/// The float that [`ascending`] was given.
 pub(super) fn nearest_of(found: u64) -> f32 {
     let bits = (found >> 32) as u32;
     f32::from_bits(bits ^ if bits >> 31 == 0 { u32::MAX } else { 1 << 31 })
 }
 
-/// What lines of a tile go through, in world units.
+/// The frustum of a tile's lines, in world units.
 pub(super) struct Frustum {
     axes: [usize; 3],
     sign: f32,
     origin: [f32; 3],
-    /// Of the low and the high side for both axes.
+    /// Slopes of the low and the high side, for both axes.
     slopes: [[f32; 2]; 2],
-    /// Where the first line begins and the last one ends.
+    /// Depths of the first line's start and the last line's end.
     ends: [f32; 2],
     largest: f32,
 }
 
 impl Frustum {
-    /// Around lines that are between `low` and `high` on a face.
+    /// The frustum around lines between `low` and `high` on a face.
     pub(super) fn new(face: &Face, origin: DVec3, [low, high]: [[f64; 2]; 2], ends: [f64; 2]) -> Self {
         Self {
             axes: face.axes,
@@ -156,15 +156,15 @@ impl Frustum {
         }
     }
 
-    /// Which of sixteen boxes may meet it, and how near each is at least.
+    /// Returns a mask of the boxes, of sixteen, that may meet the frustum, and a lower bound of each one's depth.
     ///
     /// Rounding the origin, differences, slopes, products and sums moves each side by a few ε of the largest number among
-    /// them, for which 32 are taken: slopes are at most a little above one.
+    /// them; the bound takes 32. Slopes are at most a little above one.
     #[inline(always)]
     fn test<S: Simd>(&self, simd: S, boxes: &SixteenBoxes) -> (u16, [f32; LANES]) {
         const ROUNDED: f32 = 32.0 / (1 << 24) as f32;
         let [i, j, k] = self.axes;
-        // Written out: what maps over arrays isn't inlined, and so is compiled without the instruction set.
+        // Written out: closures of `array::map` aren't inlined, and so are compiled without the instruction set.
         let near = load(simd, &boxes.low[k]) - splat(simd, self.origin[k]);
         let far = load(simd, &boxes.high[k]) - splat(simd, self.origin[k]);
         let (near, far) = if self.sign < 0.0 { (-far, -near) } else { (near, far) };

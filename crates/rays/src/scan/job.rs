@@ -3,7 +3,7 @@ use super::lines::Lines;
 use crate::patches::Patches;
 use crate::{Opacity, Ray, Sides, SimdLevel, Triangles};
 
-/// What is asked of lines.
+/// The kind of answer for lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
     /// The nearest hit.
@@ -14,7 +14,7 @@ pub(super) enum Asked {
     Any,
 }
 
-/// What tracing tiles needs to know.
+/// The inputs of tracing tiles.
 pub(super) struct Job<'a> {
     pub(super) triangles: Triangles<'a>,
     pub(super) patches: &'a Patches,
@@ -23,7 +23,7 @@ pub(super) struct Job<'a> {
     pub(super) sides: Sides<'a>,
     pub(super) lines: Lines<'a>,
     pub(super) asked: Asked,
-    /// What lengths are multiplied with: a power of two.
+    /// Factor for lengths: a power of two.
     pub(super) scale: f64,
     /// Whether all sides of all triangles stop all lines.
     pub(super) all_stop: bool,
@@ -36,16 +36,16 @@ impl Job<'_> {
         self.all_stop || (self.opacity.is_opaque(id) && self.sides.has_back(id))
     }
 
-    /// Whether a triangle stops a ray that meets it there.
+    /// Whether a triangle stops a ray that hits it at these weights.
     pub(super) fn stops(&self, ray: &Ray, id: u32, barycentric: [f32; 2]) -> bool {
         self.all_stop
             || (self.sides.stop(ray, id, self.triangles.corners(id)) && self.opacity.is_stopped_at(id, barycentric))
     }
 }
 
-/// The power of two that makes a length about 2¹⁰, so that products of lengths don't overflow, and underflow only where they
-/// are far below what rounding makes of the others.
+/// The power of two that makes a length about 2¹⁰. Then products of lengths don't overflow, and underflow only where they
+/// are far below the rounding errors of the others.
 pub(super) fn scale(length: f64) -> f64 {
-    // Itself an f32 far from the smallest and the largest.
+    // The factor itself is an f32 far from the smallest and the largest.
     if length > 0.0 && length.is_finite() { f64::exp2((10.0 - length.log2().ceil()).clamp(-122.0, 110.0)) } else { 1.0 }
 }

@@ -2,7 +2,7 @@ use glam::{DVec3, Vec3};
 
 use crate::Ray;
 
-/// Lines from an origin in these directions, between two t.
+/// Lines from one origin in these directions, between two t.
 #[derive(Clone, Copy)]
 pub(super) struct Lines<'a> {
     pub(super) origin: DVec3,
@@ -11,19 +11,19 @@ pub(super) struct Lines<'a> {
     pub(super) t_max: f64,
 }
 
-/// A side of a cube around the origin: lines go through it that have the same largest component, of one sign.
+/// A face of a cube around the origin: the lines through it have the same largest component, of one sign.
 ///
-/// With Δ a position in relation to the lines' origin, z = ± Δₖ is how far it is along axis k, and a line is where Δᵢ − rᵢ z and
-/// Δⱼ − rⱼ z are zero, r being its slopes.
+/// With Δ a position relative to the lines' origin, z = ± Δₖ is its depth along axis k. A line consists of the points with
+/// Δᵢ − rᵢ z = 0 and Δⱼ − rⱼ z = 0, r being its slopes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
-    /// i, j and k.
+    /// The axes i, j and k.
     pub(super) axes: [usize; 3],
     pub(super) sign: f64,
 }
 
 impl Face {
-    /// The sides of a cube: those of each axis follow each other, the positive one first.
+    /// The faces of a cube, two an axis, the positive one first.
     pub(super) const CUBE: [Self; 6] = [
         Self::new(0, 1.0),
         Self::new(0, -1.0),
@@ -37,7 +37,7 @@ impl Face {
         Self { axes: [(k + 1) % 3, (k + 2) % 3, k], sign }
     }
 
-    /// Which one a line goes through, by its number; `None` where it goes nowhere.
+    /// The number of a line's face; `None` for a direction that is zero or not finite.
     #[inline]
     pub(super) fn of(line: DVec3) -> Option<usize> {
         let goes_somewhere = line.is_finite() && line != DVec3::ZERO;
@@ -47,7 +47,7 @@ impl Face {
         })
     }
 
-    /// A vector's components along i, j and k: one branch that is always the same, where three indices would be looked up.
+    /// A vector's components along i, j and k, by one predictable branch instead of three indexed loads.
     #[inline(always)]
     fn turned(&self, DVec3 { x, y, z }: DVec3) -> [f64; 3] {
         match self.axes[2] {
@@ -57,7 +57,7 @@ impl Face {
         }
     }
 
-    /// How far a position in relation to the origin is along the face's axis.
+    /// The depth along the face's axis of a position relative to the origin.
     #[inline(always)]
     pub(super) fn depth(&self, position: DVec3) -> f64 {
         self.turned(position)[2] * self.sign
@@ -92,7 +92,7 @@ impl Lines<'_> {
         self.directions[index].as_dvec3()
     }
 
-    /// Where along its face a line begins and ends.
+    /// Depths of a line's start and end.
     #[inline(always)]
     pub(super) fn ends(&self, face: &Face, line: DVec3) -> [f64; 2] {
         let unit = face.depth(line);

@@ -10,21 +10,21 @@ use crate::predicate::{HitPoint, ROUNDING};
 use crate::shot::{Cone, OpacityOfSides};
 use crate::{LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles};
 
-/// Points, and what may keep lights from them.
+/// Points, and the triangles that may shadow them.
 #[derive(Clone, Copy)]
 pub struct Lit<'a> {
     /// World-space triangles.
     pub triangles: Triangles<'a>,
     /// The points.
     pub receivers: Receivers<'a>,
-    /// What stops light.
+    /// Opacity of the triangles for light.
     pub opacity: &'a dyn Opacity,
-    /// Which sides of triangles there are, for light that comes to them.
+    /// Sides of triangles that stop light.
     pub sides: Sides<'a>,
 }
 
 impl<'a> Lit<'a> {
-    /// Points among triangles of which both sides are opaque.
+    /// Points among triangles opaque on both sides.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, receivers: Receivers<'a>) -> Self {
         Self { triangles, receivers, opacity: &Opaque, sides: Sides::Both }
@@ -33,33 +33,34 @@ impl<'a> Lit<'a> {
 
 /// Points that light may reach.
 ///
-/// A triangle that a point is on doesn't keep light from it, nor do those in whose planes the point may be once it was rounded.
+/// A point isn't shadowed by its own triangle, nor by triangles whose planes its rounded position may be in.
 #[derive(Clone, Copy, Debug)]
 pub enum Receivers<'a> {
-    /// World positions; for each the triangle that it is on, or [`Scanned::NONE`]. `own` may be empty where none is on any.
+    /// World positions, each with the id of its own triangle or [`Scanned::NONE`]. `own` may be empty if no point is on a
+    /// triangle.
     ///
-    /// Points on a triangle count as rounded to f32, the others as where they are said to be.
+    /// A point on a triangle counts as rounded to f32, any other as exact.
     Points {
         /// World positions. Those that aren't finite are dark.
         positions: &'a [Vec3],
-        /// As many ids, or none.
+        /// Own triangles: an id for each point, or none.
         own: &'a [u32],
     },
-    /// Points as `Points` has them, one for each slot of an image in [`TileOrder`](crate::TileOrder): they stay in that order.
+    /// As `Points`, with one point for each slot of an image in [`TileOrder`](crate::TileOrder): they stay in that order.
     Pixels {
         /// World positions. Those that aren't finite are dark, and cost little.
         positions: &'a [Vec3],
-        /// The triangle that each is on.
+        /// The triangle of each point.
         own: &'a [u32],
     },
-    /// The centroid of each triangle. Those of triangles that no ray can hit are dark.
+    /// The centroid of each triangle. Centroids of triangles that no ray can hit are dark.
     Faces,
-    /// So many points of each triangle, of even density: those of triangle i are from number i times that on.
+    /// This number of points on each triangle, evenly spread: those of triangle i begin at index i times the number.
     Samples(u32),
 }
 
 impl Receivers<'_> {
-    /// How many points there are.
+    /// The number of points.
     #[must_use]
     pub fn count(&self, triangles: Triangles<'_>) -> usize {
         match self {
@@ -69,10 +70,11 @@ impl Receivers<'_> {
         }
     }
 
-    /// A point and the triangle that it is on, or [`Scanned::NONE`]; `None` for one that is nowhere.
+    /// A point and the triangle that it is on, or [`Scanned::NONE`]; `None` for a point that isn't finite or whose triangle
+    /// can't be hit.
     ///
     /// # Panics
-    /// If there are fewer points.
+    /// If `index` is out of range.
     #[must_use]
     pub fn point(&self, triangles: Triangles<'_>, index: usize) -> Option<(HitPoint, u32)> {
         /// Half the distance from one to the next f32.
@@ -80,7 +82,7 @@ impl Receivers<'_> {
         let weighted = |id: u32, [u, v]: [f64; 2]| {
             let [a, b, c] = triangles.usable_corners(id).ok()?.map(Vec3::as_dvec3);
             let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
-            // Fewer than 15 roundings of numbers that are at most twice as large.
+            // Fewer than 15 roundings of numbers at most twice as large.
             Some((HitPoint { position: a + (b - a) * u + (c - a) * v, error: largest * (30.0 * ROUNDING) }, id))
         };
         match self {
@@ -99,9 +101,9 @@ impl Receivers<'_> {
     }
 }
 
-/// Weights of the second and third corner of a triangle's sample: points of the R₂ sequence (Roberts, *The unreasonable
-/// effectiveness of quasirandom sequences*, 2018), moved by a number of the triangle's own, and the half of the square beyond
-/// the diagonal turned onto the other.
+/// Weights of the second and third corner at a triangle's sample: a point of the R₂ sequence (Roberts, *The unreasonable
+/// effectiveness of quasirandom sequences*, 2018), shifted by a hash of the triangle's id. The half of the square beyond the
+/// diagonal is folded onto the other half.
 fn sample(id: u32, number: u32) -> [f64; 2] {
     let mixed = u64::from(id).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -112,24 +114,24 @@ fn sample(id: u32, number: u32) -> [f64; 2] {
     if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
 }
 
-/// Which points each of some lights reaches: a bit each.
+/// The points that each of some lights reaches: a bit each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LitBits {
     words: Vec<u64>,
     points: usize,
     lights: usize,
-    /// How many points are nowhere, which are dark.
+    /// The number of points that aren't finite or whose triangle can't be hit: they are dark.
     pub nowhere: usize,
 }
 
 impl LitBits {
-    /// How many points there are.
+    /// The number of points.
     #[must_use]
     pub fn points(&self) -> usize {
         self.points
     }
 
-    /// How many lights there are.
+    /// The number of lights.
     #[must_use]
     pub fn lights(&self) -> usize {
         self.lights
@@ -138,27 +140,28 @@ impl LitBits {
     /// Whether a light reaches a point.
     ///
     /// # Panics
-    /// If there are fewer lights or points.
+    /// If `light` or `point` is out of range.
     #[must_use]
     pub fn is_lit(&self, light: usize, point: usize) -> bool {
         assert!(point < self.points, "point {point} of {}", self.points);
         self.of_light(light)[point / 64] >> (point % 64) & 1 == 1
     }
 
-    /// The bits of a light: that of point i is bit i % 64 of word i / 64; the rest of the last word is zero.
+    /// The bits of a light: point i is bit i % 64 of word i / 64; the rest of the last word is zero.
     ///
     /// # Panics
-    /// If there are fewer lights.
+    /// If `light` is out of range.
     #[must_use]
     pub fn of_light(&self, light: usize) -> &[u64] {
         let words = self.points.div_ceil(64);
         &self.words[light * words..(light + 1) * words]
     }
 
-    /// For each triangle how much of its area a light reaches, where these are [`Receivers::Samples`], so many of each.
+    /// The lit share of each triangle's area for a light, if the points are [`Receivers::Samples`] with `each` samples a
+    /// triangle.
     ///
     /// # Panics
-    /// If there are fewer lights, or `each` is zero.
+    /// If `light` is out of range, or `each` is zero.
     pub fn shares(&self, light: usize, each: u32) -> impl Iterator<Item = LitShare> {
         let triangles = self.points / each as usize;
         (0..triangles).map(move |id| {
@@ -169,13 +172,13 @@ impl LitBits {
     }
 }
 
-/// How much of a triangle's area a light reaches, as far as samples say.
+/// The share of a triangle's area that a light reaches, estimated by samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitShare {
-    /// From zero to one.
+    /// Share, from zero to one.
     pub share: f64,
-    /// The standard error of the share if samples were independent of each other, with one more that is lit and one that isn't
-    /// (so it isn't zero where all agree); they are spread more evenly than that.
+    /// The standard error of the share for independent samples, with one lit and one dark sample added (so that it isn't
+    /// zero where all agree); the samples are spread more evenly than independent ones.
     pub standard_error: f64,
 }
 
@@ -186,7 +189,7 @@ impl LitShare {
     }
 }
 
-/// Which points are in the shadow of one light after the other.
+/// The shadowed points for one light after the other.
 struct Shadows {
     grid: LightGrid,
     /// A word for each block of points.
@@ -203,7 +206,7 @@ impl Shadows {
         grid.triangles + grid.points + self.blocks.capacity() * size_of::<u16>()
     }
 
-    /// Finds which points a light reaches, on so many threads.
+    /// Finds the points that a light reaches, on this number of threads.
     fn light(
         &mut self,
         lit: &Lit<'_>,
@@ -222,7 +225,7 @@ impl Shadows {
     }
 }
 
-/// What is known of points while lights are asked about them.
+/// Sorted points and the memory for testing them against lights.
 #[derive(Default)]
 pub(super) struct LitPoints {
     level: SimdLevel,
@@ -259,7 +262,7 @@ impl LitPoints {
         }
     }
 
-    /// Finds which of the points that were sorted each light reaches.
+    /// Finds the sorted points that each light reaches.
     fn lit_listed(&mut self, patches: &Patches, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         let Lit { triangles, receivers, .. } = *lit;
         let Self { list, shadows, level } = self;
@@ -271,7 +274,7 @@ impl LitPoints {
         if list.len() == 0 || lights.is_empty() {
             return;
         }
-        // Each thread takes some lights, or all take each light's tiles where there are few.
+        // Each thread takes some lights; if there are few lights, all threads share each light's tiles.
         let threads = rayon::current_num_threads();
         let (takers, of_each) = if lights.len() >= 2 * threads { (threads, 1) } else { (1, threads) };
         shadows.resize_with(takers.max(shadows.len()), || Shadows::with_level(*level));
@@ -286,24 +289,24 @@ impl LitPoints {
 }
 
 impl Scanner {
-    /// Finds which points each light reaches. Cones of spots count, ranges and strengths don't; nor does which side of its own
-    /// triangle a point is on.
+    /// Finds the points that each light reaches. Cones of spots count, ranges and strengths don't; nor does the side of its
+    /// own triangle that a point is on.
     ///
-    /// Points are sorted once for all lights, so that those near each other follow each other; then the [light grid](LightGrid)
-    /// has tiles of them in place of an image's.
+    /// Points are sorted once for all lights, so that neighbours follow each other; the [light grid](LightGrid) then takes
+    /// tiles of them in place of an image's.
     ///
     /// # Panics
-    /// If it was built of another number of triangles, there are neither no own triangles nor one for each point, or pixels
+    /// If it was built for another number of triangles, if `own` is neither empty nor as long as the points, or if pixels
     /// aren't full tiles.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         self.points.lit(&self.patches, lit, lights, bits);
     }
 
-    /// As [`lit`](Self::lit), with the patches that a structure [has](crate::Structure::patches) of the triangles; where there
-    /// are none, it is built first.
+    /// As [`lit`](Self::lit), with a structure's [patches](crate::Structure::patches) of the triangles; without patches, the
+    /// scanner is built first.
     ///
     /// # Panics
-    /// As `lit`, if the patches are of another number of triangles.
+    /// As `lit`, or if the patches are of another number of triangles.
     pub fn lit_with(&mut self, patches: Option<&Patches>, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         if let Some(patches) = patches {
             self.points.lit(patches, lit, lights, bits);
@@ -313,11 +316,11 @@ impl Scanner {
         }
     }
 
-    /// Finds for each triangle how much of its area each light reaches, by `samples` points of even density on each: for the
-    /// first light all triangles, then for the next one. Triangles that no ray can hit are dark.
+    /// Estimates the share of each triangle's area that each light reaches, by `samples` evenly spread points on each: all
+    /// triangles for the first light, then for the next one. Triangles that no ray can hit are dark.
     ///
     /// # Panics
-    /// If it was built of another number of triangles, or there are no samples.
+    /// If it was built for another number of triangles, or there are no samples.
     pub fn lit_areas(
         &mut self,
         triangles: Triangles<'_>,

@@ -1,15 +1,15 @@
-//! Scans: what do any directions from one origin hit?
+//! Scans: the hits of any directions from one origin.
 //!
-//! What the camera grid is for the pixels of an image, this is for directions in no order, all around: of a lidar, or a
-//! panorama. Directions are sorted to tiles on the six faces around the origin. A thread takes a tile from its directions to
-//! their hits before it takes another: it finds the [patches](crate::patches) in the tile's frustum, the nearest first, brings
-//! their vertices to coordinates of the tile, and tests triangles in f32 against the lines that are within their bounds. What
-//! that leaves undecided, and where the nearest hit is, the [predicate](crate::predicate) says, eight pairs of a ray and a
+//! A scan is the camera grid's counterpart for directions in any order, all around: for a lidar or a panorama. Directions
+//! are sorted into tiles on the six faces around the origin. A thread takes a tile from its directions to their hits before
+//! it takes another: it finds the [patches](crate::patches) in the tile's frustum, nearest first, transforms their vertices
+//! to coordinates of the tile, and tests triangles in f32 against the lines within their bounds. The
+//! [predicate](crate::predicate) settles undecided pairs and the position of the nearest hit, eight pairs of a ray and a
 //! triangle at a time.
 //!
-//! One verb a file: `spread` sorts lines to tiles, `cull` finds patches, `slots` sorts a tile's lines to cells, `worker` brings
-//! triangles to them, `test` tests sixteen pairs, `settle` decides. `lit` asks the [light grid](crate::LightGrid) which points
-//! lights reach.
+//! One verb a file: `spread` sorts lines into tiles, `cull` finds patches, `slots` sorts a tile's lines into cells, `worker`
+//! transforms triangles and finds their lines, `test` tests sixteen pairs, `settle` decides. `lit` asks the
+//! [light grid](crate::LightGrid) which points lights reach.
 
 mod answers;
 mod cull;
@@ -41,7 +41,7 @@ use worker::Worker;
 use crate::patches::Patches;
 use crate::{Omitted, Opacity, Opaque, Sides, SimdLevel, Triangles};
 
-/// Directions from one or more origins, and what they may hit.
+/// Directions from one or more origins, and the triangles that they may hit.
 #[derive(Clone, Copy)]
 pub struct Scan<'a> {
     /// World-space triangles.
@@ -52,9 +52,9 @@ pub struct Scan<'a> {
     pub t_min: f64,
     /// Hits at or after this t don't count.
     pub t_max: f64,
-    /// What stops rays.
+    /// Opacity of the triangles.
     pub opacity: &'a dyn Opacity,
-    /// Which sides of triangles there are.
+    /// Sides of triangles that stop rays.
     pub sides: Sides<'a>,
 }
 
@@ -63,7 +63,7 @@ pub struct Scan<'a> {
 pub struct Sweep<'a> {
     /// World position.
     pub origin: DVec3,
-    /// Of any length, which is the unit of t, and in any order. Those that are zero or not finite hit nothing.
+    /// Directions of any length, which is the unit of t, in any order. Those that are zero or not finite hit nothing.
     pub directions: &'a [Vec3],
 }
 
@@ -77,8 +77,8 @@ impl<'a> Scan<'a> {
 
 /// Answers [scans](Scan), rebuilt for every frame.
 ///
-/// Keep it and use it again: its memory is reused. Of a triangle it keeps about 23 bytes, of a direction 8, and of the answers
-/// that wait 32 for each hit.
+/// Keep it and use it again: its memory is reused. It holds about 23 bytes a triangle, 8 a direction, and 32 for each hit
+/// until it is delivered.
 ///
 /// ```
 /// use glam::{DVec3, Vec3};
@@ -121,7 +121,7 @@ impl Scanner {
         Self { level, points: LitPoints::with_level(level), ..Self::default() }
     }
 
-    /// Brings it to the triangles of a frame; before it is asked about them.
+    /// Updates the scanner for the triangles of a frame; call it before any query about them.
     pub fn build(&mut self, triangles: Triangles<'_>) {
         self.patches.update(triangles, self.level);
         self.boxes.find(&self.patches);
@@ -133,10 +133,10 @@ impl Scanner {
         self.patches.omitted()
     }
 
-    /// Finds what directions hit first, up to `returns` hits of each, nearest first; of several at equal t the lowest id first.
+    /// Finds the first hits of directions, up to `returns` each, nearest first; at equal t the lowest id first.
     ///
     /// # Panics
-    /// If it was built of another number of triangles.
+    /// If it was built for another number of triangles.
     pub fn scan(&mut self, scan: &Scan<'_>, returns: usize, scanned: &mut Scanned) {
         let counts = scan.sweeps.iter().map(|sweep| sweep.directions.len());
         scanned.clear(counts.sum(), returns);
@@ -151,7 +151,7 @@ impl Scanner {
         }
     }
 
-    /// Finds what the directions of a sweep hit first, and notes it from the answer number `first` on.
+    /// Finds the first hits of a sweep's directions, and writes them from answer `first` on.
     pub(crate) fn scan_sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, first: usize, scanned: &mut Scanned) {
         self.note_sweep(scan, sweep, Asked::Nearest, first, scanned);
     }
@@ -164,11 +164,11 @@ impl Scanner {
         }
     }
 
-    /// Finds which directions hit anything, which takes less than finding what: a bit for each, that of direction i being bit
-    /// i % 64 of word i / 64. How many directions are zero or not finite.
+    /// Finds which directions hit anything, which is faster than finding the hits: direction i is bit i % 64 of word i / 64.
+    /// Returns the number of directions that are zero or not finite.
     ///
     /// # Panics
-    /// If it was built of another number of triangles.
+    /// If it was built for another number of triangles.
     pub fn hits_any(&mut self, scan: &Scan<'_>, hit: &mut Vec<u64>) -> usize {
         let count: usize = scan.sweeps.iter().map(|sweep| sweep.directions.len()).sum();
         hit.clear();
@@ -187,7 +187,7 @@ impl Scanner {
         without_direction
     }
 
-    /// Leaves the answers about a sweep with the workers; how many of its directions go nowhere.
+    /// Leaves the answers for a sweep with the workers. Returns the number of its directions that are zero or not finite.
     fn sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, asked: Asked) -> usize {
         self.patches.expect(scan.triangles);
         let Scan { triangles, t_min, t_max, opacity, sides, .. } = *scan;
@@ -206,7 +206,7 @@ impl Scanner {
         self.spread.nowhere
     }
 
-    /// What tracing lines takes; no length is above `reach`.
+    /// The job of tracing lines; no length is above `reach`.
     fn job<'a>(
         &'a self,
         triangles: Triangles<'a>,
@@ -229,7 +229,7 @@ impl Scanner {
     }
 }
 
-/// Has workers answer lines that were spread to tiles.
+/// Has the workers trace all tiles of lines.
 fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [Worker]) {
     let next = AtomicUsize::new(0);
     workers.par_iter_mut().with_max_len(1).each(|worker| {

@@ -3,7 +3,7 @@ use super::worker::{Candidate, Worker};
 use crate::predicate::hits;
 use crate::{Hit, Ray};
 
-/// Room for what is settled at once.
+/// Memory for settling a tile.
 #[derive(Debug, Default)]
 pub(super) struct Settle {
     rays: Vec<Ray>,
@@ -14,7 +14,7 @@ pub(super) struct Settle {
 }
 
 impl Worker {
-    /// Asks the predicate about all triangles that lines may hit.
+    /// Settles all candidates of the tile's lines by the predicate.
     pub(super) fn settle(&mut self, job: &Job<'_>) {
         let Self { slots, candidates, settle, hits: to, met, .. } = self;
         let Settle { rays, pairs, hits: found, best, all } = settle;
@@ -49,7 +49,7 @@ impl Worker {
                 });
                 to.extend(all.iter().map(|&(slot, hit)| (slots.line[slot as usize], hit)));
             }
-            // Some lines come more than once.
+            // A line may appear more than once.
             Asked::Any => met.extend(found.map(|(slot, _)| slots.line[slot as usize])),
         }
     }

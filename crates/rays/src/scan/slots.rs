@@ -6,24 +6,24 @@ use super::lines::Face;
 use super::spread::Tile;
 use crate::simd::lanes::LANES;
 
-/// Most cells along a side of a tile.
+/// The largest number of cells along a side of a tile.
 const MOST_CELLS: usize = 32;
 
-/// Lines of a cell on average.
+/// Average number of lines in a cell.
 const CELL_LINES: usize = 2;
 
-/// The lines of a tile, sorted to cells, row by row. Sixteen more than there are follow, which nothing meets.
+/// The lines of a tile, sorted into cells, row by row. Sixteen more follow as padding, which nothing meets.
 #[derive(Debug, Default)]
 pub(super) struct Slots {
-    /// Slopes, in relation to the middle ones.
+    /// Slopes, relative to the middle ones.
     pub(super) u: Vec<f32>,
     pub(super) v: Vec<f32>,
-    /// Depths at which lines begin and end.
+    /// Depths of the lines' start and end.
     pub(super) near: Vec<f32>,
     pub(super) end: Vec<f32>,
-    /// What is behind this doesn't matter any more.
+    /// Hits behind this depth don't matter any more.
     pub(super) far: Vec<f32>,
-    /// Which line it is.
+    /// The index of the line.
     pub(super) line: Vec<u32>,
     /// The H of [`Found`](super::test::Found).
     pub(super) wide: f32,
@@ -51,7 +51,7 @@ impl Slots {
         self.line.len()
     }
 
-    /// Replaces the lines by those of a tile; what they go through.
+    /// Replaces the lines by those of a tile; returns their frustum.
     pub(super) fn fill(&mut self, job: &Job<'_>, tile: &Tile, order: &[u32]) -> Frustum {
         let face = &tile.face;
         let around = self.find(job, face, &order[tile.lines.clone()]);
@@ -68,7 +68,7 @@ impl Slots {
         Frustum::new(face, job.lines.origin, around, ends)
     }
 
-    /// Finds where lines are on the face; between what.
+    /// Finds the slopes of lines on the face; returns their bounds.
     fn find(&mut self, job: &Job<'_>, face: &Face, lines: &[u32]) -> [[f64; 2]; 2] {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         self.unsorted.clear();
@@ -117,7 +117,7 @@ impl Slots {
         }
         for values in [&mut *u, &mut *v, &mut *near, &mut *end, &mut *far] {
             values.clear();
-            // Between no two numbers.
+            // NaN is between no two numbers.
             values.resize(count + LANES, f32::NAN);
         }
         line.resize(count, 0);
@@ -132,13 +132,13 @@ impl Slots {
         }
     }
 
-    /// The column, or row, that something on the face is in, or would be.
+    /// The column, or row, of a slope; clamped to the tile's cells.
     #[inline(always)]
     pub(super) fn cell(&self, at: f32, axis: usize) -> usize {
         cell(at, self.low[axis], self.cell_scale[axis], self.cells)
     }
 
-    /// The lines of some cells that follow each other.
+    /// The lines of some consecutive cells.
     #[inline(always)]
     pub(super) fn of_cells(&self, cells: Range<usize>) -> Range<usize> {
         self.starts[cells.start] as usize..self.starts[cells.end] as usize
@@ -150,7 +150,7 @@ impl Slots {
     }
 }
 
-/// It doesn't fall where `at` grows, whatever rounding does.
+/// A cell's index; it never decreases as `at` grows, in spite of rounding.
 #[inline(always)]
 fn cell(at: f32, low: f32, scale: f32, cells: usize) -> usize {
     (((at - low) * scale) as usize).min(cells - 1)

@@ -5,56 +5,56 @@ use rayon::prelude::*;
 
 use super::lines::{Face, Lines};
 
-/// Lines of a tile on average, where they are spread evenly over what they cover.
+/// Average lines of a tile, if they are spread evenly.
 const TILE_LINES: usize = 160;
 
-/// Most lines of a tile: where more are close together it is split.
+/// The largest number of lines in a tile; denser tiles are split.
 pub(super) const MOST_LINES: usize = 1024;
 
-/// Most tiles along a side of a face.
+/// The largest number of tiles along a side of a face.
 const MOST_TILES: usize = 512;
 
-/// Lines that a thread finds the tiles of at once.
+/// Lines that a thread sorts into tiles at once.
 const CHUNK: usize = 1 << 12;
 
-/// Stands for a line that goes nowhere.
+/// Face of a line whose direction is zero or not finite.
 const NOWHERE: u32 = u32::MAX;
 
-/// Lines sorted to tiles: those of a tile are next to each other on the same face. 20 bytes a line.
+/// Lines sorted into tiles of neighbours on the same face. 20 bytes a line.
 #[derive(Debug, Default)]
 pub(super) struct Spread {
-    /// Where lines cross which face; roughly, which is enough to sort them.
+    /// The face and position of each line: approximate, which is enough for sorting.
     crossings: Vec<Crossing>,
     keys: Vec<u32>,
     starts: Vec<u32>,
     pub(super) order: Vec<u32>,
     pub(super) tiles: Vec<Tile>,
-    /// How many lines go nowhere.
+    /// The number of lines whose direction is zero or not finite.
     pub(super) nowhere: usize,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Crossing {
     at: [f32; 2],
-    /// Or [`NOWHERE`].
+    /// Number of the face, or [`NOWHERE`].
     face: u32,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Tile {
     pub(super) face: Face,
-    /// Of `order`.
+    /// Range of `order`.
     pub(super) lines: Range<usize>,
 }
 
-/// The tiles of a face, which reaches from −1 to 1: how many there are along each side.
+/// The tiles of a face, which reaches from −1 to 1, given by the number along each side.
 #[derive(Clone, Copy)]
 struct Raster {
     side: usize,
 }
 
 impl Raster {
-    /// For so many lines on a face.
+    /// A raster for this number of lines on a face.
     fn new(lines: usize) -> Self {
         let side = ((lines / TILE_LINES) as f32).sqrt().ceil().clamp(1.0, MOST_TILES as f32) as usize;
         Self { side }
@@ -67,13 +67,13 @@ impl Raster {
 }
 
 impl Spread {
-    /// Sorts lines to tiles.
+    /// Sorts lines into tiles.
     pub(super) fn spread(&mut self, lines: &Lines<'_>) {
         let count = lines.directions.len();
         let Self { crossings, keys, starts, order, tiles, nowhere } = self;
         let faces = &Face::CUBE;
         find_crossings(lines, crossings);
-        // A scene isn't seen all around by most.
+        // Most sets of lines don't cover all six faces.
         let raster = Raster::new(count / 3);
         let per_face = raster.side * raster.side;
         keys.resize(count, 0);
@@ -113,7 +113,7 @@ impl Spread {
     }
 }
 
-/// Makes tiles of lines of a face: halves of them, across the longer side, while they are too many.
+/// Makes tiles of the lines of a face: halves them across the longer side while they are too many.
 fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, tiles: &mut Vec<Tile>) {
     if range.is_empty() {
         return;
@@ -140,7 +140,7 @@ fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, 
     split(lines, face, order, middle..range.end, tiles);
 }
 
-/// Finds where lines cross which face.
+/// Finds the face of each line and its position there.
 fn find_crossings(lines: &Lines<'_>, crossings: &mut Vec<Crossing>) {
     crossings.resize(lines.directions.len(), Crossing::default());
     let of_chunks = crossings.par_chunks_mut(CHUNK).zip(lines.directions.par_chunks(CHUNK));

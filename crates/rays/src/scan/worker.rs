@@ -14,32 +14,32 @@ use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions
 use crate::simd::vectors::{narrow, widen};
 use crate::vectorized;
 
-/// Patches whose pairs wait together.
+/// Patches whose pairs are tested together.
 const POOL: usize = 8;
 
-/// Fewest lines that a triangle is tested with by itself.
+/// The fewest lines that a single triangle is tested with.
 const FEWEST: u32 = 5;
 
 /// Depths at or below which a corner counts as beside or behind the lines' origin.
 const LEAST_DEPTH: f32 = 1e-12;
 
-/// What a thread needs to trace tiles.
+/// The memory of a thread for tracing tiles.
 #[derive(Debug, Default)]
 pub(super) struct Worker {
     pub(super) slots: Slots,
     found: Vec<u64>,
-    /// Corners of patches, as [`test`] wants them.
+    /// Corners of patches, in the form for [`test`].
     vertices: Vec<[f32; 4]>,
     pairs: Vec<Pair>,
     pub(super) candidates: Vec<Candidate>,
     pub(super) settle: super::settle::Settle,
-    /// Hits of lines, for each the nearest first.
+    /// Hits of lines, nearest first for each.
     pub(super) hits: Vec<(u32, Hit)>,
     /// Lines that are hit at all.
     pub(super) met: Vec<u32>,
 }
 
-/// A line and a triangle, whose corners are some of the vertices.
+/// A line and a triangle, whose corners are indices of the vertices.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pair {
     slot: u32,
@@ -52,16 +52,16 @@ struct Pair {
 pub(super) struct Candidate {
     pub(super) slot: u32,
     pub(super) id: u32,
-    /// At which depth at the earliest.
+    /// Lower bound of the hit's depth.
     pub(super) earliest: f32,
 }
 
-/// Where sixteen triangles are on the face, and how near.
+/// Bounds of sixteen triangles on the face, and their nearest depths.
 struct Around {
     low: [[f32; LANES]; 2],
     high: [[f32; LANES]; 2],
     nearest: [f32; LANES],
-    /// Those that may meet a line of the tile.
+    /// Triangles that may meet a line of the tile.
     alive: u16,
 }
 
@@ -88,7 +88,7 @@ impl Worker {
         self.settle(job);
     }
 
-    /// What is behind this matters to no line.
+    /// The depth behind which hits don't matter to any line.
     #[inline(always)]
     fn farthest<S: Simd>(&self, simd: S) -> f32 {
         let far = &self.slots.far[..self.slots.len()];
@@ -125,7 +125,7 @@ impl Worker {
         }
     }
 
-    /// Brings a patch's vertices to the tile.
+    /// Transforms a patch's vertices to coordinates of the tile.
     #[inline(always)]
     fn project<S: Simd>(&mut self, simd: S, job: &Job<'_>, face: &Face, number: usize) {
         let [i, j, k] = face.axes;
@@ -150,8 +150,8 @@ impl Worker {
         }
     }
 
-    /// Finds where sixteen triangles are. See [`Found`] for what rounding makes of it: a corner's x / z is wrong by less than
-    /// 4 ε of itself, a line's u by ε, and what f64 makes of both is below 2⁻²⁶ H.
+    /// Finds the bounds of sixteen triangles. The error bounds are those of [`Found`]: a corner's x / z is wrong by less
+    /// than 4 ε of itself, a line's u by ε, and the error of both in f64 is below 2⁻²⁶ H.
     #[inline(always)]
     fn bound<S: Simd>(&self, simd: S, corners: &[[f32x16<S>; 3]; 3], filled: usize, farthest: f32) -> Around {
         const EPSILON: f32 = 1.0 / (1 << 24) as f32;
@@ -164,7 +164,7 @@ impl Worker {
         let (v0, v1, v2) = (y0 * i0, y1 * i1, y2 * i2);
         let (low_u, high_u) = (u0.min(u1).min(u2), u0.max(u1).max(u2));
         let (low_v, high_v) = (v0.min(v1).min(v2), v0.max(v1).max(v2));
-        // What isn't a number makes this one too.
+        // NaN in any of them makes this NaN too.
         let all = u0.abs() + u1.abs() + u2.abs() + (v0.abs() + v1.abs() + v2.abs()) + (z0.abs() + z1.abs() + z2.abs());
         let is_ahead = all.simd_lt(splat(simd, 1e30)) & nearest.simd_gt(splat(simd, LEAST_DEPTH));
         let mut is_gone = nearest.simd_gt(splat(simd, farthest)) | last.simd_lt(splat(simd, 0.0));
@@ -181,7 +181,7 @@ impl Worker {
             | low_v.simd_gt(splat(simd, high[1]))
             | high_v.simd_lt(splat(simd, low[1]));
         is_gone |= all_beside(simd, *wide, corners);
-        // Rounding moves depths by less.
+        // The rounding of depths is smaller than this.
         let nearest = nearest - nearest.abs() * (16.0 * EPSILON);
         let alive = !(is_gone.to_bitmask() as u16) & ((1_u32 << filled) - 1) as u16;
         Around {
@@ -192,7 +192,7 @@ impl Worker {
         }
     }
 
-    /// Finds the lines that a triangle may meet, and has it tested with them.
+    /// Finds the lines that a triangle may meet, and tests it against them.
     #[inline(always)]
     fn find_lines<S: Simd>(
         &mut self,
@@ -221,7 +221,7 @@ impl Worker {
         }
     }
 
-    /// Tests a triangle with those of some lines that are within its bounds.
+    /// Tests a triangle against those of some lines that are within its bounds.
     #[inline(always)]
     fn test_span<S: Simd>(
         &mut self,
@@ -238,7 +238,7 @@ impl Worker {
             let u = f32x16::from_slice(simd, &self.slots.u[slots.clone()]);
             let v = f32x16::from_slice(simd, &self.slots.v[slots.clone()]);
             let far = f32x16::from_slice(simd, &self.slots.far[slots.clone()]);
-            // Not those beyond the last line, which aren't numbers.
+            // NaN excludes the padding beyond the last line.
             let inside = u.simd_ge(splat(simd, low_u))
                 & u.simd_le(splat(simd, high_u))
                 & v.simd_ge(splat(simd, low_v))
@@ -277,12 +277,12 @@ impl Worker {
         }
     }
 
-    /// Tests the pairs that wait, and lets go of their vertices.
+    /// Tests the waiting pairs, and drops their vertices.
     #[inline(always)]
     fn flush<S: Simd>(&mut self, simd: S, job: &Job<'_>) {
         let mut pairs = std::mem::take(&mut self.pairs);
         let count = pairs.len();
-        // Padded with pairs that are there.
+        // Padded with copies of the last pair.
         if let Some(&last) = pairs.last() {
             pairs.resize(count.next_multiple_of(LANES), last);
         }
@@ -357,19 +357,19 @@ impl Worker {
     }
 }
 
-/// Which lines may be stopped by their triangles, which certainly are, and where.
+/// The bits of pairs that may be and certainly are hits, and the bounds of their depths.
 #[inline(always)]
 fn lanes_of<S: Simd>(found: &Found<S>) -> (u16, u16, [f32; LANES], [f32; LANES]) {
     let (possible, certain) = (found.possible.to_bitmask() as u16, found.certain.to_bitmask() as u16);
     (possible, certain, found.earliest.into(), found.latest.into())
 }
 
-/// Which of sixteen triangles are missed by all lines of a tile.
+/// Returns a mask of the triangles, of sixteen, that all lines of a tile miss.
 ///
 /// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
 /// at most H. A line misses where two edge functions, or one and the sum of all, have different signs. With
 /// s = |x| + |y| + 3 H |z|, which is at least a + H z for each line, rounding of corners and lines moves E by less than
-/// 11 ε s₁ s₂, and that of what is computed here by less than 8 ε s₁ s₂: for δ = 32 ε s₁ s₂ is taken.
+/// 11 ε s₁ s₂, and rounding here by less than 8 ε s₁ s₂: the bound takes δ = 32 ε s₁ s₂ for both.
 #[inline(always)]
 fn all_beside<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3]) -> mask32x16<S> {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
@@ -392,7 +392,7 @@ fn all_beside<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3]) -> mas
     any_above & any_below
 }
 
-/// An edge function's value in the middle, how it changes along u and v, and how wrong it may be.
+/// An edge function's value in the middle, its change along u and v, and its error bound.
 #[inline(always)]
 fn edge<S: Simd>(
     [x1, y1, z1]: [f32x16<S>; 3],

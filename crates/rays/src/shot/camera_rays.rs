@@ -7,11 +7,11 @@ use crate::{Camera, Projection};
 #[derive(Clone, Copy, Default)]
 pub(crate) struct CameraRays {
     pub(crate) position: DVec3,
-    /// What one pixel to the right adds to a perspective direction or an orthographic origin.
+    /// Change of a perspective direction, or of an orthographic origin, per pixel to the right.
     pub(crate) step_x: DVec3,
-    /// What one pixel downwards adds to it.
+    /// Its change per pixel downwards.
     pub(crate) step_y: DVec3,
-    /// What it is at pixel (0, 0).
+    /// Its value at pixel (0, 0).
     pub(crate) corner: DVec3,
     pub(crate) forward: DVec3,
     pub(crate) is_perspective: bool,
@@ -36,7 +36,7 @@ impl CameraRays {
         let [offset_x, offset_y] = shot.offset_pixels.to_array();
         let base = if is_perspective { forward.as_dvec3() } else { position.as_dvec3() };
         let corner = base + step_x * (offset_x - 0.5 * width) + step_y * (offset_y - 0.5 * height);
-        // Twice the half width and height of the image and what its last tiles have beyond.
+        // Twice the half width and height of the image, and the part of its last tiles beyond the border.
         let tile = f64::from(TileOrder::TILE);
         let (width, height) = (width + 2.0 * tile + offset_x.abs(), height + 2.0 * tile + offset_y.abs());
         let across = (step_x.abs() * width + step_y.abs() * height).max_element();
@@ -56,7 +56,7 @@ impl CameraRays {
         }
     }
 
-    /// The origin and the direction of the ray of the pixel in a column and row, its shift included.
+    /// The origin and the direction of the ray of the pixel at `column` and `row`, its shift included in these.
     ///
     /// Each component has four roundings: it is wrong by at most 4 half ulps of the largest one.
     pub(crate) fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
@@ -64,12 +64,11 @@ impl CameraRays {
         if self.is_perspective { (self.position, varying) } else { (varying, self.forward) }
     }
 
-    /// The corners of the part of the view in which the tile that begins at `first` shows points of these inverse
-    /// depths.
+    /// The corners of the view frustum of the tile that begins at index `first`, between two inverse depths.
     pub(crate) fn frustum(&self, first: usize, depths: [f32; 2]) -> [DVec3; 8] {
         let (x, y) = self.order.column_and_row(first);
         let last = f64::from(TileOrder::TILE - 1);
-        // The tile's own border, so that rounding can't lose a point, and depths as wrong as they may be.
+        // The tile's own border, so that rounding can't lose a point; depths are widened by their error.
         let border = 0.25 + f64::from(self.shifts.reach());
         let columns = [f64::from(x) - border, f64::from(x) + last + border];
         let rows = [f64::from(y) - border, f64::from(y) + last + border];

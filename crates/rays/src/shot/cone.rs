@@ -14,16 +14,16 @@ use crate::simd::vectors::{dot, splat_vector};
 /// The cone that a spot lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Where the light is.
+    /// Position of the light.
     pub apex: DVec3,
-    /// Away from the light.
+    /// Axis, away from the light.
     pub axis: DVec3,
-    /// Of the half-angle, times the axis's squared length.
+    /// Squared cosine of the half-angle, times the axis's squared length.
     pub squared_cosine: f64,
 }
 
 impl Cone {
-    /// That of a light; `None` where it has none, or numbers that aren't finite.
+    /// The cone of a light; `None` for lights other than spots and for numbers that aren't finite.
     #[must_use]
     pub fn of(light: &LightSource) -> Option<Self> {
         let LightSource::Spot { position, direction, outer_radians, .. } = *light else { return None };
@@ -34,9 +34,9 @@ impl Cone {
         is_known.then_some(Self { apex: position.as_dvec3(), axis, squared_cosine })
     }
 
-    /// Whether a point is in it.
+    /// Whether a point is in the cone.
     ///
-    /// Every sum and product is rounded to f64 from left to right, so that it is the same on every machine.
+    /// Every sum and product is rounded to f64 from left to right, so that the answer is the same on every machine.
     #[must_use]
     pub fn contains(&self, point: DVec3) -> bool {
         let v = point - self.apex;
@@ -45,11 +45,11 @@ impl Cone {
         along > 0.0 && along * along >= self.squared_cosine * squared
     }
 
-    /// Whether eight points are in it for certain, and whether they are outside for certain: a bit for each.
+    /// Returns masks of the points, of eight, that are certainly in the cone, and that are certainly outside.
     ///
     /// With e the error of each coordinate, `along` is wrong by less than d = 4 e times the axis's largest component, its
-    /// square by (2 |along| + d) d, and the squared length by (4 |v| + 4 e) e; more than twice as much is taken, and what
-    /// roundings may make of either square.
+    /// square by (2 |along| + d) d, and the squared length by (4 |v| + 4 e) e. The bound is more than twice that, plus the
+    /// roundings of both squares.
     #[inline(always)]
     pub(crate) fn divide<S: Simd>(&self, simd: S, points: &EightPoints<S>) -> [u64; 2] {
         let along = dot(splat_vector(simd, self.axis), points.offset);
@@ -68,7 +68,7 @@ impl Cone {
 }
 
 impl LightMask {
-    /// Leaves those pixels lit that show a point in a light's cone, if it has one.
+    /// Clears the pixels whose points are outside of a light's cone, if it has one.
     pub(crate) fn keep_in_cone(&mut self, light: &LightSource, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
         let Some(cone) = Cone::of(light) else { return };
         let (image, rays) = (&SeenImage { shot, seen }, &CameraRays::new(shot));
@@ -81,7 +81,7 @@ impl LightMask {
     }
 }
 
-/// Which of a block's `asked` pixels show a point in a cone.
+/// Returns a mask of a block's `asked` pixels that show a point in the cone.
 #[inline(always)]
 fn in_cone<S: Simd>(
     simd: S,

@@ -7,15 +7,15 @@ use crate::Triangles;
 use crate::predicate::{HitPoint, ROUNDING};
 use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector, vectors};
 
-/// The points that eight pixels show, in f64 from the planes of the triangles that they are on.
+/// The points that eight pixels show, found in f64 from the planes of their triangles.
 pub(crate) struct EightPoints<S: Simd> {
-    /// From the light.
+    /// Offset from the light.
     pub(crate) offset: Vectors<S>,
-    /// How far, on each axis, the predicate's point may be from that, `predicate_error` included, with half a hundredth to spare.
+    /// Bound on each axis for the distance to the predicate's point, `predicate_error` included, with 0.5 % to spare.
     pub(crate) error: f64x8<S>,
-    /// How wrong the predicate takes its own point to be.
+    /// The error that the predicate assumes for its own point.
     pub(crate) predicate_error: f64x8<S>,
-    /// For which points this holds.
+    /// The lanes for which these bounds hold.
     pub(crate) certain: mask64x8<S>,
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vecto
 }
 
 impl<S: Simd> EightPoints<S> {
-    /// Points that are known, in relation to `light`: only the difference is rounded, and the corners of the predicate's box.
+    /// Known points, relative to `light`: only the difference and the corners of the predicate's box are rounded.
     #[inline(always)]
     pub(crate) fn new(simd: S, points: [HitPoint; 8], light: DVec3) -> Self {
         let mut positions = [[0.0; 8]; 3];
@@ -69,17 +69,17 @@ impl<S: Simd> EightPoints<S> {
         Self { offset, error, predicate_error, certain: size.simd_lt(f64x8::splat(simd, 1e200)) }
     }
 
-    /// Finds the points that the pixels at `indices` show, in relation to `light`.
+    /// Finds the points that the pixels at `indices` show, relative to `light`.
     ///
-    /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the product
-    /// with the other vector one more, the sum two: seven, and a − o one of its own. A ray has up to seven roundings of its
-    /// largest component, and the predicate's up to five: together twelve by which they may differ, in the direction in
+    /// t = n · (a − o) / n · d with n = (b − a) × (c − a). A component of n has four roundings of its two products, the
+    /// product with the other vector one more, the sum two: seven, and a − o one of its own. A ray has up to seven roundings
+    /// of its largest component, and the predicate's up to five: together they may differ by twelve, in the direction in
     /// perspective, else in the origin.
     ///
-    /// With t known, the step along the ray is wrong by those twelve roundings, three of quotient, product and sum, and the
-    /// predicate's by four of t, product, sum and its box's corners; with that box, which is as wide as four roundings of step and
-    /// position, these are 27. The origin's are no more: twelve, two of differences and sums, the predicate's two, the box's four.
-    /// The light's are two.
+    /// With t known, the step along the ray is wrong by those twelve roundings and by three of quotient, product and sum.
+    /// The predicate's step is wrong by four of t, product, sum and its box's corners. With that box, which is as wide as
+    /// four roundings of step and position, these are 27. The origin's are no more: twelve, two of differences and sums, the
+    /// predicate's two, the box's four. The light's are two.
     #[inline(always)]
     pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, indices: [u32; 8], light: DVec3) -> Self {
         let own = EightTriangles::load(
@@ -98,7 +98,7 @@ impl<S: Simd> EightPoints<S> {
         let slope_error = sum * (19.1 * ROUNDING * rays.largest_direction);
         let t = height / slope;
         let slope_size = slope.abs();
-        // What is this far below the size keeps the quotient's error from growing itself.
+        // A slope error this far below the slope keeps the quotient's own error bounded.
         const SMALL: f64 = 1.0 / (1 << 10) as f64;
         let certain = slope_error.simd_lt(slope_size * SMALL);
         // |dt| = |dh − t ds| / |s + ds|.
@@ -110,7 +110,7 @@ impl<S: Simd> EightPoints<S> {
             [t.mul_add(direction[0], from[0]), t.mul_add(direction[1], from[1]), t.mul_add(direction[2], from[2])];
         let largest_coordinate = rays.largest_origin + light.abs().max_element();
         let error = (t_error * rays.largest_direction + (step + largest_coordinate) * (27.0 * ROUNDING)) * 1.01;
-        // The predicate's own step is that much longer.
+        // The predicate's own step is longer by at most `error`.
         let predicate_error = ((step + error) * 2.0 + rays.largest_origin) * (4.1 * ROUNDING);
         Self { offset, error, predicate_error, certain }
     }

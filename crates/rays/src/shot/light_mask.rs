@@ -1,9 +1,9 @@
 use super::{SeenPixels, TileOrder};
 
-/// Which pixels of an image a light reaches: the answer of [`Structure::shadow`](crate::Structure::shadow).
+/// The pixels of an image that a light reaches: the answer of [`Structure::shadow`](crate::Structure::shadow).
 ///
-/// One bit a pixel, in [`TileOrder`]. It is set where the pixel shows a triangle and no other one stands between that point
-/// and the light. A spot's doesn't reach beyond its [`Cone`](crate::Cone); a light's range plays no part.
+/// One bit a pixel, in [`TileOrder`]. It is set where the pixel shows a triangle and no other triangle stands between that
+/// point and the light. A spot lights nothing outside of its [`Cone`](crate::Cone); a light's range plays no part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightMask {
     order: TileOrder,
@@ -12,7 +12,7 @@ pub struct LightMask {
 }
 
 impl LightMask {
-    /// Makes room for an image and keeps the memory. Which pixels are lit is undefined until a structure writes it.
+    /// Makes room for an image and keeps the memory. Its bits are undefined until a structure writes them.
     pub fn resize(&mut self, order: TileOrder) {
         self.order = order;
         self.blocks.resize(order.slots() / TileOrder::BLOCK_PIXELS, 0);
@@ -24,7 +24,7 @@ impl LightMask {
         self.order
     }
 
-    /// Whether the light reaches what the pixel in column `x` and row `y` shows; false where it shows no triangle.
+    /// Whether the light reaches the point that the pixel in column `x` and row `y` shows; false where it shows no triangle.
     ///
     /// # Panics
     /// If the pixel is outside of the image's tiles.
@@ -45,7 +45,7 @@ impl LightMask {
         &mut self.blocks
     }
 
-    /// How many pixels are lit.
+    /// The number of lit pixels.
     #[must_use]
     pub fn count(&self) -> usize {
         self.blocks.iter().map(|block| block.count_ones() as usize).sum()

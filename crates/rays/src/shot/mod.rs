@@ -1,7 +1,7 @@
-//! What a question to a structure is about, and what the answer is.
+//! Questions to a structure, and answers.
 //!
-//! A [`Shot`] is the question: triangles, the rays of a camera's pixels, what stops them. [`SeenPixels`] and [`LightMask`]
-//! are answers, in [`TileOrder`]; [`Work`] is what they took.
+//! A [`Shot`] is the question: triangles, the rays of a camera's pixels, and the opacity of triangles. [`SeenPixels`] and
+//! [`LightMask`] are the answers, in [`TileOrder`]; [`Work`] counts and times them.
 
 mod camera_rays;
 mod cone;
@@ -46,13 +46,13 @@ pub struct Shot<'a> {
     pub view: View,
     /// The point of each pixel that its ray goes through: from (0, 0), the upper left corner, to (1, 1).
     pub offset_pixels: DVec2,
-    /// By how much more each ray is shifted.
+    /// Additional shift of each ray, by even and odd columns and rows.
     pub shifts: Shifts,
-    /// What stops camera rays.
+    /// Opacity of triangles for camera rays.
     pub opacity: &'a dyn Opacity,
-    /// What stops shadow rays.
+    /// Opacity of triangles for shadow rays.
     pub shadow_opacity: &'a dyn Opacity,
-    /// Which sides of triangles stop rays of either kind.
+    /// The sides of triangles that stop rays of either kind.
     pub sides: Sides<'a>,
 }
 
@@ -90,8 +90,8 @@ impl<'a> Shot<'a> {
         self.view.ray(f64::from(x) + self.offset_pixels.x + shift.x, f64::from(y) + self.offset_pixels.y + shift.y)
     }
 
-    /// The segment between `light` and the point that a pixel, given by its [index](TileOrder::index), shows; `None` where
-    /// it shows no triangle.
+    /// The segment between `light` and the point shown by the pixel at this [index](TileOrder::index); `None` where it shows
+    /// no triangle.
     #[must_use]
     pub fn shadow_ray(&self, seen: &SeenPixels, index: usize, light: &LightSource) -> Option<ShadowRay> {
         let own = seen.triangle[index];
@@ -123,7 +123,7 @@ impl<'a> Shot<'a> {
     }
 }
 
-/// A shot, and what its pixels were found to see: the points that lights are asked about.
+/// A shot and the triangles that its pixels see: together the points to be lit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenImage<'a> {
     pub(crate) shot: &'a Shot<'a>,

@@ -1,54 +1,54 @@
-/// What triangles do to rays: which are opaque, and which points of the others stop a ray.
+/// The opacity of triangles: which ones are opaque, and which points of the others stop a ray.
 ///
-/// Camera rays and shadow rays may have different ones: see [`Shot`](super::Shot). A closure that answers
-/// [`stops`](Self::stops) is an opacity too, of triangles none of which is opaque throughout.
+/// Camera rays and shadow rays may have different opacities: see [`Shot`](super::Shot). A closure with the signature of
+/// [`stops`](Self::stops) is an opacity too, with no triangle opaque throughout.
 pub trait Opacity: Sync {
-    /// Whether every point of `triangle` stops rays, so that nothing else needs to be asked about it.
+    /// Whether every point of `triangle` stops rays. If so, no other method needs to be called for it.
     fn is_opaque(&self, triangle: u32) -> bool;
 
-    /// Whether every triangle is opaque, for those who would ask about each of many.
+    /// Whether every triangle is opaque. Lets callers skip a call for each triangle.
     fn are_all_opaque(&self) -> bool {
         false
     }
 
-    /// Whether a point of `triangle`, given by the weights of its second and third vertex, stops rays. Asked of triangles
-    /// that aren't opaque.
+    /// Whether a point of `triangle`, given by the weights of its second and third vertex, stops rays. Called only for
+    /// triangles that aren't opaque.
     fn stops(&self, triangle: u32, barycentric: [f32; 2]) -> bool;
 
-    /// Which of 16 points of `triangle` certainly stop rays, and which certainly don't; by default nothing is certain.
+    /// Finds the points, of 16 of `triangle`, that certainly stop rays, and those that certainly don't; by default nothing
+    /// is certain.
     ///
-    /// Certain means that [`stops`](Self::stops) says the same for every barycentric that is within the point's error of its
-    /// own, in each coordinate.
+    /// An answer is certain if [`stops`](Self::stops) gives it for every barycentric within the point's error in each
+    /// coordinate.
     fn which_stop(&self, _triangle: u32, _points: &MaskPoints) -> MaskAnswers {
         MaskAnswers::default()
     }
 }
 
 impl dyn Opacity + '_ {
-    /// Whether a point of any triangle stops rays.
+    /// Whether a point of any triangle, opaque or not, stops rays.
     pub(crate) fn is_stopped_at(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
         self.is_opaque(triangle) || self.stops(triangle, barycentric)
     }
 }
 
-/// 16 points of a triangle that are roughly known.
+/// 16 points of a triangle, with error bounds.
 #[derive(Clone, Copy, Debug)]
 pub struct MaskPoints {
     /// Weights of the triangle's second and third vertex at each point.
     pub barycentric: [[f32; 16]; 2],
-    /// How wrong each of the weights may be at each point; anything that isn't a number from 0 to 1 says that nothing is
-    /// known.
+    /// Error bound of the weights at each point, from 0 to 1; any other value, NaN included, means that nothing is known.
     pub error: [f32; 16],
     /// A bit for each lane that has a point; the others mean nothing.
     pub lanes: u16,
 }
 
-/// What is certain about 16 points, a bit for each.
+/// The certain answers for 16 points, a bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MaskAnswers {
-    /// They stop rays.
+    /// Points that stop rays.
     pub opaque: u16,
-    /// They let rays through.
+    /// Points that let rays through.
     pub cut: u16,
 }
 

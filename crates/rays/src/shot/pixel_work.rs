@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use super::TileOrder;
 
-/// What finding a pixel's triangle took.
+/// The work of finding one pixel's triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelCounts {
     /// Triangles tested on the pixel's sample.
@@ -11,12 +11,12 @@ pub struct PixelCounts {
     pub cells: u32,
     /// Triangles that the filter left undecided.
     pub undecided: u32,
-    /// Pairs of a triangle and a cell that are listed in the pixel's tile, whether or not they were looked at: the same
-    /// for all pixels of a tile. Triangles that are tested where they are set up aren't listed.
+    /// Pairs of a triangle and a cell that are listed in the pixel's tile, tested or not: the same for all pixels of a tile.
+    /// Triangles that are tested during setup aren't listed.
     pub pairs: u32,
 }
 
-/// What finding each pixel's triangle took, in [`TileOrder`]: Guntury and Narayanan 2010, Figure 2.
+/// The work of finding each pixel's triangle, in [`TileOrder`]: Guntury and Narayanan 2010, Figure 2.
 ///
 /// 16 bytes a pixel.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +26,7 @@ pub struct PixelWork {
 }
 
 impl PixelWork {
-    /// What the pixel in column `x` and row `y` took.
+    /// The work of the pixel in column `x` and row `y`.
     ///
     /// # Panics
     /// If the pixel is outside of the image's tiles.
@@ -36,7 +36,7 @@ impl PixelWork {
         PixelCounts { tested, cells, undecided, pairs }
     }
 
-    /// Starts anew for an image; the result is for a trace to add to.
+    /// Clears the counts for an image and returns them for a trace to add to.
     pub(crate) fn start(&mut self, order: TileOrder) -> &mut [[u32; KINDS]] {
         self.order = order;
         self.counts.clear();
@@ -45,10 +45,10 @@ impl PixelWork {
     }
 }
 
-/// How many kinds of work there are.
+/// The number of kinds of work.
 pub(crate) const KINDS: usize = 4;
 
-/// Which count of [`PixelCounts`] to add to.
+/// A count of [`PixelCounts`], as the index to add to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     Tested,
@@ -57,7 +57,7 @@ pub(crate) enum Kind {
     Pairs,
 }
 
-/// The counts of the pixels of one tile; with `N` zero there are none, and counting costs nothing.
+/// The counts of the pixels of one tile. With `N` = 0 there are none, and counting costs nothing.
 pub(crate) struct TileWork<'a, const N: usize>(pub(crate) &'a mut [[u32; N]]);
 
 impl<const N: usize> TileWork<'_, N> {

@@ -7,27 +7,27 @@ use rayon::prelude::*;
 use super::TileOrder;
 use crate::simd::SimdLevel;
 
-/// What each pixel of an image sees: the answer of [`Structure::see`](crate::Structure::see).
+/// The triangle and depth that each pixel of an image sees: the answer of [`Structure::see`](crate::Structure::see).
 ///
 /// Both lists are in [`TileOrder`], which gives a pixel's index. 8 bytes a pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeenPixels {
     order: TileOrder,
-    /// The triangle that is hit nearest, the one with the lowest id at equal distance; [`SeenPixels::NONE`] for none.
+    /// The nearest triangle, at equal distance the one with the lowest id; [`SeenPixels::NONE`] for none.
     pub triangle: Vec<u32>,
-    /// About 1/t of the hit, where t is the depth along [`Camera::forward`](crate::Camera::forward): wrong by at most
-    /// [`SeenPixels::RELATIVE_ERROR`]. NaN for no hit, and for hits with t outside of 10⁻³⁰ … 10³⁰.
+    /// About 1/t of the hit, where t is the depth along [`Camera::forward`](crate::Camera::forward), with a relative error
+    /// of at most [`SeenPixels::RELATIVE_ERROR`]. NaN for no hit, and for hits with t outside of 10⁻³⁰ … 10³⁰.
     pub inverse_depth: Vec<f32>,
 }
 
 impl SeenPixels {
-    /// Stands for no triangle.
+    /// Id that stands for no triangle.
     pub const NONE: u32 = u32::MAX;
 
-    /// How wrong `inverse_depth` may be in relation to the true 1/t.
+    /// Error bound of `inverse_depth`, relative to the true 1/t.
     pub const RELATIVE_ERROR: f32 = 1.0 / (1 << 19) as f32;
 
-    /// Makes room for an image and keeps the memory. What pixels see is undefined until a structure writes it.
+    /// Makes room for an image and keeps the memory. The pixels' values are undefined until a structure writes them.
     pub fn resize(&mut self, width: u32, height: u32) {
         self.order = TileOrder::new(width, height);
         self.triangle.resize(self.order.slots(), Self::NONE);
@@ -60,7 +60,7 @@ impl SeenPixels {
         block.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != Self::NONE))
     }
 
-    /// Of words with a bit for each point in shadow makes words with a bit for each pixel that shows a lit one.
+    /// Turns words with a bit for each shadowed point into words with a bit for each pixel that shows a lit point.
     pub(crate) fn light_the_rest(&self, shadowed: &mut [u16], level: SimdLevel) {
         const CHUNK: usize = 4096;
         let pixels = self.triangle.par_chunks(CHUNK * TileOrder::BLOCK_PIXELS);
@@ -80,7 +80,7 @@ impl SeenPixels {
         size_of_val(self.triangle.as_slice()) + size_of_val(self.inverse_depth.as_slice())
     }
 
-    /// What [`inverse_depth`](Self::inverse_depth) holds for a hit at `t`.
+    /// The [`inverse_depth`](Self::inverse_depth) of a hit at `t`.
     #[must_use]
     pub fn inverse_of(t: f64) -> f32 {
         let inverse = 1.0 / t;

@@ -5,30 +5,29 @@ use glam::DVec2;
 use super::TileOrder;
 use crate::simd::lanes::{LANES, splat};
 
-/// How far the ray of each pixel is from [`Shot::offset_pixels`](super::Shot::offset_pixels): it depends on whether the pixel's
-/// column and row are even or odd.
+/// Shift of each pixel's ray from [`Shot::offset_pixels`](super::Shot::offset_pixels), by even and odd columns and rows.
 ///
-/// So four samples of a pixel, one in each of its quarters, are four pixels of an image with twice as many columns and
-/// rows, and structures are built once for all of them: see [`Shifts::of_quarters`].
+/// So four samples of a pixel, one in each of its quarters, are four pixels of an image with twice as many columns and rows,
+/// and structures are built once for all of them: see [`Shifts::of_quarters`].
 ///
-/// With s the largest magnitude of a shift, a ray is at most s from its pixel's point along each axis. So a filter that has
-/// bounds of a triangle looks at pixels that are s farther out, whose rays are 2 s outside of the bounds at most; and
-/// what is said of a tile, or of a block, is said of points that are s farther from its middle than pixels are. Sums of
-/// pixels and shifts are exact: no error grows.
+/// With s the largest magnitude of a shift, a ray is at most s from its pixel's point along each axis. So a filter with
+/// bounds of a triangle tests pixels up to s outside of them, whose rays are at most 2 s outside. A bound on the points of a
+/// tile or block includes points s farther from its middle than its pixels. Sums of pixels and shifts are exact, so no error
+/// grows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shifts {
     /// In even columns and rows, in odd columns, in odd rows, and where both are odd.
     x: [f32; 4],
     y: [f32; 4],
-    /// The largest magnitude of all.
+    /// The largest magnitude of all shifts.
     reach: f32,
 }
 
 impl Shifts {
-    /// All rays go through the same point of their pixels.
+    /// No shifts: all rays go through the same point of their pixels.
     pub const NONE: Self = Self { x: [0.0; 4], y: [0.0; 4], reach: 0.0 };
 
-    /// Shifts are multiples of this part of a pixel: so f32 has them, and where they are in a tile, exactly.
+    /// Shifts are multiples of this part of a pixel: so f32 holds them, and their positions in a tile, exactly.
     pub const STEP_PIXELS: f64 = 1.0 / (1 << 12) as f64;
 
     /// The largest magnitude of a shift along each axis.
@@ -49,10 +48,10 @@ impl Shifts {
         })
     }
 
-    /// For four samples of a pixel, given by where in it they are, the [`offset_pixels`](super::Shot::offset_pixels) and
-    /// shifts of an image of twice as many columns and rows: its pixel in column 2 x + i and row 2 y + j has sample
-    /// i + 2 j of the pixel in column x and row y. `None` where sample i + 2 j isn't in the quarter in column i and row j,
-    /// or shifts can't be such.
+    /// The [`offset_pixels`](super::Shot::offset_pixels) and shifts that make four samples of a pixel, given by their
+    /// positions in it, the pixels of an image with twice as many columns and rows. Its pixel in column 2 x + i and row 2
+    /// y + j has sample i + 2 j of the pixel in column x and row y. `None` where sample i + 2 j isn't in the quarter in
+    /// column i and row j, or where [`new`](Self::new) refuses the shifts.
     #[must_use]
     pub fn of_quarters(offsets_pixels: [DVec2; 4]) -> Option<(DVec2, Self)> {
         let mut offsets = offsets_pixels;
@@ -68,7 +67,7 @@ impl Shifts {
         Self::new(offsets.map(|offset| offset - middle)).filter(|_| are_quarters).map(|shifts| (middle, shifts))
     }
 
-    /// That of the pixel in column `x` and row `y`.
+    /// The shift of the pixel in column `x` and row `y`.
     #[inline(always)]
     #[must_use]
     pub fn at(&self, x: u32, y: u32) -> DVec2 {
@@ -76,12 +75,12 @@ impl Shifts {
         DVec2::new(f64::from(self.x[which]), f64::from(self.y[which]))
     }
 
-    /// How far along an axis a ray may be from where it would be without shifts.
+    /// The largest distance along an axis between a ray and its position without shifts.
     pub(crate) fn reach(&self) -> f32 {
         self.reach
     }
 
-    /// Those of sixteen pixels, given which of their columns and of their rows are odd.
+    /// The shifts of sixteen pixels, given which of their columns and of their rows are odd.
     #[inline(always)]
     pub(crate) fn of_sixteen<S: Simd>(
         &self,
@@ -102,7 +101,7 @@ impl Shifts {
         ]
     }
 
-    /// Where the rays of a block go through it.
+    /// The positions of a block's rays in it.
     pub(crate) fn block(&self) -> BlockSamples {
         let mut block = BlockSamples { columns: [0.0; LANES], rows: [0.0; LANES] };
         for lane in 0..LANES {
@@ -115,7 +114,7 @@ impl Shifts {
     }
 }
 
-/// The samples of a block of 4×4 pixels, in relation to where its first would be without a shift.
+/// The samples of a block of 4×4 pixels, relative to the unshifted sample of its first pixel.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct BlockSamples {

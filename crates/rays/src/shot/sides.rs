@@ -3,19 +3,19 @@ use glam::{DVec3, Vec3};
 use super::{MaskAnswers, MaskPoints, Opacity, Shot};
 use crate::{Camera, LightSource, Projection, Ray, Triangles, predicate};
 
-/// Which sides of triangles stop rays, be they a camera's, a light's or any others.
+/// The sides of triangles that stop rays: camera, shadow and any other rays.
 ///
-/// A ray that comes to a side that isn't there goes through, as if there were no triangle. The front is the side from which
-/// corners are seen counterclockwise; a shadow ray comes from its light.
+/// A ray passes through a side that doesn't stop rays, as if there were no triangle. From the front, corners are seen
+/// counterclockwise; a shadow ray comes from its light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides<'a> {
-    /// Both sides of all.
+    /// Both sides of all triangles.
     #[default]
     Both,
-    /// Only the front of all.
+    /// Only the front of all triangles.
     Front,
-    /// The front, and the back of those that have a bit here: that of triangle i is bit i % 64 of word i / 64. What is
-    /// beyond the last word has both.
+    /// The front of all triangles, and the back of those with a set bit: bit i % 64 of word i / 64 for triangle i. Triangles
+    /// beyond the last word have both sides.
     Each(&'a [u64]),
 }
 
@@ -27,14 +27,14 @@ impl Sides<'_> {
         self.backs(triangle) & 1 == 1
     }
 
-    /// Which of 16 triangles, of which the first is a multiple of 16, have a back that stops rays.
+    /// The bits of the backs of 16 triangles from `first`, a multiple of 16.
     #[inline]
     pub(crate) fn sixteen_backs(self, first: u32) -> u64 {
         debug_assert!(first.is_multiple_of(16), "they are in one word");
         self.backs(first) & 0xffff
     }
 
-    /// The bits from a triangle's on, of those that are in its word.
+    /// The bits of a triangle and of those after it in its word, the triangle's own lowest.
     #[inline]
     fn backs(self, triangle: u32) -> u64 {
         match self {
@@ -44,20 +44,20 @@ impl Sides<'_> {
         }
     }
 
-    /// Whether a ray is stopped by the side of a triangle that it comes to.
+    /// Whether the side of a triangle that faces a ray's origin stops the ray.
     #[must_use]
     pub fn stop(self, ray: &Ray, triangle: u32, corners: [Vec3; 3]) -> bool {
         self.has_back(triangle) || predicate::is_front_along(ray.direction, corners)
     }
 
-    /// Whether a light is stopped by the side of a triangle that it falls on.
+    /// Whether the side of a triangle that faces a light stops the light.
     #[must_use]
     pub fn stop_light(self, light: &LightSource, triangle: u32, corners: [Vec3; 3]) -> bool {
         self.has_back(triangle) || Source::of_light(light).falls_on_front(corners)
     }
 }
 
-/// Where the rays come from that a camera, or a light, has in common.
+/// The common origin, or direction, of the rays of a camera or light.
 #[derive(Clone, Copy)]
 enum Source {
     Point(DVec3),
@@ -87,11 +87,11 @@ impl Source {
     }
 }
 
-/// What stops the rays from a camera or a light, with the sides of triangles taken into account.
+/// Opacity for the rays of a camera or a light that takes the sides of triangles into account.
 #[derive(Clone, Copy)]
 pub(crate) struct OpacityOfSides<'a> {
     pub(crate) triangles: Triangles<'a>,
-    /// Of triangles whose sides stop rays.
+    /// The opacity of triangles whose facing side stops rays.
     pub(crate) opacity: &'a dyn Opacity,
     pub(crate) sides: Sides<'a>,
     source: Source,
@@ -108,7 +108,7 @@ impl<'a> OpacityOfSides<'a> {
         Self::between(triangles, (shadow_opacity, sides), light)
     }
 
-    /// What of triangles stops a light.
+    /// The opacity of triangles for a light.
     pub(crate) fn between(
         triangles: Triangles<'a>,
         (opacity, sides): (&'a dyn Opacity, Sides<'a>),
@@ -117,7 +117,7 @@ impl<'a> OpacityOfSides<'a> {
         Self { triangles, opacity, sides, source: Source::of_light(light) }
     }
 
-    /// Whether rays come to a side of a triangle that stops them, where they hit it; anything of one that can't be hit.
+    /// Whether the side of a triangle that faces the rays stops them. Either value for a triangle that can't be hit.
     pub(crate) fn is_there(&self, triangle: u32) -> bool {
         let faces = || self.source.falls_on_front(self.triangles.corners(triangle));
         self.sides.has_back(triangle) || self.triangles.has_all_corners(triangle) && faces()

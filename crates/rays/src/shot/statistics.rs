@@ -2,7 +2,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::Counts;
 
-/// Whether anything is counted.
+/// Whether counting is compiled in.
 const IS_ON: bool = cfg!(feature = "statistics");
 
 /// Counts where the feature `statistics` is on; else it is empty, and its methods do nothing.
@@ -12,7 +12,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Counts in what `count` picks.
+    /// Updates the counts by `count`, if they are on.
     #[inline(always)]
     pub fn note(&mut self, count: impl FnOnce(&mut Counts)) {
         if let Some(counts) = self.counts.first_mut() {
@@ -20,26 +20,26 @@ impl Statistics {
         }
     }
 
-    /// What was counted since the last time, and forgets it.
+    /// Returns the counts since the last call and resets them.
     pub(crate) fn take(&mut self) -> Counts {
         self.counts.first_mut().map(std::mem::take).unwrap_or_default()
     }
 }
 
-/// What the rays of all threads have taken.
+/// The counts of the rays of all threads.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     sum: Mutex<Counts>,
 }
 
 impl Tally {
-    /// What was counted since the last time, and forgets it.
+    /// Returns the counts since the last call and resets them.
     pub(crate) fn take(&self) -> Counts {
         std::mem::take(&mut *self.sum.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// Counts for a ray or some packets, and adds that up when they end.
+/// The counts of a ray or some packets, added to a tally when dropped.
 pub(crate) struct Steps<'a> {
     tally: &'a Tally,
     statistics: Statistics,
@@ -51,7 +51,7 @@ impl<'a> Steps<'a> {
         Self { tally, statistics: Statistics::default() }
     }
 
-    /// Counts in what `count` picks.
+    /// Updates the counts by `count`, if they are on.
     #[inline(always)]
     pub(crate) fn note(&mut self, count: impl FnOnce(&mut Counts)) {
         self.statistics.note(count);

@@ -1,7 +1,7 @@
-/// The order in which an image's pixels are stored: what is near in the image is near in memory.
+/// The order in which an image's pixels are stored: neighbours in the image are near in memory.
 ///
-/// Tiles of 64×64 pixels follow each other in rows, in a tile blocks of 4×4 pixels, in a block pixels. Tiles at the
-/// right and lower border are whole: some of their slots stand for no pixel.
+/// Tiles of 64×64 pixels follow each other in rows; so do blocks of 4×4 pixels in a tile, and pixels in a block. Tiles at
+/// the right and lower border are whole: some of their slots stand for no pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileOrder {
     width: u32,
@@ -38,7 +38,7 @@ impl TileOrder {
         (self.width.div_ceil(Self::TILE), self.height.div_ceil(Self::TILE))
     }
 
-    /// How many slots there are: a multiple of [`TILE_PIXELS`](Self::TILE_PIXELS).
+    /// The number of slots: a multiple of [`TILE_PIXELS`](Self::TILE_PIXELS).
     #[must_use]
     pub fn slots(&self) -> usize {
         let (columns, rows) = self.tiles();
@@ -61,7 +61,7 @@ impl TileOrder {
         block * Self::BLOCK_PIXELS as u32 + y % Self::BLOCK * Self::BLOCK + x % Self::BLOCK
     }
 
-    /// Column and row of the slot at `index`; beyond the image's border where that stands for no pixel.
+    /// Column and row of the slot at `index`; outside of the image for a slot without a pixel.
     #[inline(always)]
     #[must_use]
     pub fn column_and_row(&self, index: usize) -> (u32, u32) {

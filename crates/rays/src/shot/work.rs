@@ -1,6 +1,6 @@
 use std::ops::AddAssign;
 
-/// A struct of numbers, each of which has a name.
+/// Defines a struct of numbers that lists them by name.
 macro_rules! named_numbers {
     ($(#[$attribute:meta])* $name:ident of $number:ty { $($(#[$field_attribute:meta])* $field:ident,)+ }) => {
         $(#[$attribute])*
@@ -24,17 +24,17 @@ macro_rules! named_numbers {
     };
 }
 
-/// What answering took.
+/// The work of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Work {
-    /// How much there was to do.
+    /// Amounts of work.
     pub counts: Counts,
-    /// How long its stages took.
+    /// Times of the stages.
     pub seconds: Seconds,
 }
 
 impl Work {
-    /// What some lights took together: the survey, which serves all of them, once.
+    /// The work of some lights together. The survey serves all of them and counts once.
     pub(crate) fn of_lights(lights: &[Self]) -> Self {
         let mut all = Self::default();
         for light in lights {
@@ -53,32 +53,32 @@ impl AddAssign for Work {
 }
 
 named_numbers! {
-    /// How much work an answer was. A structure counts what it has; the rest is zero.
+    /// Amounts of work for an answer. A structure counts some of them; the rest is zero.
     Counts of u64 {
-        /// Rays that were traced: those in packets of a grid, single ones of a tree. Counted with the feature `statistics`, as
-        /// are the next nine.
+        /// Traced rays: those in packets of a grid, single rays of a tree. Counted with the feature `statistics`, as are the
+        /// next nine.
         rays,
         /// Groups of rays that were traced together.
         packets,
-        /// Inner nodes that rays or packets visited, again where one came from above again.
+        /// Inner nodes that rays or packets visited, counted again after a restart.
         nodes,
-        /// Leaves that they visited.
+        /// Leaves that rays or packets visited.
         leaves,
-        /// Times that one came from above again.
+        /// Restarts of a traversal from above.
         restarts,
-        /// Nodes that were visited to find where packets begin.
+        /// Nodes visited to find the start of packets.
         searched,
-        /// Triangles that a packet remembered to have tested.
+        /// Triangles skipped because a packet had tested them before.
         mailbox_hits,
         /// Triangles outside of a packet's frustum.
         frustum_culls,
-        /// Triangles behind what all of a packet's rays hit.
+        /// Triangles behind the hits of all rays of a packet.
         depth_culls,
-        /// Triangles that no sample's ray could hit, and that weren't listed.
+        /// Triangles that no sample's ray could hit, which were not listed.
         dropped,
         /// Samples of tiny triangles, tested while building.
         fragments,
-        /// Pairs of a triangle and a tile or cell that it is listed in.
+        /// Pairs of a triangle and a tile or cell that lists it.
         pairs,
         /// Cells with triangles that were searched.
         cells,
@@ -86,7 +86,7 @@ named_numbers! {
         faces,
         /// Points that were tested, once for each face that they are on or beside.
         points,
-        /// Points that no face of the light could hold, tested against every triangle.
+        /// Points outside of every face of the light, tested against every triangle.
         outliers,
         /// Parts of tiles: points in up to 16 blocks that are near each other for a light.
         parts,
@@ -94,26 +94,26 @@ named_numbers! {
         small_triangles,
         /// Triangles that were tested, once for each face, row by row.
         large_triangles,
-        /// Blocks of work: some points of a cell, and some triangles.
+        /// Blocks of work: some points of a cell and some triangles.
         blocks,
         /// Tests of a triangle against up to 16 samples or points, or against a packet ray by ray.
         tests,
-        /// Pairs about which the filter asked the triangle's mask.
+        /// Pairs for which the filter asked the triangle's mask.
         masked,
-        /// Pairs of a triangle and a sample or point that the filter, or a mask asked by it, left undecided.
+        /// Pairs of a triangle and a sample or point that the filter or a mask left undecided.
         undecided,
-        /// Pairs that the predicate settled, since f64 or the mask couldn't decide them and nothing nearer was found.
+        /// Pairs settled by the predicate: f64 or the mask couldn't decide them, and nothing nearer was found.
         settled,
-        /// Samples whose depth, or points whose coordinates, were found again in f64, since the filter's weren't exact
+        /// Samples whose depth, or points whose coordinates, were recomputed in f64 because the filter's weren't exact
         /// enough.
         refined,
     }
 }
 
 named_numbers! {
-    /// How long stages took, in seconds. A structure times what it has; the rest is zero.
+    /// Times of stages, in seconds. A structure times some of them; the rest is zero.
     Seconds of f64 {
-        /// How far away the image's tiles are; once for all lights.
+        /// Distances of the image's tiles measured; once for all lights.
         survey,
         /// The light's faces divided into cells, and points mapped to the faces.
         map,
@@ -127,7 +127,7 @@ named_numbers! {
         sort,
         /// Triangles tested against samples or points.
         trace,
-        /// What the filter left undecided, and the bits of all threads.
+        /// Undecided pairs settled, and the bits of all threads joined.
         settle,
     }
 }
@@ -143,7 +143,7 @@ impl Counts {
 /// Bytes that a structure holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bytes {
-    /// For triangles, counting what is only used while building.
+    /// For triangles, memory used only while building included.
     pub triangles: usize,
     /// For the points that pixels show.
     pub points: usize,

@@ -60,7 +60,7 @@ pub(crate) fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
     a.max(b).max(c)
 }
 
-/// What is left of each of 16 vectors when `either` takes one of two numbers: the least, or the largest.
+/// Reduces each of 16 vectors to one number by `either`: minimum or maximum.
 #[inline(always)]
 pub(crate) fn of_each<S: Simd>(
     rows: &[f32x16<S>; LANES],
@@ -78,7 +78,7 @@ pub(crate) fn of_each<S: Simd>(
     rows[0]
 }
 
-/// Four numbers of each of 16 things, thing after thing.
+/// Transposes four vectors into the four numbers of each of 16 items, item after item.
 #[inline(always)]
 pub(crate) fn quads<S: Simd>([a, b, c, d]: [f32x16<S>; 4]) -> [f32x16<S>; 4] {
     let (even_low, even_high) = (a.zip_low(c), a.zip_high(c));
@@ -86,8 +86,8 @@ pub(crate) fn quads<S: Simd>([a, b, c, d]: [f32x16<S>; 4]) -> [f32x16<S>; 4] {
     [even_low.zip_low(odd_low), even_low.zip_high(odd_low), even_high.zip_low(odd_high), even_high.zip_high(odd_high)]
 }
 
-/// One corner of 16 triangles, given as indices of `vertices`, the last of which stands for all that are out of range:
-/// the four numbers of each.
+/// The four numbers of one corner of 16 triangles, whose corners are indices of `vertices`. The last vertex stands for all
+/// indices out of range.
 #[inline(always)]
 pub(crate) fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
     simd: S,
@@ -110,7 +110,7 @@ pub(crate) fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
     ]
 }
 
-/// One corner of 16 triangles, given as indices of a few vertices: three numbers of each.
+/// Three numbers of one corner of 16 triangles, whose corners are indices of a few vertices.
 ///
 /// # Panics
 /// If there are fewer than 16 triangles, or a corner is out of range.
@@ -127,10 +127,10 @@ pub(crate) fn load_local_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
     )
 }
 
-/// How many numbers a [`look_up`] chooses from.
+/// Size of the table of a [`look_up`].
 pub(crate) const TABLE: usize = 4 * LANES;
 
-/// Those numbers of a table that each index, below [`TABLE`], stands for.
+/// The numbers of a table at 16 indices below [`TABLE`].
 #[inline(always)]
 pub(crate) fn look_up<S: Simd>(simd: S, table: &[f32; TABLE], indices: u32x16<S>) -> f32x16<S> {
     if !has_fast_permutes(simd) {
@@ -151,7 +151,7 @@ pub(crate) fn look_up<S: Simd>(simd: S, table: &[f32; TABLE], indices: u32x16<S>
     in_high.select(quarter(2).concat_swizzle_dyn(quarter(3), bytes), low)
 }
 
-/// Whether bytes of two registers can be permuted at once; otherwise that takes longer than loading them one by one.
+/// Whether one instruction permutes the bytes of two registers; otherwise loading numbers one by one is faster.
 #[inline(always)]
 fn has_fast_permutes<S: Simd>(simd: S) -> bool {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

@@ -20,20 +20,20 @@ impl Default for SimdLevel {
 }
 
 impl From<SimdLevel> for Level {
-    /// The level's name in `fearless_simd`.
+    /// The level as `fearless_simd` has it.
     fn from(level: SimdLevel) -> Self {
         level.0
     }
 }
 
-/// Those levels of a machine that kernels are compiled for, the widest last.
+/// The levels of a machine that kernels are compiled for, the widest last.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 fn compiled(machine: Level) -> [Option<Level>; 3] {
     let (avx2, avx512) = (machine.as_avx2(), machine.as_avx512());
     [machine.as_sse2().map(Level::Sse2), avx2.map(Level::Avx2), avx512.map(Level::Avx512)]
 }
 
-/// Those levels of a machine that kernels are compiled for.
+/// The levels of a machine that kernels are compiled for.
 #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
 fn compiled(machine: Level) -> [Option<Level>; 1] {
     [Some(machine)]

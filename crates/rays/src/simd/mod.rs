@@ -1,4 +1,4 @@
-//! Instruction sets, and vectors of as many lanes as they have.
+//! Instruction sets, and vectors of their widths.
 
 pub(crate) mod lanes;
 mod level;
@@ -6,14 +6,14 @@ pub(crate) mod vectors;
 
 pub use level::SimdLevel;
 
-// Closures that vectors pass through have to be inlined, and functions only so where they say it: what isn't inlined is
+// Closures that vectors pass through must be inlined; functions only where they are marked so. Code that isn't inlined is
 // compiled without the instruction set.
 
-/// Runs an expression with the instructions of a [`SimdLevel`], which it has as a token:
+/// Runs an expression with the instructions of a [`SimdLevel`], given to it as a token:
 /// `dispatch!(level, simd => sum(simd, values))`.
 ///
-/// The expression is compiled once for each of three levels of x86: SSE2, AVX2 and AVX-512. SSE4.2 isn't one of them: it
-/// would be a fifth of this library's code, for machines of before 2013 and some small ones since.
+/// The expression is compiled once for each of three levels of x86: SSE2, AVX2 and AVX-512. SSE4.2 is left out: it would add
+/// a fifth to this library's code, for machines from before 2013 and some small ones since.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 #[doc(hidden)]
 #[macro_export]
@@ -31,7 +31,7 @@ macro_rules! dispatch {
     }};
 }
 
-/// Runs an expression with the instructions of a [`SimdLevel`], which it has as a token:
+/// Runs an expression with the instructions of a [`SimdLevel`], given to it as a token:
 /// `dispatch!(level, simd => sum(simd, values))`.
 #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
 #[doc(hidden)]

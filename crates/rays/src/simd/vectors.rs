@@ -4,8 +4,8 @@ use glam::DVec3;
 
 pub(crate) use crate::simd::lanes::{LANES, load_corner, splat};
 
-// Closures and `array::map` are not reliably inlined where vectors pass through them, and what isn't inlined is compiled
-// without the instruction set: it made mapping take five times as long. So the vector code here is written out.
+// Closures and `array::map` are not reliably inlined where vectors pass through them, and code that isn't inlined is
+// compiled without the instruction set: it made mapping take five times as long. So the vector code here is written out.
 
 /// A vector for each of eight lanes.
 pub(crate) type Vectors<S> = [f64x8<S>; 3];

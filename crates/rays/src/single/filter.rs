@@ -1,25 +1,25 @@
 use glam::swizzles::Vec4Swizzles;
 use glam::{DVec3, Vec3, Vec4};
 
-/// A ray prepared to leave out triangles in f32 that its line certainly misses.
+/// A filter for one ray that rules out, in f32, triangles that its line certainly misses.
 ///
 /// Along the ray the scene falls into a plane, in which the ray is the origin: with k the axis of the direction's largest
 /// component and i another one, xᵢ = (pᵢ − oᵢ) − r (pₖ − oₖ) for a point p, where r = dᵢ / dₖ. The edge functions of the
-/// predicate are, but for a common factor, x₁ y₂ − x₂ y₁ in that plane. A triangle is left out if two of them have certain
-/// and different signs.
+/// predicate are, up to a common factor, x₁ y₂ − x₂ y₁ in that plane. A triangle is left out if two of them have certain and
+/// different signs.
 ///
-/// **How wrong that may be.** Let ε = 2⁻²⁴, P the largest coordinate of corners and O that of the origin. Of xᵢ = (pᵢ − r pₖ) − c,
-/// where c = oᵢ − r oₖ comes from f64, the roundings of r and of its product are each at most ε P, that of the first difference
-/// 2 ε P, that of c 2 ε O and that of the last difference 2 ε (P + O): together less than e = 8 ε (P + O). An edge function of
-/// (x₁, y₁) and (x₂, y₂) is then wrong by no more than e (m₁ + m₂), where m = |x| + |y| + e, and its own roundings by
-/// 2 ε m₁ m₂. Twice of both is counted, for what the bound's roundings lose; and what underflows is less than `SMALLEST`.
+/// **Error bounds.** Let ε = 2⁻²⁴, P the largest coordinate of corners and O that of the origin. Of xᵢ = (pᵢ − r pₖ) − c,
+/// where c = oᵢ − r oₖ comes from f64, the roundings of r and of its product are each at most ε P, that of the first
+/// difference 2 ε P, that of c 2 ε O and that of the last difference 2 ε (P + O): together less than e = 8 ε (P + O). An
+/// edge function of (x₁, y₁) and (x₂, y₂) is then wrong by at most e (m₁ + m₂), where m = |x| + |y| + e, and by 2 ε m₁ m₂ of
+/// its own roundings. The bound is twice both, which covers its own roundings; underflow loses less than `SMALLEST`.
 ///
-/// P is that of the scene at first, which is the same for all triangles. Where that doesn't leave a triangle out, P is its own: in
-/// a scene with one far vertex, the scene's would leave out none.
+/// P is first that of the scene, the same for all triangles. If that doesn't rule a triangle out, P is the triangle's own:
+/// in a scene with one far vertex, the scene's would rule out none.
 pub(crate) struct Filter {
-    /// The axes of the plane, and the one that vanishes.
+    /// The two axes of the plane, and the axis projected away.
     axes: [usize; 3],
-    /// How far a point of the plane moves for one step along the axis that vanishes.
+    /// Movement in the plane per unit along the axis projected away.
     slopes: [Vec4; 2],
     /// The ray's origin in the plane.
     origin: [Vec4; 2],
@@ -33,15 +33,15 @@ pub(crate) struct Filter {
 type Coordinates = Vec4;
 
 impl Filter {
-    /// Factor of products' roundings: 2 ε, doubled.
+    /// Factor for the roundings of products: 2 ε, doubled.
     const ROUNDINGS: f32 = 4.0 / (1 << 24) as f32;
     /// 16 ε.
     const ERROR: f64 = 16.0 / (1 << 24) as f64;
-    /// The same, with more than what its own products and sums of f32 are rounded by.
+    /// The same, plus more than the roundings of its own products and sums in f32.
     const OWN_ERROR: f32 = 17.0 / (1 << 24) as f32;
     const SMALLEST: f32 = 1e-36;
 
-    /// For triangles none of whose coordinates is larger than `reach`.
+    /// A filter for triangles with coordinates of magnitude up to `reach`.
     #[inline(always)]
     pub(crate) fn new(origin: DVec3, direction: DVec3, reach: f32) -> Self {
         let [x, y, z] = direction.abs().to_array();
@@ -91,7 +91,7 @@ impl Filter {
         let bound = error * (size + next_size)
             + (size * next_size) * Vec4::splat(Self::ROUNDINGS)
             + Vec4::splat(Self::SMALLEST);
-        // The fourth of each is no edge.
+        // The fourth lane is no edge.
         const EDGES: u32 = 0b111;
         (edges.cmplt(-bound).bitmask() & EDGES) != 0 && (edges.cmpgt(bound).bitmask() & EDGES) != 0
     }
@@ -122,13 +122,13 @@ mod tests {
         let mut numbers = Numbers(7);
         let (mut met, mut missed, mut left_out) = (0, 0, 0);
         for round in 0..200_000 {
-            // Worlds and triangles of all sizes, and triangles far from the middle of theirs.
+            // Scenes and triangles of all sizes, and triangles far from the middle of their scene.
             let world = f64::exp2(30.0 * numbers.next());
             let middle = numbers.point() * world;
             let size = world * f64::exp2(-10.0 * numbers.next().abs());
             let corners = [0; 3].map(|_| (middle + numbers.point() * size).as_vec3());
             let [a, b, c] = corners.map(Vec3::as_dvec3);
-            // At an edge, at a corner, or somewhere near.
+            // Targets: on an edge, at a corner, or near the triangle.
             let (u, v) = (numbers.next().abs(), numbers.next());
             let target = match round % 3 {
                 0 => a.lerp(b, u),

@@ -1,4 +1,4 @@
-//! What is asked of rays that come one at a time, whatever leads them to triangles.
+//! Answers for single rays, for any structure that leads them to triangles.
 
 mod filter;
 
@@ -8,19 +8,19 @@ use crate::predicate::{ShadowRay, hit};
 use crate::{Hit, Ray, SeenPixels, Triangles};
 pub(crate) use filter::Filter;
 
-/// A structure that answers rays that come one at a time, from anywhere to anywhere.
+/// A structure that answers single rays, of any origin and direction.
 ///
 /// `triangles` are always those that it was built over.
 pub trait SingleRays: Sync {
-    /// The nearest hit of `ray` at which it is stopped, as `stops` says; at equal t the one with the lowest triangle id.
-    /// `None` for a miss.
+    /// The nearest hit of `ray` for which `stops` is true; at equal t the one with the lowest triangle id. `None` for a
+    /// miss.
     ///
-    /// Hits at which `stops` is false are passed through: use it for alpha masks and back faces.
+    /// Hits for which `stops` is false are passed through: use it for alpha masks and back faces.
     fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
         self.nearest_from(triangles, ray, SeenPixels::NONE, stops)
     }
 
-    /// As [`nearest`](Self::nearest), of all triangles but `own`, on which the ray starts: that would be met at a t of about
+    /// As [`nearest`](Self::nearest), without the triangle `own`, on which the ray starts: its hit would be at a t of about
     /// zero, which takes the predicate longest.
     fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit>;
 
@@ -39,7 +39,7 @@ pub trait SingleRays: Sync {
 
 /// A structure that leads single rays to triangles, and so [answers](SingleRays) them.
 pub trait Visit: Sync {
-    /// The largest magnitude of the coordinates of triangles that `visit` may name.
+    /// The largest magnitude of a coordinate of the triangles that `visit` may name.
     fn reach(&self) -> f32;
 
     /// Calls `test` with every triangle that `ray` may meet before `t_max`, roughly from near to far. `test` may lower
@@ -54,7 +54,7 @@ pub trait Visit: Sync {
 
 impl<V: Visit> SingleRays for V {
     fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
-        // What isn't a number rules nothing out on the way, and would be tested with all triangles.
+        // NaN rules nothing out during traversal, so such a ray would be tested against all triangles.
         if !ray.is_sound() {
             return None;
         }

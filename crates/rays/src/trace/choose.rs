@@ -3,7 +3,7 @@ use glam::{DVec3, Vec3};
 use super::Trace;
 use crate::Ray;
 
-/// What answered rays.
+/// The structure that answered a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TracedBy {
     /// [`Scanner`](crate::Scanner).
@@ -17,7 +17,7 @@ crate::choices! { TracedBy, "structure for any rays":
     "hierarchy" => Hierarchy, "takes a while to build, and answers every ray alone";
 }
 
-/// What is known of a question before its rays are looked at.
+/// The inputs of the choice that are known before rays are read.
 pub(super) struct Costs {
     pub(super) triangles: usize,
     pub(super) rays: usize,
@@ -25,8 +25,8 @@ pub(super) struct Costs {
     pub(super) is_hierarchy_built: bool,
 }
 
-/// Nanoseconds on two threads of a server's AMD EPYC with AVX-512, in `demo:cloth` of 9,971 and 1,000,308 triangles
-/// (`umbrage-bench trace`). What they come to there, build and ask in milliseconds, scanner and hierarchy:
+/// Costs in nanoseconds on two threads of a server's AMD EPYC with AVX-512, in `demo:cloth` of 9,971 and 1,000,308 triangles
+/// (`umbrage-bench trace`). Measured times there, build + query in milliseconds, for scanner and hierarchy:
 ///
 /// | triangles | rays | of each origin | scanner | hierarchy |
 /// |---|---|---|---|---|
@@ -41,20 +41,20 @@ pub(super) struct Costs {
 /// | 1,000,308 | 100,000 | 100,000 | 2.6 + 18.9 | 11.8 + 10.7 |
 /// | 1,000,308 | 1,000,000 | 1,000,000 | 2.7 + 84 | 12.0 + 105 |
 impl Costs {
-    /// Of a triangle.
+    /// Build, per triangle.
     const BUILD_HIERARCHY: f64 = 12.0;
     const BUILD_SCANNER: f64 = 2.7;
-    /// Of a ray.
+    /// Query, per ray.
     const ASK_HIERARCHY: f64 = 90.0;
     const ASK_SCANNER: f64 = 72.0;
-    /// Of the scanner for an origin.
+    /// The scanner's cost per origin.
     const ORIGIN: f64 = 23_000.0;
-    /// Of the scanner for a triangle and each of an origin's first rays, which have nearly all triangles between them when there
-    /// are so many. A single one has hardly any.
+    /// The scanner's cost per triangle for each of an origin's first rays: so many together touch nearly all triangles. A
+    /// single one touches hardly any.
     const SPREAD: f64 = 12.0 / Self::SPREAD_RAYS as f64;
     const SPREAD_RAYS: usize = 64;
 
-    /// By how much the hierarchy takes longer than the scanner would for the rays of no origin.
+    /// The hierarchy's cost minus the scanner's, before the scanner's cost of origins and first rays.
     fn ahead(&self) -> f64 {
         let build = |is_built: bool, each: f64| if is_built { 0.0 } else { self.triangles as f64 * each };
         let hierarchy = build(self.is_hierarchy_built, Self::BUILD_HIERARCHY);
@@ -62,7 +62,7 @@ impl Costs {
         hierarchy - scanner + self.rays as f64 * (Self::ASK_HIERARCHY - Self::ASK_SCANNER)
     }
 
-    /// What the scanner takes for an origin's ray of this number, from 0, beyond what it takes for each.
+    /// The scanner's cost of the n-th ray from one origin, n from 0, minus its constant cost per ray.
     fn of_ray(&self, number: usize) -> f64 {
         match number {
             0 => Self::ORIGIN,
@@ -73,16 +73,16 @@ impl Costs {
     }
 }
 
-/// Rays as a scanner takes them.
+/// Rays grouped for a scanner.
 pub(super) struct Runs<'a> {
-    /// Where rays from another origin begin, and that origin.
+    /// The index of the first ray of each origin, and that origin.
     pub(super) starts: &'a mut Vec<(usize, DVec3)>,
     pub(super) directions: &'a mut Vec<Vec3>,
 }
 
 impl Runs<'_> {
-    /// Sorts rays to runs that have an origin and an interval in common; whether a scanner takes them all, and takes less time than
-    /// the hierarchy. Looks no further than where that is known.
+    /// Groups rays into runs with a common origin and interval. Returns whether the scanner can take all of them and is
+    /// faster than the hierarchy; stops as soon as it isn't.
     pub(super) fn find(&mut self, trace: &Trace<'_>, costs: &Costs) -> bool {
         self.starts.clear();
         self.directions.clear();
@@ -96,7 +96,7 @@ impl Runs<'_> {
                 self.starts.push((index, ray.origin));
             }
             ahead -= costs.of_ray(index - first);
-            // What is behind an origin, or within NaN, is nothing for a scan.
+            // A scan has no hits behind an origin, and none for NaN.
             let is_ahead = ray.t_min >= 0.0;
             let Some(direction) = single(ray.direction).filter(|_| is_ahead && ahead > 0.0) else { return false };
             self.directions.push(direction);
@@ -110,7 +110,7 @@ fn is_of_one_scan(a: &Ray, b: &Ray) -> bool {
     (a.origin, a.t_min, a.t_max) == (b.origin, b.t_min, b.t_max)
 }
 
-/// A direction in f32, where that is the same one, or goes nowhere as it does.
+/// The direction in f32 if f32 holds it exactly, or if it isn't finite.
 fn single(direction: DVec3) -> Option<Vec3> {
     let single = direction.as_vec3();
     let is_same = single.as_dvec3() == direction || !direction.is_finite();

@@ -1,7 +1,7 @@
-//! Any rays: which structure answers is chosen for each question.
+//! Any rays, with the structure chosen for each question.
 //!
-//! A [hierarchy](crate::Bvh) answers rays that have nothing in common, and takes long to build. A [scanner](crate::Scanner)
-//! takes next to nothing to build, and answers many directions from one origin together. `choose` weighs what each would take.
+//! A [hierarchy](crate::Bvh) answers unrelated rays and takes long to build. A [scanner](crate::Scanner) takes hardly any
+//! time to build, and answers many directions from one origin together. `choose` compares their costs.
 
 mod choose;
 mod rays;
@@ -15,7 +15,7 @@ pub use rays::Rays;
 
 use crate::{Bvh, Hit, Opacity, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, SingleRays, Sweep, Triangles};
 
-/// Any rays, and what they may hit.
+/// Any rays, and the triangles that they may hit.
 #[derive(Clone, Copy)]
 pub struct Trace<'a> {
     /// World-space triangles.
@@ -26,9 +26,9 @@ pub struct Trace<'a> {
     pub t_min: f64,
     /// Hits at or after this t don't count.
     pub t_max: f64,
-    /// What stops rays.
+    /// Opacity of the triangles.
     pub opacity: &'a dyn Opacity,
-    /// Which sides of triangles there are.
+    /// Sides of triangles that stop rays.
     pub sides: Sides<'a>,
 }
 
@@ -40,7 +40,7 @@ impl<'a> Trace<'a> {
         Self { triangles, rays: rays.into(), t_min, t_max, opacity: &Opaque, sides: Sides::Both }
     }
 
-    /// A ray, with the part of it that counts: none where an end isn't a number.
+    /// A ray with its interval cut to the trace's: an empty one where an end is NaN.
     fn ray(&self, index: usize) -> Ray {
         let ray = self.rays.get(index);
         let t_min = if self.t_min > ray.t_min || self.t_min.is_nan() { self.t_min } else { ray.t_min };
@@ -50,16 +50,17 @@ impl<'a> Trace<'a> {
 
     fn stops(&self, ray: &Ray, hit: &Hit) -> bool {
         let id = hit.triangle;
-        // Corners aren't looked up where nobody asks about sides.
+        // Skips the lookup of corners where both sides stop rays.
         let is_there = self.sides == Sides::Both || self.sides.stop(ray, id, self.triangles.corners(id));
         is_there && self.opacity.is_stopped_at(id, hit.barycentric)
     }
 }
 
-/// Answers [any rays](Trace) with what takes the least, and says what that was. Answers don't depend on it.
+/// Answers [any rays](Trace) with the structure that is fastest for them, and returns which it was. Answers don't depend on
+/// it.
 ///
 /// Keep it and use it again: its memory is reused. A structure is built when it is first chosen, and stays until
-/// [`forget`](Self::forget). It has about 40 bytes a triangle of a hierarchy, 23 of a scanner, and 12 a ray.
+/// [`forget`](Self::forget). It holds about 40 bytes a triangle for a hierarchy, 23 for a scanner, and 12 a ray.
 ///
 /// ```
 /// use glam::{DVec3, Vec3};
@@ -85,12 +86,12 @@ impl<'a> Trace<'a> {
 pub struct Tracer {
     scanner: Built<Scanner>,
     hierarchy: Built<Bvh>,
-    /// Rays from the same origin that follow each other: where the first one is, and that origin.
+    /// Runs of rays with the same origin: the index of the first ray, and the origin.
     runs: Vec<(usize, DVec3)>,
     directions: Vec<Vec3>,
 }
 
-/// A structure, and whether it is of the triangles as they are.
+/// A structure, and whether it is built for the current triangles.
 #[derive(Debug, Default)]
 struct Built<S> {
     structure: S,
@@ -116,28 +117,29 @@ impl Tracer {
         Self { scanner: built(Scanner::with_level(level)), hierarchy, ..Self::default() }
     }
 
-    /// Says that triangles have changed: what is built of them is built anew when it is next chosen.
+    /// Marks the triangles as changed: each structure is rebuilt when it is next chosen.
     pub fn forget(&mut self) {
         (self.scanner.is_current, self.hierarchy.is_current) = (false, false);
     }
 
-    /// The scanner, built of these triangles unless it is.
+    /// The scanner, built for these triangles unless it is current.
     pub fn scanner(&mut self, triangles: Triangles<'_>) -> &mut Scanner {
         self.scanner.brought(|scanner| scanner.build(triangles))
     }
 
-    /// The hierarchy, built of these triangles unless it is.
+    /// The hierarchy, built for these triangles unless it is current.
     pub fn hierarchy(&mut self, triangles: Triangles<'_>) -> &Bvh {
         self.hierarchy.brought(|hierarchy| hierarchy.build(triangles))
     }
 
-    /// Finds what each ray hits first; of several at equal t the one with the lowest id. Says what answered.
+    /// Finds the first hit of each ray; at equal t the one with the lowest id. Returns the structure that answered.
     ///
-    /// `traced` has one hit for each ray, in their order. Rays whose direction is zero or not finite hit nothing and are counted in
-    /// [`Scanned::without_direction`]; nor do those whose origin isn't finite, or whose interval is empty.
+    /// `traced` has one hit for each ray, in their order. Rays whose direction is zero or not finite hit nothing and are
+    /// counted in [`Scanned::without_direction`]. Rays whose origin isn't finite or whose interval is empty hit nothing
+    /// either.
     ///
     /// # Panics
-    /// If triangles have become more or fewer since they were last [forgotten](Self::forget).
+    /// If the number of triangles has changed since the last [`forget`](Self::forget).
     pub fn trace(&mut self, trace: &Trace<'_>, traced: &mut Scanned) -> TracedBy {
         traced.clear(trace.rays.len(), 1);
         let chosen = self.choose(trace);
@@ -148,7 +150,7 @@ impl Tracer {
         chosen
     }
 
-    /// What takes less; leaves the rays as directions from origins where that is the scanner.
+    /// Chooses the faster structure; for the scanner, leaves the rays as runs of directions.
     fn choose(&mut self, trace: &Trace<'_>) -> TracedBy {
         let costs = Costs {
             triangles: trace.triangles.len(),

@@ -2,19 +2,19 @@ use glam::DVec3;
 
 use crate::Ray;
 
-/// Rays as somebody has them; all are brought to [`Ray`] one by one, without a copy of all.
+/// Rays in the caller's form; each is converted to a [`Ray`] when it is read, without a copy of all.
 #[derive(Clone, Copy, Debug)]
 pub enum Rays<'a> {
-    /// As they are, each with its own interval.
+    /// Rays, each with its own interval.
     These(&'a [Ray]),
     /// An origin and a direction each, for all t above 0.
     Single(&'a [[f32; 6]]),
-    /// The same, of twice the precision.
+    /// The same in f64.
     Double(&'a [[f64; 6]]),
 }
 
 impl<'a> Rays<'a> {
-    /// How many there are.
+    /// The number of rays.
     #[must_use]
     pub fn len(self) -> usize {
         match self {
@@ -30,10 +30,10 @@ impl<'a> Rays<'a> {
         self.len() == 0
     }
 
-    /// One of them.
+    /// The ray at `index`.
     ///
     /// # Panics
-    /// If there are fewer.
+    /// If `index` is out of range.
     #[inline]
     #[must_use]
     pub fn get(self, index: usize) -> Ray {
@@ -45,10 +45,10 @@ impl<'a> Rays<'a> {
         Ray::new(DVec3::new(x, y, z), DVec3::new(dx, dy, dz))
     }
 
-    /// The same in pieces of so many.
+    /// Chunks of at most `rays` rays.
     ///
     /// # Panics
-    /// If that is zero.
+    /// If `rays` is zero.
     pub fn chunks(self, rays: usize) -> impl Iterator<Item = Self> {
         (0..self.len()).step_by(rays).map(move |first| {
             let range = first..self.len().min(first.saturating_add(rays));

@@ -9,13 +9,13 @@ use super::overlap::ExactTriangle;
 use super::{Insertion, UniformGrid};
 use crate::{Bounds, Omitted, Triangles};
 
-/// Triangles that a thread takes at once.
+/// Triangles in a thread's chunk.
 pub(super) const CHUNK: usize = 1 << 12;
 
-/// Cells that a thread takes at once.
+/// Cells in a thread's chunk.
 pub(super) const CHUNK_CELLS: usize = 1 << 14;
 
-/// What is known about a chunk of triangles.
+/// The bounds and omissions of a chunk of triangles.
 #[derive(Default)]
 pub(super) struct Chunk {
     bounds: Bounds,
@@ -23,14 +23,15 @@ pub(super) struct Chunk {
 }
 
 impl UniformGrid {
-    /// The most references for each triangle, besides [`LEAST_LIMIT`](Self::LEAST_LIMIT) for all: cells are made larger
+    /// The largest number of references per triangle, besides [`LEAST_LIMIT`](Self::LEAST_LIMIT) in all: cells are enlarged
     /// until there are no more.
     pub const MOST_REFERENCES: u64 = 7;
 
     /// References that any number of triangles may have.
     pub const LEAST_LIMIT: u64 = 1 << 16;
 
-    /// Replaces the grid by one over `triangles`, on all threads of the current pool; the same whatever their number.
+    /// Replaces the grid by one over `triangles`, on all threads of the current pool. The result is the same for any number
+    /// of threads.
     ///
     /// # Panics
     /// If there are 2²⁸ triangles or more.
@@ -75,7 +76,7 @@ impl UniformGrid {
         }
     }
 
-    /// The lattice for the options, or one with larger cells where triangles would be in too many of them. Finds the cells of
+    /// The lattice for the options, or one with larger cells if triangles would have too many references. Finds the cells of
     /// each triangle as well.
     fn choose_lattice(&mut self, triangles: Triangles<'_>) -> Lattice {
         let usable = self.triangle_count - self.omitted.total() as usize;
@@ -86,17 +87,17 @@ impl UniformGrid {
             if references <= limit {
                 return lattice;
             }
-            // Boxes that are large in all directions have references with the third power of the resolution, flat ones
-            // with the second; too small a step is taken again.
+            // References of boxes that are large in all directions grow with the third power of the resolution, those of
+            // flat boxes with the second. If a step is too small, another one follows.
             let excess = references as f64 / limit as f64;
             lattice = Lattice::with_side(self.bounds, lattice.side * excess.cbrt().max(1.1));
         }
     }
 
-    /// Finds the cells of each triangle's box, and how many they are in all.
+    /// Finds the cells of each triangle's box; returns their total number.
     fn locate(&mut self, triangles: Triangles<'_>, lattice: &Lattice) -> u64 {
-        // Where triangles share vertices, each vertex's cells are found once: 3.2 ms instead of 7.7 ms for 270,000 triangles
-        // on two busy cores.
+        // Where triangles share vertices, each vertex's cells are computed once: 3.2 ms instead of 7.7 ms for 270,000
+        // triangles on two busy cores.
         let is_shared = 2 * triangles.positions.len() <= 3 * triangles.len();
         let positions = if is_shared { triangles.positions } else { &[] };
         let Self { vertices, boxes, chunks, .. } = self;
@@ -126,8 +127,7 @@ impl UniformGrid {
         chunks.sum()
     }
 
-    /// Counts each cell's triangles, two cells on, so that [`scatter`](Self::scatter) moves starts to where they
-    /// belong.
+    /// Counts each cell's triangles, two cells on, so that [`scatter`](Self::scatter) moves starts to their final positions.
     fn count(&mut self, triangles: Triangles<'_>, lattice: &Lattice) {
         let Self { starts, boxes, options, .. } = self;
         let len = lattice.len() + 2;
@@ -156,7 +156,7 @@ impl UniformGrid {
     }
 }
 
-/// Resizes `items`. Where that needs more memory, it takes a little more for later frames, but never twice as much.
+/// Resizes `items`. If that needs more memory, it takes a little more for later frames, but never twice as much.
 pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
     if count > items.capacity() {
         items.reserve_exact(count + count / 64 - items.len());
@@ -166,7 +166,7 @@ pub(super) fn resize<T>(items: &mut Vec<T>, count: usize, item: fn() -> T) {
 
 /// Replaces counts by their running sums, and returns the last one.
 pub(super) fn scan(starts: &mut [AtomicU32], sums: &mut Vec<u32>) -> u32 {
-    // One part a thread. The last part's sum isn't needed beforehand, so a single thread reads nothing twice.
+    // One part a thread. The last part's sum isn't needed, so a single thread reads nothing twice.
     let part = starts.len().div_ceil(rayon::current_num_threads()).max(CHUNK_CELLS);
     let all_but_last = &starts[..(starts.len() - 1) / part * part];
     let parts = all_but_last.par_chunks(part).map(|counts| counts.iter().map(|count| count.load(Relaxed)).sum());
@@ -211,7 +211,7 @@ pub(super) fn for_each_cell(
     insertion: Insertion,
     mut visit: impl FnMut(usize),
 ) {
-    // One or two cells of a box are mostly all the triangle's own.
+    // A box of one or two cells mostly overlaps the triangle in each.
     if insertion == Insertion::Boxes || cells.len() <= 2 {
         return lattice.for_each_of(cells, |_, cell| visit(cell));
     }
@@ -223,8 +223,8 @@ pub(super) fn for_each_cell(
     });
 }
 
-/// Sorts the ids of each cell, which threads may have written in any order: each start is where a cell's ids start,
-/// the first of `ids` being that of the first cell, and the last cell's end at `end`.
+/// Sorts the ids of each cell, which threads may have written in any order. `starts` are the starts of the cells' ids,
+/// counted so that `ids` begins with the first cell's; the last cell's ids end at `end`.
 pub(super) fn sort(starts: &[AtomicU32], end: u32, mut ids: &mut [AtomicU32]) {
     if starts.len() > CHUNK_CELLS {
         let (low, high) = starts.split_at(starts.len() / 2);

@@ -21,7 +21,7 @@ pub enum PacketSide {
     Eight,
     /// 256 rays a packet.
     Sixteen,
-    /// 1024 rays a packet: the fastest, or nearly, on all of the gallery since few of their blocks are tested.
+    /// 1024 rays a packet: the fastest, or nearly so, in all scenes of the gallery, since few of their blocks are tested.
     #[default]
     ThirtyTwo,
 }
@@ -50,12 +50,13 @@ impl PacketSide {
         }
     }
 
-    /// Blocks of 16 rays along an edge, or parts of one.
+    /// Blocks of 16 rays, whole or in part, along an edge.
     fn blocks(self) -> usize {
         (self.pixels() / TileOrder::BLOCK).max(1) as usize
     }
 
-    /// The packets of a tile: the first block in the tile's order, and which of each block's pixels belong to it.
+    /// The packets of a tile: the index of the first block in the tile's order, and the mask of each block's pixels in the
+    /// packet.
     fn packets(self) -> impl Iterator<Item = (usize, u16)> {
         const QUARTERS: [u16; 4] = [0x0033, 0x00cc, 0x3300, 0xcc00];
         let blocks = self.blocks();
@@ -69,7 +70,7 @@ impl PacketSide {
 /// Blocks along an edge of a tile.
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 
-/// What one thread traces packets with.
+/// The memory of a thread for tracing packets.
 pub(super) struct Worker {
     pub(super) bundle: Bundle,
     pub(super) rays: PacketRays,
@@ -102,25 +103,25 @@ impl Worker {
     }
 }
 
-/// The rays of a packet, of which some may have been traced already.
+/// The rays of a packet, some of which may have been traced already.
 pub(super) struct Bundle {
-    /// How many blocks there are.
+    /// The number of blocks.
     pub(super) count: usize,
-    /// Where each block is in the tile's order.
+    /// The index of each block in the tile's order.
     pub(super) blocks: [u16; MOST_BLOCKS],
-    /// Rays that weren't traced yet.
+    /// Rays that aren't traced yet.
     pub(super) remaining: [u16; MOST_BLOCKS],
-    /// What the rays that are being traced have in common.
+    /// The group of the rays being traced.
     pub(super) group: Group,
-    /// Those rays.
+    /// The group's rays.
     pub(super) members: [u16; MOST_BLOCKS],
-    /// Directions of rays with a common origin, or where rays with a common direction are.
+    /// Directions of rays with a common origin, or positions of rays with a common direction.
     pub(super) vectors: [[[f64; LANES]; 3]; MOST_BLOCKS],
-    /// How wrong each ray's vector may be.
+    /// Error bound of each ray's vector.
     pub(super) errors: [[f64; LANES]; MOST_BLOCKS],
-    /// How wrong the predicate takes a shadow ray's point to be.
+    /// The predicate's error of a shadow ray's end point.
     pub(super) predicate_errors: [[f64; LANES]; MOST_BLOCKS],
-    /// What the rays of a group have in common besides their direction: hits are about as far away.
+    /// Inverse depths, by which groups are split: the hits of a group are about as far away.
     pub(super) inverse_depths: [[f32; LANES]; MOST_BLOCKS],
 }
 
@@ -146,18 +147,18 @@ pub(super) fn eight<S: Simd>(simd: S, numbers: &[f64; LANES], half: usize) -> f6
     f64x8::from_slice(simd, &numbers[half * 8..half * 8 + 8])
 }
 
-/// Which of eight of a block's rays are members.
+/// The mask of members among eight of a block's rays.
 #[inline(always)]
 pub(super) fn members_of<S: Simd>(simd: S, members: u16, half: usize) -> mask64x8<S> {
     mask64x8::from_bitmask(simd, u64::from(members >> (8 * half) & 0xff))
 }
 
-/// What the rays of a group have in common, and so what differs.
+/// The common property of a group's rays, which tells how they differ.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
-    /// An origin: rays have slopes u / w and v / w.
+    /// A common origin: rays have slopes u / w and v / w.
     Fan,
-    /// A direction of this slope: rays have coordinates, in units, where they cross w = 0.
+    /// A common direction of this slope: rays have coordinates, in units, at w = 0.
     Column { slope: [f64; 2], unit: f64 },
 }
 
@@ -176,14 +177,14 @@ impl Bundle {
         DVec3::new(x[lane], y[lane], z[lane])
     }
 
-    /// The first block and lane that haven't been traced yet.
+    /// The first block and lane not traced yet.
     pub(super) fn first_remaining(&self) -> Option<(usize, usize)> {
         let block = self.remaining[..self.count].iter().position(|&remaining| remaining != 0)?;
         Some((block, self.remaining[block].trailing_zeros() as usize))
     }
 
-    /// Starts a group of rays: the first one, and those of the others that agree with it. With `by_direction` they have its
-    /// major axis; with `spread` their inverse depths differ from its by no more than this part of it.
+    /// Starts a group: the first ray, and the remaining rays that agree with it. With `by_direction` they have its major
+    /// axis; with `spread` their inverse depths differ from its by at most this fraction.
     #[inline(always)]
     pub(super) fn start_group<S: Simd>(
         &mut self,
@@ -215,7 +216,7 @@ impl Bundle {
         }
     }
 
-    /// Which of a block's vectors are directions that the [group has](Group::has).
+    /// The mask of a block's vectors that are directions of the [group](Group::has).
     #[inline(always)]
     fn agreeing<S: Simd>(&self, simd: S, block: usize) -> u16 {
         let mut agreeing = 0;
@@ -237,7 +238,7 @@ impl Bundle {
         [u, v, w * self.group.sign]
     }
 
-    /// Slopes or coordinates of eight of a block's rays along u and v, and how far their vectors go along w.
+    /// Slopes or coordinates of eight of a block's rays along u and v, and the w of their vectors.
     #[inline(always)]
     fn shaped<S: Simd>(&self, simd: S, block: usize, half: usize, shape: Shape) -> [f64x8<S>; 3] {
         let [u, v, w] = self.turned(simd, block, half);
@@ -256,12 +257,12 @@ impl Bundle {
         blocks.flat_map(|(block, &members)| bits_of(members).map(move |lane| (block, lane)))
     }
 
-    /// How many rays the group has.
+    /// The number of rays in the group.
     pub(super) fn len(&self) -> u32 {
         self.members[..self.count].iter().map(|members| members.count_ones()).sum()
     }
 
-    /// The ranges of slopes or coordinates of the group's rays along u and v, and of how far their vectors go along w.
+    /// The ranges of slopes or coordinates of the group's rays along u and v, and of the w of their vectors.
     #[inline(always)]
     pub(super) fn ranges<S: Simd>(&self, simd: S, shape: Shape) -> [Range; 3] {
         let mut lows = [f64x8::splat(simd, f64::INFINITY); 3];
@@ -283,7 +284,7 @@ impl Bundle {
         ]
     }
 
-    /// Finds where the members of the group are in the packet's space.
+    /// Transforms the group's members to coordinates in the packet's space.
     #[inline(always)]
     pub(super) fn place_rays<S: Simd>(&self, simd: S, space: &Space, rays: &mut PacketRays) {
         let shape = Shape::of(space);
@@ -298,7 +299,7 @@ impl Bundle {
         }
     }
 
-    /// Calls `visit` with the blocks of each packet of a tile, and the pixels of each block that are the packet's.
+    /// Calls `visit` with the blocks of each packet of a tile, and the mask of each block's pixels in the packet.
     #[inline(always)]
     pub(super) fn packets_of_tile(side: PacketSide, mut visit: impl FnMut(&[u16], u16)) {
         let along = side.blocks();

@@ -12,22 +12,22 @@ use super::nested::Inside;
 pub(super) struct Cells<'a> {
     pub(super) lattice: Lattice,
     pub(super) macrocells: Blocks<'a>,
-    /// Where each cell's ids start, and one further where the last one's end.
+    /// The start of each cell's ids, and finally the end of the last cell's.
     pub(super) starts: &'a [AtomicU32],
     pub(super) ids: &'a [AtomicU32],
-    /// What cells hold that list more triangles than `most`.
+    /// The grids inside of cells that list more triangles than `most`.
     pub(super) inside: Inside<'a>,
     pub(super) most: usize,
 }
 
 impl<'a> Cells<'a> {
-    /// The references of the cells from one index to another, the last included.
+    /// The references of the cells from one index to another, both included.
     #[inline(always)]
     pub(super) fn listed(&self, first: usize, last: usize) -> &'a [AtomicU32] {
         &self.ids[self.starts[first].load(Relaxed) as usize..self.starts[last + 1].load(Relaxed) as usize]
     }
 
-    /// The cells inside of the cell at an index; `None` where it only lists triangles.
+    /// The cells inside of the cell at an index; `None` if it only lists triangles.
     pub(super) fn inside(&self, index: usize) -> Option<Self> {
         if self.listed(index, index).len() <= self.most {
             return None;

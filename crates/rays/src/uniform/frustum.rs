@@ -6,10 +6,10 @@ use super::slices::Beam;
 use crate::packet::{HALF_ULP, LANES};
 use crate::{Bounds, Triangles};
 
-/// The four planes of a [`Beam`] in f32, which need no more of a triangle than its corners (Wald et al. 2006, §2.3).
+/// The four planes of a [`Beam`] in f32, which are tested against a triangle's corners alone (Wald et al. 2006, §2.3).
 ///
 /// Most triangles in a packet's cells are beside it (`umbrage-bench culling` counts them: 19 of 20 with 8×8 rays in
-/// `demo:cloth`). This finds them without preparing them for the packet's rays.
+/// `demo:cloth`). This rules them out without preparing them for the packet's rays.
 pub(super) struct Frustum {
     axes: [usize; 3],
     low: [Plane; 2],
@@ -21,7 +21,7 @@ pub(super) struct Frustum {
 struct Plane {
     slope: f32,
     offset: f32,
-    /// How wrong u − (slope · z + offset) may be, and the beam.
+    /// Error bound of u − (slope · z + offset) and of the beam.
     margin: f32,
 }
 
@@ -37,9 +37,9 @@ impl Frustum {
             // The slope, the offset, their product and both sums are rounded to f32: at most four roundings for each
             // term, and one for those in f64.
             let terms = (1.0 + slope.abs()) * reach + from.abs() + shift.abs() + slope.abs() * from_z.abs();
-            // Rays leave the beam, and the part of it that counts, by no more than its slack, and slopes are four at most.
+            // Rays are outside of the beam's relevant part by at most its slack, and slopes are four at most.
             let margin = 5.0 * HALF_ULP * terms + 8.0 * beam.slack * lattice.side;
-            // Numbers that overflow or underflow f32 leave nothing out.
+            // Numbers that overflow or underflow f32 rule nothing out.
             let margin = if terms < 1e37 { (margin as f32).next_up() + f32::MIN_POSITIVE } else { f32::INFINITY };
             Plane { slope: slope as f32, offset: offset as f32, margin }
         };
@@ -50,10 +50,10 @@ impl Frustum {
         }
     }
 
-    /// Which of up to 16 triangles no ray hits, for certain; a bit for each: those with all corners beyond one plane.
+    /// The triangles, of up to 16, that certainly no ray hits, a bit for each: those with all corners beyond one plane.
     ///
-    /// Where a ray hits a triangle it is between the planes, and so is one of the triangle's corners, at least, below the
-    /// high plane and one above the low one.
+    /// Where a ray hits a triangle it is between the planes. So at least one of the triangle's corners is below the high
+    /// plane, and one above the low one.
     #[inline(always)]
     pub(super) fn missed<S: Simd>(&self, simd: S, triangles: Triangles<'_>, ids: &[u32]) -> u64 {
         let mut corners = [[[0.0_f32; LANES]; 3]; 3];
@@ -65,7 +65,7 @@ impl Frustum {
                 }
             }
         }
-        // Not by `array::map`, which isn't reliably inlined, and without the instruction set then.
+        // Without `array::map`, which isn't reliably inlined, and then is compiled without the instruction set.
         let [a, b, c] = corners;
         let [a, b, c] = [vectors(simd, a), vectors(simd, b), vectors(simd, c)];
         let mut missed = 0;
@@ -88,7 +88,7 @@ fn vectors<S: Simd>(simd: S, [u, v, z]: [[f32; LANES]; 3]) -> [f32x16<S>; 3] {
 }
 
 impl Plane {
-    /// How far points are above the plane.
+    /// The heights of points above the plane.
     #[inline(always)]
     fn over<S: Simd>(self, simd: S, u: f32x16<S>, z: f32x16<S>) -> f32x16<S> {
         u - (z * f32x16::splat(simd, self.slope) + f32x16::splat(simd, self.offset))

@@ -4,17 +4,17 @@ use glam::{DVec3, UVec3, Vec3};
 
 use crate::Bounds;
 
-/// Where a grid's cells are: cubes side by side, along x first, then y, then z.
+/// The layout of a grid's cells: adjacent cubes, along x first, then y, then z.
 ///
-/// A world position p is at g = (p − `corner`) / `side` in *cell coordinates*, which this comment uses: cell i of an axis
-/// holds the coordinates from i to i + 1.
+/// A world position p has the *cell coordinates* g = (p − `corner`) / `side`, used in this comment: cell i of an axis holds
+/// the coordinates from i to i + 1.
 ///
-/// **What makes the grid conservative.** The predicate accepts a hit only where the ray's line meets the triangle in
-/// real numbers, at a point h inside the triangle's box. Three roundings make a computed coordinate wrong by 3 · 2⁻⁵³ of
-/// its size, which is below 2⁻³⁹ for [`MOST_ON_A_SIDE`](Self::MOST_ON_A_SIDE) cells. Triangles are listed in each cell
-/// that their box, grown by [`MARGIN`](Self::MARGIN), touches. So the triangle is listed in each cell that is no
-/// farther than `MARGIN` − 2⁻³⁹ from h on every axis, and a ray finds it if it visits one of those: traversals need to
-/// know where the ray is only to within [`DOUBT`](Self::DOUBT), which is half the margin.
+/// **Why the grid is conservative.** The predicate accepts a hit only where the ray's line meets the triangle in real
+/// numbers, at a point h inside the triangle's box. Three roundings give a computed coordinate an error of 3 · 2⁻⁵³ of its
+/// size, which is below 2⁻³⁹ for [`MOST_ON_A_SIDE`](Self::MOST_ON_A_SIDE) cells. Triangles are listed in each cell that
+/// their box, grown by [`MARGIN`](Self::MARGIN), touches. So the triangle is listed in each cell no farther than
+/// `MARGIN` − 2⁻³⁹ from h on every axis, and a ray finds it if it visits one of those. Traversals need the ray's position
+/// only to within [`DOUBT`](Self::DOUBT), which is half the margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     /// World position of the lowest corner.
@@ -25,25 +25,25 @@ pub struct Lattice {
     pub cells: UVec3,
 }
 
-/// The cells that a box overlaps, the last included; none where `low` is above `high`. 12 bytes.
+/// The cells that a box overlaps, from `low` to `high`, both included; none where `low` is above `high`. 12 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CellBox {
     pub(super) low: [u16; 3],
     pub(super) high: [u16; 3],
 }
 
-/// The cells that a vertex touches: on each axis the sum of the first and the last one, between which there is none. The
-/// fourth number fills up. 8 bytes.
+/// The cells that a vertex touches, one or two on each axis, as the sum of the first and the last one. The fourth number is
+/// padding. 8 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(align(8))]
 pub(super) struct VertexCells([i16; 4]);
 
 impl CellBox {
-    /// Overlaps nothing.
+    /// A box that overlaps nothing.
     pub(super) const EMPTY: Self = Self { low: [1; 3], high: [0; 3] };
 
-    /// The cells that a triangle's box overlaps. Rounding keeps the order of coordinates, so that the lowest and the
-    /// highest of the corners' cells are those of the box.
+    /// The cells that a triangle's box overlaps. Rounding keeps the order of coordinates, so the lowest and the highest of
+    /// the corners' cells are those of the box.
     #[inline(always)]
     pub(super) fn around([a, b, c]: [VertexCells; 3]) -> Self {
         let sums = std::array::from_fn::<_, 4, _>(|axis| {
@@ -60,34 +60,34 @@ impl CellBox {
         u32::from(self.low[axis])..=u32::from(self.high[axis])
     }
 
-    /// How many cells it has.
+    /// The number of cells.
     pub(super) fn len(&self) -> u64 {
         (0..3).map(|axis| (u64::from(self.high[axis]) + 1).saturating_sub(self.low[axis].into())).product()
     }
 }
 
 impl Lattice {
-    /// How far boxes of triangles are grown, in cells.
+    /// The growth of triangles' boxes, in cells.
     pub const MARGIN: f64 = 1.0 / (1 << 12) as f64;
-    /// How wrong a traversal's cell coordinates may be.
+    /// The largest error of a traversal's cell coordinates.
     pub const DOUBT: f64 = 0.5 * Self::MARGIN;
-    /// Most cells along an axis.
+    /// The largest number of cells along an axis.
     pub const MOST_ON_A_SIDE: u32 = 1 << 12;
-    /// Most cells in all, before each side is rounded up.
+    /// The largest number of cells in all, before each side is rounded up.
     pub(super) const MOST_CELLS: f64 = (1 << 26) as f64;
     /// Least distance of the bounds from the lattice's faces, in cells.
     const RIM: f64 = 1.0 / 64.0;
 
-    /// No coordinate of the bounds has a larger magnitude than this.
+    /// Upper bound of the magnitude of the bounds' coordinates.
     pub(super) fn reach(&self) -> f32 {
         let far = self.corner + self.cells.as_dvec3() * self.side;
         self.corner.abs().max(far.abs()).max_element() as f32
     }
 
-    /// About `wanted` cells around `bounds` (Wald et al. 2006, §3): cells along an axis are the
-    /// size along it times ∛(wanted / V).
+    /// About `wanted` cells around `bounds` (Wald et al. 2006, §3): the number along an axis is the size along it times
+    /// ∛(wanted / V).
     ///
-    /// An axis along which the bounds are thinner than a cell gets one, and the formula is used for the others.
+    /// An axis along which the bounds are thinner than a cell gets one cell, and the formula is used for the others.
     pub(super) fn around(bounds: Bounds, wanted: f64) -> Self {
         if bounds.is_empty() {
             return Self { corner: DVec3::ZERO, side: 1.0, cells: UVec3::ONE };
@@ -105,7 +105,7 @@ impl Lattice {
         Self::with_side(bounds, side)
     }
 
-    /// The lattice around `bounds`, which aren't empty, with cells of an edge of `side`, or larger ones if they were too
+    /// The lattice around `bounds`, which aren't empty, with cells of edge `side`, or larger ones if these would be too
     /// many.
     pub(super) fn with_side(bounds: Bounds, side: f64) -> Self {
         let size = bounds.max.as_dvec3() - bounds.min.as_dvec3();
@@ -115,12 +115,12 @@ impl Lattice {
         Self { corner: bounds.min.as_dvec3() - side * Self::RIM, side, cells }
     }
 
-    /// How many cells there are.
+    /// The number of cells.
     pub(super) fn len(&self) -> usize {
         self.cells.x as usize * self.cells.y as usize * self.cells.z as usize
     }
 
-    /// The index of a cell in the order of cells.
+    /// The index of a cell, in the order of cells.
     #[inline(always)]
     pub(super) fn index(&self, x: u32, y: u32, z: u32) -> usize {
         (z as usize * self.cells.y as usize + y as usize) * self.cells.x as usize + x as usize
@@ -137,26 +137,26 @@ impl Lattice {
         }
     }
 
-    /// A world position in cell coordinates, wrong by three roundings of their size.
+    /// The cell coordinates of a world position, with an error of three roundings of their size.
     #[inline(always)]
     pub fn coordinates(&self, position: DVec3) -> DVec3 {
         (position - self.corner) * (1.0 / self.side)
     }
 
-    /// The cells that a vertex, grown by the margin, touches; any where it isn't finite or outside of the lattice.
+    /// The cells that a vertex, grown by the margin, touches; any cells if it isn't finite or is outside of the lattice.
     #[inline(always)]
     pub(super) fn cells_at(&self, vertex: Vec3) -> VertexCells {
         let at = self.coordinates(vertex.as_dvec3());
         let last = self.cells.as_dvec3() - 1.0;
         let sum = |axis: usize| {
-            // Conversions to integers cut fractions off.
+            // Conversions to integers truncate.
             let [low, high] = [at[axis] - Self::MARGIN, at[axis] + Self::MARGIN];
             low.clamp(0.0, last[axis]) as i32 + high.clamp(0.0, last[axis]) as i32
         };
         VertexCells([sum(0) as i16, sum(1) as i16, sum(2) as i16, 0])
     }
 
-    /// The cells that the grown box of `corners`, which are finite, overlaps.
+    /// The cells that the grown box of finite `corners` overlaps.
     #[inline(always)]
     pub(super) fn cells_around(&self, [a, b, c]: [Vec3; 3]) -> CellBox {
         let (low, high) = (self.cells_at(a.min(b).min(c)), self.cells_at(a.max(b).max(c)));
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn cells_follow_the_paper() {
-        // 2 × 1 × 4 with 8 · 1000 cells: 10 to a unit of length, and what the rim adds.
+        // 2 × 1 × 4 with 8 · 1000 cells: 10 cells a unit of length, plus the rim.
         assert_eq!(lattice([2.0, 1.0, 4.0], 8000.0).cells, UVec3::new(21, 11, 41));
     }
 

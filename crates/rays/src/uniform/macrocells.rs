@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::lattice::Lattice;
 
-/// Which macrocells, of M × M × M cells, hold a triangle (Wald et al. 2006, §2.4). One byte each.
+/// The macrocells, of M × M × M cells, that hold a triangle (Wald et al. 2006, §2.4). One byte each.
 #[derive(Default)]
 pub(super) struct Macrocells {
     /// M.
@@ -22,7 +22,7 @@ impl Macrocells {
         self.occupied.capacity()
     }
 
-    /// Marks the macrocells some cell of which lists a triangle.
+    /// Marks the macrocells with a cell that lists a triangle.
     pub(super) fn mark(&mut self, lattice: &Lattice, side: u32, starts: &[AtomicU32]) {
         self.side = side;
         self.count = count(lattice, side);
@@ -47,20 +47,20 @@ pub(super) struct Blocks<'a> {
 }
 
 impl Blocks<'_> {
-    /// Whether some cell of the macrocell holds a triangle.
+    /// Whether a cell of the macrocell holds a triangle.
     #[inline(always)]
     pub(super) fn is_occupied(&self, x: u32, y: u32, z: u32) -> bool {
-        // Macrocells of one cell are none, and nothing is skipped.
+        // Macrocells of one cell don't exist, and nothing is skipped.
         self.side == 1 || self.occupied[((z * self.count.y + y) * self.count.x + x) as usize]
     }
 }
 
-/// How many macrocells of `side`³ cells a lattice has along each axis.
+/// The number of macrocells of `side`³ cells along each axis of a lattice.
 pub(super) fn count(lattice: &Lattice, side: u32) -> UVec3 {
     lattice.cells.map(|cells| cells.div_ceil(side))
 }
 
-/// Marks in `occupied`, a byte for each macrocell, those some cell of which lists a triangle: its ids don't end where they
+/// Marks in `occupied`, a byte for each macrocell, those with a cell that lists a triangle: its ids don't end at their
 /// start.
 pub(super) fn mark(lattice: &Lattice, side: u32, starts: &[AtomicU32], occupied: &mut [bool]) {
     let UVec3 { x: columns, y: rows, .. } = count(lattice, side);
@@ -75,7 +75,7 @@ pub(super) fn mark(lattice: &Lattice, side: u32, starts: &[AtomicU32], occupied:
     });
 }
 
-/// Marks what one row of cells occupies of a row of macrocells.
+/// Marks the macrocells of one row that a row of cells occupies.
 fn mark_row(occupied: &mut [bool], lattice: &Lattice, side: u32, starts: &[AtomicU32]) {
     for (column, occupied) in occupied.iter_mut().enumerate() {
         let first = column as u32 * side;

@@ -1,10 +1,10 @@
 //! The uniform grid: cubic cells for all rays, rebuilt for every frame (Wald et al., *Ray Tracing Animated Scenes using
 //! Coherent Grid Traversal*, 2006).
 //!
-//! `lattice` says where the cells are and why nothing is missed, `build` lists triangles in them, `macrocells` marks
-//! what is empty, `trace` follows single rays. `slices` leads packets of rays through the cells, where `frustum` leaves out
-//! what is beside them; `see` those of a camera and `shadow` those of a light, in the groups that `bundle` keeps.
-//! Cells may hold grids of their own, which are `nested`; `cells` are those of one grid, to both kinds of traversal.
+//! `lattice` has the layout of cells and the proof that no hit is missed, `build` lists triangles in cells, `macrocells`
+//! marks empty regions, `trace` follows single rays. `slices` leads packets of rays through the cells, and `frustum` rules
+//! out triangles beside them; `see` traces those of a camera and `shadow` those of a light, in groups of a `bundle`. Cells
+//! may hold grids of their own, which are `nested`; both traversals see one grid as its `cells`.
 
 mod build;
 mod bundle;
@@ -36,13 +36,13 @@ use macrocells::Macrocells;
 use nested::Nested;
 pub use slices::{Beam, Scratch, Visitor};
 
-/// How triangles come into cells.
+/// The insertion of triangles into cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Insertion {
-    /// Into each cell that their bounding box overlaps: what the paper found to be faster in all.
+    /// Into each cell that their bounding box overlaps: the faster way overall, according to the paper.
     #[default]
     Boxes,
-    /// Into each cell that they overlap themselves: fewer references, and more work for each.
+    /// Into each cell that the triangle itself overlaps: fewer references, and more work for each.
     Exact,
 }
 
@@ -51,30 +51,30 @@ choices! { Insertion, "insertion":
     "exact" => Exact, "into each cell that the triangle itself overlaps";
 }
 
-/// What a [`UniformGrid`] is like.
+/// The options of a [`UniformGrid`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UniformOptions {
-    /// λ of the paper's §3: cells for each triangle.
+    /// Cells per triangle: λ of the paper's §3.
     pub cells_per_triangle: f64,
-    /// M of the paper's §2.4: cells along an edge of a macrocell; 1 does without macrocells.
+    /// Cells along an edge of a macrocell: M of the paper's §2.4. 1 disables macrocells.
     pub macrocell: u32,
-    /// How triangles come into cells (§3).
+    /// Insertion of triangles into cells (§3).
     pub insertion: Insertion,
-    /// How many rays are traced together.
+    /// Number of rays traced together.
     pub packet: PacketSide,
     /// Cells that list more triangles than this hold grids of their own where that pays, and so may those grids' cells: for
-    /// scenes of very uneven density. `None`: no cell does.
+    /// scenes of very uneven density. `None` disables such grids.
     pub nested_above: Option<u32>,
-    /// The part of a point's inverse distance from the camera by which others' may differ that shadow rays are traced with
-    /// (§4.6): packets are split at silhouettes.
+    /// The largest relative difference of inverse distances from the camera among points whose shadow rays are traced
+    /// together (§4.6): packets are split at silhouettes.
     ///
-    /// From 1/50 to 1/16 is about the best on all of the gallery: 1/4 takes 1.3 times as long in `demo:cloth` and 2.4 times
-    /// in `demo:shatter`, 1 up to eleven times.
+    /// From 1/50 to 1/16 is about the best in all scenes of the gallery: 1/4 takes 1.3 times as long in `demo:cloth` and 2.4
+    /// times in `demo:shatter`, 1 up to eleven times.
     pub shadow_spread: f32,
 }
 
 impl UniformOptions {
-    /// The paper's, but for larger packets.
+    /// The paper's options, with larger packets.
     pub const DEFAULT: Self = Self {
         cells_per_triangle: 6.0,
         macrocell: 6,
@@ -84,22 +84,23 @@ impl UniformOptions {
         shadow_spread: 0.05,
     };
 
-    /// The same, with grids inside of crowded cells.
+    /// The default options, with grids inside of crowded cells.
     ///
-    /// Of 16 to 256 triangles, 64 was about the best for balls of 100,000 triangles in rooms of 1000 times their size: on two
-    /// busy cores packets of 512² rays to such a ball took 40 ms instead of 7800 ms, single ones 3.8 µs instead of 6500 µs
-    /// and builds 47 ms instead of 10 ms, with 146 bytes a triangle instead of 51. Even scenes have no such cells.
+    /// Of 16 to 256 triangles, 64 was about the best for balls of 100,000 triangles in rooms of 1000 times their size: on
+    /// two busy cores packets of 512² rays to such a ball took 40 ms instead of 7800 ms, single rays 3.8 µs instead of 6500
+    /// µs and builds 47 ms instead of 10 ms, with 146 bytes a triangle instead of 51. Scenes of even density have no such
+    /// cells.
     pub const NESTED: Self = Self { nested_above: Some(64), ..Self::DEFAULT };
 
-    /// The most cells along an edge of a macrocell.
+    /// The largest number of cells along an edge of a macrocell.
     pub const LARGEST_MACROCELL: u32 = 64;
 }
 
 impl UniformOptions {
-    /// Whether a grid can be like this.
+    /// Checks that a grid can have these options.
     ///
     /// # Errors
-    /// If λ or the spread isn't above zero and finite, macrocells aren't of 1 to 64 cells along an edge, or cells that list
+    /// If λ or the spread isn't positive and finite, if macrocells don't have 1 to 64 cells along an edge, or if cells with
     /// a single triangle should hold grids.
     pub fn check(self) -> Result<(), ImpossibleUniformOptions> {
         let Self { cells_per_triangle, macrocell, nested_above, shadow_spread, .. } = self;
@@ -129,20 +130,20 @@ pub struct ImpossibleUniformOptions(pub UniformOptions);
 
 /// The triangles of a frame, listed in cubic cells.
 ///
-/// With λ = 6 about 24 bytes of cells for each triangle, and while building 12 more and 8 for each shared vertex; and four
-/// for each reference, of which there are [`UniformGrid::MOST_REFERENCES`] a triangle at most. Grids inside of cells may
-/// take as much for references again and about twice as much for cells, and 12 bytes for each reference of a crowded cell
-/// while they are built. Keep it and rebuild it: its memory is reused.
+/// With λ = 6, it holds about 24 bytes of cells per triangle, and during the build 12 more, plus 8 for each shared vertex.
+/// Each reference takes four bytes; there are at most [`UniformGrid::MOST_REFERENCES`] a triangle. Grids inside of cells may
+/// take as much again for references and about twice as much for cells, plus 12 bytes for each reference of a crowded cell
+/// during their build. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct UniformGrid {
     level: SimdLevel,
     options: UniformOptions,
-    /// None before the first build.
+    /// `None` before the first build.
     lattice: Option<Lattice>,
     triangle_count: usize,
-    /// Where each cell's ids start, and one further where the last one's end; a zero follows from counting.
+    /// The start of each cell's ids, and finally the end of the last cell's; a zero from counting follows.
     starts: Vec<AtomicU32>,
-    /// How many references are before each thread's part of the cells.
+    /// The number of references before each thread's part of the cells.
     sums: Vec<u32>,
     /// Triangle ids, cell after cell, ascending in each.
     ids: Vec<AtomicU32>,
@@ -155,9 +156,9 @@ pub struct UniformGrid {
     chunks: Vec<Chunk>,
     bounds: Bounds,
     omitted: Omitted,
-    /// What single rays took.
+    /// The work of single rays.
     visits: Tally,
-    /// One for each thread.
+    /// Memory for each thread.
     workers: Vec<Mutex<Box<Worker>>>,
 }
 
@@ -170,14 +171,14 @@ debug_some!(
 );
 
 impl UniformGrid {
-    /// Where the cells are; `None` before the first build.
+    /// The layout of the cells; `None` before the first build.
     #[doc(hidden)]
     #[must_use]
     pub fn lattice(&self) -> Option<Lattice> {
         self.lattice
     }
 
-    /// Which instructions packets use.
+    /// The level whose instructions packets use.
     #[doc(hidden)]
     #[must_use]
     pub fn level(&self) -> SimdLevel {
@@ -190,7 +191,7 @@ impl UniformGrid {
         Self { level, ..Self::default() }
     }
 
-    /// Says what the grid is like from the next build on.
+    /// Sets the options, from the next build on.
     ///
     /// # Errors
     /// As [`UniformOptions::check`].
@@ -206,25 +207,25 @@ impl UniformGrid {
         self.lattice.map_or([0; 3], |lattice| lattice.cells.to_array())
     }
 
-    /// How many references to triangles all cells hold together, not counting grids inside of cells.
+    /// The number of references to triangles in all cells, without grids inside of cells.
     #[must_use]
     pub fn references(&self) -> usize {
         self.ids.len()
     }
 
-    /// How many grids are inside of cells, whether of the scene's grid or of one another.
+    /// The number of grids inside of cells, at any depth.
     #[must_use]
     pub fn nested_grids(&self) -> usize {
         self.nested.len()
     }
 
-    /// How many references to triangles the grids inside of cells hold together.
+    /// The number of references to triangles in the grids inside of cells.
     #[must_use]
     pub fn nested_references(&self) -> usize {
         self.nested.references()
     }
 
-    /// What single rays took since the last time, and forgets it. All zeros without the feature `statistics`.
+    /// Returns the work of single rays since the last call and resets it. All zeros without the feature `statistics`.
     #[must_use]
     pub fn take_visits(&self) -> Counts {
         self.visits.take()

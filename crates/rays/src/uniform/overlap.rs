@@ -2,22 +2,22 @@ use glam::{DVec3, Vec3};
 
 use super::lattice::Lattice;
 
-/// A triangle in cell coordinates, to be tested against cells that its box overlaps.
+/// A triangle in cell coordinates, for tests against cells that its box overlaps.
 ///
-/// Akenine-Möller, *Fast 3D Triangle-Box Overlap Testing*, 2001: a triangle and a box are apart where some axis
-/// separates them. The box's own axes are left out, since only cells of the triangle's box are asked about; the
-/// triangle's normal and the nine products of its edges with the box's axes are the others.
+/// Akenine-Möller, *Fast 3D Triangle-Box Overlap Testing*, 2001: a triangle and a box are apart if an axis separates them.
+/// The box's own axes are left out, since only cells of the triangle's box are tested. The others are the triangle's normal
+/// and the nine products of its edges with the box's axes.
 pub(super) struct ExactTriangle {
     corners: [DVec3; 3],
     axes: [DVec3; 10],
-    /// Half a cell, grown by the margin that boxes have, and by what rounding may do.
+    /// Half a cell, grown by the boxes' margin and by rounding.
     half: f64,
 }
 
 impl ExactTriangle {
-    /// Any vector may serve as an axis, so that what rounding did to it doesn't matter. Corners at up to r cells are wrong by
-    /// 3 · 2⁻⁵³ r, and less than r and 2¹² cells away from a cell, so that with three roundings projections are wrong by less
-    /// than 2⁻⁴⁹ (r + 2¹²) of the axis' 1-norm, which the half is multiplied with.
+    /// Any vector may serve as an axis, so its rounding doesn't matter. Corners at up to r cells have an error of 3 · 2⁻⁵³
+    /// r, and are less than r + 2¹² cells away from a cell. So with three roundings the error of projections is less than
+    /// 2⁻⁴⁹ (r + 2¹²) of the axis' 1-norm, by which the half is multiplied.
     pub(super) fn new(lattice: &Lattice, corners: [Vec3; 3]) -> Self {
         let corners = corners.map(|corner| lattice.coordinates(corner.as_dvec3()));
         let reach = corners.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));

@@ -18,8 +18,9 @@ use crate::simd::lanes::bits_of;
 pub(super) use crate::predicate::ROUNDING;
 
 impl UniformGrid {
-    /// Finds what each pixel of `shot` sees by tracing packets of neighbouring pixels' rays (Wald et al. 2006, §2): bit for
-    /// bit the same on any number of threads and at every SIMD level. Pixels that hit nothing see [`SeenPixels::NONE`].
+    /// Finds the triangle that each pixel of `shot` sees by tracing packets of neighbouring pixels' rays (Wald et al. 2006,
+    /// §2): bit for bit the same on any number of threads and at every SIMD level. Pixels without a hit get
+    /// [`SeenPixels::NONE`].
     ///
     /// The shot's triangles are those of the last [`build`](Self::build).
     pub fn see(&mut self, shot: &Shot<'_>, seen: &mut SeenPixels) -> Counts {
@@ -32,16 +33,15 @@ impl UniformGrid {
 
     /// Calls `work` with the current thread's memory.
     pub(super) fn with_worker<T>(&self, work: impl FnOnce(&mut Worker) -> T) -> T {
-        // A thread waits for nobody here, since each has its own.
+        // No thread waits here, since each has its own memory.
         let thread = rayon::current_thread_index().unwrap_or(self.workers.len() - 1);
         let mut worker = self.workers[thread].lock().unwrap_or_else(PoisonError::into_inner);
         work(&mut worker)
     }
 
-    /// The power of two that brings the edge of a cell to between a half and one; of cells as huge or tiny as 2^±64, 2^∓64.
+    /// The power of two that scales the edge of a cell to between a half and one; the exponent is limited to ±64.
     ///
-    /// f32 then holds distances of the size of one in a scene that reaches to 10³⁸, and their inverses, which it wouldn't in
-    /// cells.
+    /// f32 then holds distances of about one in a scene that reaches to 10³⁸, and their inverses; in cells it wouldn't.
     #[doc(hidden)]
     #[must_use]
     pub fn unit(&self) -> f64 {
@@ -102,7 +102,7 @@ impl CameraTrace<'_> {
         );
     }
 
-    /// Brings the rays of a packet's blocks to `bundle`.
+    /// Loads the rays of a packet's blocks into `bundle`.
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize, blocks: &[u16], part: u16) {
         bundle.count = blocks.len();
@@ -116,7 +116,7 @@ impl CameraTrace<'_> {
                 let columns = f64x8::from_slice(simd, &all_columns[lanes.clone()]) + f64::from(column);
                 let rows = f64x8::from_slice(simd, &all_rows[lanes.clone()]) + f64::from(row);
                 for (axis, vectors) in bundle.vectors[index].iter_mut().enumerate() {
-                    // As `CameraRays::ray` has it, to the last bit.
+                    // The same as `CameraRays::ray`, to the last bit.
                     let CameraRays { step_x, step_y, corner, position, .. } = &self.rays;
                     let varying = columns * step_x[axis] + (rows * step_y[axis] + corner[axis]);
                     let vector = if self.rays.is_perspective { varying } else { varying - position[axis] };
@@ -127,7 +127,7 @@ impl CameraTrace<'_> {
         }
     }
 
-    /// Which pixels of the block at a column and row are in the image.
+    /// The mask of the pixels in the image, for the block at a column and row.
     #[inline(always)]
     fn pixels_of_block(&self, column: u32, row: u32) -> u16 {
         let (width, height) = self.order.size();
@@ -140,7 +140,7 @@ impl CameraTrace<'_> {
         })
     }
 
-    /// Traces the rays that can be traced with the first that is left.
+    /// Traces the first remaining ray and those that can be traced with it.
     #[inline(always)]
     fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, ray: (usize, usize)) {
         let Worker { bundle, rays, nearest, undecided, scratch, .. } = worker;
@@ -163,17 +163,18 @@ impl CameraTrace<'_> {
         self.settle(worker, &space, first);
     }
 
-    /// The space of rays from the camera, and how far their directions go along the major axis. A direction differs from the predicate's by 14 roundings of the largest one.
+    /// The space of rays from the camera, and the range of their directions along the major axis. A direction differs from
+    /// the predicate's by 14 roundings of the largest one.
     #[inline(always)]
     fn fan<S: Simd>(&self, simd: S, bundle: &Bundle) -> (Space, Range) {
         let [u, v, ways] = bundle.ranges(simd, Shape::Fan);
         let slopes = [u, v];
-        // Slopes are four at most, so that numerator, denominator and quotient make five of them and a half.
+        // Slopes are four at most, so numerator, denominator and quotient make five and a half of them.
         let error = 96.0 * ROUNDING * self.rays.largest_direction / ways.low;
         (Space::of_origin(bundle.group, self.rays.position, self.unit, slopes, error), ways)
     }
 
-    /// The space of rays along the camera's direction, and from where to where along it they start.
+    /// The space of rays along the camera's direction, and the range of their starts along it.
     #[inline(always)]
     fn column<S: Simd>(&self, simd: S, bundle: &Bundle) -> (Space, Range) {
         let (group, direction, unit) = (bundle.group, self.rays.forward, self.unit);
@@ -191,7 +192,7 @@ impl CameraTrace<'_> {
         self.shot.ray(x, y)
     }
 
-    /// Settles what is in doubt.
+    /// Settles the undecided cases.
     fn settle(&self, worker: &mut Worker, space: &Space, first: usize) {
         let Worker { bundle, nearest, undecided, scratch, .. } = worker;
         for &Undecided { block, lane, triangle, high } in &*undecided {
@@ -212,7 +213,7 @@ impl CameraTrace<'_> {
         undecided.clear();
     }
 
-    /// Bounds of the nearness of a hit, whose t is right to its last bit.
+    /// Bounds of the nearness of a hit, whose t is correct to its last bit.
     fn nearness(&self, space: &Space, ray: &Ray, t: f64) -> (f32, f32) {
         let group = Group { axes: space.axes, sign: space.sign };
         let way = group.turned(ray.direction)[2] * t * self.unit;
@@ -224,11 +225,11 @@ impl CameraTrace<'_> {
                 (-(start + way), 16.0 * ROUNDING * reach)
             }
         };
-        // The next number covers the rounding and what little the others leave.
+        // The next f32 covers the rounding and the small errors of the rest.
         (((nearness - error) as f32).next_down(), ((nearness + error) as f32).next_up())
     }
 
-    /// Writes what the group's rays see.
+    /// Writes the hits of the group's rays.
     #[inline(always)]
     fn write<S: Simd>(&self, simd: S, worker: &Worker, first: usize, triangle: &mut [u32], inverse_depth: &mut [f32]) {
         let Worker { bundle, nearest, .. } = worker;
@@ -254,7 +255,7 @@ impl CameraTrace<'_> {
         }
     }
 
-    /// About one over the t of what a block's rays see, and for which of them that is exact enough.
+    /// The approximate 1/t of a block's hits, and the mask of those that are exact enough.
     #[inline(always)]
     fn inverse_depths<S: Simd>(
         &self,
@@ -270,10 +271,10 @@ impl CameraTrace<'_> {
         (first.narrow(second), if self.rays.is_perspective { exact as u16 } else { 0 })
     }
 
-    /// The same for eight, whose directions go `ways` along the major axis.
+    /// The same for eight rays, whose directions have a component of `ways` along the major axis.
     #[inline(always)]
     fn inverse_depth<S: Simd>(&self, low: f64x8<S>, high: f64x8<S>, ways: f64x8<S>) -> (f64x8<S>, u64) {
-        // Half of the difference is the error, to which one rounding to f32 comes.
+        // The error is half of the difference, plus one rounding to f32.
         const EXACT_ENOUGH: f64 = SeenPixels::RELATIVE_ERROR as f64;
         let inverse = (low + high) * 0.5 * self.unit * ways;
         let exact = (high - low).simd_le(low * EXACT_ENOUGH) & inverse.simd_ge(1e-29) & inverse.simd_le(1e29);

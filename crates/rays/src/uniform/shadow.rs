@@ -23,14 +23,13 @@ use crate::simd::lanes::bits_of;
 const TILE_BLOCKS: usize = TileOrder::TILE_PIXELS / TileOrder::BLOCK_PIXELS;
 
 impl UniformGrid {
-    /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`.
+    /// Finds the points seen by the pixels of `shot` that are lit by `light`.
     ///
-    /// A point is lit unless some triangle but its own shadows it as
-    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) says, where the shot's
-    /// `shadow_opacity` says that it stops rays.
+    /// A point is lit unless a triangle other than its own blocks the light there, by
+    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) and by the shot's `shadow_opacity`.
     ///
-    /// Packets are those of the pixels, and their rays come from the light (Wald et al. 2006, §4.6); they are split where
-    /// distances to the camera, or directions from the light, spread too far.
+    /// Packets are those of the pixels, with rays from the light (Wald et al. 2006, §4.6). They are split where distances to
+    /// the camera, or directions from the light, spread too far.
     ///
     /// # Panics
     /// If `seen` isn't of the size of the shot's view.
@@ -55,7 +54,7 @@ struct LightTrace<'a> {
     image: SeenImage<'a>,
     light: &'a LightSource,
     opacity: OpacityOfSides<'a>,
-    /// The light, or some point from which points are counted where it is infinitely far away.
+    /// The light's position, or for a light infinitely far away any origin for points.
     origin: DVec3,
     rays: CameraRays,
     unit: f64,
@@ -93,8 +92,8 @@ impl LightTrace<'_> {
         );
     }
 
-    /// Brings the points of a packet's blocks to the worker's bundle, where they are both what is left and its members.
-    /// Those whose position isn't certain are decided alone.
+    /// Loads the points of a packet's blocks into the worker's bundle, as remaining rays and members. Points with an
+    /// uncertain position are decided one by one.
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, blocks: &[u16], part: u16) {
         let Worker { bundle, any_hit, .. } = worker;
@@ -117,7 +116,7 @@ impl LightTrace<'_> {
         }
     }
 
-    /// Finds where a block's points are; for which of them that is certain.
+    /// Finds the positions of a block's points; returns the mask of certain ones.
     #[inline(always)]
     fn locate<S: Simd>(&self, simd: S, bundle: &mut Bundle, block: usize, start: usize) -> u16 {
         let mut certain = 0;
@@ -135,7 +134,7 @@ impl LightTrace<'_> {
         certain
     }
 
-    /// Whether a pixel's point is in shadow, found by a ray of its own.
+    /// Whether a pixel's point is in shadow, by a single ray.
     #[cold]
     #[inline(never)]
     fn is_shadowed(&self, index: usize) -> bool {
@@ -146,7 +145,7 @@ impl LightTrace<'_> {
         ray.is_some_and(|ray| self.grid.blocked(shot.triangles, &ray, seen.triangle[index], &stops))
     }
 
-    /// Traces the rays that can be traced with the first that is left.
+    /// Traces the first remaining ray and those that can be traced with it.
     #[inline(always)]
     fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, (block, lane): (usize, usize)) {
         let bundle = &mut worker.bundle;
@@ -198,7 +197,7 @@ impl LightTrace<'_> {
     fn fan<S: Simd>(&self, simd: S, bundle: &Bundle) -> Packet {
         let [u, v, ways] = bundle.ranges(simd, Shape::Fan);
         let (slopes, errors) = ([u, v], Errors::of(simd, bundle));
-        // Slopes are four at most, so that they are wrong by five times the error, relative to w, and a few roundings.
+        // Slopes are four at most, so their error is five times that of points, relative to w, plus a few roundings.
         let relative = errors.of_points / ways.low;
         let space = Space::of_origin(bundle.group, self.origin, self.unit, slopes, 5.5 * relative + 32.0 * ROUNDING);
         let nearest = 1.0 / (ways.low * self.unit);
@@ -229,16 +228,16 @@ impl LightTrace<'_> {
         if space.common == Common::Direction {
             space.start_reach = reach * self.unit;
         }
-        // Where the predicate's points may be, and a little more for roundings.
+        // The farthest possible positions of the predicate's points, plus a little for roundings.
         let last = within[1] + 2.0 * of_points + within[1].abs() * 1e-12;
         let within = [within[0], last * self.unit];
         Packet { space, within, limit_error: (limit_error as f32).next_up() }
     }
 
-    /// Settles what is in doubt.
+    /// Settles the undecided cases.
     fn settle(&self, worker: &mut Worker, first: usize) {
         let Worker { bundle, any_hit, undecided_shadows, scratch, .. } = worker;
-        // One pixel after the other, so that each shadow ray is found once.
+        // Sorted by pixel, so that each shadow ray is found once.
         undecided_shadows.sort_unstable();
         let mut shadows = settle::Shadows::new(&self.opacity);
         for &(block, lane, id) in &*undecided_shadows {
@@ -255,7 +254,7 @@ impl LightTrace<'_> {
     }
 }
 
-/// The largest errors of a group's points, and the largest of their distances from the origin on any axis.
+/// The largest errors of a group's points, and their largest distance from the origin on any axis.
 #[derive(Clone, Copy)]
 struct Errors {
     of_points: f64,
@@ -283,17 +282,17 @@ impl Errors {
     }
 }
 
-/// Shadow rays that are traced together.
+/// Shadow rays traced together.
 struct Packet {
     space: Space,
-    /// From which w to which they go.
+    /// The first and the last w of the rays.
     within: [f64; 2],
-    /// How wrong the nearness of their points may be.
+    /// Error bound of the nearness of their end points.
     limit_error: f32,
 }
 
 impl Packet {
-    /// Whether points are so certain, in relation to their distance, that bounds on errors hold.
+    /// Whether the points' errors are so small, relative to their distance, that the error bounds hold.
     fn is_usable(&self) -> bool {
         self.space.ray_error < 0.01 && self.limit_error.is_finite() && self.within[1].is_finite()
     }

@@ -14,20 +14,20 @@ use crate::shot::Statistics;
 use crate::simd::lanes::bits_of;
 use crate::vectorized;
 
-/// What tests the triangles that a packet comes across.
+/// Tests the triangles that a packet comes across.
 pub trait Visitor {
-    /// Whether nothing matters any more that rays reach at `way` cells along the major axis, or later.
+    /// Whether nothing matters that rays reach at `way` cells along the major axis, or later.
     fn is_done(&self, way: f64) -> bool;
 
     /// Tests up to 16 triangles.
     fn test<S: Simd>(&mut self, simd: S, ids: &[u32], planes: &mut Planes, statistics: &mut Statistics);
 }
 
-/// The visitor for rays that have an origin or a direction in common.
+/// The visitor for rays with a common origin or direction.
 struct Coherent<'a, Q> {
     space: &'a Space,
     triangles: Triangles<'a>,
-    /// The space's unit for each cell.
+    /// Units of the space per cell.
     scale: f64,
     query: &'a mut Q,
 }
@@ -42,7 +42,7 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
         }
     }
 
-    /// Leaves out triangles that miss all rays on the same edge and those behind what was hit.
+    /// Rules out triangles that all rays miss on the same edge, and those behind the hits.
     #[inline(always)]
     fn test<S: Simd>(&mut self, simd: S, ids: &[u32], planes: &mut Planes, statistics: &mut Statistics) {
         planes.set_up(simd, self.space, self.triangles, ids);
@@ -60,19 +60,19 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
     }
 }
 
-/// What one packet after the other is traced with.
+/// Memory for tracing packets, one after the other.
 #[derive(Default)]
 pub struct Scratch {
     mailbox: Mailbox,
     planes: Planes,
-    /// Triangles that were listed, to be looked for in the frustum together.
+    /// Listed triangles, waiting for a common test against the frustum.
     listed: Queue<LANES>,
-    /// Triangles that may be inside, to be tested together.
+    /// Triangles that may be inside, waiting for a common test.
     inside: Queue<{ 2 * LANES }>,
     pub(super) statistics: Statistics,
 }
 
-/// Triangles that wait.
+/// Waiting triangles.
 struct Queue<const N: usize> {
     ids: [u32; N],
     count: usize,
@@ -85,7 +85,7 @@ impl<const N: usize> Default for Queue<N> {
 }
 
 impl<const N: usize> Queue<N> {
-    /// Whether there are enough to be handled together, though more could be.
+    /// Whether there are enough triangles for a common test, though more would fit.
     fn is_half_full(&self) -> bool {
         self.count >= LANES / 2
     }
@@ -97,27 +97,27 @@ impl<const N: usize> Queue<N> {
     }
 }
 
-/// A packet's bounds in cell coordinates, as linear functions of the way w along the major axis, in cells.
+/// A packet's bounds in cell coordinates, as linear functions of w, the distance along the major axis in cells.
 ///
-/// A box is (lowest u, −highest u, lowest v, −highest v), so that one addition brings it to the next slice, and the
-/// minimum of two boxes holds both (Wald et al. 2006, §2.2).
+/// A box is (lowest u, −highest u, lowest v, −highest v), so that one addition moves it to the next slice, and the minimum
+/// of two boxes holds both (Wald et al. 2006, §2.2).
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {
-    /// The box where w is zero.
+    /// The box at w = 0.
     pub base: [f64; 4],
-    /// What it gains for each cell of w.
+    /// Its change per cell of w.
     pub rate: [f64; 4],
-    /// Those of u, v and w.
+    /// The world axes of u, v and w.
     pub axes: [usize; 3],
     /// −1 where w falls along its axis, else 1.
     pub sign: f64,
-    /// Where w is zero on the major axis.
+    /// The coordinate of w = 0 on the major axis.
     pub start: f64,
-    /// What the box is grown by, and slices' w may be off by.
+    /// The growth of the box, and the error bound of the slices' w.
     ///
-    /// Cell coordinates of the origin, products with slopes and up to 2¹² additions are wrong by 2⁻⁴⁰ of the largest
-    /// number that they are made of; to this comes the doubt that the lattice allows for. Slopes and coordinates of all rays
-    /// are inside the packet's extent, which counts their own errors.
+    /// Cell coordinates of the origin, products with slopes and up to 2¹² additions have an error of 2⁻⁴⁰ of the largest
+    /// number involved; the lattice's doubt is added. Slopes and coordinates of all rays are inside the packet's extent,
+    /// which includes their own errors.
     pub slack: f64,
 }
 
@@ -152,7 +152,7 @@ impl Beam {
         beam
     }
 
-    /// The box at w, not yet grown.
+    /// The box at w, without growth.
     #[inline(always)]
     fn at(&self, w: f64) -> [f64; 4] {
         std::array::from_fn(|bound| self.base[bound] + self.rate[bound] * w)
@@ -160,8 +160,8 @@ impl Beam {
 
     /// The same beam in the cell coordinates of a lattice inside of a cell of `outer`.
     ///
-    /// w stays zero where it was. What is wrong in cells of the outer lattice is wrong by more of the smaller ones, and the
-    /// roundings on the way there are relative to the numbers that it was estimated from: twice that covers both.
+    /// The zero of w stays. An error in cells of the outer lattice is larger in the smaller ones, and the roundings on the
+    /// way there are relative to the same numbers: twice the error covers both.
     fn inside(&self, outer: &Lattice, inner: &Lattice) -> Self {
         let scale = outer.side / inner.side;
         let corner = (inner.corner - outer.corner) * (1.0 / outer.side);
@@ -175,13 +175,13 @@ impl Beam {
         }
     }
 
-    /// The w at which slice 0 in the order of travel is entered.
+    /// The w at which a ray enters the first slice in the order of travel.
     pub fn first(&self, cells: u32) -> f64 {
         if self.sign > 0.0 { -self.start } else { self.start - f64::from(cells) }
     }
 }
 
-/// The cells along u and v that a box overlaps, from the first to the last; `None` if it is beside the lattice.
+/// The first and last cells along u and v that a box overlaps; `None` if it is beside the lattice.
 #[inline(always)]
 fn overlapped(bounds: [f64; 4], slack: f64, cells: [u32; 2]) -> Option<[[u32; 2]; 2]> {
     let [low_u, high_u, low_v, high_v] = [bounds[0] - slack, slack - bounds[1], bounds[2] - slack, slack - bounds[3]];
@@ -189,7 +189,7 @@ fn overlapped(bounds: [f64; 4], slack: f64, cells: [u32; 2]) -> Option<[[u32; 2]
     if high_u < 0.0 || low_u > columns || high_v < 0.0 || low_v > rows {
         return None;
     }
-    // Conversions to integers cut fractions off, and negative numbers at zero.
+    // Conversions to integers truncate, and clamp negative numbers to zero.
     let [last_u, last_v] = cells.map(|cells| cells - 1);
     let range = |low: f64, high: f64, last: u32| [(low as u32).min(last), (high as u32).min(last)];
     Some([range(low_u, high_u, last_u), range(low_v, high_v, last_v)])
@@ -213,17 +213,17 @@ struct Walk<'a> {
     beam: Beam,
     /// Cells along u, v and w.
     counts: [u32; 3],
-    /// From which to which w the rays go, in cells.
+    /// The first and the last w of the rays, in cells.
     within: [f64; 2],
-    /// The w at which slice 0 is entered.
+    /// The w at which slice 0 begins.
     first: f64,
     /// Edge of a cell, in cells of the scene.
     side: f64,
 }
 
 impl UniformGrid {
-    /// Tests a packet's rays against the triangles in all cells that the packet overlaps from one w of its space to
-    /// another, slice by slice, until nothing matters any more (Wald et al. 2006, §2.2).
+    /// Tests a packet's rays against the triangles in all cells that the packet overlaps from one w of its space to another,
+    /// slice by slice, until nothing can change the answers any more (Wald et al. 2006, §2.2).
     #[inline(always)]
     pub(super) fn visit_slices<S: Simd, Q: Query>(
         &self,
@@ -241,7 +241,7 @@ impl UniformGrid {
         self.visit_beam(simd, triangles, beam, within, scratch, &mut Coherent { space, triangles, scale, query });
     }
 
-    /// Has `visitor` test the triangles in all cells that a beam overlaps from one w to another, in cells.
+    /// Lets `visitor` test the triangles in all cells that a beam overlaps from one w to another, in cells.
     #[doc(hidden)]
     #[inline(always)]
     pub fn visit_beam<S: Simd, V: Visitor>(
@@ -279,18 +279,19 @@ impl<'a> Walk<'a> {
         Self { cells, triangles, frustum, beam, counts, within, first: beam.first(counts[2]), side }
     }
 
-    /// The first and the last slice, in order of travel. From very far away all have the same w in f64, but the slack tells.
+    /// The first and the last slice, in order of travel. From very far away all have the same w in f64, and the slack covers
+    /// the difference.
     fn slices(&self) -> Option<[u32; 2]> {
         let slack = self.beam.slack;
         let [enter, leave] = self.within.map(|w| w - self.first);
         let is_beside = enter - slack > f64::from(self.counts[2]) + slack || leave + slack < -slack;
-        // Conversions to integers cut fractions off, and negative numbers at zero.
+        // Conversions to integers truncate, and clamp negative numbers to zero.
         let slice = |at: f64| (at as u32).min(self.counts[2] - 1);
         let [first, last] = [slice(enter - slack), slice(leave + slack)];
         (!is_beside && first <= last).then_some([first, last])
     }
 
-    /// The cell on the major axis that is a slice in order of travel, and how many slices of its macrocell are left.
+    /// The cell on the major axis of a slice in order of travel, and the number of slices left of its macrocell.
     #[inline(always)]
     fn layer(&self, slice: u32) -> (u32, u32) {
         let side = self.cells.macrocells.side;
@@ -302,7 +303,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The w at which a slice is entered.
+    /// The w at which a slice begins.
     #[inline(always)]
     fn enter(&self, slice: u32) -> f64 {
         self.first + f64::from(slice)
@@ -332,7 +333,7 @@ impl<'a> Walk<'a> {
         ControlFlow::Continue(())
     }
 
-    /// Whether some macrocell of a slice's layer that a box overlaps holds triangles.
+    /// Whether a macrocell of a slice's layer that a box overlaps holds triangles.
     #[inline(always)]
     fn is_occupied(&self, bounds: [f64; 4], slice: u32) -> bool {
         let cells = [self.counts[0], self.counts[1]];
@@ -350,7 +351,7 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Tests what is in the cells of a slice that a box overlaps.
+    /// Tests the triangles in the cells of a slice that a box overlaps.
     #[inline(always)]
     fn visit_slice<S: Simd, V: Visitor>(
         &self,
@@ -371,7 +372,7 @@ impl<'a> Walk<'a> {
             let first = self.cells.lattice.index(cell[0], cell[1], cell[2]);
             scratch.statistics.note(|counts| counts.cells += u64::from(columns[1] - columns[0] + 1));
             if u == 0 {
-                // Next to each other in memory.
+                // Adjacent in memory.
                 self.list(simd, first, first + (columns[1] - columns[0]) as usize, scratch, visitor);
             } else {
                 let stride = self.cells.lattice.cells.x as usize;
@@ -380,7 +381,7 @@ impl<'a> Walk<'a> {
                 }
             }
         }
-        // A few more may come with the next slice, but hits end the walk early.
+        // The next slice may add a few more, but hits end the walk early.
         if scratch.listed.is_half_full() {
             self.cull(simd, scratch, visitor);
         }
@@ -389,7 +390,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Lets the triangles of some cells in a row wait.
+    /// Queues the triangles of some consecutive cells.
     #[inline(always)]
     fn list<S: Simd, V: Visitor>(&self, simd: S, first: usize, last: usize, scratch: &mut Scratch, visitor: &mut V) {
         let ids = self.cells.listed(first, last);
@@ -399,7 +400,7 @@ impl<'a> Walk<'a> {
         self.wait(simd, ids, scratch, visitor);
     }
 
-    /// Goes through some cells in a row of which some may hold grids. Not inlined, since it is among what it calls.
+    /// Visits some consecutive cells, some of which may hold grids. Not inlined, since it is recursive.
     #[cold]
     #[inline(never)]
     fn visit_crowds<S: Simd, V: Visitor>(
@@ -426,7 +427,7 @@ impl<'a> Walk<'a> {
         );
     }
 
-    /// The packet's way through the cells inside of one of these.
+    /// The packet's walk through the cells inside of a cell.
     fn inside(&self, inside: Cells<'a>) -> Self {
         let (outer, inner) = (&self.cells.lattice, &inside.lattice);
         let scale = outer.side / inner.side;
@@ -435,11 +436,11 @@ impl<'a> Walk<'a> {
         Walk::new(inside, self.triangles, self.frustum, beam, within, self.side / scale)
     }
 
-    /// Whether the packet would visit fewer cells than there are triangles: packets that are much wider than cells are
-    /// better off with the triangles.
+    /// Whether the packet would visit fewer cells than there are triangles: for packets much wider than cells, testing the
+    /// triangles is faster.
     fn is_shorter_than(&self, triangles: usize) -> bool {
         let Some([first, last]) = self.slices() else { return true };
-        // Before the rays start, the box may be turned inside out.
+        // Before the rays start, the box may be inverted.
         let near = self.enter(first).max(self.within[0]);
         let far = self.enter(last + 1).min(self.within[1]).max(near);
         let middle = self.beam.at(0.5 * (near + far));
@@ -448,7 +449,7 @@ impl<'a> Walk<'a> {
         u64::from(visited) * u64::from(last - first + 1) < triangles as u64
     }
 
-    /// Lets triangles wait for their test, but for those that were tested before.
+    /// Queues triangles for their test, except those tested before.
     #[inline(always)]
     fn wait<S: Simd, V: Visitor>(&self, simd: S, ids: &[AtomicU32], scratch: &mut Scratch, visitor: &mut V) {
         for id in ids {
@@ -464,8 +465,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Lets those of the listed triangles wait that may be inside the frustum. Not inlined, since it is long and called
-    /// from several places.
+    /// Queues the listed triangles that may be inside the frustum. Not inlined, since it is long and called from several
+    /// places.
     #[inline(never)]
     fn cull<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) {
         let Scratch { listed, inside, statistics, .. } = scratch;
@@ -479,7 +480,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Tests the first triangles that may be inside. Not inlined, since it is long and called from several places.
+    /// Tests the first queued triangles. Not inlined, since it is long and called from several places.
     #[inline(never)]
     fn test<S: Simd, V: Visitor>(&self, simd: S, scratch: &mut Scratch, visitor: &mut V) {
         let Scratch { planes, inside, statistics, .. } = scratch;

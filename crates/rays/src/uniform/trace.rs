@@ -32,10 +32,10 @@ impl Visit for UniformGrid {
     }
 }
 
-/// What a ray is looking for.
+/// A ray's search.
 struct Search<'a, F> {
     ray: &'a Ray,
-    /// Nothing behind it matters.
+    /// Hits behind this t don't matter.
     t_max: f64,
     mailbox: [u32; MAILBOX],
     steps: Steps<'a>,
@@ -43,7 +43,8 @@ struct Search<'a, F> {
 }
 
 impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
-    /// Tests the triangles in the cells that the ray visits, or those of `all` if it starts too far away to tell which.
+    /// Tests the triangles in the cells that the ray visits, or all of `all` if its start is too far away to know these
+    /// cells.
     #[inline(always)]
     fn visit(&mut self, cells: &Cells<'_>, all: &[AtomicU32]) -> ControlFlow<()> {
         let line = CellRay::new(&cells.lattice, self.ray);
@@ -74,7 +75,7 @@ impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
         }
     }
 
-    /// Visits the grid inside of a cell, if there is one. Not inlined, since it is one of those that it visits.
+    /// Visits the grid inside of a cell, if there is one. Not inlined, since it is recursive.
     #[cold]
     #[inline(never)]
     fn visit_crowd(&mut self, cells: &Cells<'_>, index: usize, listed: &[AtomicU32]) -> ControlFlow<()> {
@@ -99,7 +100,7 @@ impl<F: FnMut(u32, &mut f64) -> ControlFlow<()>> Search<'_, F> {
     }
 }
 
-/// Walks out of macrocells that hold nothing; breaks where the walk ends.
+/// Walks out of empty macrocells; breaks at the end of the walk.
 #[inline(always)]
 fn skip_empty(macrocells: Blocks<'_>, line: &CellRay, walk: &mut Walk, t_max: f64) -> ControlFlow<()> {
     let side = macrocells.side as i32;
@@ -113,17 +114,16 @@ fn skip_empty(macrocells: Blocks<'_>, line: &CellRay, walk: &mut Walk, t_max: f6
     }
 }
 
-/// Triangles that a ray remembers to have tested (Kirk and Arvo, *Improved Ray Tagging for Voxel-Based Ray Tracing*,
-/// 1991).
+/// Slots for triangles that a ray has tested (Kirk and Arvo, *Improved Ray Tagging for Voxel-Based Ray Tracing*, 1991).
 const MAILBOX: usize = 16;
 
 /// A ray in cell coordinates; t is the ray's own.
 ///
 /// Computed crossings with the cells' faces, and distances along the ray inside the lattice, have a few roundings of the
-/// origin's coordinates and the number of cells; so they are wrong by less than [`CellRay::ROUNDINGS`] of their sum in
-/// cells, and rays for which that is at most [`Lattice::DOUBT`] find what they hit (see [`Lattice`]). Between two
-/// computed crossings the ray is in the cell that it is said to be in, to within that doubt, on every axis; and so are
-/// hits with the same t as the one that ends the walk.
+/// origin's coordinates and the number of cells. So their error is less than [`CellRay::ROUNDINGS`] of the sum of these, in
+/// cells, and rays for which that is at most [`Lattice::DOUBT`] find their hits (see [`Lattice`]). Between two computed
+/// crossings the ray is in the current cell to within that doubt, on every axis; and so are hits with the same t as the one
+/// that ends the walk.
 struct CellRay {
     origin: DVec3,
     direction: DVec3,
@@ -135,7 +135,7 @@ struct CellRay {
 impl CellRay {
     const ROUNDINGS: f64 = 1.0 / (1_u64 << 48) as f64;
 
-    /// How far outside of the lattice a ray may pass and still be followed, in cells.
+    /// The largest distance outside of the lattice, in cells, at which a ray is still followed.
     const SLACK: f64 = Lattice::MARGIN;
 
     fn new(lattice: &Lattice, ray: &Ray) -> Self {
@@ -182,17 +182,17 @@ impl CellRay {
     #[inline(always)]
     fn cell_at(&self, axis: usize, t: f64) -> i32 {
         let along = if self.is_along(axis) { 0.0 } else { self.direction[axis] * t };
-        // Conversions to integers cut fractions off, and take what isn't a number for zero.
+        // Conversions to integers truncate, and turn NaN into zero.
         ((self.origin[axis] + along) as i32).clamp(0, self.cells[axis] - 1)
     }
 }
 
-/// Where a ray is on its way from cell to cell (Amanatides and Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*,
+/// A ray's position on its way from cell to cell (Amanatides and Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*,
 /// 1987).
 struct Walk {
     cell: IVec3,
     step: IVec3,
-    /// On each axis the t at which the ray leaves its cell.
+    /// The t at which the ray leaves its cell on each axis.
     t_next: DVec3,
 }
 
@@ -205,14 +205,14 @@ impl Walk {
         walk
     }
 
-    /// Finds where the ray leaves its cell along an axis.
+    /// Finds the t at which the ray leaves its cell along an axis.
     #[inline(always)]
     fn look_ahead(&mut self, line: &CellRay, axis: usize) {
         let face = self.cell[axis] + self.step[axis].max(0);
         self.t_next[axis] = line.t_at(axis, f64::from(face));
     }
 
-    /// Goes on to the next cell; breaks where that is outside of the lattice or behind `t_max`.
+    /// Moves to the next cell; breaks if it is outside of the lattice or behind `t_max`.
     #[inline(always)]
     fn step(&mut self, line: &CellRay, t_max: f64) -> ControlFlow<()> {
         let axis = smallest(self.t_next);
@@ -225,7 +225,7 @@ impl Walk {
         ControlFlow::Continue(())
     }
 
-    /// Goes on to the cell behind the block of `side`³ cells that starts at `low`; breaks as [`step`](Self::step) does.
+    /// Moves to the cell behind the block of `side`³ cells that starts at `low`; breaks as [`step`](Self::step) does.
     #[inline(always)]
     fn leave(&mut self, line: &CellRay, low: IVec3, side: i32, t_max: f64) -> ControlFlow<()> {
         let high = (low + side).min(line.cells);

@@ -12,10 +12,11 @@ impl UniformGrid {
     /// Checks the grid, and those inside of cells, against the triangles that it was built over.
     ///
     /// # Errors
-    /// Names the first cell or triangle that breaks a rule: every usable triangle is in each cell that its grown box
-    /// (or, with [`Insertion::Exact`](super::Insertion::Exact), it itself) overlaps, and nowhere else; ids ascend in each cell; macrocells are occupied
-    /// if one of their cells is; references are no more than the limit, and as many again in grids inside of cells; and
-    /// such a grid is inside of one cell, reaches around what of the cell's triangles is in it, and lists all of them.
+    /// Names the first cell or triangle that breaks a rule: every usable triangle is in each cell that its grown box (or
+    /// with [`Insertion::Exact`](super::Insertion::Exact) the triangle itself) overlaps, and nowhere else; ids ascend in
+    /// each cell; macrocells are occupied if one of their cells is; references are within the limit, and so are those of
+    /// grids inside of cells; and such a grid is inside of one cell, holds the parts of the cell's triangles inside of it,
+    /// and lists all of these triangles.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Some(cells) = self.scene_cells() else { return Err("the grid wasn't built".to_owned()) };
         if triangles.len() != self.triangle_count {
@@ -41,8 +42,8 @@ impl UniformGrid {
         Ok(())
     }
 
-    /// Checks the cells of one lattice, which list `listed`, in ascending order, and all grids inside of them, which are
-    /// counted.
+    /// Checks the cells of one lattice and all grids inside of them, and counts these. `listed` are the lattice's triangles,
+    /// in ascending order.
     fn validate_cells(
         &self,
         triangles: Triangles<'_>,
@@ -76,7 +77,7 @@ impl UniformGrid {
     }
 }
 
-/// Checks one cell, counts the references to each triangle of `listed`, and returns the cell's.
+/// Checks one cell, counts the references to each triangle of `listed`, and returns the cell's triangles.
 fn validate_cell(
     triangles: Triangles<'_>,
     cells: &Cells<'_>,
@@ -105,8 +106,7 @@ fn validate_cell(
     Ok(own)
 }
 
-/// Checks that the lattice `inner` reaches around the boxes of the triangles `own`, as far as these are in a cell of `outer`
-/// that is grown by the margin.
+/// Checks that the lattice `inner` holds the boxes of the triangles `own`, cut at a cell of `outer` grown by the margin.
 fn validate_room(
     triangles: Triangles<'_>,
     outer: &Lattice,

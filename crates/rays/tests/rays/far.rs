@@ -1,4 +1,4 @@
-//! Scenes that one far vertex stretches, or one triangle that covers all: they cost what ordinary ones do.
+//! Scenes that one far vertex stretches, or that one triangle covers: they cost as much as ordinary ones.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +17,7 @@ fn ordinary() -> Mesh {
     mesh
 }
 
-/// The same with a vertex of the ball far away, with several at different distances, and with a triangle that covers all.
+/// The same scene with a far vertex of the ball, with several at different distances, or with a triangle that covers all.
 fn damaged() -> Vec<(String, Mesh)> {
     let directions = [Vec3::NEG_X, Vec3::new(0.3, -1.0, 0.2), Vec3::new(1.0, -0.9, 1.1)];
     let mut all = Vec::new();
@@ -51,7 +51,7 @@ fn rays() -> Vec<Ray> {
     (0..150).map(ray).collect()
 }
 
-/// How many triangles rays are tested against.
+/// Counts the triangles that rays are tested against.
 fn tests(structure: &impl Visit, mesh: &Mesh, rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let mut count = 0;
@@ -79,7 +79,7 @@ fn tree(builder: KdBuilder, mesh: &Mesh) -> KdTree {
 fn rays_are_tested_against_hardly_more_triangles() {
     let (rays, ordinary) = (rays(), ordinary());
     use KdBuilder::{Naive, SpatialInTurn, SpatialMedian};
-    // Middles of space come near the others only after as many planes as there are powers of two between.
+    // Planes in the middle of space take a level for each power of two before they come near the other triangles.
     let builders = KdBuilder::all().filter(|builder| ![Naive, SpatialMedian, SpatialInTurn].contains(builder));
     for builder in builders {
         let usual = tests(&tree(builder, &ordinary), &ordinary, &rays);
@@ -125,7 +125,7 @@ fn answers_are_the_predicates() {
 
 #[test]
 fn a_far_hit_is_found_behind_near_ones() {
-    // From inside a tetrahedron as large as anything, past a ball.
+    // From inside a huge tetrahedron, past a ball.
     let (distance, mut mesh) = (1e20, Mesh::bumpy_ball(Vec3::ZERO, 1.0, 8));
     let corners =
         [Vec3::new(1.0, 1.0, 1.0), Vec3::new(-1.0, -1.0, 1.0), Vec3::new(-1.0, 1.0, -1.0), Vec3::new(1.0, -1.0, -1.0)];

@@ -9,7 +9,7 @@ use crate::support::{
     rays_with_intervals, scene,
 };
 
-/// Built for the first time, and then of patches that were made when all vertices were elsewhere.
+/// A hierarchy that is built for the first time, and one of patches that were made when all vertices were elsewhere.
 fn built(level: SimdLevel, triangles: Triangles<'_>) -> [Bvh; 2] {
     let elsewhere: Vec<Vec3> = triangles.positions.iter().rev().map(|position| position.yzx()).collect();
     [0, 3].map(|frames| {
@@ -25,8 +25,8 @@ fn build(bvh: &mut Bvh, triangles: Triangles<'_>) {
     bvh.check(triangles).expect("a sound hierarchy");
 }
 
-/// Compares the hierarchy at each level with the predicate for each ray, with everything opaque and with holes; how many rays
-/// hit.
+/// Compares the hierarchy at each level with the predicate for each ray, with everything opaque and with holes. Returns the
+/// number of hits.
 fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let bits = |hit: Option<Hit>| hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric));
@@ -94,7 +94,8 @@ fn few_triangles_and_odd_ones_are_found() {
     for count in 1..40 {
         mesh.push([0; 3].map(|_| random.point()));
         if count % 7 == 0 {
-            // In the plane of the last one, the same with its corners in another order, and one that covers all.
+            // A triangle in the plane of the last one, the last one with its corners in another order, and one that covers
+            // all.
             let [a, b, c] = mesh.triangles().corners(mesh.indices.len() as u32 - 1);
             mesh.push([b + c - a, c, b]);
             mesh.push([c, a, b]);
@@ -102,7 +103,7 @@ fn few_triangles_and_odd_ones_are_found() {
         }
         check(&mesh, &rays[..30]);
     }
-    // None that can be hit.
+    // No triangle can be hit.
     mesh.positions.fill(Vec3::NAN);
     check(&mesh, &rays);
     let nowhere = [
@@ -143,7 +144,7 @@ fn a_million_copies_of_a_triangle_are_one_hit() {
 
 #[test]
 fn a_chain_of_ever_smaller_triangles_is_deep_and_found() {
-    // Each half as large as the one before and beside it, so that every division leaves one alone.
+    // Each triangle is half as large as the one before and beside it, so that every division separates a single one.
     let mut mesh = Mesh::default();
     for step in 0..120 {
         let size = 2.0_f32.powi(40 - step);

@@ -25,7 +25,7 @@ fn rest(random: &mut Random) -> Mesh {
     mesh
 }
 
-/// The scene at a time: a part stays, a part waves, and some fly apart.
+/// The scene at a time: a part stays, a part waves, and some triangles fly apart.
 fn at(rest: &Mesh, time: f32) -> Mesh {
     let mut mesh = rest.clone();
     for (vertex, position) in mesh.positions.iter_mut().enumerate() {
@@ -54,7 +54,7 @@ fn check(tree: &BackgroundKdTree, triangles: Triangles<'_>, rays: &[Ray]) -> usi
     is_hit.filter(|is_hit| *is_hit).count()
 }
 
-/// From anywhere, along axes, and grazing.
+/// Rays from anywhere, along axes, and grazing.
 fn rays(triangles: Triangles<'_>, random: &mut Random) -> Vec<Ray> {
     let mut rays = support::grazing_rays(triangles, random, 40);
     for step in 0..100 {
@@ -109,7 +109,7 @@ fn trees_of_any_age_lead_to_what_the_predicate_says() {
     }
 }
 
-/// What moves by less than a triangle's size leaves cells that rays must still find from beside them.
+/// Moves by less than a triangle's size leave cells that rays must still find from beside them.
 #[test]
 fn small_and_far_moves_are_followed() {
     let ball = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 24);
@@ -222,7 +222,7 @@ fn frames_wait_where_the_tree_is_of_other_triangles_or_too_costly() {
         assert!(!tree.advance(mesh.triangles()).has_waited, "change {place}");
     }
     assert_eq!(tree.nearest(mesh.triangles(), &Ray::new(DVec3::ZERO, DVec3::X), &|_| true), None);
-    // Everything elsewhere, while a tree is being built that is no better.
+    // All positions change while a tree is being built that is no better.
     let policy = RebuildPolicy { rebuild_above: 1.0, wait_above: 1.5 };
     tree.set_policy(policy).expect("a possible policy");
     tree.advance(rest.triangles());

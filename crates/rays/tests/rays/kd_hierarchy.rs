@@ -19,7 +19,7 @@ fn scene(random: &mut Random) -> Mesh {
     mesh
 }
 
-/// Where a first frame may have had the triangles: where they are, and where that has nothing to do with it.
+/// Scenes for a first frame: the same positions, and unrelated ones.
 fn first_frames(mesh: &Mesh) -> [Mesh; 2] {
     let mut random = Random(50);
     let mut elsewhere = mesh.clone();
@@ -27,7 +27,7 @@ fn first_frames(mesh: &Mesh) -> [Mesh; 2] {
     [mesh.clone(), elsewhere]
 }
 
-/// A tree of what the first frame left.
+/// Builds a tree from the groups of the first frame.
 fn build(triangles: Triangles<'_>, first: &Mesh, options: KdTreeOptions) -> HierarchyKdTree {
     let mut tree = HierarchyKdTree::default();
     tree.set_options(options).expect("possible options");
@@ -54,7 +54,7 @@ fn nearest(triangles: Triangles<'_>, ray: &Ray) -> Option<Hit> {
     hits.min_by(|a, b| (a.t, a.triangle).partial_cmp(&(b.t, b.triangle)).expect("no t is NaN"))
 }
 
-/// Compares trees of all hierarchies and options with the predicate; how many rays hit.
+/// Compares trees of all hierarchies and options with the predicate. Returns the number of hits.
 fn check(mesh: &Mesh, first_frames: &[Mesh], rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray)).collect();
@@ -108,7 +108,7 @@ fn rays_in_planes_and_along_axes_hit_what_the_predicate_says() {
     assert!(check(&mesh, &first_frames(&mesh), &rays) > 200);
 }
 
-/// A hierarchy of one frame serves another in which everything is elsewhere, other triangles can't be hit and others can.
+/// A hierarchy of one frame serves another with other positions, in which other triangles can be hit.
 #[test]
 fn hierarchies_of_earlier_frames_serve_later_ones() {
     let mut random = Random(53);
@@ -151,7 +151,7 @@ fn flat_huge_and_equal_triangles_are_hit() {
     (0..1000).for_each(|_| large.push([random.point(), random.point(), random.point()]));
     let flat = Mesh::floor(20, 2.0);
     let [huge, tiny] = [1e38, 1e-30].map(|scale| flat.moved(scale, Vec3::ZERO));
-    // A hierarchy doesn't say how large anything is.
+    // A hierarchy holds no sizes.
     for (mesh, like) in
         [&equal, &line, &large, &flat].map(|mesh| (mesh, mesh)).into_iter().chain([(&huge, &flat), (&tiny, &flat)])
     {

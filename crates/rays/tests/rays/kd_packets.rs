@@ -49,7 +49,7 @@ fn bits(hits: &[Option<Hit>]) -> Vec<Option<(u32, u64, [f32; 2])>> {
     hits.iter().map(|hit| hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric))).collect()
 }
 
-/// Compares packets of all forms with the predicate; how many rays hit.
+/// Compares packets of all forms with the predicate. Returns the number of hits.
 fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest_of_all(triangles, ray, |_| true)).collect();
@@ -152,7 +152,7 @@ fn rays_in_planes_and_along_axes_hit_what_the_predicate_says() {
     let mesh = blocks(&mut random, 80);
     let mut rays = support::rays_in_planes(&mut random, 60);
     assert!(check(&mesh, &rays) > 100);
-    // Those along each axis side by side.
+    // Rays along the same axis side by side.
     rays.sort_by_key(|ray| ray.direction.to_array().map(|component| component == 0.0));
     assert!(check(&mesh, &rays) > 100);
     // Bundles along an axis, and in a plane across it.
@@ -205,7 +205,7 @@ fn any_number_of_triangles_and_rays_is_answered() {
             let (traversal, options) = forms[(random.bits() % forms.len() as u64) as usize];
             tree.set_options(KdTreeOptions { traversal, packets: options, ..KdTreeOptions::DEFAULT })
                 .expect("possible options");
-            // What was there before is forgotten.
+            // Former values are overwritten.
             let mut hits = vec![Some(Hit { t: 0.0, triangle: 0, barycentric: [0.0; 2] }); rays.len()];
             tree.nearest_of_packet(mesh.triangles(), &rays, |_| true, &mut hits);
             let expected: Vec<_> = rays.iter().map(|ray| nearest_of_all(mesh.triangles(), ray, |_| true)).collect();
@@ -391,7 +391,7 @@ fn packets_share_what_single_rays_do_alone() {
     let fall = |visits: [u64; 4]| assert!(visits.is_sorted_by(|a, b| a > b), "{visits:?}");
     fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.nodes));
     fall([four, eight, sixteen, umbrage_rays::Counts::default()].map(|visits| visits.packets));
-    // As with single rays, and nothing comes from above again with a whole stack.
+    // As with single rays; with a whole stack nothing starts again from above.
     let [restart, push_down, three, whole] = [
         KdTraversal::Restart,
         KdTraversal::PushDown,

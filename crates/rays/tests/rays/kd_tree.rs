@@ -32,7 +32,7 @@ fn with(builder: KdBuilder) -> KdTreeOptions {
     KdTreeOptions { builder, ..KdTreeOptions::DEFAULT }
 }
 
-/// Trees of each builder and layout, some with other costs and some that are built where rays reach them.
+/// Trees of each builder and layout, some with other costs and some that are built when rays reach them.
 fn trees(triangles: Triangles<'_>) -> Vec<KdTree> {
     let mut options = Vec::new();
     for builder in KdBuilder::all() {
@@ -46,7 +46,7 @@ fn trees(triangles: Triangles<'_>) -> Vec<KdTree> {
     options.into_iter().map(|options| tree(triangles, options)).collect()
 }
 
-/// Compares all trees and traversals with the predicate for each ray; how many rays hit.
+/// Compares all trees and traversals with the predicate for each ray. Returns the number of hits.
 fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
@@ -188,7 +188,7 @@ fn costs_are_those_of_the_formula() {
     let tree = tree(mesh.triangles(), KdTreeOptions::DEFAULT);
     let counts = tree.counts();
     assert_eq!((counts.nodes, counts.leaves, counts.empty_leaves, counts.references, counts.depth), (5, 3, 1, 4, 2));
-    // The whole has an area of 18, the rest without one of the squares too, and the flat leaves of two each.
+    // The whole has an area of 18, the rest without one of the squares as well, and the flat leaves have 2 each.
     let SahCosts { step, test, .. } = tree.options().costs;
     assert_eq!(counts.sah_cost, 2.0 * step + 2.0 * 2.0 * test * 2.0 / 18.0);
 }
@@ -207,7 +207,7 @@ fn planes_may_fail_as_often_as_is_said() {
 #[test]
 fn medians_halve_cells_or_triangles() {
     use KdBuilder::{ObjectInTurn, ObjectMedian, SpatialInTurn, SpatialMedian};
-    // Small triangles at the points of a lattice, whose columns are equally far from each other or each twice as far.
+    // Small triangles at the points of a lattice: columns are evenly spaced, or each twice as far as the one before.
     let lattice = |column: fn(i32) -> f32| {
         let mut mesh = Mesh::default();
         for index in 0..64 {
@@ -289,7 +289,7 @@ fn short_stacks_visit_hardly_more_than_a_whole_one() {
 mod long {
     use super::*;
 
-    /// The conformance suite has each builder with one way of traversing; here is each with all of them.
+    /// The conformance suite has each builder with one traversal; here is each with all of them.
     #[test]
     fn all_builders_and_traversals_hit_what_the_predicate_says() {
         let mut random = Random(1);
@@ -307,7 +307,7 @@ mod long {
         let (mesh, rays) = support::corners_of_cells();
         let rays: Vec<_> = rays.into_iter().step_by(23).collect();
         assert!(check(&mesh, &rays) > rays.len() / 2);
-        // Where coordinates overflow hardly anything is left.
+        // Hardly any triangles are left if coordinates overflow.
         let overflowing = Mesh::soup(&mut random, 60, 0.05).moved(1e38, Vec3::ZERO);
         let rays: Vec<_> = (0..40).map(|_| random_ray(&mut random, 3.0)).collect();
         check(

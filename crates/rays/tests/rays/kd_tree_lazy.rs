@@ -63,7 +63,7 @@ fn what_all_rays_reach_is_the_tree_that_is_built_at_once() {
             }
             lazy.check(triangles).expect("a valid tree");
             let KdTreeCounts { deferred, reached, .. } = lazy.counts();
-            // Cells with nothing inside may be left.
+            // Empty cells may be left.
             assert!(reached <= deferred && reached * 20 >= deferred * 19, "{builder:?}: {reached} of {deferred}");
             if reached == deferred {
                 assert_eq!(KdTreeCounts { deferred: 0, reached: 0, ..lazy.counts() }, eager.counts(), "{builder:?}");
@@ -133,7 +133,7 @@ fn the_way_of_traversing_may_change_while_subtrees_wait() {
     lazy.check(mesh.triangles()).expect("a valid tree");
 }
 
-/// Each traversal with each width, as lead packets through both trees.
+/// Calls `each` with both trees for each traversal and each width of packets.
 fn packets_through(trees: &mut [KdTree; 2], mut each: impl FnMut(&mut [KdTree; 2], KdTreeOptions)) {
     use umbrage_rays::KdTraversal::{PushDown, Restart, ShortStack, Stack};
     for traversal in [Stack, Restart, PushDown, ShortStack(3)] {

@@ -9,7 +9,7 @@ use umbrage_rays::{
 
 use crate::support::{self, Mesh, Random, blocked_by_any, is_usable, nearest_of_all as nearest};
 
-/// What moves in which way, and as it is in some space of its own.
+/// A mesh in a space of its own, and its motion.
 struct Part {
     mesh: Mesh,
     motion: Motion,
@@ -19,7 +19,7 @@ struct Part {
 enum Motion {
     Static,
     Rigid(fn(f64) -> DAffine3),
-    /// As the above, with vertices displaced by so much of their coordinates.
+    /// As `Rigid`, with vertices displaced by so much of their coordinates.
     Shaken(f32, fn(f64) -> DAffine3),
     Deforming,
 }
@@ -64,7 +64,7 @@ fn turning(time: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.5, 1.5), turned, DVec3::new(time.sin(), 0.3, -time))
 }
 
-/// By quarters, so that axes stay axes.
+/// A turn by quarters, so that axes stay axes.
 fn quarters(time: f64) -> DAffine3 {
     let (x, y) = if (time as i64) % 2 == 0 { (DVec3::X, DVec3::Y) } else { (DVec3::Y, DVec3::NEG_X) };
     DAffine3::from_mat3_translation(DMat3::from_cols(x, y, DVec3::Z), DVec3::new(time.floor(), -1.0, 0.5))
@@ -159,7 +159,7 @@ fn frames_hit_what_the_predicate_says() {
             let (mesh, of_triangle) = frame(&parts, time);
             update(&mut trees, &mesh, &of_triangle);
             let counts = trees.counts();
-            // The one that deforms; where one that is rigid has vertices that are nowhere, they stay there.
+            // The deforming part. Vertices of a rigid part that have no position never get one.
             let rebuilt = if step == 0 { 8 } else { 1 };
             assert!(moved != KdMoved::Transform || counts.rebuilt == rebuilt, "{time}: {counts:?}");
             assert!(moved != KdMoved::Rebuild || counts.moved == 0, "{time}: {counts:?}");
@@ -202,7 +202,7 @@ fn points_are_shadowed_and_hits_pass_through() {
     }
 }
 
-/// Rays to corners, where triangles that are off lie beside what the tree's cells hold.
+/// Rays to corners: displaced triangles there lie outside of the tree's cells.
 fn to_corners(mesh: &Mesh, random: &mut Random) -> Vec<Ray> {
     let ray = |step: usize| {
         let triangle = step % mesh.indices.len();
@@ -212,7 +212,7 @@ fn to_corners(mesh: &Mesh, random: &mut Random) -> Vec<Ray> {
     (0..4000).map(ray).collect()
 }
 
-/// Vertices may be off by what trees bear, which grows cells by much more than roundings do.
+/// Vertices may be displaced as far as trees allow, which grows cells by much more than roundings do.
 #[test]
 fn vertices_that_are_a_little_off_are_hit_where_they_are() {
     let mut random = Random(44);
@@ -227,7 +227,7 @@ fn vertices_that_are_a_little_off_are_hit_where_they_are() {
     }
 }
 
-/// Boxes that were prepared serve the poses between, and what leaves them is enclosed.
+/// Boxes that were prepared serve the poses between, and are enlarged if vertices leave them.
 #[test]
 fn what_waves_stays_in_its_boxes_or_is_enclosed() {
     let mut random = Random(47);
@@ -268,7 +268,7 @@ fn what_no_map_takes_back_is_built_again() {
         let mut random = Random(45);
         let (mesh, of_triangle) = frame(&parts, 0.0);
         update(&mut trees, &mesh, &of_triangle);
-        // What is changed, and whether the tree serves as it was built last.
+        // The change, and whether the tree still serves.
         let changes: [(&str, bool); 7] = [
             ("nothing", true),
             ("a vertex", false),
@@ -296,7 +296,7 @@ fn what_no_map_takes_back_is_built_again() {
     }
 }
 
-/// Two corners in one place are in no tree; apart, they must be.
+/// Triangles with two corners in one place are in no tree; once the corners part, they must be.
 #[test]
 fn triangles_that_get_an_area_are_hit() {
     let mut mesh = Mesh::floor(2, 1.0);
@@ -344,7 +344,7 @@ fn objects_come_and_go() {
             mesh.append(&Mesh::soup(&mut random, object % 4 + 1, 0.1).moved(0.5, random.point() * 3.0));
             of_triangle.resize(mesh.indices.len(), object as u32);
         }
-        // Parts that lie between one another.
+        // Ids of parts in reverse order.
         of_triangle.reverse();
         update(&mut trees, &mesh, &of_triangle);
         assert_eq!((trees.counts().objects, trees.counts().rebuilt), (count as u64, count as u64));
@@ -356,7 +356,7 @@ fn objects_come_and_go() {
     }
 }
 
-/// Whatever parts are said to be: too few, none of an object, or others than before.
+/// Odd parts: too few, none of an object, or others than before.
 #[test]
 fn any_parts_will_do() {
     let mut random = Random(48);

@@ -1,5 +1,5 @@
-//! Structures with every pair of values that any two of their options have, over a few frames, against the predicate asked
-//! about every triangle. Rows that are chosen by hand leave out most pairs; three options that must meet for a fault are rarer.
+//! Structures with every pair of values of any two options, over a few frames, against the predicate asked about every
+//! triangle. Rows that are chosen by hand leave out most pairs; faults that need three options are rarer.
 
 use std::num::NonZeroU32;
 
@@ -15,8 +15,8 @@ use umbrage_rays::{
 
 use crate::support::{Mesh, Random, blocked_by_any, nearest_of_all};
 
-/// Rows of values, one for each option, such that each pair of values of any two options is in some row. Each row is the best
-/// of a few, whose values are chosen one after the other to bring the most pairs that no row has yet.
+/// Rows of values, one for each option, such that each pair of values of any two options is in some row. Each row is the
+/// best of a few, whose values are chosen one after the other to bring the most new pairs.
 fn covering(counts: &[usize]) -> Vec<Vec<usize>> {
     const TRIED: usize = 12;
     let starts: Vec<usize> =
@@ -49,7 +49,7 @@ fn covering(counts: &[usize]) -> Vec<Vec<usize>> {
                         .any(|&other| (0..counts[other]).any(|y| is_missing[at((option, value), (other, y))]));
                     (before.count(), later)
                 };
-                // Of equal ones, not always the first.
+                // Not always the first of equal ones.
                 let turn = random.bits() as usize % counts[option];
                 let values = (0..counts[option]).map(|value| (value + turn) % counts[option]);
                 let value = values.max_by_key(|&value| gain(value)).expect("a value");
@@ -91,7 +91,7 @@ fn every_pair_of_values_is_in_some_row() {
 struct Row<'a> {
     values: &'a [usize],
     next: usize,
-    /// How many values each option has, noted as they are handed out.
+    /// The number of values of each option, noted as they are handed out.
     counts: Vec<usize>,
     text: String,
 }
@@ -107,14 +107,14 @@ impl Row<'_> {
     }
 }
 
-/// How many values each option has that `make` picks.
+/// The number of values of each option that `make` picks.
 fn counts<T>(make: &impl Fn(&mut Row<'_>) -> T) -> Vec<usize> {
     let mut row = Row { values: &[], next: 0, counts: Vec::new(), text: String::new() };
     make(&mut row);
     row.counts
 }
 
-/// Which sides there are, by what a row picks.
+/// Sides that differ from triangle to triangle.
 const EACH: Sides<'static> = Sides::Each(&[0x5bd1_e995_cc9e_2d51; 8]);
 
 /// Options of a question, which every structure has.
@@ -218,7 +218,7 @@ fn listed(row: &mut Row<'_>, level: SimdLevel) -> Box<dyn Structure> {
     Box::new(ListedGrids::with_options(level, camera, light))
 }
 
-/// Three frames of the same triangles, some of which move as bodies and some don't, and one of others.
+/// Three frames of the same triangles, some of which move as bodies and some don't, and one frame of other triangles.
 fn frames() -> Vec<Mesh> {
     let mut random = Random(72);
     let mut rest = Mesh::soup(&mut random, 40, 0.05);
@@ -261,7 +261,7 @@ fn shot(mesh: &Mesh, sides: usize, is_parallel: bool) -> Shot<'_> {
     Shot { sides: SIDES[sides], ..Shot::new(mesh.triangles(), view) }
 }
 
-/// What is true of each pixel: its triangle, and which lights reach it.
+/// The expected answer for each pixel: its triangle, and whether each light reaches it.
 type Truth = Vec<(u32, [bool; LIGHTS.len()])>;
 
 fn truth(shot: &Shot<'_>) -> Truth {
@@ -275,7 +275,7 @@ fn truth(shot: &Shot<'_>) -> Truth {
         let is_lit = LIGHTS.map(|light| {
             let shadow_ray = ShadowRay::new(&light, HitPoint::new(&ray, hit.t));
             let stops = |id: u32, _| {
-                // Light that falls on the back goes where the ray from it does, or against the ray of parallel light.
+                // Sides depend on the direction of light: along the shadow ray, or against it for parallel light.
                 let is_parallel = matches!(light, LightSource::Directional { .. });
                 let direction = shadow_ray.ray.direction * if is_parallel { -1.0 } else { 1.0 };
                 let ray = umbrage_rays::Ray { direction, ..shadow_ray.ray };
@@ -289,7 +289,7 @@ fn truth(shot: &Shot<'_>) -> Truth {
     (0..SIZE[0] * SIZE[1]).map(pixel).collect()
 }
 
-/// Asks what each row makes about all frames.
+/// Compares the structure of each row with the expected answers for all frames.
 fn check(structure: impl Fn(&mut Row<'_>, SimdLevel) -> Box<dyn Structure>) {
     let frames = frames();
     let cases = || (0..SIDES.len()).flat_map(|sides| [false, true].map(|is_parallel| (sides, is_parallel)));

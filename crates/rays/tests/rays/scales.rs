@@ -34,7 +34,7 @@ fn structures() -> Vec<(&'static str, Box<dyn Structure>)> {
     ]
 }
 
-/// What is true of each pixel: its triangle, and whether each light reaches it.
+/// Returns the expected answer for each pixel: its triangle, and whether each light reaches it.
 fn truth(shot: &Shot<'_>, lights: &[LightSource]) -> Vec<(u32, Vec<bool>)> {
     let View { width, height, .. } = shot.view;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
@@ -53,7 +53,7 @@ fn truth(shot: &Shot<'_>, lights: &[LightSource]) -> Vec<(u32, Vec<bool>)> {
     pixels.map(of_pixel).collect()
 }
 
-/// How many pixels of a shot, and how many points of a light, a structure is wrong about.
+/// Counts the pixels of a shot, and the points of a light, about which a structure is wrong.
 fn wrong(
     structure: &mut dyn Structure,
     shot: &Shot<'_>,
@@ -74,7 +74,7 @@ fn wrong(
     wrong
 }
 
-/// A scene of about the size of one, with a mesh that may reach farther.
+/// Scenes of a size of about one, with a mesh that may reach farther.
 fn meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let mut soup = Mesh::soup(random, 40, 0.05);
     soup.append(&Mesh::floor(3, 3.0));

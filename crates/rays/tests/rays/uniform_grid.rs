@@ -5,7 +5,7 @@ use umbrage_rays::{Bvh, Hit, Insertion, Ray, SingleRays as _, Structure as _, Tr
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest, random_ray};
 
-/// World position of the corner at which a cell begins, which may be one beyond the last.
+/// World position of the first corner of a cell, which may be one beyond the last.
 fn corner_of(grid: &UniformGrid, cell: [u32; 3]) -> DVec3 {
     let lattice = grid.lattice().expect("a grid that was built");
     lattice.corner + glam::UVec3::from(cell).as_dvec3() * lattice.side
@@ -19,7 +19,7 @@ fn options() -> [UniformOptions; 8] {
         plain,
         UniformOptions { cells_per_triangle: 0.3, macrocell: 1, ..plain },
         UniformOptions { cells_per_triangle: 60.0, macrocell: 4, ..plain },
-        // Coarse, so that many cells are crowded, and grids are inside of grids.
+        // Coarse, so that many cells are crowded and grids are nested.
         UniformOptions { cells_per_triangle: 0.1, ..nested },
         UniformOptions { cells_per_triangle: 0.5, macrocell: 2, ..nested },
         UniformOptions { nested_above: Some(1), ..plain },
@@ -36,7 +36,7 @@ fn grid(triangles: Triangles<'_>, options: UniformOptions) -> UniformGrid {
     grid
 }
 
-/// Compares all grids, and the hierarchy, with the predicate for each ray; how many rays hit.
+/// Compares all grids, and the hierarchy, with the predicate for each ray. Returns the number of hits.
 fn check(mesh: &Mesh, rays: &[Ray]) -> usize {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
@@ -70,7 +70,7 @@ fn scene(random: &mut Random) -> Mesh {
 fn rays_along_axes_and_in_planes_of_cells_hit_what_the_predicate_says() {
     let mut random = Random(3);
     let mut mesh = scene(&mut random);
-    // Cubes whose sides are likely to be where cells meet.
+    // Cubes whose sides are likely to be planes between cells.
     for size in [0.25, 0.5, 2.0] {
         for axis in 0..3 {
             let place = |a: f32, b: f32| {
@@ -122,7 +122,7 @@ fn triangles_in_planes_of_cells_are_hit() {
         let across = [DVec3::Y, DVec3::Z, DVec3::X][axis] * sides;
         let along = [DVec3::Z, DVec3::X, DVec3::Y][axis] * sides;
         let positions = match triangle % 4 {
-            // In the plane of the corner but for an ulp, and around the corner.
+            // In the plane of the corner up to an ulp, and around the corner.
             0 => [corner - across - along, corner + across * 2.0 - along, corner + along * 2.0 - across],
             // Touching the corner, from one of the cells around it.
             1 => [corner, corner + across * 0.5 + along * 0.2 + normal * 0.3, corner + along * 0.5 + normal * 0.1],
@@ -182,7 +182,7 @@ fn triangles_that_end_where_nested_cells_meet_are_hit() {
 fn crowds_in_one_cell_take_bounded_memory() {
     let mut random = Random(13);
     let options = UniformOptions { nested_above: Some(8), ..UniformOptions::DEFAULT };
-    // Spread through a small box, and all of one size with it, so that no grid tells them apart.
+    // Spread through a small box, then all as large as that box, so that no grid tells them apart.
     for size in [0.01, 1.0] {
         let mut mesh = support::stadium(1, 1e-4);
         for _ in 0..100_000 {
@@ -198,7 +198,7 @@ fn crowds_in_one_cell_take_bounded_memory() {
         let most = count as u64 * UniformGrid::MOST_REFERENCES + UniformGrid::LEAST_LIMIT;
         assert!(nested.nested_references() as u64 <= most, "{nested:?}");
         assert!(nested.bytes().triangles < 400 * count, "{} bytes a triangle", nested.bytes().triangles / count);
-        // What one cell lists, lists each triangle of it once.
+        // A cell's list holds each of its triangles once.
         let ray = Ray::new(support::BALL_PLACE.as_dvec3() + 1e-3, -DVec3::ONE);
         assert_eq!(nested.nearest(mesh.triangles(), &ray, &|_| true), nearest(mesh.triangles(), &ray, |_| true));
     }
@@ -228,7 +228,7 @@ fn any_number_of_triangles_is_hit_and_rebuilt() {
         }
         assert!(grids[0].nested_grids() == 0 && (count < 300 || grids[1].nested_grids() > 0), "{grids:?}");
     }
-    // Without them again.
+    // Without nested grids again.
     grids[1].set_options(UniformOptions::DEFAULT).expect("possible options");
     let mesh = Mesh::soup(&mut random, 300, 0.1);
     grids.iter_mut().for_each(|grid| grid.build(mesh.triangles()));

@@ -1,4 +1,4 @@
-//! Triangles with masks, whose certain hits count only where the mask is certain as well.
+//! Triangles with masks, whose certain hits count only where the mask is certain too.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
@@ -11,32 +11,32 @@ use crate::simd::each;
 use crate::simd::lanes::{bits_of, max3, min3};
 use crate::vectorized;
 
-/// What turns the edge functions of a batch into the barycentric coordinates that the predicate gives.
+/// The factors from the edge functions of a batch to the predicate's barycentric coordinates.
 #[repr(C, align(64))]
 pub(crate) struct MaskWeights {
     /// The inverse depth of each corner.
     inverse_depth: [[f32; LANES]; 3],
-    /// How wrong a barycentric coordinate may be, times the sum D of [`new`](Self::new).
+    /// Error bound of a barycentric coordinate, times the sum D of [`new`](Self::new).
     error: [f32; LANES],
 }
 
 impl MaskWeights {
-    /// `x` and `y` are the corners in relation to the tile's middle, wrong by at most δ, the `error`. It holds where
-    /// [`Setup::is_certain`], for samples in the tile that the predicate lets hit the triangle.
+    /// `x` and `y` are the corners relative to the tile's middle, with errors of at most δ, the `error`. The bound holds
+    /// where [`Setup::is_certain`], for samples in the tile at which the predicate finds a hit.
     ///
-    /// The predicate's weight of a corner is Eᵢ zᵢ / D, where z is the inverse depth and D the sum of all Eⱼ zⱼ, whatever
-    /// factor all E have in common. Let λ be a sample's true barycentric coordinates in the image, each from 0 to 1. The
-    /// point with the same λ in the displaced triangle is no farther than δ from the sample along each axis. So the
-    /// displaced triangle's edge function at the sample, without roundings, differs from its area times λᵢ by at most
-    /// δ (|a| + |b|). To this come
+    /// The predicate's weight of a corner is Eᵢ zᵢ / D, where z is the inverse depth and D the sum of all Eⱼ zⱼ, for any
+    /// common factor of all E. Let λ be a sample's true barycentric coordinates in the image, each from 0 to 1. The point
+    /// with the same λ in the displaced triangle is no farther than δ from the sample along each axis. So the displaced
+    /// triangle's edge function at the sample, without roundings, differs from its area times λᵢ by at most δ (|a| + |b|).
+    /// To this come
     /// - 5 ε (samples + m) (w + h), as in [`Setup::new`], for the roundings of an edge function, with ε half an ulp;
     /// - 64 roundings in f64 of the predicate's weights relative to d r², where d is the largest coordinate of the ray's
     ///   direction and r the largest of the corners' from the eye. In square pixels that is s² d (r / z)² 2⁻⁴⁷ with s
     ///   pixels a unit and z the depth of the nearest corner. [`PixelSpace::edge_error`] is above s² d 2⁻³⁹, and r is at
     ///   most 1.01 (1 + 2 |x/z|) times the depth of the farthest.
     ///
-    /// If the sum of all three, times the nearest corner's inverse depth, is H, a weight is wrong by at most H / D, since
-    /// what D is wrong by enters times the weight, which is at most one. Some ε more are for the inverse depths, the
+    /// If the sum of all three, times the nearest corner's inverse depth, is H, the error of a weight is at most H / D,
+    /// since the error of D enters times the weight, which is at most one. Some ε more are for the inverse depths, the
     /// products, sums and quotient, and the predicate's own rounding to f32.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
@@ -66,7 +66,7 @@ impl MaskWeights {
         weights
     }
 
-    /// Barycentric coordinates and their errors where the triangle in `lane` has the edge functions `edges`.
+    /// Barycentric coordinates and their errors, for the triangle in `lane` with the edge functions `edges`.
     #[inline(always)]
     fn points<S: Simd>(&self, simd: S, lane: usize, edges: [f32x16<S>; 3], lanes: u16) -> MaskPoints {
         let weighted = each!(corner in [0, 1, 2] => edges[corner] * splat(simd, self.inverse_depth[corner][lane]));
@@ -81,8 +81,8 @@ impl MaskWeights {
 }
 
 impl Tile {
-    /// Tests those triangles of a batch that are set in `lanes`, all of which have a certain orientation and a mask;
-    /// returns what [`test_batch`](Self::test_batch) does.
+    /// Tests the triangles of a batch in `lanes`, all of them masked and with a certain orientation. Returns the same
+    /// numbers as [`test_batch`](Self::test_batch).
     #[inline(never)]
     pub(crate) fn test_masked<S: Simd>(
         &mut self,

@@ -3,16 +3,16 @@
 use super::sah::{AxisMeasure, Candidate, Measure};
 use crate::kdtree::extent::Reference;
 
-/// Nodes of fewer references are split exactly.
+/// The largest number of references of a node that is split exactly.
 pub(super) const EXACT_FROM: usize = 36;
 
-/// q: uniform samples along each axis, and as many more where counts change.
+/// The number of uniform samples along each axis, q in the paper. As many more are placed where counts change.
 const SAMPLES: usize = 8;
 
-/// Samples inside of a cell along an axis, in order, with its two faces.
+/// The number of samples along an axis of a cell, with those at its two faces.
 const ALL: usize = 2 * SAMPLES + 2;
 
-/// A coordinate at which the cost was sampled, and how many triangles are left and right of it.
+/// A coordinate at which the cost was sampled, and the numbers of triangles left and right of it.
 #[derive(Clone, Copy, Default)]
 struct Sample {
     at: f32,
@@ -20,7 +20,7 @@ struct Sample {
     right: f64,
 }
 
-/// The plane of least cost where costs between samples are quadratic.
+/// Returns the plane of least cost; between samples the cost is taken as quadratic.
 pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
     let along = [0, 1, 2].map(|axis| measure.axis(axis));
     let uniform = along.map(|along| {
@@ -60,8 +60,8 @@ fn count(references: &[Reference], planes: [[f32; SAMPLES]; 3]) -> [[Sample; SAM
     [0, 1, 2].map(|axis| std::array::from_fn(|index| sample(planes[axis][index], counts[axis][index])))
 }
 
-/// Where further samples are: each segment between uniform ones gets one for each time that left less right counts, from −N
-/// to N, cross one of q values there.
+/// Places the further samples. Of q evenly spaced values between −N and N, each segment between uniform samples gets one
+/// sample for each value that the left count minus the right count crosses there.
 fn adapt(along: &AxisMeasure, uniform: &[Sample; SAMPLES], count: usize) -> [f32; SAMPLES] {
     let all = count as f64;
     let step = 2.0 * all / (SAMPLES + 1) as f64;
@@ -82,7 +82,8 @@ fn adapt(along: &AxisMeasure, uniform: &[Sample; SAMPLES], count: usize) -> [f32
     planes
 }
 
-/// Looks at two samples, and at the least cost between them where counts grow evenly: so the cost is quadratic.
+/// Considers the plane of the second sample, and that of least cost between both. Counts are interpolated linearly, so the
+/// cost is quadratic.
 fn look_between(measure: &mut Measure<'_>, along: &AxisMeasure, from: Sample, to: Sample) {
     let all = measure.count as f64;
     measure.consider(along, to.at + 0.0, [to.left, 0.0, to.right]);
@@ -95,7 +96,7 @@ fn look_between(measure: &mut Measure<'_>, along: &AxisMeasure, from: Sample, to
     if square > 0.0 && x > 0.0 && x < 1.0 {
         let at = f64::from(from.at) + (f64::from(to.at) - f64::from(from.at)) * x;
         let (left, right) = (from.left + left.1 * x, from.right + right.1 * x);
-        // Estimates may lose triangles that lie on both sides.
+        // Interpolated counts may add up to less than all triangles.
         let missing = 0.5 * (all - left - right).max(0.0);
         measure.consider(along, at as f32 + 0.0, [left + missing, 0.0, right + missing]);
     }

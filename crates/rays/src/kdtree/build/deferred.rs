@@ -1,5 +1,5 @@
-//! Subtrees that are built when a ray first reaches them, so that nothing is built that no ray looks at (Hunt, Mark and
-//! Fussell, *Fast and lazy build of acceleration structures from scene hierarchies*, 2007, §3).
+//! Subtrees that are built only when a ray first reaches them (Hunt, Mark and Fussell, *Fast and lazy build of acceleration
+//! structures from scene hierarchies*, 2007, §3).
 //!
 //! A deferred leaf lists the ids of all its triangles, as any leaf does: code that knows nothing of subtrees may test those.
 //!
@@ -22,17 +22,17 @@ const LEAST: usize = 32;
 #[derive(Default)]
 pub(in crate::kdtree) struct Deferred {
     subtrees: Vec<Subtree>,
-    /// Of all subtrees, one after the other. 28 bytes each.
+    /// The references of all subtrees, one after the other. 28 bytes each.
     references: Vec<Reference>,
-    /// Those that the tree was built with; the tree's may have changed since.
+    /// The options with which the tree was built; the tree's own may have changed since.
     options: KdTreeOptions,
-    /// Triangles of the tree that can be hit.
+    /// The number of triangles in the tree that can be hit.
     usable: usize,
 }
 
 struct Subtree {
     cell: Cell,
-    /// Where its leaf's ids start; they ascend from subtree to subtree.
+    /// The index of its leaf's first id; it ascends from subtree to subtree.
     first_id: usize,
     first_reference: usize,
     built: OnceLock<Box<KdTree>>,
@@ -102,7 +102,7 @@ impl Job<'_> {
 }
 
 impl KdTree {
-    /// The subtree of the leaf whose ids start at `first_id`; it is built if it wasn't yet.
+    /// Returns the subtree of the leaf whose ids start at `first_id`, and builds it at the first call.
     #[cold]
     pub(in crate::kdtree) fn reach(&self, triangles: Triangles<'_>, first_id: usize) -> &Self {
         let index = self.deferred.index(first_id);
@@ -115,7 +115,7 @@ impl KdTree {
     }
 }
 
-/// The tree that would have been built of these references at once.
+/// Returns the tree that would have been built of these references at once.
 fn build_subtree(
     triangles: Triangles<'_>,
     deferred: &Deferred,

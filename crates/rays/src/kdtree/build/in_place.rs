@@ -22,7 +22,7 @@ const NODES: usize = 16;
 /// … and more references than this.
 const REFERENCES: usize = 1 << 14;
 
-/// Events, or references, that a thread takes at once.
+/// The number of events, or of references, that a thread takes at once.
 const CHUNK: usize = 1 << 13;
 
 /// The node of a reference that is in no cell any more.
@@ -32,18 +32,18 @@ const NOWHERE: u32 = u32::MAX;
 struct Upper<'a> {
     job: &'a Job<'a>,
     references: Vec<Reference>,
-    /// By reference.
+    /// The node of each reference.
     node: Vec<u32>,
     events: [Vec<u64>; 3],
     nodes: Vec<Node>,
-    /// Nodes that may be cut, which are those of a level, and the last ones.
+    /// The nodes of the last level, which may be cut: the last ones of `nodes`.
     live: std::ops::Range<usize>,
 }
 
 struct Node {
     cell: Cell,
     count: usize,
-    /// The plane, and the first of two children that follow each other.
+    /// The plane, and the index of the first child; the second follows it.
     cut: Option<(Candidate, usize)>,
 }
 
@@ -77,7 +77,7 @@ impl Upper<'_> {
             }
         }
         self.classify();
-        // How many references each may have depends on how many both have.
+        // The budget of each child depends on the counts of both.
         for node in self.live.clone() {
             if let Some((_, left)) = self.nodes[node].cut {
                 let children = [left, left + 1];
@@ -91,7 +91,7 @@ impl Upper<'_> {
         self.live = first..self.nodes.len();
     }
 
-    /// The best planes of all nodes of the last level.
+    /// Returns the best planes of all nodes of the last level.
     fn planes(&self) -> Vec<Option<Candidate>> {
         let across = (0..3).into_par_iter().map(|axis| self.planes_across(axis));
         across.reduce(|| vec![None; self.live.len()], better)
@@ -196,11 +196,11 @@ impl Upper<'_> {
         });
     }
 
-    /// The subtrees of nodes that weren't cut, by node.
+    /// Returns the subtrees of nodes that weren't cut, by node.
     fn fill(&mut self) -> Vec<Option<Branch>> {
         let Self { job, references, node, events, nodes, .. } = self;
         let mut spaces: Vec<_> = nodes.iter().map(|node| node.cut.is_none().then(|| job.pool.spaces.take())).collect();
-        // In each in the order of ids.
+        // The references of each space are in the order of ids.
         let mut order: Vec<_> = (0..references.len() as u32).filter(|&index| node[index as usize] != NOWHERE).collect();
         order.par_sort_unstable_by_key(|&index| references[index as usize].id);
         let mut indices = vec![0; references.len()];

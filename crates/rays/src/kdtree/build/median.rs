@@ -2,18 +2,18 @@ use super::sah::{Candidate, Measure};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Plane, Reference};
 
-/// Nodes of no more triangles stay leaves.
+/// Nodes of at most so many triangles stay leaves.
 const LEAF: usize = 4;
 
 impl KdBuilder {
-    /// Whether planes are where the middle of something is.
+    /// Whether planes are at the median of a cell or of its boxes.
     pub(super) fn takes_medians(self) -> bool {
         matches!(self, Self::SpatialMedian | Self::SpatialInTurn | Self::ObjectMedian | Self::ObjectInTurn)
     }
 }
 
-/// The plane through the middle of a cell, or of the boxes in it, whatever it costs (thesis, chapter 4). Axes across which the
-/// cell can't be cut are passed over.
+/// Returns the plane through the middle of a cell, or of the boxes in it, regardless of its cost (thesis, chapter 4). Axes
+/// across which the cell can't be cut are passed over.
 pub(super) fn best(
     measure: &Measure<'_>,
     references: &[Reference],
@@ -35,11 +35,11 @@ pub(super) fn best(
         (low < at && at < high).then_some(Plane { axis, at })
     };
     let plane = axes.into_iter().find_map(plane)?;
-    // Less than any leaf costs: only depth and memory end this.
+    // Below the cost of any leaf: only depth and memory end the recursion.
     Some(Candidate { cost: f64::NEG_INFINITY, plane, planar_left: true })
 }
 
-/// Half of the boxes have their middles on each side; as far from the last one there as from the first one here.
+/// Returns the plane with half of the boxes' middles on each side, midway between the two middles next to it.
 fn middle_object(references: &[Reference], axis: usize) -> f32 {
     let middle = |r: &Reference| 0.5 * r.extent.min[axis] + 0.5 * r.extent.max[axis];
     let mut middles: Vec<f32> = references.iter().map(middle).collect();

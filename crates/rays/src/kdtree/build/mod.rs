@@ -30,11 +30,11 @@ pub(crate) use sah::{Candidate, Cell};
 use sah::{Heuristic, Measure};
 use space::{Frame, Space};
 
-/// What all parts of a build share.
+/// Data that all parts of a build share.
 pub(crate) struct Job<'a> {
-    /// What the tree is built over.
+    /// The triangles of the tree.
     pub triangles: Triangles<'a>,
-    /// How boxes are cut.
+    /// The kind of boxes around the parts of cut triangles.
     pub clipping: Clipping,
     heuristic: Heuristic,
     /// Nodes of fewer references are built when a ray reaches them.
@@ -42,7 +42,7 @@ pub(crate) struct Job<'a> {
     pool: &'a Pool,
 }
 
-/// Memory that builds use again.
+/// Memory that builds reuse.
 #[derive(Default)]
 pub(super) struct Pool {
     spaces: Shelf<Space>,
@@ -58,14 +58,14 @@ impl Pool {
     }
 }
 
-/// What keeps its memory when it is emptied.
+/// A value that keeps its memory when it is emptied.
 pub(super) trait Reused: Default {
     fn clear(&mut self);
 
     fn bytes(&self) -> usize;
 }
 
-/// Memory of one kind.
+/// Free values of one kind.
 #[derive(Default)]
 struct Shelf<T>(Mutex<Vec<T>>);
 
@@ -110,8 +110,8 @@ impl KdTree {
         });
     }
 
-    /// Replaces the tree by what `build` adds to a branch. `build` is given how many triangles can be hit, and returns the box
-    /// around them.
+    /// Replaces the tree by the branch that `build` fills. `build` gets the number of triangles that can be hit, and returns
+    /// their bounds.
     pub(crate) fn build_by(
         &mut self,
         triangles: Triangles<'_>,
@@ -132,7 +132,7 @@ impl KdTree {
         assert!(2 * limit < super::node::Node::MOST, "{} triangles are too many for a kd-tree", triangles.len());
     }
 
-    /// Forgets the tree, checks the triangles of the next one, and returns how many of them can be hit.
+    /// Forgets the tree, checks the triangles of the next one, and returns the number of them that can be hit.
     fn start(&mut self, triangles: Triangles<'_>) -> usize {
         Self::assert_few(triangles);
         self.triangle_count = triangles.len();
@@ -178,9 +178,9 @@ impl Job<'_> {
     }
 }
 
-/// What builders share.
+/// Steps that builders share.
 impl Job<'_> {
-    /// Adds an inner node, the children of which are built at the same time.
+    /// Adds an inner node, and builds its children in parallel.
     fn join(
         &self,
         plane: Plane,
@@ -196,7 +196,7 @@ impl Job<'_> {
         self.pool.branches.keep(right_branch);
     }
 
-    /// On which sides of a plane a reference is, and its parts there.
+    /// Returns the sides of a plane on which a reference is, and its parts there.
     fn part(&self, reference: &Reference, best: &Candidate) -> (Sides, [Option<Reference>; 2]) {
         let sides = reference.sides(best.plane, best.planar_left);
         let parts = match sides {
@@ -208,15 +208,15 @@ impl Job<'_> {
     }
 }
 
-/// What builders that start from something else than all triangles need.
+/// Steps of builders that start from something else than all triangles.
 impl Job<'_> {
-    /// The cell of a root with so many triangles.
+    /// Returns the cell of a root with `count` triangles.
     #[must_use]
     pub(crate) fn root_cell(&self, extent: Extent, count: usize) -> Cell {
         Heuristic::root(extent, count)
     }
 
-    /// The best plane across a cell for boxes, each of which counts as so many triangles.
+    /// Returns the best plane across a cell for boxes, each with the number of triangles that it counts as.
     #[must_use]
     pub(crate) fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<Candidate> {
         let count = boxes.iter().map(|&(_, weight)| weight as usize).sum();
@@ -224,8 +224,8 @@ impl Job<'_> {
         resorting::best(measure, boxes, |&of_box| of_box, &mut Vec::new())
     }
 
-    /// The two cells of the best plane, unless a leaf of `count` triangles is better. Once triangles are parted,
-    /// [`Cell::share`] says how many references each may have.
+    /// Returns the two cells of the best plane, unless a leaf of `count` triangles is better. Once triangles are parted,
+    /// [`Cell::share`] sets the largest number of references of each.
     #[must_use]
     pub(crate) fn split(&self, cell: &Cell, count: usize, best: Candidate) -> Option<[Cell; 2]> {
         self.heuristic.split(cell, count, Some(best)).map(|(_, cells)| cells)
@@ -250,7 +250,7 @@ impl Job<'_> {
     }
 }
 
-/// References to all triangles that can be hit, in order of id.
+/// Lists references to all triangles that can be hit, in order of id.
 fn collect(triangles: Triangles<'_>, is_any_omitted: bool, references: &mut Vec<Reference>) {
     let reference = |id: u32| Reference { extent: Extent::around(triangles.corners(id)), id };
     let ids = 0..triangles.len() as u32;

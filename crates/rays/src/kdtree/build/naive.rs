@@ -3,7 +3,7 @@
 use super::sah::{Candidate, Measure};
 use crate::kdtree::extent::Reference;
 
-/// The best plane among the faces of the references' boxes.
+/// Returns the best plane among the faces of the references' boxes.
 pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
     for axis in 0..3 {
         let along = measure.axis(axis);

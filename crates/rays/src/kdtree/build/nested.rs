@@ -1,10 +1,10 @@
 //! The exact builder with threads that share large nodes: the nested algorithm of Choi et al., *Parallel SAH k-D Tree
 //! Construction*, 2010, §4.1 (thesis, §4.2.2).
 //!
-//! Events and references of a node are cut in chunks. Each chunk's planes are judged once it is known how many triangles begin
-//! and end in the chunks before; each chunk's references are parted alone, and get their indices once it is known how many the
-//! chunks before have. Choi et al. leave the second to one thread; with clipping that is too much work. All counts are
-//! integers, so the tree is the one that a single thread builds.
+//! Events and references of a node are split into chunks. The planes of a chunk are judged once the numbers of triangles
+//! that begin and end in the chunks before are known. The references of a chunk are parted alone, and get their indices once
+//! the counts of the chunks before are known. Choi et al. leave the second to one thread; with clipping that is too much
+//! work. All counts are integers, so the tree is the one that a single thread builds.
 
 use std::ops::Range;
 
@@ -22,14 +22,14 @@ use crate::kdtree::layout::Branch;
 /// Nodes of fewer references are built by one thread, next to others.
 const SHARED_FROM: usize = 1 << 14;
 
-/// Events, or references, that a thread takes at once.
+/// The number of events, or of references, that a thread takes at once.
 const CHUNK: usize = 1 << 13;
 
-/// What a plane makes of a chunk of references, with indices counted in the chunk.
+/// A chunk of references after a plane has parted them, with indices counted in the chunk.
 struct Parted {
     children: [Vec<Reference>; 2],
     indices: Vec<u32>,
-    /// Events of what was cut, by child and axis.
+    /// Events of references that were cut, by child and axis.
     fresh: [[Vec<u64>; 3]; 2],
 }
 

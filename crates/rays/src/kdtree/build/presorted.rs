@@ -7,15 +7,15 @@ use super::sah::{AxisMeasure, Candidate, Measure};
 use super::space::{Frame, Space};
 use crate::kdtree::extent::{Extent, Reference, Sides};
 
-// An event is a face of a reference's box: a u64 with the coordinate in the upper half, in the order of coordinates, then two
-// bits for its kind, and the reference's index. So sorting events as numbers brings them in the order of the paper.
+// An event is a face of a reference's box: a u64 with the coordinate in the upper half, in the order of coordinates, then
+// two bits for its kind, and the reference's index. Sorted as numbers, events are in the order of the paper.
 const END: u64 = 0;
 const PLANAR: u64 = 1;
 const START: u64 = 2;
 const KIND_SHIFT: u32 = 30;
 const INDEX_MASK: u64 = (1 << KIND_SHIFT) - 1;
 
-/// Where a reference goes: to the right child, …
+/// Flag of a reference's place: it goes to the right child, …
 pub(super) const RIGHT: u32 = 1 << 30;
 /// … or in parts to both; else to the left one.
 pub(super) const CUT: u32 = 1 << 31;
@@ -27,7 +27,7 @@ fn event(coordinate: f32, kind: u64, index: u32) -> u64 {
     u64::from(ordered) << 32 | kind << KIND_SHIFT | u64::from(index)
 }
 
-/// The coordinate whose event has this upper half.
+/// Returns the coordinate whose event has this upper half.
 #[inline(always)]
 fn coordinate(ordered: u32) -> f32 {
     f32::from_bits(if ordered >> 31 == 1 { ordered & !(1 << 31) } else { !ordered })
@@ -51,8 +51,8 @@ pub(super) fn push_events(events: &mut [Vec<u64>; 3], extent: &Extent, index: u3
     }
 }
 
-/// Where a reference with these parts goes, of which the next of each child have these indices. Lists the events of parts
-/// that the plane cut.
+/// Returns the place of a reference with these parts: its index in the child, and a flag. `next` holds the next index of
+/// each child. Lists the events of parts that the plane cut in `fresh`.
 pub(super) fn place(
     sides: Sides,
     parts: &[Option<Reference>; 2],
@@ -91,7 +91,7 @@ impl Space {
         }
     }
 
-    /// The best plane for the references from `at` on, whose events are listed.
+    /// Returns the best plane for the references from `at` on, whose events are listed.
     pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<Candidate> {
         for axis in 0..3 {
             let before = [0.0, measure.count as f64];
@@ -101,8 +101,9 @@ impl Space {
     }
 }
 
-/// Looks at all planes of events that are in order across an axis, from where so many triangles have begun and so many
-/// haven't ended yet. The reference at an index counts as as many triangles as `weight` says.
+/// Considers the planes of all events, which are in order across an axis. `before` holds the numbers of triangles that have
+/// begun, and that haven't ended, before them. `weight` returns the number of triangles that the reference at an index
+/// counts as.
 #[inline]
 pub(super) fn sweep<'a>(
     measure: Measure<'a>,
@@ -122,7 +123,7 @@ pub(super) struct Sweep<'a> {
     along: AxisMeasure,
     left: f64,
     right: f64,
-    /// The coordinate of the last events, and how many of them there were of each kind.
+    /// The coordinate of the last events, and their number of each kind.
     ordered: u64,
     counts: [u32; 4],
 }
@@ -141,7 +142,7 @@ impl<'a> Sweep<'a> {
         self.counts[kind(event)] += weight;
     }
 
-    /// Looks at the plane of the last events.
+    /// Considers the plane of the last events.
     #[inline(always)]
     fn close(&mut self) {
         let counts = std::mem::take(&mut self.counts);
@@ -170,13 +171,13 @@ pub(super) fn index(event: u64) -> usize {
     (event & INDEX_MASK) as usize
 }
 
-/// The event, of a reference that has moved to `index`.
+/// Returns the event, for a reference that has moved to `index`.
 #[inline(always)]
 pub(super) fn with_index(event: u64, index: u32) -> u64 {
     event & !INDEX_MASK | u64::from(index)
 }
 
-/// Splits events into parts of about so many; those of one coordinate stay together.
+/// Splits events into ranges of about `size`; events of one coordinate stay together.
 pub(super) fn chunks(events: &[u64], size: usize) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     std::iter::from_fn(move || {
@@ -189,7 +190,7 @@ pub(super) fn chunks(events: &[u64], size: usize) -> impl Iterator<Item = Range<
     })
 }
 
-/// How many references begin and end with these events.
+/// Returns the numbers of references that begin and that end with these events.
 pub(super) fn count(events: &[u64]) -> [usize; 2] {
     let mut counts = [0; 4];
     events.iter().for_each(|&event| counts[kind(event)] += 1);
@@ -197,7 +198,7 @@ pub(super) fn count(events: &[u64]) -> [usize; 2] {
     [starts + planar, ends + planar]
 }
 
-/// The events of references that aren't cut, for both children.
+/// Returns the events of references that aren't cut, for both children.
 pub(super) fn part_kept(events: &[u64], indices: &[u32]) -> [Vec<u64>; 2] {
     let mut parts = [Vec::with_capacity(events.len()), Vec::with_capacity(events.len())];
     for &event in events {
@@ -210,7 +211,7 @@ pub(super) fn part_kept(events: &[u64], indices: &[u32]) -> [Vec<u64>; 2] {
     parts
 }
 
-/// Adds events that come in parts, in order, and fresh ones that are in order as well.
+/// Merges events in parts with fresh ones, both in order, into `all`.
 pub(super) fn merge<'a>(parts: impl Iterator<Item = &'a [u64]>, fresh: &[u64], all: &mut Vec<u64>) {
     let mut next = 0;
     for part in parts {
@@ -228,8 +229,8 @@ pub(super) fn merge<'a>(parts: impl Iterator<Item = &'a [u64]>, fresh: &[u64], a
     all.extend_from_slice(&fresh[next..]);
 }
 
-/// Gives events across one axis, in order, to the children of a node. `fresh` are the events of what the plane cut, by side,
-/// each with a last one that is above all others.
+/// Gives events across one axis, in order, to the children of a node. The fresh events are those of references that were
+/// cut, by side; the last one of each side is a sentinel above all others.
 pub(super) fn part(
     events: &[u64],
     indices: &[u32],

@@ -4,7 +4,8 @@ use super::presorted;
 use super::sah::{Candidate, Measure};
 use crate::kdtree::extent::Extent;
 
-/// The best plane among the faces of what has a box `of` its own and counts as so many triangles; `events` is room to work in.
+/// Returns the best plane among the faces of items. `of` returns an item's box and the number of triangles that it counts
+/// as; `events` is working memory.
 pub(super) fn best<T>(
     mut measure: Measure<'_>,
     all: &[T],

@@ -3,11 +3,11 @@ use super::super::extent::{Extent, Plane};
 use super::super::node::Nodes;
 use crate::kdtree::KdTree;
 
-/// How the surface area heuristic rates planes, and when it stops (Wald and Havran 2006, §3 and §4.1.3).
+/// The surface area heuristic, which rates planes and decides on leaves (Wald and Havran 2006, §3 and §4.1.3).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heuristic {
     pub(super) costs: SahCosts,
-    /// Most inner nodes above a leaf.
+    /// The largest number of inner nodes above a leaf.
     pub(super) max_depth: u32,
 }
 
@@ -17,18 +17,17 @@ pub(crate) struct Cell {
     /// Its box.
     pub extent: Extent,
     pub(super) depth: u32,
-    /// How many of the planes above cost more than they saved.
+    /// The number of planes above that cost more than they saved.
     failures: u32,
-    /// How many references and leaves there may be in the cell.
+    /// The largest number of references, and of leaves, in the cell.
     budget: f64,
 }
 
-/// A plane, and what it costs.
+/// A plane, and its cost.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    /// By the heuristic.
+    /// Its cost by the heuristic.
     pub cost: f64,
-    /// Where it is.
     pub plane: Plane,
     /// Whether triangles inside the plane are listed on the left.
     pub planar_left: bool,
@@ -43,14 +42,14 @@ impl Candidate {
         }
     }
 
-    /// Of equal costs the lowest axis and the lowest plane, so that the order in which planes are looked at doesn't matter.
+    /// At equal costs the lowest axis, then the lowest plane is better, so that the order of planes doesn't matter.
     fn is_better(&self, other: &Self) -> bool {
         let key = |candidate: &Self| (candidate.cost, candidate.plane.axis, candidate.plane.at);
         key(self) < key(other)
     }
 }
 
-/// A cell, with what the costs of its planes depend on.
+/// A cell with data for the costs of its planes, and the best plane so far.
 pub(super) struct Measure<'a> {
     heuristic: &'a Heuristic,
     pub(super) extent: Extent,
@@ -64,7 +63,7 @@ impl<'a> Measure<'a> {
         Self { heuristic, extent, count, per_area: 1.0 / extent.half_area(), best: None }
     }
 
-    /// What planes across an axis share.
+    /// Returns the quantities that planes across an axis share.
     #[inline(always)]
     pub(super) fn axis(&self, axis: usize) -> AxisMeasure {
         let side = |axis: usize| f64::from(self.extent.max[axis]) - f64::from(self.extent.min[axis]);
@@ -78,9 +77,10 @@ impl<'a> Measure<'a> {
         }
     }
 
-    /// Keeps the plane at `at` if it is the best so far, given how many triangles are left of it, inside it and right of it.
+    /// Keeps the plane at `at` if it is the best so far, given the numbers of triangles left of it, inside it and right of
+    /// it.
     ///
-    /// A plane through one of the cell's own faces counts where triangles lie inside: it cuts them off in a flat cell.
+    /// A plane through one of the cell's own faces counts if triangles lie inside it: it cuts them off in a flat cell.
     #[inline(always)]
     pub(super) fn consider(&mut self, along: &AxisMeasure, at: f32, [left, planar, right]: [f64; 3]) {
         let (low, high) = (along.low, along.high);
@@ -101,7 +101,7 @@ impl<'a> Measure<'a> {
         }
     }
 
-    /// As [`consider`](Self::consider), for a plane that cuts off what is empty: on the left, or on the right.
+    /// As [`consider`](Self::consider), for a plane that cuts off empty space: on the left, or on the right.
     pub(super) fn consider_empty(&mut self, along: &AxisMeasure, at: f32, is_left: bool) {
         if along.low < at && at < along.high {
             let all = self.count as f64;
@@ -123,15 +123,15 @@ impl<'a> Measure<'a> {
     }
 }
 
-/// What planes across one axis of a cell share.
+/// Quantities that planes across one axis of a cell share.
 #[derive(Clone, Copy)]
 pub(super) struct AxisMeasure {
     pub(super) axis: usize,
     pub(super) low: f32,
     pub(super) high: f32,
-    /// Area of the cell's faces across the axis, for an area of one.
+    /// The area of the cell's face across the axis, relative to half of the cell's surface.
     face: f64,
-    /// Half the length of their rim, in the same measure.
+    /// Half the length of that face's rim, relative to the same.
     rim: f64,
 }
 
@@ -145,8 +145,8 @@ impl AxisMeasure {
 }
 
 impl Heuristic {
-    /// For `count` triangles; the depth is at most 5 + 1.2 log₂ N, k₁ and k₂ of the thesis' §4.1 (Havran 2000). Five levels
-    /// more double the nodes of Sibenik, and no ray gets faster.
+    /// Makes the heuristic for `count` triangles. The depth is at most 5 + 1.2 log₂ N, k₁ and k₂ of the thesis' §4.1 (Havran
+    /// 2000). Five levels more double the nodes of Sibenik, and no ray gets faster.
     pub(super) fn new(costs: SahCosts, count: usize) -> Self {
         let depth = 5.0 + 1.2 * (count.max(1) as f64).log2();
         Self { costs, max_depth: (depth as u32).min(Nodes::MAX_DEPTH as u32) }
@@ -167,8 +167,8 @@ impl Heuristic {
         if left == 0.0 || right == 0.0 { cost * empty } else { cost }
     }
 
-    /// The two cells of the best plane, unless a leaf is better. Once triangles are parted, [`Cell::share`] says how many
-    /// references each may have.
+    /// Returns the two cells of the best plane, unless a leaf is better. Once triangles are parted, [`Cell::share`] sets the
+    /// largest number of references of each.
     pub(super) fn split(&self, cell: &Cell, count: usize, best: Option<Candidate>) -> Option<(Candidate, [Cell; 2])> {
         let best = best?;
         let failures = cell.failures + u32::from(best.cost >= self.costs.test * count as f64);
@@ -182,10 +182,10 @@ impl Heuristic {
 }
 
 impl Cell {
-    /// Shares what a cell may hold between its children, by the references that they have.
+    /// Shares the budget of a cell between its children, in proportion to their references.
     ///
-    /// A cell is split only if it may hold twice what it does. So each child may hold what it does, whatever the triangles are
-    /// like, and all leaves together hold no more than the root may.
+    /// A cell is split only if its budget is at least twice its references. So the budget of each child is at least its own
+    /// references, for any triangles, and all leaves together hold no more than the root's budget.
     pub(crate) fn share(mut cells: [Self; 2], counts: [usize; 2]) -> [Self; 2] {
         let weights = counts.map(|count| count.max(1) as f64);
         for (cell, weight) in cells.iter_mut().zip(weights) {

@@ -3,11 +3,11 @@ use super::sah::Candidate;
 use super::{Job, Reused};
 use crate::kdtree::extent::Reference;
 
-/// What one thread works on: the references of the current node, above those of the right children that wait.
+/// Working memory of one thread: the references of the current node, after those of the right children that wait.
 #[derive(Default)]
 pub(super) struct Space {
     pub(super) references: Vec<Reference>,
-    /// By axis the faces of the references' boxes, in order, where the builder keeps them.
+    /// The faces of the references' boxes, by axis, in order, if the builder keeps them.
     pub(super) events: [Vec<u64>; 3],
     /// References and events of the left child that is being made.
     left: Vec<Reference>,
@@ -16,11 +16,11 @@ pub(super) struct Space {
     right_events: Vec<u64>,
     /// Events of boxes that the plane cuts, by side and axis.
     fresh: [[Vec<u64>; 3]; 2],
-    /// Where each reference goes.
+    /// The place of each reference in the children.
     indices: Vec<u32>,
 }
 
-/// Where a node's references and events start; they reach to the ends of the lists.
+/// The starts of a node's references and events, which reach to the ends of the lists.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Frame {
     pub(super) references: usize,
@@ -43,7 +43,7 @@ impl Reused for Space {
 }
 
 impl Space {
-    /// Where everything ends.
+    /// Returns the ends of the lists.
     pub(super) fn end(&self) -> Frame {
         Frame { references: self.references.len(), events: [0, 1, 2].map(|axis| self.events[axis].len()) }
     }
@@ -55,8 +55,8 @@ impl Space {
         }
     }
 
-    /// Splits the node at `at`, which becomes its right child; the left child is put aside. Returns how many references both
-    /// have.
+    /// Splits the node at `at`, which becomes its right child; the left child is put aside. Returns the numbers of their
+    /// references.
     pub(super) fn part(&mut self, job: &Job<'_>, at: Frame, best: &Candidate, has_events: bool) -> [usize; 2] {
         self.left.clear();
         self.indices.clear();
@@ -90,7 +90,7 @@ impl Space {
         for axis in 0..3 {
             for fresh in fresh.iter_mut() {
                 fresh[axis].sort_unstable();
-                // Comes after all others, so that merging needn't check for the end.
+                // A sentinel, so that merging needn't check for the end.
                 fresh[axis].push(u64::MAX);
             }
             let fresh = [&fresh[0][axis][..], &fresh[1][axis][..]];

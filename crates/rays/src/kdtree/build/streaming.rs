@@ -8,7 +8,7 @@ use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Extent, Reference};
 use crate::kdtree::layout::Branch;
 
-/// Parts between samples along each axis.
+/// The number of parts between samples along each axis.
 const PARTS: usize = 1024;
 
 /// Nodes of fewer references fit in a cache and are split exactly.
@@ -57,11 +57,11 @@ impl Job<'_> {
     }
 }
 
-/// How many boxes begin and end in each part of a cell, by axis.
+/// The numbers of boxes that begin and that end in each part of a cell, by axis.
 struct Samples {
     begins: [[u32; PARTS]; 3],
     ends: [[u32; PARTS]; 3],
-    /// Around all boxes.
+    /// The bounds of all boxes.
     around: Extent,
     low: [f32; 3],
     /// Bins for each unit of length.
@@ -75,8 +75,7 @@ impl Samples {
         Box::new(Self { begins: counts, ends: counts, around: Extent::EMPTY, low: cell.min, scale })
     }
 
-    /// In flat and in huge cells all coordinates may fall into one bin. That costs quality only: counts just say which plane
-    /// may be good.
+    /// In flat and in huge cells all coordinates may fall into one bin. That costs quality only: counts just suggest planes.
     #[inline(always)]
     fn bin(&self, axis: usize, coordinate: f32) -> usize {
         (((coordinate - self.low[axis]) * self.scale[axis]) as usize).min(PARTS - 1)
@@ -92,7 +91,7 @@ impl Samples {
         self.around = self.around.union(*extent);
     }
 
-    /// The best plane between two bins, or one that cuts off what is empty.
+    /// Returns the best plane between two bins, or one that cuts off empty space.
     fn best(&self, mut measure: Measure<'_>) -> Option<Candidate> {
         for axis in 0..3 {
             let along = measure.axis(axis);

@@ -1,22 +1,22 @@
-//! Leading a ray through a tree whose triangles are no longer where they were when it was built: *at rest*.
+//! Leads a ray through a tree whose triangles have moved since it was built, when they were *at rest*.
 //!
-//! A ray hits a triangle now at P = o + t d, in real numbers. Let Q be the point of the triangle at rest with the same weights of
-//! the corners. The caller knows for each node how far P, or the point that the ray handed over here has instead, may be from Q
-//! along an axis, if the triangle is listed below that node: `away` and the node's own `drift`. A leaf that lists the triangle
-//! holds Q in its cell, with its faces. So a ray finds the hit if it visits each child of which the cell, grown by as much as
-//! the child says, holds the ray's point at t: at a plane s that is where the ray is before s + `away` + drift, and after
-//! s − `away` − drift. A node's drift is no less than those below, so that intervals of t lie in each other.
+//! A ray hits a triangle now at P = o + t d, in real numbers. Let Q be the point of the triangle at rest with the same
+//! weights of the corners. If the triangle is listed below a node, P is at most `away` plus the node's own `drift` from Q
+//! along each axis; for a ray that was moved, so is that ray's point at t instead of P. A leaf that lists the triangle holds
+//! Q in its cell, with its faces. So a ray finds the hit if it visits each child whose cell, grown by `away` plus the
+//! child's drift, holds the ray's point at t. At a plane s, that is while the ray is before s + `away` + drift, or once it
+//! is after s − `away` − drift. A node's drift is no less than those below, so intervals of t are nested.
 //!
-//! The three roundings of such a t are what a doubt of 2⁻⁴⁸ |t| pays for, as in `traverse`; those of s ±
-//! `away` ± drift are up to the caller. A plane along the ray is at t = ±∞ from the side where the ray is, or not a number, which
-//! leads to both.
+//! A doubt of 2⁻⁴⁸ |t| covers the three roundings of such a t, as in `traverse`; the caller covers those of s ± `away` ±
+//! drift. A plane along the ray is at t = ±∞, with the sign that leads to the ray's side, or at NaN, which leads to both
+//! sides.
 
 use std::ops::{ControlFlow, Range};
 
 use crate::kdtree::{Extent, Nodes, Plane};
 use crate::{KdTree, Ray};
 
-/// What a ray's traversal begins with.
+/// The start of a ray's traversal.
 pub(super) enum Start {
     /// The ray misses the box.
     Miss,
@@ -30,20 +30,20 @@ pub(super) struct Line {
     origin: [f64; 3],
     inverse: [f64; 3],
     is_backward: [bool; 3],
-    /// Whether it runs along the axis' planes.
+    /// Whether it is parallel to the planes across the axis.
     is_along: [bool; 3],
     /// The interval of t in which the ray may hit.
     enter: f64,
     leave: f64,
-    /// More than what t may be wrong by anywhere.
+    /// Error bound of any t on the ray.
     most_doubt: f64,
-    /// How far, by axis, the ray may be from where the triangle was, but for drift.
+    /// The largest distance between the ray and the triangle at rest, without drift, by axis.
     away: [f64; 3],
 }
 
 impl Line {
     const DOUBT: f64 = 1.0 / (1_u64 << 48) as f64;
-    /// More than what t may be wrong by where its last bits underflow.
+    /// Error bound of a t whose last bits underflow.
     const SMALLEST: f64 = 1e-300;
 
     /// A ray in a box that holds all hits; nothing is grown yet.
@@ -71,7 +71,7 @@ impl Line {
         if line.enter > line.leave { Start::Miss } else { Start::Line(line) }
     }
 
-    /// The same interval of a ray that is somewhere else.
+    /// Returns the start of another ray with the same interval of t.
     pub(super) fn with(self, origin: [f64; 3], direction: [f64; 3], away: [f64; 3]) -> Start {
         let is_finite = |numbers: [f64; 3]| numbers.into_iter().all(f64::is_finite);
         if !(is_finite(origin) && is_finite(direction) && is_finite(away)) {
@@ -92,8 +92,8 @@ impl Line {
         self.enter.abs().max(self.leave.abs())
     }
 
-    /// The first t at which the ray may be beyond a plane, and the last at which it may be before it, with drifts of what is
-    /// before and beyond.
+    /// Returns the first t at which the ray may be beyond a plane, and the last at which it may be before it, with the
+    /// drifts of the nodes before and beyond.
     #[inline(always)]
     fn reaches(&self, Plane { axis, at }: Plane, [before, beyond]: [f64; 2]) -> [f64; 2] {
         let (at, away) = (f64::from(at), self.away[axis]);
@@ -104,7 +104,7 @@ impl Line {
         [first - doubt(first), last + doubt(last)]
     }
 
-    /// Leaves the part of the ray that may be inside a box; false where numbers can't be trusted.
+    /// Restricts the ray to the part that may be inside a box; false if t can't be trusted.
     fn clip(&mut self, extent: &Extent, drift: f64) -> bool {
         for axis in 0..3 {
             let [low, high] = [extent.min[axis], extent.max[axis]];
@@ -130,8 +130,8 @@ impl Line {
 
 const MAILBOX: usize = 16;
 
-/// Calls `test` with every triangle of a leaf that a ray visits before its end, which is `t_max` at first, nearer leaves first.
-/// `test` may lower that or break off. `drift` is of the node at an index.
+/// Calls `test` with every triangle of a leaf that a ray visits before its end, which is `t_max` at first, nearer leaves
+/// first. `test` may lower that or break off. `drift` returns the drift of the node at an index.
 pub(super) fn visit(
     tree: &KdTree,
     start: Start,
@@ -190,7 +190,7 @@ pub(super) fn visit(
         } else if last < enter {
             (index, enter) = (far, if first > enter { first } else { enter });
         } else {
-            // A value that isn't a number leaves nothing out.
+            // NaN rules nothing out.
             stack[waiting] = (far, if first > enter { first } else { enter }, leave);
             waiting += 1;
             (index, leave) = (near, if last < leave { last } else { leave });

@@ -6,34 +6,34 @@ use super::rays::{HALF_ULP, Rays};
 use super::scale::Scale;
 use crate::simd::each;
 
-/// As many f32 as rays are led to leaves together.
+/// Vectors of f32, with a lane for each ray that is led to leaves together.
 pub trait Wide<S: Simd>: SimdFloat<S, Element = f32> {}
 
 impl<S: Simd, V: SimdFloat<S, Element = f32>> Wide<S> for V {}
 
-/// A triangle, to be tested in f32 against rays that have nothing in common: Möller and Trumbore's test (1997) without its
-/// division, and with bounds for what rounding does to it.
+/// A triangle that is prepared for tests in f32 against arbitrary rays: Möller and Trumbore's test (1997) without its
+/// division, and with error bounds for its roundings.
 ///
-/// With s = o − a and E the largest component of both edges from a, the weights of b and c times the determinant are sums of six
-/// products s d e, each no larger than 2 E, with eight roundings: 96 ε E. That s is made of rounded numbers adds
-/// 12 ε E, and what f64 may have `moved` origins by 6 E of it. The determinant has six products d e e with seven
-/// roundings, 84 ε E as E is two at most; a's weight is what the others leave of it, with two more roundings of up to 60 ε E in
-/// all. t times the determinant has six products s e e with eight roundings: 108 ε E² with s' own errors, and its product
-/// with a determinant that is wrong by 42 ε E² another 110 ε E² and 44 for roundings, for τ that matter.
+/// With s = o − a and E the largest component of both edges from a, the weights of b and c times the determinant are sums of
+/// six products s d e, each no larger than 2 E, with eight roundings: 96 ε E. The roundings in s itself add 12 ε E, and f64
+/// adds 6 E times the distance by which it may have `moved` origins. The determinant has six products d e e with seven
+/// roundings, 84 ε E as E is two at most. The weight of a is the determinant minus the others, with two more roundings of up
+/// to 60 ε E in all. t times the determinant has six products s e e with eight roundings: 108 ε E² with the errors of s. For
+/// relevant τ, the product of τ and a determinant with an error of 42 ε E² adds 110 ε E², and its roundings 44 ε E².
 pub struct Filter {
     a: [f32; 3],
     b_from_a: [f32; 3],
     c_from_a: [f32; 3],
-    /// How wrong weights of b and c may be, and that of a, times the determinant.
+    /// Error bounds, times the determinant: of the weights of b and c, and of that of a.
     pub weight_bounds: [f32; 2],
-    /// How wrong the determinant may be.
+    /// Error bound of the determinant.
     pub determinant_bound: f32,
-    /// How wrong t may be, times the determinant.
+    /// Error bound of t, times the determinant.
     t_bound: f32,
 }
 
 impl Filter {
-    /// The filter of a triangle with these corners, for rays whose origins f64 may have `moved` that far.
+    /// Prepares a triangle with these corners for rays whose origins f64 may have `moved` that far.
     #[inline(always)]
     pub fn new(scale: &Scale, corners: [Vec3; 3], moved: f32) -> Self {
         let [a, b, c] = corners;
@@ -54,7 +54,7 @@ impl Filter {
         }
     }
 
-    /// Which of the rays from `first` on may hit the triangle before they end, a bit for each. A value that isn't a number leaves nothing out.
+    /// Returns a mask of the rays from `first` on that may hit the triangle before they end. NaN rules nothing out.
     #[inline(always)]
     pub fn possible<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize) -> u64 {
         let Values { weights: [u, v, w], determinant, t } =
@@ -74,7 +74,7 @@ impl Filter {
         !(missed | outside).to_bitmask()
     }
 
-    /// The edge functions and the determinant of lines, whatever their intervals.
+    /// Returns the edge functions and the determinant of lines, regardless of their intervals.
     #[inline(always)]
     pub fn values<S: Simd, V: Wide<S>>(&self, simd: S, origin: [V; 3], direction: [V; 3]) -> Values<V> {
         let offset = each!(axis in [0, 1, 2] => origin[axis] - splat::<S, V>(simd, self.a[axis]));
@@ -90,16 +90,16 @@ impl Filter {
     }
 }
 
-/// What rays and a triangle give; all of it times the determinant.
+/// Values of rays and a triangle, all times the determinant.
 pub struct Values<V> {
-    /// Of a, b and c.
+    /// Weights of a, b and c.
     pub weights: [V; 3],
-    /// Its sign says from which side they come.
+    /// Its sign tells from which side rays come.
     pub determinant: V,
     t: V,
 }
 
-/// The sign of a number.
+/// Numbers that can take the sign of others.
 trait SignedBy<S: Simd>: Wide<S> {
     /// This number, negated where `other` is negative.
     #[inline(always)]
@@ -111,13 +111,13 @@ trait SignedBy<S: Simd>: Wide<S> {
 
 impl<S: Simd, V: Wide<S>> SignedBy<S> for V {}
 
-/// The same number for all.
+/// A vector of the same number.
 #[inline(always)]
 pub(super) fn splat<S: Simd, V: Wide<S>>(simd: S, value: f32) -> V {
     V::simd_from(simd, value)
 }
 
-/// Those numbers from `first` on.
+/// Loads the numbers from `first` on.
 #[inline(always)]
 pub fn load<S: Simd, V: Wide<S>>(simd: S, numbers: &[f32], first: usize) -> V {
     V::from_slice(simd, &numbers[first..first + V::LEN])

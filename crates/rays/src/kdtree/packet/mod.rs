@@ -1,10 +1,9 @@
 //! Packets: rays that are led through the tree together (Wald et al. 2001; Rahikainen 2013, §3.2, 3.3 and 5).
 //!
-//! `rays` holds up to 256 rays in f32, and says why nothing is missed; `scale` is the coordinates of that. `filter` leaves
-//! out what rays certainly miss, `tester` asks the predicate about the rest. `step` is what 4, 8 or 16 rays do at a node, in
-//! their lanes; `stack` and `trail` lead them to leaves, of subtrees
-//! that are built then among them. `see` traces the rays of a camera's pixels and of a light. `options`
-//! says what there is to choose.
+//! `rays` holds up to 256 rays in f32, and shows why no hit is missed; `scale` has their coordinates. `filter` leaves out
+//! triangles that rays certainly miss, `tester` asks the predicate about the rest. `step` takes 4, 8 or 16 rays, in their
+//! lanes, past a node; `stack` and `trail` lead them to leaves, also those of subtrees that are built then. `see` traces the
+//! rays of a camera's pixels and of a light. `options` has the options.
 
 mod filter;
 mod options;
@@ -37,10 +36,10 @@ pub use tester::Ask;
 use tester::{MOST_PAIRS, Mailbox, Pairs, Tester};
 
 impl KdTree {
-    /// Does what [`nearest`](crate::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
-    /// each is written to the same index of `hits`, `None` for a miss.
+    /// Finds the [`nearest`](crate::SingleRays::nearest) hit of each of `rays`, which may start anywhere and go anywhere. It
+    /// is written to the same index of `hits`, `None` for a miss.
     ///
-    /// Rays in a row are led to leaves together as the tree's [options](super::KdTreeOptions) say: it pays where neighbours
+    /// Rays in a row are led to leaves together as the tree's [options](super::KdTreeOptions) say, which pays if neighbours
     /// run side by side.
     ///
     /// # Panics
@@ -85,7 +84,7 @@ impl KdTree {
         });
     }
 
-    /// Does what [`blocked`](crate::SingleRays::blocked) does for each of `rays`, the points of which are on the triangles `own`.
+    /// Finds whether each of `rays` is [`blocked`](crate::SingleRays::blocked). Their points are on the triangles `own`.
     ///
     /// Rays are led to leaves together as by [`nearest_of_packet`](Self::nearest_of_packet).
     ///
@@ -129,8 +128,8 @@ impl KdTree {
         });
     }
 
-    /// Calls `ask` with pairs of a ray's index, of `count` rays, and a triangle that it may hit. `ask` says from which t on
-    /// nothing matters to the ray. Both are references, so that this is compiled once.
+    /// Calls `ask` with pairs of a ray's index, of `count` rays, and a triangle that it may hit. `ask` sets the t from which
+    /// on nothing matters to the ray. `ray` and `ask` are references, so that this is compiled once.
     fn visit_packets(&self, triangles: Triangles<'_>, ray: &dyn Fn(usize) -> Ray, count: usize, ask: &mut Ask<'_>) {
         if self.is_stretched {
             return (0..count).for_each(|index| self.visit_alone(triangles, &ray(index), index as u32, ask));
@@ -138,7 +137,7 @@ impl KdTree {
         self.prepare(ray, count, ask, &mut |rays, ask| self.visit_from(triangles, rays, 0, ask));
     }
 
-    /// Calls `ask` with what one ray may hit.
+    /// Calls `ask` with the triangles that one ray may hit.
     fn visit_alone(&self, triangles: Triangles<'_>, ray: &Ray, index: u32, ask: &mut Ask<'_>) {
         if !ray.is_sound() {
             return;
@@ -214,11 +213,11 @@ impl KdTree {
     }
 }
 
-/// Up to 256 rays that are traced, and what with.
+/// Up to 256 rays that are traced, and the data to trace them.
 struct Packets<'a, 'b, 'c> {
     rays: &'c mut Rays,
     stack: &'c mut Stack<'a>,
-    /// The node where they begin.
+    /// The node at which they begin.
     root: u32,
     tester: Tester<'a, 'b>,
 }
@@ -245,8 +244,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// Of 300 rays, how many pairs the predicate is asked about: for small triangles around the origin, and with one that covers
-    /// all of them.
+    /// Counts the pairs of 300 rays and triangles that the predicate is asked about: for small triangles around the origin,
+    /// and with one that covers all of them.
     #[test]
     fn a_triangle_that_covers_all_leaves_little_to_the_predicate() {
         let mut random = Random::new(9);

@@ -1,4 +1,4 @@
-/// Most rays that are led to leaves together.
+/// The largest number of rays that are led to leaves together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdPacketWidth {
     /// 4 rays.
@@ -10,7 +10,7 @@ pub enum KdPacketWidth {
     Sixteen,
 }
 
-/// Which triangles a packet remembers to have tested.
+/// The triangles that a packet remembers to have tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdMailbox {
     /// None.
@@ -22,7 +22,7 @@ pub enum KdMailbox {
     Hashed,
 }
 
-/// How packets of rays are led through a [`KdTree`](super::super::KdTree). Nothing of it changes what they hit.
+/// Options for leading packets of rays through a [`KdTree`](super::super::KdTree). None changes the hits.
 ///
 /// The defaults measured best in all. Nanoseconds of one busy core for each ray, for 512² camera rays, the diffuse bounces of
 /// those that hit, and shadow rays from there to a point light, on the Bunny (69 K triangles) and in Sibenik (80 K):
@@ -35,12 +35,12 @@ pub enum KdMailbox {
 /// | 16 | 244 | 1036 | 187 | 138 | 839 | 101 |
 /// | 16 with a short stack of 3 | 274 | 1280 | 235 | 164 | 1048 | 100 |
 ///
-/// Times of equal work differ by a tenth or more from run to run. What bounces have in common pays for no packets in Sibenik.
+/// Times of equal work differ by a tenth or more from run to run. In Sibenik, bounces have too little in common for packets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KdPacketOptions {
-    /// How many rays are led to leaves together.
+    /// The largest number of rays that are led to leaves together.
     pub width: KdPacketWidth,
-    /// What packets remember.
+    /// The triangles that packets remember.
     pub mailbox: KdMailbox,
 }
 

@@ -5,10 +5,10 @@ use super::scale::Scale;
 use crate::Ray;
 use crate::kdtree::extent::Extent;
 
-/// Most rays that are prepared at once.
+/// The largest number of rays that are prepared at once.
 pub const MOST_RAYS: usize = 256;
 
-/// Rays of the widest groups.
+/// The number of rays in the widest groups.
 pub const LANES: usize = 16;
 
 /// Half the distance from one to the next f32.
@@ -20,14 +20,14 @@ pub(super) type Numbers = [f32; MOST_RAYS];
 /// Rays in a tree's [coordinates](Scale), in f32: o + τ d, where τ is zero where a ray enters the tree's bounds or its
 /// interval, and the largest component of d is one. 13 KiB.
 ///
-/// **What f32 leaves out.** Let ε be half an ulp of an f32. Planes and origins are one at most and have one rounding each; their
-/// difference has a third, relative to two. Its product with 1 / d has two more of its own, so that a τ of no more than 4
-/// is wrong by less than (4 + 8) ε / |d|. `doubt` is 32 ε / |d|, and what f64 may have lost on the way to the origin: an interval
-/// that is grown by it holds all hits of its cell, and larger τ are certainly outside. Where a ray runs almost along a
-/// plane, |d| is taken for 2⁻⁴⁰, which moves points of the ray by less than ε.
+/// **Error bounds.** Let ε be half an ulp of an f32. Planes and origins are one at most and have one rounding each; their
+/// difference has a third, relative to two. Its product with 1 / d has two more of its own, so the error of a τ of no more
+/// than 4 is less than (4 + 8) ε / |d|. `doubt` is 32 ε / |d| plus the loss of f64 on the way to the origin: an interval
+/// that is grown by it holds all hits of its cell, and larger τ are certainly outside. If a ray runs almost along a plane,
+/// |d| is taken as 2⁻⁴⁰, which moves points of the ray by less than ε.
 #[repr(align(64))]
 pub struct Rays {
-    /// How many there are.
+    /// The number of rays.
     pub count: usize,
     /// o, by axis.
     pub origin: [Numbers; 3],
@@ -35,21 +35,21 @@ pub struct Rays {
     pub direction: [Numbers; 3],
     /// 1 / d.
     pub inverse: [Numbers; 3],
-    /// How wrong τ may be at planes across each axis.
+    /// Error bound of τ at planes across each axis.
     pub doubt: [Numbers; 3],
-    /// Where the part of each ray begins that matters, less its error; above `leave` where no part does.
+    /// The τ at which the relevant part of each ray begins, minus its error; above `leave` if no part is relevant.
     pub enter: Numbers,
-    /// Where that part ends, counting errors.
+    /// The τ at which that part ends, plus its error.
     pub leave: Numbers,
-    /// Whether rays run towards lower coordinates of each axis, a bit for each.
+    /// Masks of the rays that run towards lower coordinates of each axis.
     pub(super) backward: [[u16; MOST_RAYS / LANES]; 3],
-    /// t where τ is zero, how much of τ is one of t, and what a τ that comes from a t may be wrong by.
+    /// The t at which τ is zero, the τ in one unit of t, and the error bound of a τ that comes from a t.
     start: [f64; MOST_RAYS],
     rate: [f64; MOST_RAYS],
     slack: Numbers,
-    /// How far f64 may have moved an origin, at most.
+    /// The largest distance by which f64 may have moved an origin.
     pub moved: f32,
-    /// Rays whose numbers are too large or small to be trusted, a bit for each: they are tested against all triangles.
+    /// Masks of rays whose numbers are too large or small to be trusted: they are tested against all triangles.
     pub(super) exhaustive: [u16; MOST_RAYS / LANES],
 }
 
@@ -73,7 +73,7 @@ impl Default for Rays {
     }
 }
 
-/// Least part that a direction's component is taken to be of its largest one.
+/// The least magnitude that a direction's component is taken as, relative to the largest one.
 const LEAST_COMPONENT: f64 = 1.0 / (1_u64 << 40) as f64;
 
 impl Rays {
@@ -141,7 +141,7 @@ impl Rays {
             enter = across.select(enter, enter.max(a.min(b)));
             leave = across.select(leave, leave.min(a.max(b)));
         }
-        // As for single rays, whose doubt this is.
+        // The same doubt as for single rays.
         const DOUBT: f64 = 1.0 / (1_u64 << 48) as f64;
         let size = enter.abs().max(leave.abs());
         let doubt = size * splat(simd, DOUBT) + splat(simd, 1e-300);
@@ -161,7 +161,7 @@ impl Rays {
             moved = moved.max(origin.abs() + step.abs());
             *coordinate = (origin + step - splat(simd, f64::from(scale.middle[axis]))) * unit;
         }
-        // Four roundings, relative to what is added up there or twice as much.
+        // Four roundings, relative to the sum above or to twice as much.
         const MOVED: f64 = 1.0 / (1_u64 << 50) as f64;
         let moved = moved * splat(simd, MOVED) * unit;
         trusted &= moved.simd_lt(splat(simd, 0.25));
@@ -190,18 +190,18 @@ impl Rays {
         set_byte(&mut self.exhaustive[group], half, exhaustive.to_bitmask());
     }
 
-    /// Says that nothing at this t or later matters to a ray.
+    /// Ends a ray: nothing at this t or later matters to it.
     #[inline(always)]
     pub fn end(&mut self, index: usize, t: f64) {
         if t < f64::INFINITY {
             let end = ((t - self.start[index]) * self.rate[index]) as f32 + self.slack[index];
-            // Never more than before: what has stopped to matter isn't visited again.
+            // Never later than before: a node that no longer matters isn't visited again.
             self.leave[index] = self.leave[index].min(end);
         }
     }
 }
 
-/// Eight rays as they come.
+/// Eight rays as they are given.
 #[derive(Default)]
 struct Eight {
     origin: [[f64; 8]; 3],

@@ -32,13 +32,13 @@ impl Scale {
         (at - self.middle[axis]) * self.unit
     }
 
-    /// Where a plane is.
+    /// Returns the coordinate of a plane.
     #[inline(always)]
     pub fn plane(&self, plane: Plane) -> f32 {
         self.coordinate(plane.at, plane.axis)
     }
 
-    /// Where a point is.
+    /// Returns the coordinates of a point.
     #[inline(always)]
     pub fn point(&self, point: Vec3) -> [f32; 3] {
         let [x, y, z] = self.middle;

@@ -6,25 +6,25 @@ use crate::predicate::{self, HitPoint, ShadowRay};
 use crate::shot::{LightMask, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
 use crate::{Hit, KdTree, LightSource, Ray, SimdLevel, Triangles};
 
-/// Blocks along an edge of a tile, and of a square of pixels whose rays are traced together.
+/// The numbers of blocks along an edge of a tile, and of a square of pixels whose rays are traced together.
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 const SQUARE_BLOCKS: usize = 4;
 
-/// Pixels of a square.
+/// The number of pixels in a square.
 pub(crate) const SQUARE_PIXELS: usize = SQUARE_BLOCKS * SQUARE_BLOCKS * TileOrder::BLOCK_PIXELS;
 
-/// Fills the packet where there are fewer rays.
+/// Fills up packets of fewer rays.
 pub(crate) const NO_RAY: Ray = Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: 0.0 };
 
-/// What answers a packet of rays, as [`KdTree::nearest_of_packet`] and [`KdTree::blocked_of_packet`] do.
+/// A structure that traces packets of rays, as [`KdTree::nearest_of_packet`] and [`KdTree::blocked_of_packet`] do.
 pub(crate) trait PacketRays: Sync {
-    /// Which instructions are used.
+    /// The instructions that are used.
     fn level(&self) -> SimdLevel;
 
-    /// Finds what each ray hits, of at most 256.
+    /// Finds the hit of each ray, of at most 256.
     fn nearest(&self, triangles: Triangles<'_>, rays: &[Ray], stops: impl Fn(&Hit) -> bool, hits: &mut [Option<Hit>]);
 
-    /// Finds which points are shadowed, of at most 256.
+    /// Finds whether each point is shadowed, of at most 256.
     fn blocked(
         &self,
         triangles: Triangles<'_>,
@@ -34,7 +34,7 @@ pub(crate) trait PacketRays: Sync {
         blocked: &mut [bool],
     );
 
-    /// Finds what each pixel of `shot` sees by tracing packets of neighbouring pixels' rays.
+    /// Fills `seen` for each pixel of `shot` by tracing packets of neighbouring pixels' rays.
     fn see_packets(&self, shot: &Shot<'_>, seen: &mut SeenPixels) {
         let opacity: &dyn Opacity = &OpacityOfSides::of_camera(shot);
         seen.resize(shot.view.width, shot.view.height);
@@ -67,7 +67,7 @@ pub(crate) trait PacketRays: Sync {
         });
     }
 
-    /// Does what [`Structure::shadow`](crate::Structure::shadow) does.
+    /// As [`Structure::shadow`](crate::Structure::shadow).
     fn shadow_all(&self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource], masks: &mut [LightMask]) {
         shot.expect_masks(seen, lights, masks);
         for (light, mask) in lights.iter().zip(masks) {
@@ -76,7 +76,7 @@ pub(crate) trait PacketRays: Sync {
         }
     }
 
-    /// Finds which of the points that the pixels of `shot` have `seen` are lit by `light`. Packets are those of the pixels.
+    /// Sets in `mask` the pixels of `shot` whose `seen` points are lit by `light`. Packets are those of the pixels.
     fn shadow_packets(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) {
         shot.expect_size(seen);
         mask.resize(seen.order());
@@ -105,7 +105,7 @@ pub(crate) trait PacketRays: Sync {
                 predicate::hits(self.level(), triangles, &rays, pairs, &mut hits);
                 let mut own = [u32::MAX; SQUARE_PIXELS];
                 let mut shadow_rays = [ShadowRay::new(light, HitPoint::new(&rays[0], 0.0)); SQUARE_PIXELS];
-                // A camera's ray meets what it has seen.
+                // A camera's ray hits the triangle that it has seen.
                 for (index, hit) in hits[..points.count].iter().enumerate() {
                     let t = hit.map_or(f64::NAN, |hit| hit.t);
                     shadow_rays[index] = ShadowRay::new(light, HitPoint::new(&rays[index], t));

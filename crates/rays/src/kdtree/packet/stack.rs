@@ -18,7 +18,7 @@ pub(super) struct Waiting<'a> {
     leave: [f32; LANES],
     pub(super) members: u16,
     pub(super) index: u32,
-    /// Inner nodes above, where the traversal counts them.
+    /// The number of inner nodes above, if the traversal counts them.
     pub(super) level: u32,
 }
 

@@ -15,7 +15,7 @@ pub(super) struct Within<V> {
     pub(super) leave: V,
 }
 
-/// Which children of a node members of a group meet.
+/// The children of a node that members of a group may meet.
 pub(super) enum Way<V> {
     Left,
     Right,
@@ -30,8 +30,8 @@ pub(super) fn begin<S: Simd, V: Wide<S>>(simd: S, rays: &Rays, first: usize) -> 
     Within { members: enter.simd_le(leave).to_bitmask(), enter, leave }
 }
 
-/// Which children the members of a group may meet; there is at least one member. A ray is in one of them up to its τ at the
-/// plane, in the other one from there on, each grown by doubt.
+/// Returns the children that members of a group may meet; there is at least one member. A ray is in one of them up to its τ
+/// at the plane, in the other one from there on, each grown by doubt.
 #[inline(always)]
 pub(super) fn way<S: Simd, V: Wide<S>>(
     simd: S,
@@ -89,7 +89,7 @@ pub(super) fn way<S: Simd, V: Wide<S>>(
     }
 }
 
-/// Which rays from `first` on run towards lower coordinates of an axis.
+/// Returns a mask of the rays from `first` on that run towards lower coordinates of an axis.
 #[inline(always)]
 pub(super) fn backward<S: Simd, V: Wide<S>>(rays: &Rays, axis: usize, first: usize) -> u64 {
     let word = u64::from(rays.backward[axis][first / LANES]);

@@ -9,10 +9,10 @@ use crate::shot::Steps;
 use crate::simd::lanes::bits_of;
 use crate::{KdTree, Triangles};
 
-/// Settles pairs of a ray's index and a triangle, and writes for each pair from which t on nothing matters to its ray.
+/// Settles pairs of a ray's index and a triangle, and writes for each pair the t from which on nothing matters to its ray.
 pub type Ask<'a> = dyn FnMut(&[(u32, u32)], &mut [f64]) + 'a;
 
-/// Most pairs that are settled at once.
+/// The largest number of pairs that are settled at once.
 pub(super) const MOST_PAIRS: usize = 32;
 
 /// Undecided rays and triangles.
@@ -56,7 +56,7 @@ pub(super) struct Tester<'a, 'b> {
 }
 
 impl<'a> Tester<'a, '_> {
-    /// The subtree in the place of a leaf of a tree, whose cell it has.
+    /// Returns the subtree in the place of a leaf of a tree, with the leaf's cell.
     #[cold]
     pub(super) fn subtree(&self, tree: &'a KdTree, leaf: Node) -> &'a KdTree {
         tree.reach(self.triangles, leaf.ids().start)
@@ -83,7 +83,7 @@ impl<'a> Tester<'a, '_> {
         self.ask(rays);
     }
 
-    /// Settles what tests have left undecided.
+    /// Settles the pairs that tests have left undecided.
     #[inline(always)]
     fn ask(&mut self, rays: &mut Rays) {
         if self.pairs.count > 0 {
@@ -91,7 +91,7 @@ impl<'a> Tester<'a, '_> {
         }
     }
 
-    /// Tests the `members` of the rays from `first` on against a triangle, and lists what f32 can't decide.
+    /// Tests the `members` of the rays from `first` on against a triangle, and lists the pairs that f32 can't decide.
     #[inline(always)]
     fn test<S: Simd, V: Wide<S>>(
         &mut self,
@@ -111,21 +111,21 @@ impl<'a> Tester<'a, '_> {
     }
 }
 
-/// Triangles that a packet remembers to have tested, and for which members. What is forgotten is tested again, which
-/// changes nothing.
+/// Triangles that a packet remembers to have tested, and masks of the members that were. Forgotten triangles are tested
+/// again, which changes nothing.
 pub(super) struct Mailbox {
     kind: KdMailbox,
     slots: usize,
     ids: [u32; Self::SLOTS],
     tested: [u16; Self::SLOTS],
-    /// Where the ring goes on.
+    /// The slot of the ring that was used last.
     next: usize,
 }
 
 impl Mailbox {
-    /// Slots of the largest kind.
+    /// The number of slots of the largest kind.
     const SLOTS: usize = 64;
-    /// Slots of a ring.
+    /// The number of slots of a ring.
     const RING: usize = 8;
 
     pub(super) fn new(kind: KdMailbox) -> Self {
@@ -143,7 +143,7 @@ impl Mailbox {
         self.ids[..self.slots].fill(u32::MAX);
     }
 
-    /// Those `members` that weren't tested against `id` yet; notes that they are.
+    /// Returns the `members` that weren't tested against `id` yet, and notes that they are.
     #[inline(always)]
     pub(super) fn untested(&mut self, id: u32, members: u64) -> u64 {
         let slot = match self.kind {

@@ -9,12 +9,12 @@ use super::tester::Tester;
 use crate::kdtree::options::Trail;
 use crate::simd::each;
 
-/// Leads the rays from `first` on to leaves below the node at `root`, with a stack of some entries or none. Where that has lost
-/// the next child, the packet comes from above again (Horn et al. 2007, appendix A.5, for packets).
+/// Leads the rays from `first` on to leaves below the node at `root`, with a stack of some entries or none. If that has lost
+/// the next child, the packet starts again from above (Horn et al. 2007, appendix A.5, for packets).
 ///
 /// The papers start a packet again with all its rays behind the leaf that they left, and so must separate rays of different
 /// signs. Here a bit for each level says whether the packet is in the second of two children. The way there is the same each
-/// time, since it doesn't depend on what was hit. `order` says for each axis which child is the second one.
+/// time, since it doesn't depend on hits. `order` has the second child for each axis.
 #[inline(always)]
 pub(super) fn visit<'a, S: Simd, V: Wide<S>>(
     simd: S,
@@ -114,17 +114,17 @@ fn is_over<S: Simd, V: Wide<S>>(simd: S, rays: &Rays, first: usize, within: &Wit
     within.members & within.enter.simd_le(end).to_bitmask() == 0
 }
 
-/// In which order a packet visits children.
+/// The order in which a packet visits children.
 struct Order {
     members: u64,
     /// By axis, whether the right child comes first.
     turned: [bool; 3],
-    /// Members for which children come in the order in which they meet them.
+    /// Members that meet children in this order.
     sorted: u64,
 }
 
 impl Order {
-    /// That of most `members`.
+    /// Returns the order of most `members`.
     #[inline(always)]
     fn new<S: Simd, V: Wide<S>>(rays: &Rays, first: usize, members: u64) -> Self {
         let mut turned = [false; 3];
@@ -137,8 +137,8 @@ impl Order {
         Self { members, turned, sorted }
     }
 
-    /// Those members of a finished cell that need no other cell: what waits begins where a nearer cell that holds this one
-    /// ends, or up to twice the doubt before.
+    /// Returns the members of a finished cell that need no other cell: children that wait begin at the end of a nearer cell
+    /// that holds this one, or up to twice the doubt before.
     #[inline(always)]
     fn ended<S: Simd, V: Wide<S>>(&self, simd: S, rays: &Rays, first: usize, within: &Within<V>) -> u64 {
         let [x, y, z] = each!(axis in [0, 1, 2] => load::<S, V>(simd, &rays.doubt[axis], first));

@@ -1,16 +1,17 @@
-//! Leading single rays to leaves: `stack` with a stack for all that waits, `trail` without one or with a short one.
+//! Leads single rays to leaves: `stack` with a stack of all children that wait, `trail` without one or with a short one.
 //!
-//! **How a cell is left out.** Along an axis the ray reaches a plane at t = (s − o) / d. The plane s and the origin o are exact,
-//! so only three roundings, each of them relative, are between the computed t and that of real numbers: it is wrong by less than
-//! 4 · 2⁻⁵³ |t|. With M the largest magnitude of t inside the tree's bounds, a t above 2M is certainly outside. A child gets the
-//! interval of t in which the ray may be in its cell, grown by `doubt` = 2⁻⁴⁸ |t| at the plane, and no more than 2⁻⁴⁸ M, and is left
-//! out only where that is empty. So every hit's t in real numbers is inside the interval of each cell whose box, with its faces,
-//! holds it, and by more than 2⁻⁴⁹ |t| of its end at a plane so. A hit's computed t is within two units in its last place of the
-//! real one: so a cell whose interval starts behind the nearest computed t so far holds no hit with a computed t as low, and none
-//! that ties with it. A doubt of M everywhere would do, but a vertex far away makes M so large that nothing near is left out.
+//! **Error bounds.** Along an axis the ray reaches a plane at t = (s − o) / d. The plane s and the origin o are exact, so
+//! only three roundings, each of them relative, separate the computed t from that in real numbers: its error is less than
+//! 4 · 2⁻⁵³ |t|. With M the largest magnitude of t inside the tree's bounds, a t above 2M is certainly outside. A child gets
+//! the interval of t in which the ray may be in its cell, grown by `doubt` = 2⁻⁴⁸ |t| at the plane, and no more than 2⁻⁴⁸ M,
+//! and is left out only if that is empty. So every hit's t in real numbers is inside the interval of each cell whose box,
+//! with its faces, holds it, and more than 2⁻⁴⁹ |t| from an end at a plane. A hit's computed t is within two units in its
+//! last place of the real one: so a cell whose interval starts behind the nearest computed t so far holds no hit with a
+//! computed t as low, and none that ties with it. A doubt of 2⁻⁴⁸ M everywhere would do, but a vertex far away makes M so
+//! large that nothing near is left out.
 //!
-//! A ray that runs along a plane never reaches it: t is infinite, with the sign that leads to the ray's side of the plane. Inside
-//! the plane it is 0 · ∞, which is no number; no comparison with it holds, and so the ray goes to both sides.
+//! A ray that runs along a plane never reaches it: t is infinite, with the sign that leads to the ray's side of the plane.
+//! Inside the plane it is 0 · ∞, so NaN; no comparison with it holds, so the ray goes to both sides.
 
 mod stack;
 mod trail;
@@ -46,7 +47,7 @@ impl KdTree {
     }
 }
 
-/// A tree, and the triangles that subtrees are built of where a ray first reaches them.
+/// A tree, and the triangles that subtrees are built of when a ray first reaches them.
 #[derive(Clone, Copy)]
 struct Reachable<'a> {
     tree: &'a KdTree,
@@ -66,7 +67,7 @@ impl Reachable<'_> {
     }
 }
 
-/// What a ray's traversal begins with.
+/// The start of a ray's traversal.
 enum Start {
     /// The ray misses the tree's bounds.
     Miss,
@@ -79,18 +80,18 @@ enum Start {
 struct Line {
     origin: [f64; 3],
     inverse: [f64; 3],
-    /// Whether t falls along an axis.
+    /// Whether the direction is negative along each axis.
     is_backward: [bool; 3],
     /// The interval of t in which the ray may be inside the tree's bounds.
     enter: f64,
     leave: f64,
-    /// More than what t may be wrong by anywhere.
+    /// Error bound of any t on the ray.
     most_doubt: f64,
     /// Whether planes may hold the whole ray.
     is_along_plane: bool,
 }
 
-/// Which children of a node a ray may meet.
+/// The children of a node that a ray may meet.
 enum Way {
     Near,
     Far,
@@ -100,7 +101,7 @@ enum Way {
 
 impl Line {
     const DOUBT: f64 = 1.0 / (1_u64 << 48) as f64;
-    /// More than what t may be wrong by where its last bits underflow.
+    /// Error bound of a t whose last bits underflow.
     const SMALLEST: f64 = 1e-300;
 
     fn start(tree: &KdTree, ray: &Ray) -> Start {
@@ -137,13 +138,13 @@ impl Line {
         Start::Line(Self { origin, inverse, is_backward, enter, leave, most_doubt: doubt, is_along_plane })
     }
 
-    /// More than what this t at a plane may be wrong by.
+    /// Returns the error bound of this t at a plane.
     #[inline(always)]
     fn doubt(&self, t: f64) -> f64 {
         (t.abs() * Self::DOUBT + Self::SMALLEST).min(self.most_doubt)
     }
 
-    /// Which children of a node a ray meets, given that it is in the node's cell from `enter` to `leave`.
+    /// Returns the children of a node that a ray may meet, given that it is in the node's cell from `enter` to `leave`.
     #[inline(always)]
     fn way(&self, plane: Plane, enter: f64, leave: f64) -> Way {
         let t = (f64::from(plane.at) - self.origin[plane.axis]) * self.inverse[plane.axis];
@@ -154,18 +155,18 @@ impl Line {
         } else if late < enter {
             Way::Far
         } else {
-            // What isn't a number gives way.
+            // NaN gives way to the end of the node's interval.
             Way::Both(if late < leave { late } else { leave }, if early > enter { early } else { enter })
         }
     }
 
     /// Whether the nearest hit ends the ray, once it is done with a cell that it leaves at `leave`.
     ///
-    /// What waits begins where a nearer cell that holds this one ends, or up to twice the doubt there before. Only where the ray
-    /// may run inside planes, neither child is the nearer one.
+    /// Children that wait begin at the end of a nearer cell that holds this one, or up to twice the doubt there before. Only
+    /// if the ray may run inside planes, neither child is the nearer one.
     #[inline(always)]
     fn is_over(&self, leave: f64, t_max: f64) -> bool {
-        // What three of them have beyond two is more than the doubts at both ends differ by.
+        // The third doubt is more than the difference of the doubts at both ends.
         leave - 3.0 * self.doubt(leave) > t_max && !self.is_along_plane
     }
 
@@ -202,7 +203,7 @@ impl<'a, Test: FnMut(u32, &mut f64) -> ControlFlow<()>> Tester<'a, Test> {
         if leaf.is_deferred() { self.subtree(leaf) } else { self.ids(leaf.ids()) }
     }
 
-    /// Visits the subtree in a leaf's place as a tree of its own, from where the nearest hit so far ends the ray.
+    /// Visits the subtree in a leaf's place as a tree of its own, with a ray that ends at the nearest hit so far.
     #[cold]
     #[inline(never)]
     fn subtree(&mut self, leaf: Node) -> ControlFlow<()> {

@@ -5,14 +5,14 @@ use crate::Ray;
 use crate::kdtree::KdTraversal;
 use crate::kdtree::options::Trail;
 
-/// Visits a tree with a stack that holds the last few far children that wait; where it has lost the one that is next, the ray
-/// comes from above again. Without entries that is Foley and Sugerman's *kd-restart* (2005), and with `pushes_down` Horn et
-/// al.'s push-down (2007, §3.2); with entries it is their short stack (§3.3).
+/// Visits a tree with a stack that holds the last few far children that wait; if it has lost the next one, the ray starts
+/// again from above. Without entries that is Foley and Sugerman's *kd-restart* (2005), and with `pushes_down` Horn et al.'s
+/// push-down (2007, §3.2); with entries it is their short stack (§3.3).
 ///
-/// The papers find the way back by moving the ray's start to where it left the last leaf. Intervals of neighbours overlap here,
-/// so that may lead to the same leaf again, or past one. Instead a bit for each level says whether the ray is in the
-/// farther one of two children that it meets (Laine, *Restart Trail for Stackless BVH Traversal*, 2010): this visits the
-/// leaves that a whole stack leads to, in that order.
+/// The papers find the way back by moving the ray's start to the end of the last leaf. Intervals of neighbours overlap here,
+/// so that may lead to the same leaf again, or past one. Instead a bit for each level says whether the ray is in the farther
+/// one of two children that it meets (Laine, *Restart Trail for Stackless BVH Traversal*, 2010): this visits the same leaves
+/// as a whole stack, in the same order.
 pub(super) struct Trailing<'a> {
     pub(super) within: Reachable<'a>,
     pub(super) trail: Trail,
@@ -22,7 +22,7 @@ pub(super) struct Trailing<'a> {
 #[derive(Clone, Copy, Default)]
 struct Position {
     index: u32,
-    /// Inner nodes above.
+    /// The number of inner nodes above.
     level: u32,
     enter: f64,
     leave: f64,
@@ -39,7 +39,7 @@ impl Trailing<'_> {
         };
         let mut positions = [Position::default(); KdTraversal::MOST_ENTRIES as usize];
         let Trail { mut stack, pushes_down } = self.trail;
-        // Where the ray comes from again: nothing waits above.
+        // The node from which the ray starts again: nothing waits above.
         let mut root = Position { index: 0, level: 0, enter: line.enter, leave: line.leave };
         let mut at = root;
         // By level, whether the ray is in the farther child of a node both of whose children it meets, …

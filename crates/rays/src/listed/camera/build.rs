@@ -14,8 +14,8 @@ use crate::listed::sorted::Sorted;
 use crate::shot::{Seconds, Shot};
 
 impl ListedGrid {
-    /// Replaces the grid by one of the triangles of `shot` for its pixels' rays; how long its stages
-    /// took. Runs on all threads of the current pool.
+    /// Replaces the grid by one for the triangles of `shot` and its pixels' rays; returns the times of the stages. Runs on
+    /// all threads of the current pool.
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
@@ -40,7 +40,7 @@ impl ListedGrid {
         })
     }
 
-    /// Drops triangles that can't contain a sample, in ranges whose number doesn't depend on that of threads.
+    /// Drops triangles that can't contain a sample. The number of ranges doesn't depend on that of threads.
     fn drop(&mut self, space: &PixelSpace, shot: &Shot<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
@@ -72,7 +72,7 @@ impl ListedGrid {
         self.slices = Slices::new(self.options.cells.slices(), depths[0], depths[1]);
     }
 
-    /// Lists what was kept, and sorts each range's pairs by tile.
+    /// Lists the kept triangles, and sorts each range's pairs by tile.
     fn list(&mut self, space: &PixelSpace, triangles: Triangles<'_>) {
         let (order, cells, slices) = (self.order(), self.options.cells, &self.slices);
         let (columns, rows) = order.tiles();

@@ -1,10 +1,10 @@
 use crate::shot::TileOrder;
 
-/// How a [`ListedGrid`](super::ListedGrid) cuts the view into cells (Guntury and Narayanan 2010, §3).
+/// The division of the view into cells of a [`ListedGrid`](super::ListedGrid) (Guntury and Narayanan 2010, §3).
 ///
-/// A cell is a sorting tile between two depths. Tracing tiles of k × k sorting tiles are searched together, which is
-/// the paper's indirect mapping: on its GPU k² sorting tiles share a block of threads; here they share the set-up of
-/// triangles, 16 at a time, which short lists alone would leave half empty.
+/// A cell is a sorting tile between two depths. Tracing tiles of k × k sorting tiles are searched together, which is the
+/// paper's indirect mapping: on its GPU k² sorting tiles share a block of threads; here they share the set-up of triangles,
+/// 16 at a time, which short lists alone would leave half empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cells {
     /// Log₂ of the pixels a side of a sorting tile.
@@ -20,9 +20,9 @@ impl Default for Cells {
 }
 
 impl Cells {
-    /// What measured best.
+    /// The best by measurement.
     pub const DEFAULT: Self = Self { sorting_bits: 4, tracing_bits: 2, slices: 8 };
-    /// The most slices.
+    /// The largest number of slices.
     pub const MOST_SLICES: u32 = 64;
     /// Pixels a side of the smallest sorting tile.
     pub const SMALLEST_TILE: u32 = 8;
@@ -72,7 +72,7 @@ impl Cells {
         TileOrder::TILE_BITS - self.sorting_bits
     }
 
-    /// How many cells a [`TileOrder`] tile has.
+    /// The number of cells in a [`TileOrder`] tile.
     pub(super) fn in_tile(&self) -> usize {
         (self.slices << (2 * self.bits_in_tile())) as usize
     }

@@ -13,7 +13,7 @@ use crate::camera_grid::trace::{TileTrace, Tiles};
 use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, SeenPixels};
 
-/// A share of what each cell of a tile lists.
+/// A share of the list of each cell of a tile.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     number: u32,
@@ -21,14 +21,14 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// All of it.
+    /// The whole list.
     pub(super) const WHOLE: Self = Self { number: 0, of: 1 };
 
     pub(super) fn is_first(self) -> bool {
         self.number == 0
     }
 
-    /// The part of a cell's list.
+    /// This part of a cell's list.
     #[inline(always)]
     pub(super) fn of(self, listed: &[u32]) -> &[u32] {
         let at = |number: u32| (listed.len() as u64 * u64::from(number) / u64::from(self.of)) as usize;
@@ -36,12 +36,12 @@ impl Part {
     }
 }
 
-/// The parts of all tiles that are divided.
+/// The parts of all divided tiles.
 #[derive(Debug, Default)]
 pub(super) struct Crowded {
-    /// In order of their tiles.
+    /// Parts, in the order of their tiles.
     parts: Vec<(u32, Part)>,
-    /// What each part's search found.
+    /// The hits found by each part's search.
     found: Vec<Found>,
 }
 
@@ -54,7 +54,7 @@ struct Found {
 }
 
 impl Crowded {
-    /// Parts have so many triangles at least that there are no more than twice as many of them: 48 MB.
+    /// Parts are so large that there are at most twice as many of them: 48 MB.
     const ENOUGH_PARTS: usize = 512;
 
     /// Divides tiles of more than `most` pairs.
@@ -71,8 +71,8 @@ impl Crowded {
         }
     }
 
-    /// Searches all parts on all threads, by `search`, which is told the tile's index and the part; what that took.
-    /// Counts the work of pixels in `work`.
+    /// Searches all parts on all threads by `search`, which gets the tile's index and the part. Returns the work, and adds
+    /// the work of pixels to `work`.
     pub(super) fn search<const N: usize>(
         &mut self,
         tiles: &Tiles<'_>,
@@ -106,7 +106,7 @@ impl Crowded {
         counted.merge(Counts::plus).unwrap_or_default()
     }
 
-    /// Whether the tile at an index was searched in parts; then it has the nearest of what they found.
+    /// Merges the parts' hits into the tile at an index. Returns false if the tile wasn't searched in parts.
     pub(super) fn merge<const N: usize>(&self, trace: &mut TileTrace<'_, N>, index: usize) -> bool {
         let first = self.parts.partition_point(|&(tile, _)| (tile as usize) < index);
         let parts = self.parts[first..].iter().zip(&self.found[first..]);
@@ -126,7 +126,7 @@ impl Crowded {
 }
 
 impl Found {
-    /// Takes over what is settled.
+    /// Copies the settled hits.
     fn keep(&mut self, samples: &Samples) {
         let Self { low, high, triangle } = self;
         low.clear();
@@ -137,14 +137,14 @@ impl Found {
         triangle.extend_from_slice(&samples.triangle);
     }
 
-    /// Replaces what a tile has.
+    /// Replaces a tile's hits.
     fn give(&self, samples: &mut Samples) {
         samples.low.copy_from_slice(&self.low);
         samples.high.copy_from_slice(&self.high);
         samples.triangle.copy_from_slice(&self.triangle);
     }
 
-    /// Gives a tile what is certainly nearer than what it has, and leaves undecided what may be.
+    /// Merges hits that are certainly nearer into a tile, and leaves those that may be nearer undecided.
     fn merge(&self, samples: &mut Samples) {
         let found = self.low.iter().zip(&self.high).zip(&self.triangle).enumerate();
         for (index, ((&low, &high), &triangle)) in found {

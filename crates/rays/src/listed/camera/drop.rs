@@ -13,25 +13,25 @@ use crate::shot::{Opacity, Sides};
 use crate::simd::lanes::{bits_of, max3, min3};
 use crate::{Omitted, Triangles};
 
-/// What becomes of one range of triangles before its pairs are sorted by cell.
+/// The state of one range of triangles before its pairs are sorted by cell.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Range {
     /// Triangles for the fast path that aren't dropped.
     pub(super) kept: Vec<Kept>,
-    /// Triangles that reach behind the eye or far to the side, all triangles of orthographic views.
+    /// Triangles that reach behind the eye or far to the side, and all triangles of orthographic views.
     pub(super) general: Vec<u32>,
     pub(super) omitted: Omitted,
     pub(super) dropped: u64,
     pub(super) any_masked: bool,
-    /// Smallest and largest inverse depth of what isn't dropped.
+    /// Smallest and largest inverse depth of the triangles that aren't dropped.
     pub(super) depths: [f32; 2],
-    /// In the order in which they were found.
+    /// Pairs in the order in which they were found.
     pub(super) unsorted: Vec<Pair>,
-    /// Sorted by tile.
+    /// Pairs sorted by tile.
     pub(super) pairs: Sorted<Pair>,
 }
 
-/// A triangle that may contain samples, with sides of its bounds in pixels of the image. 16 bytes.
+/// A triangle that may contain samples, with its bounds in pixels of the image. 16 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
     pub(super) triangle: u32,
@@ -48,7 +48,7 @@ impl Range {
         bytes_of(&self.kept) + bytes_of(&self.general) + bytes_of(&self.unsorted) + self.pairs.bytes()
     }
 
-    /// Empties everything but the pairs.
+    /// Empties everything except the pairs.
     fn clear(&mut self) {
         self.kept.clear();
         self.general.clear();
@@ -57,13 +57,13 @@ impl Range {
     }
 }
 
-/// Which triangles of a range may contain a sample.
+/// Finds the triangles of a range that may contain a sample.
 pub(super) struct Drop<'a> {
     pub(super) space: &'a PixelSpace,
     pub(super) triangles: Triangles<'a>,
     pub(super) vertices: &'a [Vertex],
     pub(super) opacity: &'a dyn Opacity,
-    /// Drops triangles of one side whose area in pixel space has the opposite sign; zero for none.
+    /// Area sign of front faces in pixel space; one-sided triangles with the other sign are dropped. Zero drops none.
     pub(super) facing: f32,
     pub(super) sides: Sides<'a>,
     pub(super) range: &'a mut Range,
@@ -99,7 +99,7 @@ impl Drop<'_> {
         }
     }
 
-    /// Keeps those of 16 triangles that may contain a sample, and returns which.
+    /// Keeps the triangles, of 16, that may contain a sample, and returns their mask.
     #[inline(always)]
     fn keep_ordinary<S: Simd>(&mut self, simd: S, first: u32, corners: &Corners<S>, mut lanes: u64) -> u64 {
         let inverse_depth = corners.inverse_depth;
@@ -114,7 +114,7 @@ impl Drop<'_> {
         if kept == 0 {
             return 0;
         }
-        // Vertices' inverse depths are wrong by 1.01 half ulps.
+        // The error of vertices' inverse depths is 1.01 half ulps.
         let (one, slack) = (1.0, 4.0 * HALF_ULP);
         let nearest: [f32; LANES] = (max3(inverse_depth) * splat(simd, one + slack)).into();
         let farthest: [f32; LANES] = (min3(inverse_depth) * splat(simd, one - slack)).into();
@@ -131,14 +131,14 @@ impl Drop<'_> {
         kept
     }
 
-    /// Whether triangles certainly show their back.
+    /// The mask of triangles that certainly show their back.
     #[inline(always)]
     fn faces_away<S: Simd>(&self, simd: S, corners: &Corners<S>, error: f32x16<S>) -> mask32x16<S> {
         let [area, bound] = corners.signed_area(simd, error);
         (area * splat(simd, self.facing)).simd_lt(-bound)
     }
 
-    /// Whether any ray can hit a triangle, which is counted otherwise.
+    /// Whether any ray can hit a triangle; counts it as omitted if not.
     #[cold]
     #[inline(never)]
     fn is_usable(&mut self, id: u32) -> bool {

@@ -9,16 +9,16 @@ use crate::camera_grid::general::{Depth, General, Square};
 use crate::camera_grid::pixel_space::PixelSpace;
 use crate::shot::TileOrder;
 
-/// A triangle and a cell that it may be hit in. 8 bytes.
+/// A triangle and a cell in which it may be hit. 8 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pair {
-    /// The tile of the [`TileOrder`] × 2¹², plus the cell's index in it.
+    /// The tile's index in the [`TileOrder`] × 2¹², plus the cell's index in the tile.
     cell: u32,
     pub(super) triangle: u32,
 }
 
 impl Pair {
-    /// 64 × 64 cells at most: [`Cells::MOST_SLICES`] for each of 8×8 sorting tiles.
+    /// At most 64 × 64 cells: [`Cells::MOST_SLICES`] for each of 8×8 sorting tiles.
     const CELL_BITS: u32 = 12;
 
     pub(super) fn tile(&self) -> usize {
@@ -51,15 +51,15 @@ struct Listed<'a> {
 }
 
 impl List<'_> {
-    /// Pairs each triangle of a range with the nearest cell that it reaches of each sorting tile.
+    /// Pairs each triangle of a range with the nearest cell that it reaches in each sorting tile.
     ///
-    /// The paper pairs it with every cell that it reaches. Since a hit counts wherever it is, those later in the tile
-    /// would only have the same test repeated.
+    /// The paper pairs it with every cell that it reaches. Since a hit counts in any cell, the later cells of the tile would
+    /// only repeat the same test.
     pub(super) fn run(&mut self, kept: &[Kept], general: &[u32]) {
         for triangle in kept {
             let tile = |[first, last]: [u16; 2]| [first, last].map(|at| u32::from(at) >> self.cells.sorting_bits);
             let ([x0, x1], [y0, y1]) = (tile(triangle.columns), tile(triangle.rows));
-            // Where bounds hold more tiles, a triangle often misses most of them.
+            // Of more tiles within its bounds, a triangle often misses most.
             const MOST_UNTESTED: u32 = 4;
             if (x1 - x0 + 1) * (y1 - y0 + 1) <= MOST_UNTESTED {
                 let slice = self.slices.of(triangle.nearest);
@@ -93,7 +93,7 @@ impl List<'_> {
         self.list_square(&Listed { id, general, bounds, nearest }, square);
     }
 
-    /// Lists a triangle in the sorting tiles of a square whose samples it isn't certain to miss.
+    /// Lists a triangle in the sorting tiles of a square whose samples it doesn't certainly miss.
     fn list_square(&mut self, listed: &Listed<'_>, square: Square) {
         let at = [square.x + self.space.middle.x, square.y + self.space.middle.y];
         let beyond =
@@ -121,12 +121,12 @@ impl List<'_> {
 }
 
 impl General {
-    /// Upper bound of the inverse depth of hits in a square; `None` where they are all behind the eye.
+    /// Upper bound of the inverse depth of hits in a square; `None` if all are behind the eye.
     fn nearest_in(&self, square: Square) -> Option<f32> {
         let half = 0.5 * f64::from(square.side - 1);
         let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
         let half = half + self.shift;
-        // Twice the error covers the roundings here, which it counts once for any sample.
+        // Twice the error covers the roundings here; the error has them once for any sample.
         let bounds = |plane: DVec3, error: f64| {
             let (middle, reach) = (plane.dot(center), half * (plane.x.abs() + plane.y.abs()) + 2.0 * error);
             (middle + reach).is_finite().then_some([middle - reach, middle + reach])
@@ -140,10 +140,10 @@ impl General {
                 _ => f64::INFINITY,
             },
         };
-        // The next f32 is farther than the f64 roundings and the one to f32.
+        // The next f32 covers the f64 roundings and the one to f32.
         (nearest >= 0.0).then_some((nearest as f32).next_up())
     }
 }
 
-/// How many pixels can be addressed: a tile's index and the cell's in it fill 32 bits.
+/// The number of addressable pixels: the indices of a tile and of a cell in it fill 32 bits.
 const _: () = assert!((ImageTooLarge::LARGEST_SIDE / TileOrder::TILE).ilog2() * 2 + Pair::CELL_BITS == u32::BITS);

@@ -1,7 +1,7 @@
-//! The paper's own form of the perspective grid (Guntury and Narayanan 2010, §3): what the direct form is compared with.
+//! The paper's own form of the perspective grid (Guntury and Narayanan 2010, §3), for comparison with the direct form.
 //!
-//! Triangles that can't contain a sample are dropped, the others are listed in cells (sorting tiles × depth slices) by
-//! a counting sort, and each tile's cells are searched front to back until nothing can be nearer than what is found.
+//! Triangles that can't contain a sample are dropped, the others are listed in cells (sorting tiles × depth slices) by a
+//! counting sort, and each tile's cells are searched front to back until nothing can be nearer than the hits.
 
 mod build;
 mod cells;
@@ -30,52 +30,52 @@ use slices::Slices;
 
 /// The triangles of a frame, listed by cell, for one ray through each pixel.
 ///
-/// 16 bytes a vertex and 36 for each triangle that is in sight: 16 where it is kept, then 8 + 8 + 4 for each pair of a
-/// triangle and a sorting tile on the way to its cell. Keep it and rebuild it: its memory is reused.
+/// 16 bytes a vertex and 36 for each triangle in sight: 16 for a kept triangle, then 8 + 8 + 4 for each pair of a triangle
+/// and a sorting tile on the way to its cell. Keep it and rebuild it: its memory is reused.
 #[derive(Default)]
 pub struct ListedGrid {
     level: SimdLevel,
     options: ListedOptions,
-    /// None before the first build.
+    /// `None` before the first build.
     space: Option<PixelSpace>,
     triangle_count: usize,
     vertices: Vec<Vertex>,
-    /// A bit for each triangle.
+    /// A bit for each triangle, set if it has a mask.
     masked: Vec<u64>,
     any_masked: bool,
     /// The sign of the area in pixel space of triangles that show their front; zero where both sides count.
     facing: f32,
     slices: Slices,
-    /// In order of triangle ids.
+    /// Ranges of triangles, in order of ids.
     ranges: Vec<Range>,
     /// The triangles of each tile of the [`TileOrder`], by cell.
     tiles: Vec<Sorted<u32>>,
     omitted: Omitted,
     dropped: u64,
-    /// One for each thread.
+    /// A tile for each thread.
     scratch: Vec<Mutex<Box<Tile>>>,
     crowded: Crowded,
 }
 
 debug_some!(ListedGrid as grid: "triangles" => grid.triangle_count);
 
-/// The parameters of a [`ListedGrid`]. They change how fast it is, and nothing that it finds.
+/// The options of a [`ListedGrid`]. They change its speed only, not its answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListedOptions {
-    /// How the view is cut into cells.
+    /// The division of the view into cells.
     pub cells: Cells,
-    /// Whether triangles are tested only in those blocks of 4×4 pixels that they can be the nearest in, by their bounds
-    /// and their nearest corner. Otherwise all pixels of a sorting tile that may still find something nearer test all
-    /// of a cell's triangles, as in the paper.
+    /// Whether triangles are tested only in those blocks of 4×4 pixels where they can be the nearest, by their bounds and
+    /// their nearest corner. Otherwise all pixels of a sorting tile that may still find something nearer test all of a
+    /// cell's triangles, as in the paper.
     pub skips_blocks: bool,
-    /// The most triangles that one thread searches in a tile of 64×64 pixels, each counted once for each cell that lists
-    /// it: tiles of more are divided among threads, and what the parts find is compared in the end (§5, future work).
-    /// `None` divides none.
+    /// The largest number of triangles that one thread searches in a tile of 64×64 pixels, each counted once for each cell
+    /// that lists it: tiles of more are divided among threads, and the hits of the parts are compared in the end (§5, future
+    /// work). `None` divides none.
     pub most_triangles: Option<NonZeroU32>,
 }
 
 impl ListedOptions {
-    /// What measured best.
+    /// The best by measurement.
     pub const DEFAULT: Self = Self { cells: Cells::DEFAULT, skips_blocks: true, most_triangles: None };
 }
 

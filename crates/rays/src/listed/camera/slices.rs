@@ -2,17 +2,17 @@ use super::Cells;
 
 /// Depth slices, the nearest first, as ranges of inverse depth.
 ///
-/// Each spans the same number of f32 values: their bits, read as an integer, grow about as their logarithm. So slices
-/// are thin where the scene is near, and every step from an inverse depth to its slice is monotonic, roundings included.
+/// Each spans the same number of f32 values: their bits, read as an integer, grow about as their logarithm. So slices are
+/// thin where the scene is near, and the slice is a monotonic function of the inverse depth, roundings included.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slices {
     /// The bits of the largest inverse depth.
     nearest: u32,
-    /// Slices for each step of the bits.
+    /// Slices per step of the bits.
     scale: f32,
     /// The last slice.
     last: u32,
-    /// For each slice the smallest inverse depth that is in it or in one before.
+    /// For each slice, the smallest inverse depth in it or in an earlier one.
     ends: [f32; Cells::MOST_SLICES as usize],
 }
 
@@ -23,7 +23,7 @@ impl Default for Slices {
 }
 
 impl Slices {
-    /// `count` slices between two positive inverse depths; one alone where there is nothing between.
+    /// `count` slices between two positive inverse depths; a single one if the range is empty.
     pub(super) fn new(count: u32, farthest: f32, nearest: f32) -> Self {
         let (first, last) = (nearest.max(0.0).to_bits(), farthest.max(0.0).to_bits());
         let span = first.saturating_sub(last);
@@ -41,12 +41,12 @@ impl Slices {
         slices
     }
 
-    /// How many there are.
+    /// The number of slices.
     pub(super) fn count(&self) -> u32 {
         self.last + 1
     }
 
-    /// The slice of an inverse depth; the last one for what isn't above zero.
+    /// The slice of an inverse depth; the last one for values that aren't positive.
     #[inline(always)]
     pub(super) fn of(&self, inverse_depth: f32) -> u32 {
         let steps = self.nearest.saturating_sub(inverse_depth.to_bits());
@@ -54,8 +54,8 @@ impl Slices {
         if inverse_depth > 0.0 { slice } else { self.last }
     }
 
-    /// The smallest inverse depth that is certainly in slice `slice` or in one before: a hit no farther than that hides
-    /// whatever is listed in later slices.
+    /// The smallest inverse depth that is certainly in slice `slice` or an earlier one: a hit no farther hides all triangles
+    /// listed in later slices.
     pub(super) fn end(&self, slice: u32) -> f32 {
         self.ends[slice as usize]
     }

@@ -16,8 +16,8 @@ use crate::simd::lanes::{bits_of, min3};
 use crate::vectorized;
 
 impl ListedGrid {
-    /// Finds what each pixel sees: bit for bit the same on any number of threads and at every SIMD level. Counts the work of
-    /// pixels in `work`, which has an entry for each.
+    /// Finds the triangle that each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
+    /// Counts the work of pixels in `work`, which has an entry for each.
     pub(super) fn trace_tiles<const N: usize>(
         &mut self,
         shot: &Shot<'_>,
@@ -58,14 +58,14 @@ struct ListedTrace<'a, 'b, const N: usize> {
     tile: &'a mut TileTrace<'b, N>,
 }
 
-/// The tracing tile that is searched.
+/// The tracing tile being searched.
 struct TracingTile {
     /// First sorting column and row in the tile.
     first: [u32; 2],
     slice: u32,
 }
 
-/// Triangles that wait for their set-up, each with its sorting tile in the tracing tile.
+/// Triangles that wait for setup, each with its sorting tile in the tracing tile.
 struct Waiting {
     ids: [u32; LANES],
     sorting_tiles: [u32; LANES],
@@ -95,7 +95,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         }
     }
 
-    /// Gives samples outside of the image the nearest hit that there can be, so that nothing is searched for them.
+    /// Gives samples outside of the image an infinitely near hit, so that they are never searched.
     fn leave_out_what_is_outside(&mut self) {
         let TileTrace { at, tile, .. } = &mut *self.tile;
         let (width, height) = at.space.size();
@@ -110,7 +110,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         }
     }
 
-    /// Searches a tracing tile slice by slice, each of its sorting tiles until nothing nearer can follow there.
+    /// Searches a tracing tile slice by slice. Each sorting tile is searched until nothing nearer can follow there.
     #[inline(always)]
     fn search<S: Simd>(&mut self, simd: S, mut tile: TracingTile, waiting: &mut Waiting) {
         let cells = self.grid.options.cells;
@@ -160,7 +160,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         }
     }
 
-    /// Whether nothing in later slices can be nearer than what the samples of a sorting tile have.
+    /// Whether nothing in later slices can be nearer than the hits of a sorting tile's samples.
     fn is_done(&self, tile: &TracingTile, sorting_tile: u32) -> bool {
         let end = self.grid.slices.end(tile.slice);
         self.blocks(tile, sorting_tile).all(|block| self.tile.tile.farthest[block] >= end)
@@ -173,7 +173,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         }
     }
 
-    /// Counts what each sorting tile lists, in all slices together, for all of its samples.
+    /// Counts the pairs of each sorting tile, in all slices together, for all of its samples.
     fn count_pairs(&mut self, tile: &TracingTile) {
         let (cells, slices) = (self.grid.options.cells, self.grid.slices.count());
         let k = cells.tracing_tiles();
@@ -201,7 +201,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         (top..=bottom).flat_map(move |y| (left..=right).map(move |x| y * BLOCKS + x))
     }
 
-    /// Sets up the triangles that wait and tests each on the samples of its sorting tile.
+    /// Sets up the waiting triangles and tests each on the samples of its sorting tile.
     #[inline(always)]
     fn test<S: Simd>(&mut self, simd: S, tile: &TracingTile, waiting: &mut Waiting) {
         let count = std::mem::take(&mut waiting.count);
@@ -214,8 +214,8 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         let mut placed = self.tile.place(simd, corners);
         placed.seen &= all;
         let ordinary = min3(placed.corners.inverse_depth).simd_gt(splat(simd, 0.0)).to_bitmask() & all;
-        // How far outside of a triangle's bounds the samples are that test it: in a block, or a sorting tile, that the
-        // bounds reach into.
+        // Largest distance between a triangle's bounds and the samples that test it: these are in a block, or a sorting
+        // tile, that overlaps the bounds.
         let options = self.grid.options;
         let reach = if options.skips_blocks { TileOrder::BLOCK } else { options.cells.sorting_tile() };
         let (_, certain) = self.tile.set_up(simd, &placed, ids, reach as f32 + 0.25, batch);
@@ -231,9 +231,10 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         }
     }
 
-    /// Tests triangles of a batch, the orientation of all of which is `CERTAIN` or not, on the samples of their sorting
-    /// tiles: only in blocks that their bounds reach into and where they may be nearer than what is found, or in all but those
-    /// where nothing in this slice can be. The predicate has to settle every hit of those that are `questioned`.
+    /// Tests triangles of a batch, all with an orientation that is `CERTAIN` or not, on the samples of their sorting tiles.
+    /// With block skipping, only blocks that their bounds overlap and where they may be nearer than the hits are tested;
+    /// otherwise all blocks except those with nearer hits than this slice. The predicate has to settle every hit of
+    /// `questioned` triangles.
     #[inline(always)]
     fn test_lanes<S: Simd, const CERTAIN: bool>(
         &mut self,
@@ -268,7 +269,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         self.tile.count_queued([waiting, 0]);
     }
 
-    /// A bit for each of the triangles that are masked, or may show their back where that doesn't stop rays.
+    /// A bit for each triangle that is masked, or may show a back that doesn't stop rays.
     #[inline(always)]
     fn questioned<S: Simd>(&self, simd: S, ids: &[u32], Placed { x, y, .. }: &Placed<S>, certain: u64) -> u64 {
         let ListedGrid { any_masked, masked, facing, .. } = self.grid;
@@ -288,14 +289,14 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         questioned
     }
 
-    /// Tests a triangle on the general path on the samples of a sorting tile.
+    /// Tests a triangle of the general path on the samples of a sorting tile.
     #[cold]
     #[inline(never)]
     fn test_general<S: Simd>(&mut self, simd: S, tile: &TracingTile, sorting_tile: u32, id: u32, questioned: bool) {
         self.tile.settle_if_many();
         let at = self.tile.at;
         let triangle = General::new(at.space, at.shot.triangles.corners(id));
-        // Which side is seen isn't kept there.
+        // The visible side isn't known there.
         let questioned = questioned || !at.shot.sides.has_back(id);
         for block in self.blocks(tile, sorting_tile) {
             let first = at.corner - at.space.middle + IVec2::new((block % BLOCKS) as i32, (block / BLOCKS) as i32) * 4;

@@ -4,13 +4,13 @@ use crate::predicate::crossing;
 use crate::shot::{Shot, TileOrder};
 
 impl ListedGrid {
-    /// Checks that no triangle is listed in a sorting tile twice, and that each is listed in every sorting tile that it
-    /// is hit in, in a cell no farther than the hit.
+    /// Checks that no triangle is listed in a sorting tile twice, and that each triangle is listed in every sorting tile
+    /// where it is hit, in a cell no farther than the hit.
     ///
     /// It asks the predicate about all samples that a triangle may hit, so it takes long for large images.
     ///
     /// # Errors
-    /// With what is wrong first.
+    /// Describes the first fault.
     pub(super) fn validate(&self, shot: &Shot<'_>) -> Result<(), String> {
         let Shot { triangles, sides, .. } = *shot;
         let Some(space) = &self.space else { return Ok(()) };
@@ -19,7 +19,7 @@ impl ListedGrid {
             return Err(format!("{} tiles for {} slots", self.tiles.len(), order.slots()));
         }
         let slices = cells.slices() as usize;
-        // For each sorting tile the triangles and their slices, in order of triangles.
+        // For each sorting tile, the triangles and their slices, in order of triangles.
         let mut listed = Vec::new();
         for (tile, in_tile) in self.tiles.iter().enumerate() {
             for first in (0..cells.in_tile()).step_by(slices) {

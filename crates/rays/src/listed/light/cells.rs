@@ -1,10 +1,10 @@
-/// The cells of an axis, all of the same size; the first and the last one also hold what is beyond.
+/// The cells of an axis, all of the same size; the first and the last one also hold everything beyond.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Axis {
     pub(super) count: usize,
-    /// Where the first cell begins.
+    /// The start of the first cell.
     low: f32,
-    /// Cells in a length of one.
+    /// Cells per unit of length.
     scale: f32,
 }
 
@@ -15,10 +15,10 @@ impl Axis {
         Self { count, low, scale: if length > 0.0 { count as f32 / length } else { 0.0 } }
     }
 
-    /// The cell of a coordinate: for points and triangles alike, which keeps their order.
+    /// The cell of a coordinate. The same function serves points and triangles, which keeps their order.
     #[inline(always)]
     pub(super) fn cell(self, at: f32) -> usize {
-        // What isn't a number is in the first one.
+        // NaN is in the first cell.
         (((at - self.low) * self.scale) as usize).min(self.count - 1)
     }
 }

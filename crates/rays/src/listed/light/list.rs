@@ -14,12 +14,12 @@ use crate::Triangles;
 use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, OpacityOfSides};
 
-/// What one range of triangles has in cells.
+/// The entries of one range of triangles in cells.
 pub(super) struct Range<M: LightMap> {
     pub(super) bins: Bins,
     /// Its large triangles; their entries count from the range's first one.
     pub(super) large: Vec<(u32, M::Large)>,
-    /// How many large triangles earlier ranges have.
+    /// The number of large triangles of earlier ranges.
     large_before: u32,
     pub(super) batch: M::Batch,
 }
@@ -35,7 +35,7 @@ impl<M: LightMap> Range<M> {
         size_of::<Self>() + self.bins.bytes() + self.large.capacity() * size_of::<(u32, M::Large)>()
     }
 
-    /// The entries of a row, with large triangles counted from the first of all.
+    /// The entries of a row; large triangles count from the first of all ranges.
     fn row(&self, row: usize) -> impl Iterator<Item = Entry> + Clone {
         let before = self.large_before;
         let counted = move |item: u32| if item & LARGE != 0 { item + before } else { item };
@@ -44,7 +44,7 @@ impl<M: LightMap> Range<M> {
 }
 
 impl<M: LightMap> Lists<M> {
-    /// Lists each triangle in the cells that it may shadow points of, in the slice where it begins.
+    /// Lists each triangle in the cells where it may shadow points, in the slice of its nearest point.
     pub(super) fn list(&mut self, pass: &mut LightPass, triangles: Triangles<'_>, opacity: &OpacityOfSides<'_>) {
         const SMALLEST_RANGE: usize = 4096;
         const MOST_RANGES: usize = 64;
@@ -83,7 +83,7 @@ impl<M: LightMap> Lists<M> {
     }
 }
 
-/// What triangles are listed in.
+/// The inputs of listing triangles.
 pub(super) struct Listing<'a, M: LightMap> {
     pub(super) map: &'a M,
     pub(super) triangles: Triangles<'a>,
@@ -95,8 +95,8 @@ pub(super) struct Listing<'a, M: LightMap> {
 }
 
 impl<M: LightMap> Listing<'_, M> {
-    /// Lists an item that is nowhere nearer to the light than `nearest` in those cells of some columns and rows that have a
-    /// point as far away.
+    /// Lists an item, no part of which is nearer to the light than `nearest`, in those cells of some columns and rows that
+    /// have a point farther away.
     #[inline(always)]
     pub(super) fn list(
         &self,

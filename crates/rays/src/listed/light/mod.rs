@@ -1,13 +1,13 @@
-//! The paper's own form of the light grid (Guntury and Narayanan 2010, §4): what the direct form is compared with.
+//! The paper's own form of the light grid (Guntury and Narayanan 2010, §4), for comparison with the direct form.
 //!
-//! Points are mapped to cells and sorted by cell, each triangle is listed in the cells that it covers between the light and
-//! the cell's farthest point, in the depth slice where it begins, pairs of a triangle and a cell are sorted by cell, and
-//! each cell's points are tested against its triangles, slice by slice, until they are in shadow. A cell with R points
-//! makes ⌈R/r⌉ jobs, the paper's blocks (§4.3); one with many triangles makes as many times more, which the paper leaves
-//! for later. What the filter leaves undecided is settled as in the direct form.
+//! Points are mapped to cells and sorted by cell. Each triangle is listed in the cells that it covers between the light and
+//! the cell's farthest point, in the depth slice of its nearest point. Pairs of a triangle and a cell are sorted by cell,
+//! and each cell's points are tested against its triangles, slice by slice, until they are in shadow. A cell with R points
+//! makes ⌈R/r⌉ jobs, the paper's blocks (§4.3); one with many triangles makes a multiple of these, which the paper leaves
+//! for later. Undecided pairs are settled as in the direct form.
 //!
-//! How a light sees points and triangles is a [`LightMap`]: through faces, as in the direct form, or by two angles all
-//! around it, as the paper has it.
+//! A [`LightMap`] maps points and triangles: through faces, as in the direct form, or by two angles all around the light, as
+//! in the paper.
 
 mod cells;
 mod faces;
@@ -39,10 +39,11 @@ use sphere::Sphere;
 use trace::Job;
 use worker::Worker;
 
-/// Which points that the camera sees a light reaches, with triangles listed by cell, rebuilt for every frame and light.
+/// Finds the points seen by the camera that a light reaches, with triangles listed by cell, rebuilt for every frame and
+/// light.
 ///
-/// Beside what it takes to map points, 8 + 8 + 4 bytes for each point on its way to its cell, 20 or more for each there,
-/// and as much as for a point for each pair of a triangle and a cell. Keep it and use it again: its memory is reused.
+/// Besides the memory for mapping points, it takes 8 + 8 + 4 bytes for each point on its way to its cell, 20 or more for
+/// each point there, and as much for each pair of a triangle and a cell. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct ListedLightGrid {
     options: ListedLightOptions,
@@ -57,13 +58,13 @@ struct Lists<M: LightMap> {
     map: M,
     /// Columns and rows.
     axes: [Axis; 2],
-    /// Of how far points are from the light.
+    /// Slices of the points' distances from the light.
     slices: Axis,
     point_bins: Vec<Bins>,
     point_rows: Vec<PointRow<M::Points>>,
     ranges: Vec<Range<M>>,
     triangle_rows: Vec<Sorted<u32>>,
-    /// Triangles that were set up when they were listed, with their ids.
+    /// Triangles that were set up when listed, with their ids.
     large: Vec<(u32, M::Large)>,
     jobs: Vec<Job>,
     workers: Vec<Worker<M::Batch>>,
@@ -87,7 +88,7 @@ impl<M: LightMap> Default for Lists<M> {
     }
 }
 
-/// Something in a cell: a point's pixel, or a triangle.
+/// An item in a cell: a point's pixel, or a triangle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
     /// The column, times the number of slices, and the slice.
@@ -102,12 +103,12 @@ impl Entry {
     }
 }
 
-/// What one range of points or triangles has in cells.
+/// The entries of one range of points or triangles in cells.
 #[derive(Debug, Default)]
 struct Bins {
-    /// In the order in which they were found.
+    /// Entries in the order in which they were found.
     unsorted: Vec<Entry>,
-    /// Sorted by row.
+    /// Entries sorted by row.
     sorted: Sorted<Entry>,
 }
 
@@ -121,7 +122,7 @@ impl Bins {
         self.sorted.sort(rows, self.unsorted.iter().map(|entry| (entry.row.into(), *entry)));
     }
 
-    /// What is in a row.
+    /// The entries of a row.
     fn row(&self, row: usize) -> &[Entry] {
         self.sorted.of(row..row + 1)
     }
@@ -138,14 +139,14 @@ impl ListedLightGrid {
         Self { options, pass: LightPass::new(level), faces, sphere }
     }
 
-    /// Whether a light has angles, and is to be mapped by them.
+    /// Whether a light has angles and the options map it by them.
     fn is_spherical(&self, light: &LightSource) -> bool {
         self.options.map == LightMapping::Spherical && !matches!(light, LightSource::Directional { .. })
     }
 }
 
 impl<M: LightMap> Lists<M> {
-    /// Maps the points to each face of a light, and calls `visit`; whether the light is one at all.
+    /// Maps the points to each face of a light, and calls `visit`. Returns false for a degenerate light.
     fn visit_faces(
         &mut self,
         pass: &mut LightPass,
@@ -217,7 +218,7 @@ impl<M: LightMap> Lists<M> {
     ) {
         let image = &SeenImage { shot, seen };
         cells.start(seen.order());
-        // A light that is none has no face.
+        // A degenerate light has no face.
         self.visit_faces(pass, image, light, |lists, pass| {
             lists.sort_points(pass);
             lists.add_located(cells);
@@ -286,7 +287,7 @@ impl LightsGrid for ListedLightGrid {
         }
     }
 
-    /// Points and triangles share lists, and so all are counted as the triangles'.
+    /// Points and triangles share lists, so all bytes are counted as the triangles'.
     fn bytes(&self) -> Bytes {
         Bytes { triangles: self.pass.bytes() + self.faces.bytes() + self.sphere.bytes(), points: 0 }
     }

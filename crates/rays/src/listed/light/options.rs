@@ -3,26 +3,26 @@ use std::str::FromStr;
 
 use crate::choices;
 
-/// The parameters of a [`ListedLightGrid`](super::ListedLightGrid): they change how fast it is, and nothing that it finds.
+/// The options of a [`ListedLightGrid`](super::ListedLightGrid). They change its speed only, not its answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ListedLightOptions {
     side: u32,
     points: u32,
     triangles: u32,
     slices: u32,
-    /// How lights that are somewhere see points and triangles.
+    /// The map of points and triangles, for lights with a position.
     pub map: LightMapping,
-    /// The angles that a spherical map divides into cells; by default those at which there are points.
+    /// The angles that a spherical map divides into cells; by default the range of the points' angles.
     pub clamp: Option<LightClamp>,
 }
 
-/// How a light's points and triangles are brought to cells.
+/// The map from a light's points and triangles to cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightMapping {
-    /// One face where the light sees all points within a wide angle, else the sides of a cube, each with its own cells.
+    /// One face if the light sees all points within a wide angle, else the sides of a cube, each with its own cells.
     #[default]
     Faces,
-    /// One grid of two angles all around the light (§4.1). Suns have no angles, and a face.
+    /// One grid of two angles all around the light (§4.1). Suns have no angles, and use a face.
     Spherical,
 }
 
@@ -33,9 +33,8 @@ choices! { LightMapping, "light map":
 
 /// A rectangle of angles α and β around a light, in degrees from −180 to 180.
 ///
-/// Both are measured from the light's forward direction, a spot's own or the one towards the middle of what the camera
-/// sees: α to the right, along the image's rows, and β to the third side. What is outside is in the rectangle's border
-/// cells.
+/// Both are measured from the light's forward direction: a spot's own, or towards the middle of the camera's points. α is to
+/// the right, along the image's rows, and β to the third side. The rectangle's border cells also hold everything outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightClamp {
     /// Lowest and highest α, lowest and highest β.
@@ -43,7 +42,8 @@ pub struct LightClamp {
 }
 
 impl LightClamp {
-    /// A rectangle from the lowest and highest α, and the lowest and highest β; `None` where that isn't one.
+    /// A rectangle from the lowest and highest α, and the lowest and highest β; `None` for an empty range or angles beyond
+    /// ±180.
     #[must_use]
     pub fn new(degrees: [f32; 4]) -> Option<Self> {
         let [left, right, low, high] = degrees;
@@ -51,7 +51,7 @@ impl LightClamp {
         (is_range(left, right) && is_range(low, high)).then_some(Self { degrees })
     }
 
-    /// As [`new`](Self::new) takes them.
+    /// The angles, as for [`new`](Self::new).
     #[must_use]
     pub fn degrees(self) -> [f32; 4] {
         self.degrees
@@ -82,7 +82,7 @@ impl FromStr for LightClamp {
     }
 }
 
-/// A text that is no [`LightClamp`].
+/// The error for a text that is no [`LightClamp`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("give the lowest and highest α and β in degrees from -180 to 180, as -30:30:-20:20")]
 pub struct NoLightClamp;
@@ -97,11 +97,11 @@ impl ListedLightOptions {
     /// 192 × 192 cells in one slice, 256 points and 512 triangles to a block of work, on faces.
     pub const DEFAULT: Self =
         Self { side: 192, points: 256, triangles: 512, slices: 1, map: LightMapping::Faces, clamp: None };
-    /// The most cells a side.
+    /// The largest number of cells a side.
     pub const MOST_CELLS: u32 = 2048;
-    /// The most points, and the most triangles, of a block of work.
+    /// The largest number of points, and of triangles, of a block of work.
     pub const LARGEST_BLOCK: u32 = 4096;
-    /// The most depth slices.
+    /// The largest number of depth slices.
     pub const MOST_SLICES: u32 = 32;
 
     /// `cells` × `cells` cells (up to [`MOST_CELLS`](Self::MOST_CELLS)²) on each face of the light, and work in blocks
@@ -128,8 +128,7 @@ impl ListedLightOptions {
         }
     }
 
-    /// The same with another number of depth slices; `None` where that is zero or more than
-    /// [`MOST_SLICES`](Self::MOST_SLICES).
+    /// The same with another number of depth slices; `None` if it is zero or more than [`MOST_SLICES`](Self::MOST_SLICES).
     #[must_use]
     pub fn with_slices(self, slices: u32) -> Option<Self> {
         (1..=Self::MOST_SLICES).contains(&slices).then_some(Self { slices, ..self })
@@ -141,13 +140,13 @@ impl ListedLightOptions {
         self.side
     }
 
-    /// The most points of a block of work: the paper's r.
+    /// The largest number of points of a block of work: the paper's r.
     #[must_use]
     pub fn points(&self) -> u32 {
         self.points
     }
 
-    /// The most triangles of a block of work.
+    /// The largest number of triangles of a block of work.
     #[must_use]
     pub fn triangles(&self) -> u32 {
         self.triangles

@@ -4,15 +4,15 @@ use crate::light_grid::survey::Survey;
 use crate::shot::{Counts, LightMask, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work};
 use crate::simd::SimdLevel;
 
-/// One light's way from what a camera sees to a mask: what doesn't depend on how the light sees points.
+/// The state of one light's way from a camera's points to a mask, independent of the map.
 #[derive(Default)]
 pub(super) struct LightPass {
     pub(super) level: SimdLevel,
     pub(super) survey: Survey,
-    /// Which lanes of each block hold a point of the face that the rest is about.
+    /// The lanes of each block with a point of the current face.
     pub(super) members: Vec<u16>,
     pub(super) undecided: Vec<[u32; 2]>,
-    /// For each block which points are in shadow, as far as is known.
+    /// For each block, the points known to be in shadow.
     pub(super) shadowed: Vec<u16>,
     pub(super) outliers: Vec<u32>,
     pub(super) counts: Counts,
@@ -24,7 +24,7 @@ impl LightPass {
         Self { level, ..Self::default() }
     }
 
-    /// What settles doubts about what a light reaches.
+    /// The settler of undecided pairs of a light.
     pub(super) fn settler<'a>(&self, image: &SeenImage<'a>, light: &'a LightSource) -> Settler<'a> {
         Settler::of_image(*image, self.survey.rays, light, self.level)
     }
@@ -44,13 +44,13 @@ impl LightPass {
         self.members.resize(blocks, 0);
     }
 
-    /// Settles what no face could hold.
+    /// Settles the points that no face holds.
     pub(super) fn settle_outliers(&mut self, settler: &Settler<'_>) {
         self.outliers.extend_from_slice(&self.survey.unknown);
         self.counts.outliers = settler.settle_outliers(&mut self.outliers, &mut self.shadowed);
     }
 
-    /// Writes which points are lit.
+    /// Writes the lit points to `mask`.
     pub(super) fn finish(&self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, mask: &mut LightMask) -> Work {
         mask.resize(seen.order());
         let lit = mask.blocks_mut();

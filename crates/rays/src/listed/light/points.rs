@@ -12,14 +12,14 @@ use crate::listed::sorted::Sorted;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
-/// Up to 16 points of a cell: what the filter tests at once. 320 bytes or so.
+/// Up to 16 points of a cell, which the filter tests at once. About 320 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group<P> {
     pub(super) points: P,
     /// The points' pixels.
     pub(super) indices: [u32; LANES],
     pub(super) count: u32,
-    /// The farthest point's.
+    /// The slice of the farthest point.
     pub(super) slice: u32,
 }
 
@@ -29,9 +29,9 @@ pub(super) struct PointRow<P> {
     /// The points' pixels, by column and slice.
     indices: Sorted<u32>,
     pub(super) groups: Vec<Group<P>>,
-    /// For each cell its first group, and where the last cell's end.
+    /// For each cell its first group, and finally the end of the last cell's.
     starts: Vec<u32>,
-    /// For each cell at least how far its farthest point is from the light. Less than anything without points.
+    /// For each cell, an upper bound of its farthest point's distance from the light; −∞ without points.
     pub(super) farthest: Vec<f32>,
 }
 

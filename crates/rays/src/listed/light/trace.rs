@@ -18,23 +18,23 @@ use crate::shot::Counts;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
-/// Marks items of cells that count large triangles rather than being a triangle's id.
+/// Marks items of cells that are indices of large triangles instead of ids.
 pub(super) const LARGE: u32 = 1 << 31;
 
-/// Some points of a cell, and some triangles, that one thread tests against each other: a block of the paper's (§4.3).
+/// Some points of a cell and some triangles, which one thread tests against each other: a block of the paper's (§4.3).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Job {
     row: u32,
     column: u32,
-    /// First and last but one among the row's groups.
+    /// The range of the row's groups.
     groups: [u32; 2],
-    /// First and last but one among the row's triangles.
+    /// The range of the row's triangles.
     triangles: [u32; 2],
 }
 
 impl<M: LightMap> Lists<M> {
-    /// Splits cells into jobs of at most as many points and triangles as the options say: boundaries between cells are
-    /// the paper's hard ones, others its soft ones.
+    /// Splits cells into jobs of at most as many points and triangles as the options allow: boundaries between cells are the
+    /// paper's hard ones, others its soft ones.
     pub(super) fn split(&mut self, counts: &mut Counts) {
         let Self { options, axes, slices, point_rows, triangle_rows, jobs, .. } = self;
         let (points, triangles) = (options.points() as usize / LANES, options.triangles() as usize);
@@ -80,13 +80,13 @@ impl<M: LightMap> Lists<M> {
     }
 }
 
-/// Parts of a range that are no longer than `most`.
+/// Parts of a range, at most `most` long.
 fn parts(range: Range<usize>, most: usize) -> impl Iterator<Item = [u32; 2]> {
     let end = range.end;
     range.step_by(most).map(move |first| [first as u32, (first + most).min(end) as u32])
 }
 
-/// What testing a job needs to know.
+/// The inputs of testing a job.
 struct Tester<'a, M: LightMap> {
     map: &'a M,
     slices: usize,
@@ -134,7 +134,7 @@ impl<M: LightMap> Tester<'_, M> {
                 let id = large.map_or(item, |(id, _)| *id);
                 for (number, group) in groups.iter().enumerate() {
                     let Open { points, end } = worker.open[number];
-                    // The paper's shadow bit (§4.4): a point in shadow asks no more.
+                    // The paper's shadow bit (§4.4): a point in shadow isn't tested again.
                     if points == 0 || end <= at {
                         continue;
                     }
@@ -152,7 +152,7 @@ impl<M: LightMap> Tester<'_, M> {
         }
     }
 
-    /// Notes which points of a group a triangle certainly shadows, of those that it possibly does.
+    /// Notes a triangle's certain shadows among the possibly shadowed points of a group.
     #[inline(always)]
     fn note(
         &self,
@@ -183,7 +183,7 @@ impl<M: LightMap> Tester<'_, M> {
     }
 }
 
-/// Which of a group's points aren't known to be in shadow.
+/// The mask of a group's points that aren't known to be in shadow.
 #[inline(always)]
 fn open_points<P>(shadowed: &[u16], group: &Group<P>) -> u16 {
     let indices = group.indices[..group.count as usize].iter().enumerate();

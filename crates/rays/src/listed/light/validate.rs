@@ -4,14 +4,13 @@ use super::trace::LARGE;
 use crate::light_grid::settle::Settler;
 
 impl<M: LightMap> Lists<M> {
-    /// Checks the cells of a face that was built for the settler's light and what pixels have seen. Each of its points,
-    /// which are `members` of the blocks, is in one cell, and each triangle that shadows a point is listed there, in
-    /// its slice or one before.
+    /// Checks the cells of a face built for the settler's light and image. Each of its points, the `members` of the blocks,
+    /// is in one cell, and each triangle that shadows a point is listed there, in its slice or an earlier one.
     ///
     /// It asks the predicate about every triangle and point, so it takes long for large images.
     ///
     /// # Errors
-    /// With what is wrong first.
+    /// Describes the first fault.
     pub(super) fn validate(&self, members: &[u16], settler: &Settler<'_>) -> Result<(), String> {
         let mut members = members.to_vec();
         for (row, (points, triangles)) in self.point_rows.iter().zip(&self.triangle_rows).enumerate() {
@@ -42,13 +41,13 @@ impl<M: LightMap> Lists<M> {
         }
     }
 
-    /// The triangle that an item stands for.
+    /// The triangle of an item.
     fn id(&self, item: u32) -> u32 {
         if item & LARGE == 0 { item } else { self.large[(item & !LARGE) as usize].0 }
     }
 }
 
-/// A triangle that shadows what the pixel at `index` shows and isn't `listed`.
+/// A triangle that shadows the point of the pixel at `index` and isn't `listed`.
 fn missing(settler: &Settler<'_>, index: u32, listed: &[u32]) -> Option<u32> {
     let Settler { points, light, opacity, .. } = settler;
     let own = points.own()[index as usize];

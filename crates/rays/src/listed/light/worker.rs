@@ -8,16 +8,15 @@ use crate::light_grid::settle::Settler;
 use crate::shot::Counts;
 use crate::simd::vectors::LANES;
 
-/// Undecided pairs that a thread collects before it has them settled.
+/// Undecided pairs that a thread collects before they are settled.
 const MOST_UNDECIDED: usize = 1 << 15;
 
-/// What one thread has found out about the points of a face.
+/// The results of one thread for the points of a face.
 #[derive(Default)]
 pub(super) struct Worker<B> {
-    /// For each block which of its lanes needn't be tested any more: those in shadow, and those without a point of the
-    /// face.
+    /// For each block, the lanes that need no more tests: those in shadow, and those without a point of the face.
     pub(super) shadowed: Vec<u16>,
-    /// The groups of the job that is tested.
+    /// The groups of the current job.
     pub(super) open: Vec<Open>,
     /// Pairs of a point's index and a triangle that the filter couldn't decide.
     pub(super) undecided: Vec<[u32; 2]>,
@@ -25,17 +24,17 @@ pub(super) struct Worker<B> {
     pub(super) counts: Counts,
 }
 
-/// What is left of a group.
+/// The open points of a group.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Open {
-    /// Which of its points aren't known to be in shadow.
+    /// Points that aren't known to be in shadow.
     pub(super) points: u16,
-    /// Where triangles end, in the row's list, that may shadow them.
+    /// End, in the row's list, of the triangles that may shadow them.
     pub(super) end: usize,
 }
 
 impl<B> Worker<B> {
-    /// Forgets what was found, and takes the `members` of each block for unshadowed.
+    /// Clears the results, with the `members` of each block unshadowed.
     pub(super) fn start(&mut self, members: &[u16]) {
         self.shadowed.clear();
         self.shadowed.extend(members.iter().map(|members| !members));
@@ -61,8 +60,8 @@ impl<B> Worker<B> {
 }
 
 impl<M: LightMap> Lists<M> {
-    /// Settles what the threads couldn't decide, in equal parts, adds up what they counted, and brings together which points
-    /// they found in shadow on a face.
+    /// Settles the threads' undecided pairs, in equal shares, adds up their counts, and merges the shadowed points of a
+    /// face.
     pub(super) fn settle(&mut self, pass: &mut LightPass, settler: &Settler<'_>) {
         let workers = &mut self.workers;
         let LightPass { undecided, counts, shadowed, members, .. } = pass;

@@ -1,5 +1,5 @@
-//! Points as they are found, beside where the predicate has them. Planes go through the camera, or nearly so, and contain its
-//! direction, or nearly so, by coordinates that are whole numbers: so roundings are most of what there is.
+//! Compares the points found with the predicate's. Planes go through the camera, or nearly so, and contain its direction, or
+//! nearly so. Coordinates are whole numbers, so most of the error is rounding.
 
 use crate::dispatch;
 use glam::Vec3;
@@ -14,17 +14,17 @@ use crate::{Camera, Projection, SimdLevel, View};
 
 const TRIALS: u32 = 20_000;
 
-/// Whole numbers below two to a power.
+/// Random whole numbers of magnitude below 2^`bits`.
 fn whole(random: &mut Random, bits: f64) -> DVec3 {
     DVec3::from([0; 3].map(|_| (random.signed() * bits.exp2()).round()))
 }
 
-/// One, or two to a power between two.
+/// One, or two to a power from `least` to `most`.
 fn two_to(random: &mut Random, least: f64, most: f64) -> f64 {
     if random.unit() < 0.3 { 1.0 } else { (least + (most - least) * random.unit()).round().exp2() }
 }
 
-/// A camera that looks along planes through its place, and a light.
+/// A camera that looks along planes through its position, and a light.
 struct Trial {
     random: Random,
     /// Two directions that span the planes: the camera looks along the first.
@@ -33,7 +33,7 @@ struct Trial {
     middle: DVec3,
     camera: Camera,
     light: DVec3,
-    /// Of so many rays those are taken that graze the triangles most.
+    /// Number of random rays from which the one that grazes the triangles most is taken.
     choices: u32,
 }
 
@@ -42,7 +42,7 @@ impl Trial {
         let (along, across) = (whole(&mut random, 10.0) + 0.25, whole(&mut random, 10.0) + 0.5);
         let middle = whole(&mut random, 14.0) * f64::from(u8::from(random.unit() < 0.5));
         let anywhere = |random: &mut Random| DVec3::from([0; 3].map(|_| random.signed()));
-        // Some rays graze planes by what roundings are.
+        // Some rays graze planes by as little as roundings.
         let (aside, half_height, choices) =
             if random.unit() < 0.2 { ((-20.0, -12.0), (-17.0, -15.0), 40) } else { ((-20.0, 3.0), (-15.0, 1.0), 1) };
         let aside = anywhere(&mut random) * random.power(aside.0, aside.1);
@@ -60,7 +60,7 @@ impl Trial {
         Self { random, along, across, middle, camera, light: light.as_vec3().as_dvec3(), choices }
     }
 
-    /// Of a triangle around what a ray goes through.
+    /// A triangle around a point that a ray goes through.
     fn corners(&mut self) -> [Vec3; 3] {
         let Self { random, along, across, middle, .. } = self;
         let mut factor = || two_to(random, -10.0, 4.0);
@@ -73,8 +73,8 @@ impl Trial {
         corners.map(|corner| (*middle + corner + DVec3::from([0; 3].map(|_| tilt * random.signed()))).as_vec3())
     }
 
-    /// How wrong points are at most, and what the predicate takes its own to be wrong by, in relation to what they may be; of how
-    /// many points.
+    /// The largest error of a point relative to its bound, the predicate's largest assumed error relative to its bound, and
+    /// the number of points.
     fn run(&mut self, level: SimdLevel) -> ([f64; 2], u32) {
         let positions: Vec<Vec3> = (0..8).flat_map(|_| self.corners()).collect();
         let ids: Vec<_> = (0..8).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect();
@@ -122,13 +122,13 @@ impl Trial {
     }
 }
 
-/// How much a direction goes through a triangle's plane.
+/// The magnitude of a direction's product with a triangle's normal.
 fn slope(direction: DVec3, corners: [Vec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| precise(corner.as_dvec3()));
     precise_dot(precise_cross(difference(b, a), difference(c, a)), precise(direction)).abs().to_f64()
 }
 
-/// How far from `found`, in relation to a light, anything of a point's box is on any axis.
+/// The largest distance on any axis between a point's box and `found`, relative to a light.
 fn wrong_by(found: DVec3, point: HitPoint, light: DVec3) -> f64 {
     let corners = [point.position - point.error, point.position + point.error];
     let wrong = corners.map(|corner| {
@@ -146,7 +146,7 @@ fn points_are_no_more_wrong_than_is_said() {
     let count: u32 = trials.iter().map(|(_, count)| count).sum();
     assert!(count > TRIALS, "{count}");
     let worst = trials.into_iter().fold([0.0; 2], |most, (one, _)| [0, 1].map(|at| f64::max(most[at], one[at])));
-    // What is allowed isn't much more than what there is.
+    // The bounds aren't much larger than the errors.
     assert!(worst.iter().all(|worst| (0.15..=1.0).contains(worst)), "{worst:?} of what may be");
 }
 
@@ -159,7 +159,7 @@ fn listed_points_are_no_more_wrong_than_is_said() {
         let light = anywhere(-20.0, 10.0).as_vec3().as_dvec3();
         let points: [HitPoint; 8] = std::array::from_fn(|_| {
             let position = anywhere(-10.0, 10.0);
-            // No more than the size of a coordinate is what it is rounded by.
+            // The error is at most the size of a coordinate, as a rounding is.
             HitPoint { position, error: anywhere(-30.0, -3.0).x.abs() * position.max_element().abs() }
         });
         let (offset, error, of_predicate, certain) = dispatch!(levels[seed as usize % levels.len()], simd => {
@@ -174,6 +174,6 @@ fn listed_points_are_no_more_wrong_than_is_said() {
         (0..8).map(wrong).fold(0.0, f64::max)
     };
     let worst = (0..TRIALS).into_par_iter().map(of_trial).reduce(|| 0.0, f64::max);
-    // But for a rounding of the error itself.
+    // Up to a rounding of the error itself.
     assert!((0.5..=1.0 + 1e-15).contains(&worst), "{worst} of what may be");
 }

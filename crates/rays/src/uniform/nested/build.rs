@@ -12,22 +12,22 @@ use super::super::{UniformGrid, UniformOptions, macrocells};
 use super::{Nested, NestedGrid};
 use crate::{Bounds, Triangles};
 
-/// How deep grids may be inside of each other, the scene's not counted.
+/// The largest depth of grids inside of each other, without the scene's.
 const MOST_LEVELS: usize = 4;
 
-/// What a ray's step to the next cell costs, in tests of triangles.
+/// Cost of a ray's step to the next cell, in tests of triangles.
 const STEP: f64 = 0.3;
 
-/// What it costs to take a ray into a grid and out again, in tests of triangles.
+/// Cost of taking a ray into a grid and out again, in tests of triangles.
 const ENTER: f64 = 6.0;
 
-/// What is only used while building.
+/// Memory used only during the build.
 #[derive(Default)]
 pub(super) struct Building {
-    /// For each chunk of cells those that list many triangles.
+    /// For each chunk of cells, those that list many triangles.
     found: Vec<Vec<u32>>,
     crowds: Vec<Crowd>,
-    /// In the order of crowds and their triangles, the cells of each.
+    /// The cells of each triangle, in the order of crowds and their triangles.
     boxes: Vec<CellBox>,
     sums: Vec<u32>,
 }
@@ -44,18 +44,18 @@ impl Building {
 
 /// A cell that lists many triangles.
 struct Crowd {
-    /// Where the references start and end.
+    /// The start and end of its references.
     low: usize,
     high: usize,
-    /// Where the cells of its first triangle are among those of all.
+    /// The index of its first triangle's cells in [`Building::boxes`].
     first_box: usize,
-    /// Which index in [`Nested::held`] is the cell's.
+    /// The cell's index in [`Nested::held`].
     interval: usize,
     /// The cell, grown by twice the margin.
     room: Bounds,
     /// Edge of the cell.
     side: f64,
-    /// What it shall hold.
+    /// The lattice of the grid inside, if any.
     lattice: Option<Lattice>,
 }
 
@@ -69,18 +69,18 @@ impl Crowd {
     }
 }
 
-/// How fine the grids of one level may be.
+/// The limits of the grids of one level.
 struct Limits {
     /// Cells for each reference to a triangle of a crowd.
     cells: f64,
-    /// References for each of those.
+    /// References per reference to a triangle of a crowd.
     references: f64,
 }
 
 impl UniformGrid {
-    /// Makes the grids inside of cells. The scene's cells list their triangles already.
+    /// Makes the grids inside of cells. The scene's cells already list their triangles.
     pub(in super::super) fn nest(&mut self, triangles: Triangles<'_>) {
-        // Taken out, since the scene's cells are looked at meanwhile.
+        // Taken out, since the scene's cells are read meanwhile.
         let mut nested = std::mem::take(&mut self.nested);
         nested.clear(&self.options, self.ids.len());
         if let (Some(_), Some(lattice)) = (self.options.nested_above, self.lattice) {
@@ -111,7 +111,7 @@ impl Nested {
         self.held.resize(self.scene_intervals, None);
     }
 
-    /// Makes the grids inside of the cells of `parents`, which are grids of one level.
+    /// Makes the grids inside of the cells of `parents`, the grids of one level.
     fn nest_deeper(
         &mut self,
         triangles: Triangles<'_>,
@@ -151,8 +151,8 @@ impl Nested {
         });
     }
 
-    /// Lists what was found, given the lattices that the cells are of, each with its first cell's index, and the index in
-    /// [`held`](Self::held) of their first reference.
+    /// Lists the cells found. `parents` are their lattices, each with its first cell's index; `first_interval` is the index
+    /// in [`held`](Self::held) of their first reference.
     fn list_crowds(
         &mut self,
         starts: &[AtomicU32],
@@ -178,11 +178,11 @@ impl Nested {
         resize(boxes, first_box, || CellBox::EMPTY);
     }
 
-    /// Chooses what each crowd's cell shall hold, and finds which of those cells each triangle is in.
+    /// Chooses each crowd's lattice, and finds the cells of it that each triangle is in.
     fn plan(&mut self, triangles: Triangles<'_>, ids: &[AtomicU32], options: &UniformOptions, usable: usize) {
         let Building { crowds, boxes, .. } = &mut self.building;
         let crowded = boxes.len().max(1) as f64;
-        // What all levels may take together: as many references as the scene's cells, and twice as many cells.
+        // The limits for all levels together: as many references as the scene's cells, and twice as many cells.
         let most = UniformGrid::MOST_REFERENCES * usable as u64 + UniformGrid::LEAST_LIMIT;
         let most_cells = (2.0 * options.cells_per_triangle * usable as f64).min(Lattice::MOST_CELLS);
         let limits = Limits {
@@ -197,8 +197,8 @@ impl Nested {
         crowds.retain(|crowd| crowd.lattice.is_some());
     }
 
-    /// Adds the grids that were chosen, which are returned. The crowds' triangles are in `scene_ids`, if they are the
-    /// scene's cells', else in those of grids that were added before.
+    /// Adds the chosen grids and returns their range. The crowds' triangles are in `scene_ids` if they are the scene's
+    /// cells, else in the ids of grids that were added before.
     fn add_level(
         &mut self,
         triangles: Triangles<'_>,
@@ -214,8 +214,8 @@ impl Nested {
             return level;
         }
         let cells = first_cell..self.cell_count;
-        // Counted two cells on, so that scattering moves starts to where they belong. A level starts where the one
-        // before it ends: at the last two sums of that one.
+        // Counted two cells on, so that scattering moves starts to their final positions. A level starts at the end of the
+        // previous one: at its last two sums.
         if starts.len() < cells.end + 2 {
             resize(starts, cells.end + 2, AtomicU32::default);
         }
@@ -281,7 +281,7 @@ impl Nested {
     }
 }
 
-/// A cell, given its index, grown by twice the margin, so that rounding leaves more than the margin.
+/// The bounds of a cell, given its index, grown by twice the margin, so that more than the margin is left after rounding.
 fn room(lattice: &Lattice, index: usize) -> Bounds {
     let [columns, rows] = [lattice.cells.x as usize, lattice.cells.y as usize];
     let cell = [index % columns, index / columns % rows, index / (columns * rows)].map(|at| at as f64);
@@ -290,11 +290,11 @@ fn room(lattice: &Lattice, index: usize) -> Bounds {
     Bounds { min: low.as_vec3().map(f32::next_down), max: high.as_vec3().map(f32::next_up) }
 }
 
-/// Chooses the lattice inside of a crowd's cell, and finds which of its cells each triangle is in; none where it wouldn't
-/// pay.
+/// Chooses the lattice inside of a crowd's cell, and finds the cells of it that each triangle is in; there is none if it
+/// doesn't pay.
 ///
-/// It pays where a ray through the cell is expected to cost less with the grid than without: a ray that meets a box meets
-/// a smaller one inside of it in proportion to their areas (`MacDonald` and Booth, *Heuristics for Ray Tracing Using Space
+/// It pays if the expected cost of a ray through the cell is less with the grid than without: a ray that meets a box meets a
+/// smaller one inside of it in proportion to their areas (`MacDonald` and Booth, *Heuristics for Ray Tracing Using Space
 /// Subdivision*, 1990).
 fn choose(crowd: &mut Crowd, boxes: &mut [CellBox], ids: &[AtomicU32], triangles: Triangles<'_>, limits: &Limits) {
     let corners = |id: &AtomicU32| triangles.corners(id.load(Relaxed));
@@ -330,7 +330,7 @@ fn choose(crowd: &mut Crowd, boxes: &mut [CellBox], ids: &[AtomicU32], triangles
     }
 }
 
-/// Calls `work` with each item and its part of `pool`, on all threads: parts are in the order of items, each `len` long.
+/// Calls `work` with each item and its part of `pool`, on all threads. Parts are in the order of items, each `len` long.
 fn for_each_part<T: Send, P: Send>(
     items: &mut [T],
     pool: &mut [P],

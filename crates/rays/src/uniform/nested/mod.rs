@@ -1,12 +1,12 @@
 //! Grids inside of cells, for scenes of very uneven density, such as a teapot in a stadium: a cell that lists many
 //! triangles holds a grid over their parts inside of it, and so may that grid's cells.
 //!
-//! **Why nothing is missed.** Such a grid is one like the scene's: a lattice of its own, with the same margins in cells of
-//! its own, around the triangles' box, cut where the cell, grown by twice the margin, ends. A traversal visits a cell
-//! that is no farther than [`Lattice::DOUBT`] from the hit that it has to find there (see [`Lattice`]), so that the hit is
-//! inside of the box. There the lattice's own argument holds, for traversals that know where the ray is to within
-//! [`Lattice::DOUBT`] in *its* cells. A single ray from too far away to be known that well is tested against all
-//! triangles that the outer cell lists instead; packets grow by what they may be wrong by.
+//! **Why no hit is missed.** Such a grid is like the scene's: a lattice of its own, with the same margins in its own cells,
+//! around the triangles' box, cut at the cell grown by twice the margin. A traversal visits a cell no farther than
+//! [`Lattice::DOUBT`] from the hit that it has to find there (see [`Lattice`]), so the hit is inside of the box. There the
+//! lattice's own argument holds, for traversals that know the ray's position to within [`Lattice::DOUBT`] in *its* cells. If
+//! a single ray starts too far away for that precision, it is tested against all triangles of the outer cell instead;
+//! packets grow by their error.
 //!
 //! `build` chooses the cells and makes their grids.
 
@@ -26,16 +26,16 @@ use build::Building;
 #[derive(Default)]
 pub(super) struct Nested {
     grids: Vec<NestedGrid>,
-    /// Where each cell's ids start, grid after grid; the first [`cell_count`](Self::cell_count) and one further.
+    /// The start of each cell's ids, grid after grid; the first [`cell_count`](Self::cell_count) and one more are valid.
     starts: Vec<AtomicU32>,
-    /// Triangle ids, cell after cell, ascending in each; the first [`references`](Self::references).
+    /// Triangle ids, cell after cell, ascending in each; the first [`references`](Self::references) are valid.
     ids: Vec<AtomicU32>,
     occupied: Vec<bool>,
-    /// Which grid a cell holds, for every [`interval`](Self::interval) references: at most one cell with more of them
-    /// starts in each. Those of the scene's references come first.
+    /// The grid that a cell holds, for every [`interval`](Self::interval) references: at most one cell with more references
+    /// starts in each interval. Those of the scene's references come first.
     held: Vec<Option<u32>>,
     scene_intervals: usize,
-    /// References in a row for which there is one slot in `held`; zero where no cell holds a grid.
+    /// Consecutive references per slot of `held`; zero where no cell holds a grid.
     interval: u32,
     cell_count: usize,
     references: usize,
@@ -62,7 +62,7 @@ pub(super) struct Inside<'a> {
 }
 
 impl<'a> Inside<'a> {
-    /// The grid inside of the cell whose references start at `start`, and are more than [`Nested::most`].
+    /// The grid inside of the cell whose references start at `start`, if they are more than [`Nested::most`].
     #[inline(never)]
     pub(super) fn at(&self, start: u32) -> Option<Cells<'a>> {
         let grid = self.held[(start / self.nested.interval) as usize]?;
@@ -71,7 +71,7 @@ impl<'a> Inside<'a> {
 }
 
 impl Nested {
-    /// How many grids there are.
+    /// The number of grids.
     pub(super) fn len(&self) -> usize {
         self.grids.len()
     }
@@ -80,7 +80,7 @@ impl Nested {
         self.references
     }
 
-    /// Most references of a cell that certainly holds no grid.
+    /// The largest number of references of a cell that certainly holds no grid.
     #[inline(always)]
     pub(super) fn most(&self) -> usize {
         if self.grids.is_empty() { usize::MAX } else { self.interval as usize }

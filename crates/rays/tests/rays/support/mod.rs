@@ -116,19 +116,20 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// In [0, 1).
+    /// Returns a number in [0, 1).
     pub(crate) fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// From the cube [−1, 1)³.
+    /// Returns a point of the cube [−1, 1)³.
     pub(crate) fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }
 
-/// Triangles with a corner exactly, or to 2⁻²¹, where cells of a uniform grid meet that has [`CORNER_CELLS`] of them for each
-/// triangle, and rays exactly through those corners, from nearby and so far away that crossings with cells' faces are rounded.
+/// Triangles with a corner exactly, or to 2⁻²¹, at a corner of cells of a uniform grid with [`CORNER_CELLS`] cells for each
+/// triangle, and rays exactly through those corners, from nearby and so far away that crossings with cells' faces are
+/// rounded.
 pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
     let mut random = Random(21);
     let mut mesh = Mesh::default();
@@ -157,7 +158,7 @@ pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
     (mesh, rays)
 }
 
-/// Cells for each triangle of [`corners_of_cells`].
+/// The number of cells for each triangle of [`corners_of_cells`].
 pub(crate) const CORNER_CELLS: f64 = 16.0;
 
 /// The triangles of [`corners_of_cells`] inside of one cell of a room, in which a grid of [`corner_options`] holds the grid
@@ -177,7 +178,7 @@ pub(crate) fn corner_options() -> UniformOptions {
     UniformOptions { cells_per_triangle: CORNER_CELLS, nested_above: Some(64), ..UniformOptions::DEFAULT }
 }
 
-/// Where the ball of [`stadium`] is.
+/// The place of the ball of [`stadium`].
 pub(crate) const BALL_PLACE: Vec3 = Vec3::new(0.3, -0.7, 0.2);
 
 /// A bumpy ball with a radius of `smallness` on the floor of a room from -1 to 1.
@@ -188,8 +189,7 @@ pub(crate) fn stadium(rings: u32, smallness: f32) -> Mesh {
     mesh
 }
 
-/// Rays to corners, edges and insides of triangles: in the triangle's plane, almost in it, and from anywhere; from nearby and
-/// from afar.
+/// Rays to corners, edges and insides of triangles: in the triangle's plane, almost in it, and from anywhere, near and far.
 pub(crate) fn grazing_rays(triangles: Triangles<'_>, random: &mut Random, count: usize) -> Vec<Ray> {
     let mut rays = Vec::new();
     for step in 0..count {
@@ -219,7 +219,7 @@ pub(crate) fn is_usable(triangles: Triangles<'_>, id: u32) -> bool {
         && triangles.corners(id).iter().all(|corner| corner.is_finite())
 }
 
-/// The nearest hit, by asking about every triangle.
+/// Returns the nearest hit, by asking about every triangle.
 pub(crate) fn nearest_of_all(triangles: Triangles<'_>, ray: &Ray, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
     let hits = (0..triangles.len() as u32).filter(|&id| is_usable(triangles, id));
     let hits = hits.filter_map(|id| hit(ray, triangles, id)).filter(|hit| counts(hit));
@@ -279,14 +279,15 @@ pub(crate) fn blocks(random: &mut Random, count: usize) -> Mesh {
     mesh
 }
 
-/// From a cube of twice `reach` to a point of the scene.
+/// Returns a ray from a cube of twice `reach` to a point of the scene.
 pub(crate) fn random_ray(random: &mut Random, reach: f32) -> Ray {
     let origin = (random.point() * reach).as_dvec3();
     let length = f64::from(random.unit()) * 3.0 + 0.01;
     Ray::new(origin, ((random.point() * 1.5).as_dvec3() - origin) * length)
 }
 
-/// Rays in planes of [`blocks`], along axes, diagonally through corners, and almost along axes down to what has no inverse.
+/// Rays in planes of [`blocks`], along axes, diagonally through corners, and almost along axes, down to numbers without an
+/// inverse.
 pub(crate) fn rays_in_planes(random: &mut Random, count: usize) -> Vec<Ray> {
     let mut rays = Vec::new();
     for step in 0..count {
@@ -309,7 +310,7 @@ pub(crate) fn rays_in_planes(random: &mut Random, count: usize) -> Vec<Ray> {
                 rays.push(Ray::new(origin - direction * f64::from(1 << 26), direction));
             }
         }
-        // Almost along an axis, down to what has no inverse.
+        // Almost along an axis, down to numbers without an inverse.
         let tilt = random.point().as_dvec3() * 10.0_f64.powi(-((step % 20) as i32 * 17));
         rays.push(Ray::new(origin - axis * 16.0, axis + tilt * (DVec3::ONE - axis.abs())));
     }

@@ -12,9 +12,10 @@ use crate::kdtree::build::sah::Candidate;
 use crate::kdtree::extent::{Extent, Plane, Reference};
 use crate::vectorized;
 
-/// A triangle's box in a cell, and its id. 32 bytes: the lower faces, the id's bits, the upper faces negated, and nothing.
+/// A triangle's box in a cell, and its id. 32 bytes: the lower faces, the id's bits, the negated upper faces, and 4 unused
+/// bytes.
 ///
-/// So both kinds of faces grow inwards, and the box around two is the lesser of each number.
+/// All six numbers grow as the box shrinks, so the box around two boxes is the minimum of each number.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 pub(super) struct Boxed(pub(super) [f32; 8]);
@@ -35,7 +36,7 @@ impl Boxed {
         self.0[3].to_bits()
     }
 
-    /// Leaves what lies in a box with these faces as well; its corner is taken for nothing where there is nothing.
+    /// Intersects the box with the box of these faces. Infinite faces leave it empty.
     #[inline(always)]
     pub(super) fn shrink<S: Simd>(&mut self, simd: S, faces: f32x8<S>) {
         let id = self.0[3];
@@ -44,7 +45,7 @@ impl Boxed {
         self.0[3] = id;
     }
 
-    /// Whether nothing is left of the box.
+    /// Whether a lower face is above its upper face.
     #[inline(always)]
     pub(super) fn is_empty(&self) -> bool {
         (self.low(0) > self.high(0)) | (self.low(1) > self.high(1)) | (self.low(2) > self.high(2))
@@ -67,14 +68,14 @@ impl From<&Reference> for Boxed {
     }
 }
 
-/// A box around boxes, with their numbers.
+/// The bounds of boxes, in the numbers of a [`Boxed`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around([f32; 8]);
 
 impl Around {
     const NOTHING: Self = Self([f32::INFINITY; 8]);
 
-    /// Around the boxes of all chunks.
+    /// Returns the bounds of the boxes of all chunks.
     pub(super) fn chunks<S: Simd>(simd: S, chunks: &[Arena]) -> Self {
         let around = chunks.par_iter().map(|chunk| vectorized!(simd => Self::all(simd, &chunk.boxes)));
         around.merge(Self::both).unwrap_or(Self::NOTHING)
@@ -92,7 +93,7 @@ impl Around {
         around
     }
 
-    /// Replaces where it begins and ends along an axis.
+    /// Sets the lower and the upper face along an axis.
     pub(super) fn set(&mut self, axis: usize, [low, high]: [f32; 2]) {
         (self.0[axis], self.0[4 + axis]) = (low, -high);
     }
@@ -112,10 +113,10 @@ impl Around {
     }
 }
 
-/// Parts boxes: those of the left child go to `left`, which has room for all; those of the right child stay, in front. How
-/// many both have, and how many of them the plane cuts: where those are is noted in `cut`.
+/// Parts boxes: those of the left child go to `left`, which has room for all; those of the right child stay, in front.
+/// Returns the number of each, and the number of boxes that the plane cuts, whose indices in both lists go to `cut`.
 ///
-/// All are written to both lists, and count where they belong: looking first would be guessed wrong half of the time.
+/// Each box is written to both lists, and counted where it belongs: a branch would be mispredicted half of the time.
 #[inline(always)]
 pub(super) fn part<S: Simd>(
     simd: S,
@@ -126,7 +127,7 @@ pub(super) fn part<S: Simd>(
 ) -> ([usize; 2], usize) {
     let (axis, at, planar_left) = (best.plane.axis & 3, best.plane.at, best.planar_left);
     let left = &mut left[..boxes.len()];
-    // What the plane leaves of boxes on either side; ids are no less than minus infinity.
+    // The plane as a face of the boxes on either side. −∞ keeps the other faces, and the id.
     let mut faces = [[f32::NEG_INFINITY; 8]; 2];
     faces[0][4 + axis] = -at;
     faces[1][axis] = at;
@@ -148,7 +149,7 @@ pub(super) fn part<S: Simd>(
     ([left_count, right_count], cut_count)
 }
 
-/// Shrinks the boxes that a plane cut, and removes what is empty. How many are left.
+/// Shrinks the boxes that a plane cut, removes empty ones, and returns the numbers of boxes that are left.
 #[inline(always)]
 pub(super) fn clip_cut<S: Simd>(
     simd: S,
@@ -200,7 +201,7 @@ mod tests {
         let triangles =
             Triangles { positions: &positions.concat(), indices: &[[0, 1, 2], [3, 4, 5], [6, 7, 8], [9, 10, 11]] };
         let mut boxes: Vec<_> = (0..4).map(|id| Boxed::around(triangles.corners(id), id)).collect();
-        // What an earlier plane left of the first: it is above y = 3, and so right of x = 2.
+        // An earlier plane has cut the first: its part is above y = 3, and so right of x = 2.
         boxes[0].0[1] = 3.0;
         for planar_left in [true, false] {
             let best = Candidate { cost: 0.0, plane: Plane { axis: 0, at: 2.0 }, planar_left };

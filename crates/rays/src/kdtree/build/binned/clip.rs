@@ -7,11 +7,11 @@ use glam::Vec3;
 use super::boxes::Boxed;
 use crate::kdtree::extent::Plane;
 
-/// Larger coordinates might overflow where edges cross planes.
+/// The largest coordinate that is clipped: crossings of larger ones might overflow.
 pub(super) const LARGEST: f32 = 1e37;
 
-/// More than twice what a crossing may be wrong by, for each unit of its edge's ends' magnitudes: the weight has three
-/// roundings, one less it a fourth, products and sum two more and the margin's subtraction a last one, of 2⁻²⁴ each.
+/// More than twice the error bound of a crossing, for each unit of the magnitudes of its edge's ends: the weight has three
+/// roundings, one minus it a fourth, products and sum two more and the margin's subtraction a last one, of 2⁻²⁴ each.
 const MARGIN: f32 = 1.0 / (1 << 20) as f32;
 
 /// Shrinks the boxes of a triangle below and above a plane that goes through it.
@@ -41,7 +41,7 @@ pub(super) fn clip<S: Simd>(simd: S, corners: [Vec3; 3], plane: Plane, below: &m
             let weight = (at - start) / (end - start);
             let crossing = from * (1.0 - weight) + to * weight;
             let margin = (from.abs() + to.abs()) * MARGIN + f32::MIN_POSITIVE;
-            // Never beyond the ends, which rounding might lead to.
+            // Rounding might lead beyond the ends.
             let crossing = (crossing - margin).max(from.min(to));
             low = low.min(crossing);
             high = high.min(crossing);
@@ -101,7 +101,7 @@ mod tests {
                         let high = part.iter().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max);
                         let slack = (low.abs() + high.abs() + 1.0) * 3e-6;
                         let found = [f64::from(boxed.low(axis)), f64::from(boxed.high(axis))];
-                        // What this test's own numbers may be wrong by.
+                        // The error bound of this test's own numbers.
                         let own = slack * 1e-8;
                         assert!(found[0] <= low + own && found[0] >= low - slack, "{found:?} {low} {high}");
                         assert!(found[1] >= high - own && found[1] <= high + slack, "{found:?} {low} {high}");

@@ -1,8 +1,7 @@
-//! The top of the tree: initial clustering (Shevtsov et al. 2007, §3.2), where the passes over a node's boxes are what
-//! threads share.
+//! The top of the tree: initial clustering (Shevtsov et al. 2007, §3.2), where threads share the passes over a node's boxes.
 //!
-//! Planes are those of least cost between samples, not medians: the thesis (§4.2) puts the loss of 30 % in trace time down to
-//! these.
+//! Planes are those of least cost among samples, not medians, to which the thesis (§4.2) attributes the loss of 30 % in
+//! trace time.
 
 use fearless_simd::Simd;
 use rayon::prelude::*;
@@ -20,7 +19,7 @@ const CLUSTER: usize = 1 << 12;
 const CLUSTERS: usize = 32;
 
 impl<S: Simd> Binning<'_, S> {
-    /// Adds the subtree of boxes that lie in chunks: they stay in as many, so that none waits for another.
+    /// Adds the subtree of boxes in chunks. Its children have as many chunks, so that no chunk waits for another.
     pub(super) fn cluster(&self, mut chunks: Vec<Arena>, cell: Cell, out: &mut Branch) {
         let Self { job, simd, costs, .. } = self;
         let count = chunks.iter().map(|chunk| chunk.boxes.len()).sum();

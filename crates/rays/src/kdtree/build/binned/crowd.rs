@@ -1,17 +1,18 @@
-//! Planes among most of a node's boxes where a few stretch it: sixteen planes in equal distances over a scene with one far vertex
-//! would have all else between two of them, and so would those of the next nodes, until the tree is as deep as it may be.
+//! Planes among most of a node's boxes, where a few others stretch it. In a scene with one far vertex, sixteen evenly spaced
+//! planes would have all other boxes between two of them, and so would those of the next nodes, until the tree is as deep as
+//! it may be.
 
 use super::boxes::{Around, Boxed};
 use super::planes::Counts;
 
-/// One of so many boxes may lie elsewhere than most.
+/// One in so many boxes may lie far from most.
 const OUTLIERS: usize = 8;
 
 /// Boxes within so many times the extent of most count as near them.
 const NEARNESS: f32 = 16.0;
 
-/// The box within which planes are to be, if along any axis nearly all boxes are between two neighbouring ones of those that
-/// `counts` were made for, within `around`.
+/// Returns the box in which to place planes, if along any axis nearly all boxes are between two neighbours of the planes
+/// within `around` that `counts` belong to.
 pub(super) fn among_most<'a>(
     around: &Around,
     counts: &Counts,
@@ -31,7 +32,7 @@ pub(super) fn among_most<'a>(
     is_any_crowded.then_some(most)
 }
 
-/// Where most boxes begin and end along an axis, with all that are near them.
+/// Returns the lower and the upper end, along an axis, of most boxes and of all near them.
 fn along<'a>(axis: usize, boxes: impl Iterator<Item = &'a Boxed> + Clone) -> [f32; 2] {
     let nth = |faces: &mut Vec<f32>, index: usize| *faces.select_nth_unstable_by(index, f32::total_cmp).1;
     let mut faces: Vec<f32> = boxes.clone().map(|boxed| boxed.low(axis)).collect();

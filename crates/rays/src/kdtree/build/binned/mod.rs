@@ -1,5 +1,5 @@
-//! Finding planes among a few by counting boxes that begin and end between them: min–max binning (Shevtsov et al. 2007),
-//! with planes and boxes compared in vectors instead of bins, which boxes would wait for one after the other.
+//! Finds planes among a few by counting the boxes that begin and end between them: min–max binning (Shevtsov et al. 2007).
+//! Planes and boxes are compared in vectors instead of counted in bins, where each box would wait for the one before it.
 
 mod boxes;
 mod clip;
@@ -23,19 +23,19 @@ use crate::vectorized;
 use boxes::{Around, Boxed, clip_cut, part};
 use planes::{Best, Counted, Node};
 
-/// Triangles that a thread takes at once at the root.
+/// The number of triangles that a thread takes at once at the root.
 const CHUNK: usize = 1 << 13;
 
-/// What a step is charged here, for each unit of its cost, so that larger leaves are built sooner. 9 instead of 5 makes three
-/// fifths of the Bunny's nodes and three quarters of `sibenik.obj`'s, whose rays take up to 5 % longer.
+/// Factor of a step's cost in this builder: a higher one makes larger leaves, and so faster builds. 9 instead of 5 makes
+/// three fifths of the Bunny's nodes and three quarters of `sibenik.obj`'s, whose rays take up to 5 % longer.
 const STEP: f64 = 9.0;
 
-/// Planes through fewer boxes cut them and don't clip them. In the Bunny and `sibenik.obj` this changes the tree's cost by
-/// less than a thousandth.
+/// Boxes of nodes with fewer of them are cut, but not clipped. In the Bunny and `sibenik.obj` this changes the tree's cost
+/// by less than a thousandth.
 const CLIPPED_FROM: usize = 9;
 
 impl Job<'_> {
-    /// Adds the tree of all triangles that can be hit; the extent of its root.
+    /// Adds the tree of all triangles that can be hit, and returns the extent of its root.
     pub(super) fn bin(&self, is_any_omitted: bool, out: &mut Branch) -> Extent {
         dispatch!(SimdLevel::default(), simd => self.bin_with(simd, is_any_omitted, out))
     }
@@ -87,19 +87,19 @@ impl Job<'_> {
     }
 }
 
-/// What all parts of a binned build share.
+/// Data that all parts of a binned build share.
 struct Binning<'a, S> {
     job: &'a Job<'a>,
     simd: S,
     costs: SahCosts,
-    /// Whether boxes are shrunk around what planes leave of triangles.
+    /// Whether boxes are shrunk around the parts of triangles that planes cut.
     is_clipped: bool,
     /// Whether planes may have to be [among most boxes](crowd).
     is_stretched: bool,
 }
 
 impl<S: Simd> Binning<'_, S> {
-    /// Adds the subtree of boxes in a range, and may overwrite all from there on.
+    /// Adds the subtree of the boxes in a range, and may overwrite that range and all after it.
     fn grow(&self, arena: &mut Arena, range: Range<usize>, cell: Cell, out: &mut Branch) {
         let Self { job, simd, costs, .. } = self;
         let count = range.len();
@@ -107,7 +107,7 @@ impl<S: Simd> Binning<'_, S> {
             out.push_deferred(arena.boxes[range].iter().map(Boxed::reference), cell);
             return;
         }
-        // Any plane costs a step, so that few boxes are a leaf without looking.
+        // Any plane costs a step, so a node of few boxes is always a leaf.
         if count as f64 * costs.test <= costs.step * costs.empty || cell.depth >= job.heuristic.max_depth {
             out.push_leaf(arena.boxes[range].iter().map(Boxed::id));
             return;
@@ -136,8 +136,7 @@ impl<S: Simd> Binning<'_, S> {
             out.push_leaf(arena.boxes[range].iter().map(Boxed::id));
             return;
         };
-        // Where nothing is on one side, as at half of the Bunny's planes, the boxes on the other are the same, and so are their
-        // counts.
+        // If one side is empty, as at half of the Bunny's planes, the other has the same boxes and the same counts.
         if is_empty[0] {
             let [_, cell] = Cell::share(cells, [0, count]);
             let index = out.open(best.plane);
@@ -196,11 +195,11 @@ impl<S: Simd> Binning<'_, S> {
     }
 }
 
-/// What one thread works on: the boxes of the node at hand, above those of the right children that wait.
+/// Working memory of one thread: the boxes of the current node, after those of the right children that wait.
 #[derive(Default)]
 pub(super) struct Arena {
     boxes: Vec<Boxed>,
-    /// Where those are that a plane cuts, on the left and on the right.
+    /// Indices of the boxes that a plane cuts, in the left and in the right list.
     cut: Vec<[u32; 2]>,
 }
 

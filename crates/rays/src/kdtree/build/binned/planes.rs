@@ -1,4 +1,4 @@
-//! Finding the best of sixteen planes across each axis, by comparing every box with all of them at once.
+//! Finds the best of sixteen planes across each axis, by comparing every box with all of them at once.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
@@ -8,16 +8,16 @@ use crate::kdtree::SahCosts;
 use crate::kdtree::build::sah::Candidate;
 use crate::kdtree::extent::{Extent, Plane};
 
-/// Planes across each axis.
+/// The number of planes across each axis.
 pub(super) const PLANES: usize = 16;
 
-/// From so few boxes on planes are the faces of all of them.
+/// With at most so many boxes, all their faces are planes.
 pub(super) const EXACT_FROM: usize = PLANES / 2;
 
-/// How many boxes begin below, and end above, each of the planes across each axis.
+/// The numbers of boxes that begin below, and that end above, each of the planes across each axis.
 pub(super) type Counts = [[[u32; PLANES]; 2]; 3];
 
-/// Where planes are that lie in equal distances.
+/// Evenly spaced weights from 0 to 1, one for each plane.
 const WEIGHTS: [f32; PLANES] = {
     let mut weights = [0.0; PLANES];
     let mut index = 0;
@@ -28,7 +28,7 @@ const WEIGHTS: [f32; PLANES] = {
     weights
 };
 
-/// Planes in equal distances from where the boxes begin to where they end: the outermost cut off what is empty.
+/// Returns evenly spaced planes from the lower to the upper end of the boxes: the outermost cut off empty space.
 #[inline(always)]
 fn spread<S: Simd>(simd: S, around: &Around) -> [f32x16<S>; 3] {
     let [low, high] = around.corners();
@@ -37,7 +37,7 @@ fn spread<S: Simd>(simd: S, around: &Around) -> [f32x16<S>; 3] {
     [rest * low[0] + weight * high[0], rest * low[1] + weight * high[1], rest * low[2] + weight * high[2]]
 }
 
-/// The planes of all faces of a few boxes.
+/// Returns the planes of all faces of a few boxes.
 #[inline(always)]
 fn faces<S: Simd>(simd: S, boxes: &[Boxed]) -> [f32x16<S>; 3] {
     let mut planes = [[f32::INFINITY; PLANES]; 3];
@@ -51,7 +51,7 @@ fn faces<S: Simd>(simd: S, boxes: &[Boxed]) -> [f32x16<S>; 3] {
     [f32x16::from_slice(simd, x), f32x16::from_slice(simd, y), f32x16::from_slice(simd, z)]
 }
 
-/// Planes across each axis, and how many boxes begin below and end above each.
+/// Planes across each axis, and the numbers of boxes that begin below and end above each.
 pub(super) struct Counted<S: Simd> {
     planes: [f32x16<S>; 3],
     counts: [[f32x16<S>; 2]; 3],
@@ -67,7 +67,7 @@ pub(super) fn count_all<S: Simd>(simd: S, boxes: &[Boxed]) -> Counted<S> {
     count_within(simd, boxes, &Around::all(simd, boxes))
 }
 
-/// The same at planes within a box.
+/// Counts boxes of a node at planes within a box.
 #[inline(always)]
 pub(super) fn count_within<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> Counted<S> {
     let planes = spread(simd, around);
@@ -104,13 +104,13 @@ fn count<S: Simd>(simd: S, boxes: &[Boxed], planes: &[f32x16<S>; 3]) -> [[f32x16
     counts
 }
 
-/// As `count`, for parts of a node.
+/// As [`count_within`], for a part of a node's boxes.
 #[inline(always)]
 pub(super) fn count_part<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> Counts {
     count_within(simd, boxes, around).counts()
 }
 
-/// The plane of least cost among all that `counts` were made for.
+/// Returns the plane of least cost among those within `around` that `counts` belong to.
 #[inline(always)]
 pub(super) fn best_of<S: Simd>(simd: S, node: &Node<'_>, around: &Around, counts: &Counts) -> Option<Candidate> {
     let mut all = [[f32x16::splat(simd, 0.0); 2]; 3];
@@ -130,7 +130,7 @@ pub(super) struct Node<'a> {
     pub(super) costs: &'a SahCosts,
     pub(super) extent: &'a Extent,
     pub(super) count: usize,
-    /// One for the node's area.
+    /// 1 over half of the surface area of the node's cell.
     per_area: f64,
 }
 
@@ -140,7 +140,7 @@ impl<'a> Node<'a> {
     }
 }
 
-/// A plane, and on which side of it no box is.
+/// A plane, and whether the left and the right of it are empty.
 pub(super) struct Best {
     pub(super) candidate: Candidate,
     pub(super) is_empty: [bool; 2],
@@ -165,7 +165,8 @@ pub(super) fn least<S: Simd>(simd: S, node: &Node<'_>, counted: &Counted<S>) -> 
         if lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             let at = planes[axis][lane] + 0.0;
-            // Those of no box on both sides, of which all that are inside the plane are counted.
+            // If a count is 0, no box is on both sides. Boxes inside the plane are on the right if `is_right`, else on the
+            // left.
             let [is_left_empty, is_right_empty] = [0, 1].map(|side| counts[axis][side][lane] == 0.0);
             let is_right = (is_left_empty && at > node.extent.min[axis]) || at == node.extent.max[axis];
             let candidate = Candidate { cost: f64::from(cost), plane: Plane { axis, at }, planar_left: !is_right };
@@ -175,7 +176,7 @@ pub(super) fn least<S: Simd>(simd: S, node: &Node<'_>, counted: &Counted<S>) -> 
     None
 }
 
-/// What planes across an axis cost; infinity outside of the node.
+/// Returns the costs of planes across an axis; infinity outside of the node.
 #[inline(always)]
 fn cost<S: Simd>(simd: S, node: &Node<'_>, axis: usize, at: f32x16<S>, [left, right]: [f32x16<S>; 2]) -> f32x16<S> {
     let SahCosts { step, test, empty, mailbox, .. } = *node.costs;
@@ -191,8 +192,8 @@ fn cost<S: Simd>(simd: S, node: &Node<'_>, axis: usize, at: f32x16<S>, [left, ri
     let inverse = 1.0 / length as f32;
     let left_share = (at - low) * inverse * rim + face;
     let right_share = (high - at) * inverse * rim + face;
-    // Triangles inside the plane, if none is on both sides. In a face of the cell they are cut off, else they go where others
-    // are.
+    // The number of triangles inside the plane, if none is on both sides. In a face of the cell they are cut off, else they
+    // go to the side that has others.
     let planar = (all - left - right).max(none);
     let is_face = (at.simd_eq(low) | at.simd_eq(high)) & planar.simd_gt(none);
     let is_right = (left.simd_eq(none) & at.simd_gt(low)) | at.simd_eq(high);
@@ -255,7 +256,7 @@ mod tests {
         for (z, is_left) in [(0.0, true), (4.0, false)] {
             let mut boxes: Vec<_> = (0..7).map(|id| flat(z, id)).collect();
             boxes.push(middle);
-            // Nothing else is worth a plane where an empty side isn't.
+            // Without a bonus for an empty side no other plane pays.
             let costs = SahCosts { empty: 1.0, ..KdTreeOptions::DEFAULT.costs };
             let node = Node::new(&costs, &extent, boxes.len());
             for level in SimdLevel::available() {
@@ -271,7 +272,7 @@ mod tests {
         let costs = KdTreeOptions::DEFAULT.costs;
         for count in [3, EXACT_FROM as u32, 100] {
             let boxes = boxes(count);
-            // Planes that cut off what is empty on the left, on the right, and others.
+            // Planes that cut off empty space on the left, on the right, and others.
             for (min, max) in [([-9.0; 3], [1.5; 3]), ([-1.5; 3], [9.0; 3]), ([-1.5; 3], [1.5; 3])] {
                 let extent = Extent { min, max };
                 let node = Node::new(&costs, &extent, boxes.len());

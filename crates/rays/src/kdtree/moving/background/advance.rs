@@ -11,10 +11,10 @@ use crate::{KdTree, KdTreeOptions, Structure as _, Triangles};
 use super::{BackgroundKdTree, Built, KdAge};
 
 impl BackgroundKdTree {
-    /// Moves on to a frame, on all threads of the current pool, and begins a new tree where the policy says so.
+    /// Moves on to a frame, on all threads of the current pool, and begins a new tree if the policy demands it.
     ///
-    /// A frame whose indices aren't those that the tree was built with waits for its own tree, and so does one with a triangle
-    /// that can be hit and couldn't be then.
+    /// A frame waits for its own tree if its indices aren't those that the tree was built with, or if it has a triangle that
+    /// can be hit and couldn't be then.
     ///
     /// # Panics
     /// As [`KdTree::build`].
@@ -55,7 +55,7 @@ impl BackgroundKdTree {
         match if waits { receiver.recv().map_err(|_| TryRecvError::Disconnected) } else { receiver.try_recv() } {
             Ok(built) => {
                 self.spare = Some(std::mem::replace(&mut self.current, built));
-                // The frame that waits was counted when it looked before.
+                // A frame that waits was counted before, in the call that didn't wait.
                 self.frames = age - u32::from(waits);
                 self.coming = None;
             }
@@ -75,14 +75,14 @@ impl BackgroundKdTree {
         let options = self.options;
         self.threads.spawn(move || {
             next.build(options);
-            // Nobody waits for it any more where this fails.
+            // Sending fails only if nobody needs the tree any more.
             let _ = sender.send(next);
         });
         self.coming = Some((Mutex::new(receiver), 0));
     }
 
-    /// Measures how far triangles are from where they were; what rays cost, in parts of what they did. `None` if the tree isn't
-    /// of these triangles.
+    /// Measures the drift of triangles. Returns the expected cost of rays relative to that when the tree was built; `None`
+    /// if the tree isn't of these triangles.
     fn follow(&mut self, triangles: Triangles<'_>) -> Option<f64> {
         let Self { current, drift, triangle_drift, extent, .. } = self;
         let Built { tree, positions, indices, unusable, cost } = &*current;
@@ -93,11 +93,11 @@ impl BackgroundKdTree {
             return None;
         }
         let of_triangle = |id: u32| {
-            // What isn't usable now can't be hit.
+            // A triangle that isn't usable now can't be hit.
             let Ok(corners) = triangles.usable_corners(id) else { return (0.0, Extent::EMPTY) };
             let moved = corners.into_iter().zip(indices[id as usize]).map(|(now, vertex)| {
                 let by = (now.as_dvec3() - positions[vertex as usize].as_dvec3()).abs().max_element();
-                // One step more than the nearest f32, which pays for the sums with planes as well.
+                // One step above the nearest f32, which covers the rounding of sums with planes as well.
                 if by > 0.0 { (by as f32).next_up() } else { 0.0 }
             });
             (moved.fold(0.0, f32::max), Extent::around(corners))
@@ -142,7 +142,7 @@ impl Built {
     }
 }
 
-/// By node, the largest drift of a triangle below a node.
+/// Sets the largest drift of a triangle below each node, by node.
 fn drift_of_nodes(tree: &KdTree, of_triangles: &[f32], drift: &mut Vec<f32>) {
     let of_leaf = |index: u32| {
         let node = tree.nodes().get(index);
@@ -156,7 +156,7 @@ fn drift_of_nodes(tree: &KdTree, of_triangles: &[f32], drift: &mut Vec<f32>) {
     }
 }
 
-/// Of the nodes below one, wherever the layout has them. Returns the node's own.
+/// Sets the drifts of all inner nodes from one down, in any layout. Returns that of the node itself.
 fn drift_of_inner_nodes(tree: &KdTree, index: u32, drift: &mut [f32]) -> f32 {
     let node = tree.nodes().get(index);
     if !node.is_leaf() {
@@ -167,14 +167,14 @@ fn drift_of_inner_nodes(tree: &KdTree, index: u32, drift: &mut [f32]) -> f32 {
     drift[index as usize]
 }
 
-/// What a ray through the tree's box is expected to cost if cells are as much larger as their nodes drift, times half the
-/// area of that box.
+/// Returns the expected cost of a ray through the tree's box if each cell grows by its node's drift, times half the area of
+/// that box.
 fn grown_cost(tree: &KdTree, drift: &[f32]) -> f64 {
     if tree.extent().is_empty() { 0.0 } else { grown_cost_below(tree, drift, 0, tree.extent(), 0) }
 }
 
 fn grown_cost_below(tree: &KdTree, drift: &[f32], index: u32, cell: Extent, depth: u32) -> f64 {
-    /// Nodes below are for one thread.
+    /// Depth from which one thread takes all nodes below.
     const PARALLEL: u32 = 8;
     let node = tree.nodes().get(index);
     let by = drift[index as usize];

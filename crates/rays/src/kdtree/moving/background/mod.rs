@@ -1,16 +1,15 @@
 //! A kd-tree that is built again on threads of its own while rays are traced through the one before (Yang, Xu and Zhao, *Ray
 //! Tracing Dynamic Scenes using fast KD-tree Base on Multi-Core Architecture*, 2008; thesis §4.2).
 //!
-//! A new tree is ready some frames after the one that it was built for, and triangles have moved since. Yang et al. deform their
-//! tree, and don't say what rays may miss. Here the older tree stays as it is: for each of its nodes it is measured how far
-//! at most a vertex of a triangle below it has moved, along any axis, and cells count as larger by that much. So answers are
-//! those for the triangles where they are, however old the tree is; age only costs time. As Yang et al. do, the
-//! surface area heuristic judges that: the cost of the tree with its grown cells, in parts of what it was when it was built,
-//! says when to build again, and when not to use it at all.
+//! A new tree is ready some frames after the one that it was built for, and triangles have moved since. Yang et al. deform
+//! their tree, and don't discuss the hits that may be missed. Here the older tree stays as it is. The largest distance that
+//! a vertex of a triangle below a node has moved along any axis is measured for each node, and cells count as larger by that
+//! much. So answers are those for the current triangles, however old the tree is; age only costs time. As in Yang et al.,
+//! the surface area heuristic judges that: the cost of the tree with its grown cells, relative to that when it was built,
+//! decides when to build again, and when not to use it at all.
 //!
-//! `advance` moves on to a frame, `trace` leads rays, and `grown` says why nothing is missed: for a triangle now at
-//! weights w₁ a + w₂ b + w₃ c of its corners, the same point at rest is no farther away along an axis than the corner that has
-//! moved most.
+//! `advance` moves on to a frame, `trace` leads rays, and `grown` shows why no hit is missed: a point w₁ a + w₂ b + w₃ c of
+//! a triangle is no farther along an axis from the same point at rest than the corner that has moved most.
 
 mod advance;
 mod trace;
@@ -28,18 +27,19 @@ use crate::{
     Structure, Triangles, ray_by_ray,
 };
 
-/// When a [`BackgroundKdTree`] is built again: by what rays through it are expected to cost, in parts of what they did when it
-/// was built.
+/// Thresholds for building a [`BackgroundKdTree`] again: ratios of the expected cost of rays through it to that when it was
+/// built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RebuildPolicy {
-    /// A new tree is begun for a frame that costs more, unless one is being built. From 1.
+    /// A frame with a higher ratio begins a new tree, unless one is being built. At least 1.
     pub rebuild_above: f64,
-    /// A frame that would cost more, or isn't of the same triangles, waits for a tree of its own. No less than the above.
+    /// A frame with a higher ratio, or of other triangles, waits for a tree of its own. At least `rebuild_above`.
     pub wait_above: f64,
 }
 
 impl RebuildPolicy {
-    /// Begins early, since a new tree is for an earlier frame when it comes; and waits where a build is cheaper than such rays.
+    /// Begins early, since a new tree is for an earlier frame when it is ready, and waits if a build is cheaper than such
+    /// rays.
     pub const DEFAULT: Self = Self { rebuild_above: 1.05, wait_above: 3.0 };
 }
 
@@ -49,12 +49,12 @@ impl Default for RebuildPolicy {
     }
 }
 
-/// What a frame is traced with.
+/// The age of the tree that a frame is traced with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KdAge {
-    /// Frames since the one that the tree was built for.
+    /// The number of frames since the one that the tree was built for.
     pub frames: u32,
-    /// What rays are expected to cost, in parts of what they did for that frame; 1 where nothing has moved.
+    /// The expected cost of rays relative to that for that frame; 1 if nothing has moved.
     pub cost_ratio: f64,
     /// Whether the frame waited for its tree.
     pub has_waited: bool,
@@ -62,45 +62,45 @@ pub struct KdAge {
     pub is_building: bool,
 }
 
-/// Why there is no [`BackgroundKdTree`], or no such policy.
+/// The reason why there is no [`BackgroundKdTree`], or no such policy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImpossibleBackground {
     /// Its threads can't be started, in the words of the system.
     #[error("threads can't be started: {0}")]
     Threads(String),
-    /// Ratios aren't in order, or not from 1.
+    /// Ratios are below 1, not numbers, or not in order.
     #[error("a tree can't be rebuilt above {} and waited for above {}", .0.rebuild_above, .0.wait_above)]
     Policy(RebuildPolicy),
 }
 
-/// A kd-tree that is built on threads of its own while rays are traced through an earlier one. What rays hit are the
-/// triangles of the current frame, exactly, whichever tree leads them there; so answers don't depend on when a tree is ready.
+/// A kd-tree that is built on threads of its own while rays are traced through an earlier one. Rays hit the triangles of the
+/// current frame, exactly, with any tree, so answers don't depend on when a tree is ready.
 ///
-/// Call [`advance`](Self::advance) for each frame. Two trees are held, with a copy of the triangles that each was built over:
-/// about twice what a [`KdTree`] takes, 24 bytes for each vertex and triangle, and four for each node.
+/// Call [`advance`](Self::advance) for each frame. Two trees are held, with a copy of the triangles that each was built
+/// over: about twice the memory of a [`KdTree`], 24 bytes for each vertex and triangle, and four for each node.
 pub struct BackgroundKdTree {
     options: KdTreeOptions,
     policy: RebuildPolicy,
     threads: rayon::ThreadPool,
-    /// What rays are traced through.
+    /// The tree that rays are traced through.
     current: Built,
     /// Memory for the next tree, unless it is being built.
     spare: Option<Built>,
-    /// Where the next tree comes from, and how many frames ago it was begun. The lock is never taken: it lets threads share
-    /// the whole.
+    /// The channel of the next tree, and the number of frames since it was begun. The lock is never taken: it lets threads
+    /// share the whole.
     coming: Option<(Mutex<Receiver<Built>>, u32)>,
-    /// Frames since the one that the current tree was built for.
+    /// The number of frames since the one that the current tree was built for.
     frames: u32,
-    /// By node, how far a vertex of a triangle below it has moved since, at most.
+    /// The largest distance along an axis that a vertex of a triangle below a node has moved since, by node.
     drift: Vec<f32>,
-    /// By triangle.
+    /// The same, by triangle.
     triangle_drift: Vec<f32>,
-    /// Around all triangles now.
+    /// The bounds of all triangles now.
     extent: Extent,
     omitted: Omitted,
 }
 
-/// A tree, and what it was built over.
+/// A tree, and the triangles that it was built over.
 #[derive(Default)]
 struct Built {
     tree: KdTree,
@@ -108,7 +108,7 @@ struct Built {
     indices: Vec<[u32; 3]>,
     /// Triangles that no ray could hit.
     unusable: Vec<u32>,
-    /// What rays through it were expected to cost.
+    /// The expected cost of rays through it when it was built.
     cost: f64,
 }
 
@@ -123,7 +123,7 @@ impl std::fmt::Debug for BackgroundKdTree {
 }
 
 impl BackgroundKdTree {
-    /// Nothing yet, with so many threads to build on; zero means as many as there are processors.
+    /// An empty tree with so many threads to build on; zero means as many as there are processors.
     ///
     /// # Errors
     /// If threads can't be started.
@@ -144,7 +144,7 @@ impl BackgroundKdTree {
         })
     }
 
-    /// The same with packets that use the instructions of `level`, as rays do where nothing has moved.
+    /// Makes packets use the instructions of `level`. Rays go in packets if nothing has moved.
     #[must_use]
     pub fn at_level(mut self, level: SimdLevel) -> Self {
         for built in [&mut self.current].into_iter().chain(&mut self.spare) {
@@ -153,13 +153,13 @@ impl BackgroundKdTree {
         self
     }
 
-    /// Whether triangles are where they were when the tree was built.
+    /// Whether no triangle has moved since the tree was built.
     fn is_still(&self) -> bool {
         self.drift.first().is_none_or(|&drift| drift == 0.0)
     }
 
-    /// Says how trees are built that are begun from now on. None is [lazy](KdTreeOptions::lazy_below), and where triangles have
-    /// moved all are traversed with a stack.
+    /// Sets the options of trees that are begun from now on. None is [lazy](KdTreeOptions::lazy_below), and trees whose
+    /// triangles have moved are all traversed with a stack.
     ///
     /// # Errors
     /// As [`KdTree::set_options`].
@@ -169,10 +169,10 @@ impl BackgroundKdTree {
         Ok(())
     }
 
-    /// Says when trees are built again.
+    /// Sets the policy for building trees again.
     ///
     /// # Errors
-    /// If a ratio is below 1 or not a number, or frames wait for less than what trees are built again for.
+    /// If a ratio is below 1 or not a number, or `wait_above` is below `rebuild_above`.
     pub fn set_policy(&mut self, policy: RebuildPolicy) -> Result<(), ImpossibleBackground> {
         let RebuildPolicy { rebuild_above, wait_above } = policy;
         if !(1.0 <= rebuild_above && rebuild_above <= wait_above) {
@@ -208,7 +208,7 @@ impl Structure for BackgroundKdTree {
         &self.omitted
     }
 
-    /// Not those of a tree that is being built.
+    /// Excludes a tree that is being built.
     fn bytes(&self) -> Bytes {
         let drift = (self.drift.capacity() + self.triangle_drift.capacity()) * size_of::<f32>();
         let triangles = self.current.bytes() + self.spare.as_ref().map_or(0, Built::bytes) + drift;

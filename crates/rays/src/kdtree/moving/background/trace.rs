@@ -5,7 +5,7 @@ use crate::{Ray, Triangles, Visit};
 use super::BackgroundKdTree;
 use crate::kdtree::moving::grown::{self, Line, Start};
 
-/// What sums of planes and drifts may be wrong by, for each unit of the largest coordinate: four roundings.
+/// Error bound of sums of planes and drifts, for each unit of the largest coordinate: four roundings.
 const ROUNDING: f64 = 1.0 / (1_u64 << 50) as f64;
 
 impl Visit for BackgroundKdTree {

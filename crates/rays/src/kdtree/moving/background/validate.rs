@@ -7,9 +7,9 @@ impl BackgroundKdTree {
     /// Checks the tree against the triangles of the current frame.
     ///
     /// # Errors
-    /// Names the first triangle or node that breaks a rule: the tree [is valid](crate::Structure::validate) for the triangles that it
-    /// was built over; those are the frame's, but for where they are; the box holds all of them; and no node has moved less
-    /// than a triangle that it lists, or than a child.
+    /// Names the first triangle or node that breaks a rule: the tree [is valid](crate::Structure::validate) for the
+    /// triangles that it was built over; those are the frame's, up to their positions; the box holds all of them; and the
+    /// drift of a node is no less than that of a triangle that it lists, or of a child.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let Self { current, drift, extent, .. } = self;
         let rest = Triangles { positions: &current.positions, indices: &current.indices };

@@ -1,14 +1,14 @@
 //! Building from groups of triangles, each of which is taken as one box until cells are small (Hunt, Mark and Fussell,
 //! *Fast and lazy build of acceleration structures from scene hierarchies*, 2007).
 //!
-//! Boxes of all groups are made anew, from the triangles up. Each node then looks at the groups in its cell that are no larger
-//! than a certain part of it: their number doesn't depend on how many triangles they hold. So nodes above those of a few hundred
-//! triangles take O(N / few hundred) in all instead of O(N log N), where groups are compact.
+//! Boxes of all groups are made anew, from the triangles up. Each node then looks at the groups in its cell that are no
+//! larger than a certain part of it: their number doesn't depend on that of their triangles. So nodes above those of a few
+//! hundred triangles take O(N / few hundred) in all instead of O(N log N), if groups are compact.
 //!
-//! **Why nothing is missed.** A group goes to the sides of a plane where its box is, and to both if it is cut. So the group of
-//! a triangle is on a side where that must be listed (`kdtree`), and where groups are opened, the triangle is kept
-//! unless its box is outside of the cell, or only touches it without being flat: then a part of it is strictly on the
-//! other side of that face, to which its group has gone as well.
+//! **Why no hit is missed.** A group goes to the sides of a plane on which its box is, and to both if it is cut. So a
+//! triangle's group is on each side on which the triangle must be listed (`kdtree`). When a group is opened, the triangle is
+//! kept unless its box is outside of the cell, or only touches it without being flat: then a part of it is strictly beyond
+//! that face, where its group has gone as well.
 
 use crate::parallel::both;
 use rayon::prelude::*;
@@ -30,9 +30,9 @@ const PARALLEL: u64 = 1 << 12;
 /// A group or a triangle in a cell.
 #[derive(Clone, Copy)]
 struct Unit {
-    /// Around the part in the cell, and the group's index or the triangle's id.
+    /// Bounds of the part in the cell, and the group's index or the triangle's id.
     reference: Reference,
-    /// Triangles in a group; zero for a triangle.
+    /// The number of triangles in a group; zero for a triangle.
     count: u32,
 }
 
@@ -42,21 +42,21 @@ impl Unit {
     }
 }
 
-/// What all parts of a build share.
+/// Data that all parts of a build share.
 struct Hierarchical<'a> {
     job: &'a Job<'a>,
     hierarchy: &'a SceneHierarchy,
-    /// The box and the triangles of each group.
+    /// The box around the triangles of each group that can be hit, and their number.
     groups: Vec<(Extent, u32)>,
     builder: KdBuilder,
-    /// What a test of a triangle costs.
+    /// The cost of testing a triangle.
     test_cost: f64,
     whole: Whole,
 }
 
-/// As [`KdTree::build`], with `hierarchy` to say which triangles lie together: the upper nodes are found in a time
-/// that hardly depends on how many triangles there are, the lower ones as the options say. Any hierarchy of as many triangles
-/// gives a right tree, and one that is as good as others' where groups are compact.
+/// As [`KdTree::build`], with a `hierarchy` of neighbouring triangles. The upper nodes are found in a time that hardly
+/// depends on the number of triangles, the lower ones as the options say. Any hierarchy of as many triangles gives a correct
+/// tree, and one that is as good as others' if groups are compact.
 pub(super) fn build_from(tree: &mut KdTree, triangles: Triangles<'_>, hierarchy: &SceneHierarchy) {
     let options = tree.options();
     tree.build_by(triangles, |job, count, out| {
@@ -74,7 +74,7 @@ pub(super) fn build_from(tree: &mut KdTree, triangles: Triangles<'_>, hierarchy:
     });
 }
 
-/// The box around the triangles of each group that can be hit, and how many these are.
+/// Returns the box around the triangles of each group that can be hit, and their number.
 fn boxes(triangles: Triangles<'_>, hierarchy: &SceneHierarchy) -> Vec<(Extent, u32)> {
     let nothing = (Extent::EMPTY, 0);
     let both = |a: (Extent, u32), b: (Extent, u32)| (a.0.union(b.0), a.1 + b.1);
@@ -84,7 +84,7 @@ fn boxes(triangles: Triangles<'_>, hierarchy: &SceneHierarchy) -> Vec<(Extent, u
         Some(usable.map(|corners| (Extent::around(corners), 1)).fold(nothing, both))
     };
     let mut groups: Vec<_> = indices.map(|index| of_leaf(index).unwrap_or(nothing)).collect();
-    // Groups come before what is inside.
+    // Groups come before the groups inside of them.
     for index in (0..groups.len()).rev() {
         if hierarchy.ids_in(index).is_none() {
             groups[index] = hierarchy.groups_in(index).map(|inside| groups[inside]).fold(nothing, both);
@@ -117,7 +117,7 @@ impl Hierarchical<'_> {
         }
     }
 
-    /// Where to cut a cell; `None` where that depends on its triangles. Opens groups until a plane is worth it.
+    /// Returns the plane that cuts a cell; `None` if that depends on single triangles. Opens groups until a plane pays.
     fn plane(&self, units: &mut Vec<Unit>, cell: &Cell, count: u64) -> Option<(Candidate, [Cell; 2])> {
         if count < OPEN_BELOW {
             return None;
@@ -143,7 +143,7 @@ impl Hierarchical<'_> {
     fn open(&self, units: &mut Vec<Unit>, cell: &Extent, area: f64) {
         let mut index = 0;
         while let Some(&unit) = units.get(index) {
-            // Where cells are lines or points, any group may matter.
+            // In cells that are lines or points, any group may matter.
             if unit.count > 0 && (unit.reference.extent.half_area() > area || area == 0.0) {
                 units.swap_remove(index);
                 self.open_one(unit.reference.id as usize, cell, units);
@@ -169,7 +169,7 @@ impl Hierarchical<'_> {
         }
     }
 
-    /// A triangle in a cell; `None` if it isn't, or needn't be listed there.
+    /// Returns a triangle's part in a cell; `None` if it has none, or needn't be listed there.
     fn inside(&self, id: u32, cell: &Extent) -> Option<Reference> {
         let corners = self.job.triangles.usable_corners(id).ok()?;
         let mut reference = Reference { extent: Extent::around(corners), id };
@@ -219,7 +219,7 @@ impl Hierarchical<'_> {
         while let Some(group) = groups.pop() {
             let first = units.len();
             self.open_one(group as usize, &cell.extent, units);
-            // What is in a group are either groups or triangles.
+            // A group holds either groups or triangles.
             if units.get(first).is_some_and(|unit| unit.count > 0) {
                 groups.extend(units.drain(first..).map(|unit| unit.reference.id));
             }

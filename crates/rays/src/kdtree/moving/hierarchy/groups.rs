@@ -1,7 +1,7 @@
 use crate::KdTree;
 
-/// Which triangles of a scene lie together, in groups of groups: what is left of a tree that was built
-/// for an earlier frame. It doesn't say where they are, so nothing gets wrong when they move.
+/// Neighbouring triangles of a scene in groups of groups, from a tree that was built for an earlier frame. Without
+/// positions, the groups stay valid when triangles move.
 ///
 /// About 6 bytes a triangle.
 #[derive(Clone, Debug, Default)]
@@ -22,11 +22,11 @@ struct Group {
 }
 
 impl SceneHierarchy {
-    /// Leaves of more triangles are parted in the order of ids.
+    /// The largest number of triangles in a group without groups: leaves of more are parted in the order of ids.
     const LARGEST: usize = 16;
 
-    /// Of a kd-tree that was built over some frame's `triangle_count` triangles; a triangle of several leaves belongs to the
-    /// first.
+    /// Returns the hierarchy of a kd-tree that was built over some frame's `triangle_count` triangles; a triangle of several
+    /// leaves belongs to the first.
     ///
     /// # Panics
     /// If it was built over more.
@@ -38,7 +38,7 @@ impl SceneHierarchy {
         hierarchy.finish()
     }
 
-    /// How many triangles there are.
+    /// The number of triangles.
     pub(super) fn len(&self) -> usize {
         self.order.len()
     }
@@ -47,7 +47,7 @@ impl SceneHierarchy {
         self.order.capacity() * size_of::<u32>() + self.groups.capacity() * size_of::<Group>()
     }
 
-    /// Groups that hold triangles or other groups; the root is the first.
+    /// The number of groups, which hold triangles or other groups; the root is the first.
     pub(super) fn group_count(&self) -> usize {
         self.groups.len()
     }
@@ -81,7 +81,7 @@ impl SceneHierarchy {
     }
 }
 
-/// A hierarchy that is being made, and which triangles it has.
+/// A hierarchy that is being made, with a flag for each triangle that it lists.
 struct Rest {
     all: SceneHierarchy,
     root: usize,
@@ -121,7 +121,7 @@ impl Rest {
         self.all.close(group);
     }
 
-    /// What no ray could hit then may be hit in another frame.
+    /// Adds triangles that no ray could hit then, but that may be hit in another frame.
     fn finish(mut self) -> SceneHierarchy {
         let missing: Vec<_> =
             (0..).zip(&self.is_listed).filter(|(_, is_listed)| !**is_listed).map(|(id, _)| id).collect();

@@ -1,6 +1,6 @@
-//! A tree that is built anew for each frame, from what the first frame's tree says about which triangles lie together.
+//! A tree that is built anew for each frame, from groups of neighbouring triangles in the first frame's tree.
 //!
-//! `groups` is what it says, and `build` makes trees of that.
+//! `groups` takes the groups from that tree, and `build` makes trees of them.
 
 mod build;
 mod groups;
@@ -13,14 +13,14 @@ use crate::{
 use build::build_from;
 use groups::SceneHierarchy;
 
-/// A kd-tree that is built for each frame from a hierarchy, which is left of the tree of the first frame of some triangles and serves
-/// as long as they are joined to the same vertices (Hunt, Mark and Fussell, *Fast and lazy build of acceleration structures from scene hierarchies*,
-/// 2007; thesis §4.2).
+/// A kd-tree that is built for each frame from a hierarchy, which comes from the tree of the first frame and serves as long
+/// as triangles have the same vertices (Hunt, Mark and Fussell, *Fast and lazy build of acceleration structures from scene
+/// hierarchies*, 2007; thesis §4.2).
 #[derive(Debug, Default)]
 pub struct HierarchyKdTree {
     tree: KdTree,
     hierarchy: SceneHierarchy,
-    /// Of the frames that the hierarchy is for.
+    /// The indices that the hierarchy is for.
     indices: Vec<[u32; 3]>,
 }
 
@@ -31,7 +31,7 @@ impl HierarchyKdTree {
         Self { tree: KdTree::with_level(level), ..Self::default() }
     }
 
-    /// Says how trees are built and traversed from now on.
+    /// Sets the options for building and traversing trees from now on.
     ///
     /// # Errors
     /// As [`KdTree::set_options`].
@@ -53,7 +53,7 @@ impl Structure for HierarchyKdTree {
             return;
         }
         let options = self.tree.options();
-        // What waits for rays isn't known to lie together.
+        // Subtrees that wait for rays have no groups yet.
         self.tree.set_options(KdTreeOptions { lazy_below: 0, ..options }).expect("options that were checked");
         self.tree.build(triangles);
         self.hierarchy = SceneHierarchy::of_tree(&self.tree, triangles.len());

@@ -2,12 +2,12 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-/// What the normal of three points counts, in parts of all points: where these are in a plane, nothing else says what the map
-/// does to what is beside it.
+/// The weight of the normal of three points, relative to all points: if these are in a plane, only the normal determines the
+/// map beside it.
 const NORMAL: f64 = 1e-6;
 
-/// The map for which the squares of the distances between the second point of each pair and the mapped first one have the least
-/// sum; `None` where there is none, as for points of a line.
+/// Returns the map with the least sum of squared distances between the second point of each pair and the mapped first one;
+/// `None` if there is none, as for points of a line.
 pub fn fit(pairs: &[[DVec3; 2]]) -> Option<DAffine3> {
     let middle = |side: usize| pairs.iter().map(|pair| pair[side]).sum::<DVec3>() / pairs.len() as f64;
     let (from_middle, to_middle) = (middle(0), middle(1));
@@ -31,7 +31,7 @@ pub fn fit(pairs: &[[DVec3; 2]]) -> Option<DAffine3> {
     map.is_finite().then_some(map)
 }
 
-/// Three pairs whose second points are far from each other, and not in a line if others aren't; `None` of no pairs.
+/// Returns three pairs whose second points are far from each other, and not in a line if others aren't; `None` of no pairs.
 fn far_apart(pairs: &[[DVec3; 2]]) -> Option<[[DVec3; 2]; 3]> {
     let farthest = |distance: &dyn Fn(DVec3) -> f64| {
         let far = |a: &&[DVec3; 2], b: &&[DVec3; 2]| distance(a[1]).total_cmp(&distance(b[1]));

@@ -1,15 +1,15 @@
-//! The two-level kd-tree: a tree for each object, and one over the boxes of all objects, so that only what changed is built
-//! again (Wald, Benthin and Slusallek, *Distributed Interactive Ray Tracing of Dynamic Scenes*, 2003; Lext and
-//! Akenine-Möller, *Towards Rapid Reconstruction for Animated Ray Tracing*, 2001; thesis §4.2).
+//! The two-level kd-tree: a tree for each object, and one over the boxes of all objects, so that only the trees of changed
+//! objects are built again (Wald, Benthin and Slusallek, *Distributed Interactive Ray Tracing of Dynamic Scenes*, 2003; Lext
+//! and Akenine-Möller, *Towards Rapid Reconstruction for Animated Ray Tracing*, 2001; thesis §4.2).
 //!
 //! Two other structures are forms of it. The **gkDtree** (Kang et al., *gkDtree: A group-based parallel update kd-tree for
-//! interactive ray tracing*, 2013) keeps the trees of groups that stay and builds those that move. **Fuzzy kd-trees** (Günther et
-//! al., *Ray Tracing Animated Scenes using Motion Decomposition*, 2006) have one for each part of an object that moves nearly
-//! as a whole, over boxes that hold each triangle wherever it is, beside that motion. [`KdMoved`] chooses.
+//! interactive ray tracing*, 2013) keeps the trees of groups that stay and builds those that move. **Fuzzy kd-trees**
+//! (Günther et al., *Ray Tracing Animated Scenes using Motion Decomposition*, 2006) have one for each part of an object that
+//! moves nearly as a whole, over boxes that hold each triangle in all poses, relative to that motion. [`KdMoved`] chooses.
 //!
-//! What rays hit are the frame's triangles in world space, as everywhere. A tree may stay as it was built, where the triangles
-//! were then; `moved` leads a ray through it and says why nothing is missed. Nobody says how an object moves: `rest` finds the
-//! affine map that takes it back best, and measures how far that leaves each of its vertices.
+//! Rays hit the frame's triangles in world space, as everywhere. A tree may stay as it was built, over triangles at rest;
+//! `moved` leads a ray through it and shows why no hit is missed. The motion of an object isn't given: `rest` finds the
+//! affine map that takes it back best, and measures how far that leaves each of its vertices from rest.
 
 mod fit;
 mod moved;
@@ -31,13 +31,13 @@ pub use fit::fit;
 use moved::Moved;
 use rest::Rest;
 
-/// What is done about an object that isn't where it was when its tree was built.
+/// The treatment of an object that has moved since its tree was built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdMoved {
     /// Its tree is built again: the gkDtree, whose static groups are those that didn't move.
     Rebuild,
-    /// Its tree is kept, and rays are moved to where the object was, if one affine map takes all of its vertices back there to
-    /// within 1/4096 of its size; else its tree is built again.
+    /// Its tree is kept, and rays are moved to the object's former place, if one affine map takes all of its vertices back
+    /// there to within 1/4096 of its size; else its tree is built again.
     #[default]
     Transform,
     /// As `Transform`, for each [part](crate::Parts) of objects, whose tree is over boxes that hold each triangle where the map
@@ -48,15 +48,15 @@ pub enum KdMoved {
 
 /// A kd-tree for each of a scene's objects, and one over their boxes.
 ///
-/// Keep it, and [update](Self::update) it for each frame. It takes what its objects' [trees](KdTree) take, 16 bytes for each
-/// triangle and vertex, and 24 for each vertex of a part in boxes.
+/// Keep it, and [update](Self::update) it for each frame. It takes the memory of its objects' [trees](KdTree), 16 bytes for
+/// each triangle and vertex, and 24 for each vertex of a part in boxes.
 pub struct TwoLevelKdTree {
-    /// Of objects' trees.
+    /// The options of objects' trees.
     options: KdTreeOptions,
     level: SimdLevel,
     moved: KdMoved,
     objects: Vec<Object>,
-    /// Over the boxes of objects that rays can hit.
+    /// The tree over the boxes of objects that rays can hit.
     top: KdTree,
     /// Objects through whose trees rays go in packets.
     together: Vec<usize>,
@@ -64,7 +64,7 @@ pub struct TwoLevelKdTree {
     triangle_count: usize,
 }
 
-/// Triangles that move together, and what is kept of them from frame to frame.
+/// Triangles that move together, and data of them that is kept from frame to frame.
 struct Object {
     /// The object or the part of the frame's [`Parts`](crate::Parts).
     key: u32,
@@ -74,32 +74,32 @@ struct Object {
     tree: KdTree,
     rest: Rest,
     state: State,
-    /// In this frame.
+    /// The bounds in this frame.
     extent: Extent,
 }
 
-/// How an object came to where it is.
+/// The relation of an object to its tree.
 enum State {
     /// Nothing is known of it.
     New,
     /// The tree was built for this frame.
     Built,
-    /// It is where the tree was built.
+    /// It hasn't moved since the tree was built.
     Still,
-    /// Rays have to be moved to it; and whether its tree was built over larger boxes for this frame.
+    /// It has moved, and rays have to be moved to it; true if its tree was built over larger boxes for this frame.
     Moved(Box<Moved>, bool),
 }
 
-/// What a [`TwoLevelKdTree`] is like.
+/// Counts of a [`TwoLevelKdTree`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TwoLevelCounts {
-    /// Objects, or parts.
+    /// The number of objects, or of parts.
     pub objects: u64,
     /// Those of them whose trees were built in the last update.
     pub rebuilt: u64,
     /// Those to which rays are moved.
     pub moved: u64,
-    /// Of the tree over objects' boxes, which are its references.
+    /// Counts of the tree over objects' boxes, which are its references.
     pub top: KdTreeCounts,
     /// Nodes of objects' trees.
     pub nodes: u64,
@@ -110,26 +110,25 @@ pub struct TwoLevelCounts {
 debug_some!(TwoLevelKdTree as tree: "objects" => tree.objects.len(), "triangles" => tree.triangle_count);
 
 impl TwoLevelKdTree {
-    /// Nothing yet, with packets that use the instructions of `level`.
+    /// An empty tree whose packets use the instructions of `level`.
     #[must_use]
     pub fn with_level(level: SimdLevel, moved: KdMoved) -> Self {
         let mut top = KdTree::default();
-        // An object is a tree to go through.
+        // A test of an object traverses its tree.
         let costs = SahCosts { test: 20.0, ..KdTreeOptions::DEFAULT.costs };
         top.set_options(KdTreeOptions { costs, ..KdTreeOptions::DEFAULT }).expect("possible options");
         let (options, omitted) = (KdTreeOptions::DEFAULT, Omitted::default());
         Self { options, level, moved, objects: Vec::new(), top, together: Vec::new(), omitted, triangle_count: 0 }
     }
 
-    /// Nothing yet.
+    /// An empty tree.
     #[must_use]
     pub fn new(moved: KdMoved) -> Self {
         Self::with_level(SimdLevel::default(), moved)
     }
 
-    /// Says how trees of objects are built from now on, and how all are traversed. None is [lazy](KdTreeOptions::lazy_below),
-    /// and those that rays are moved to are
-    /// traversed with a stack, by single rays.
+    /// Sets the options for building objects' trees, and for traversing all trees, from now on. None is
+    /// [lazy](KdTreeOptions::lazy_below), and trees that rays are moved to are traversed with a stack, by single rays.
     ///
     /// # Errors
     /// As [`KdTree::set_options`].
@@ -142,7 +141,7 @@ impl TwoLevelKdTree {
         Ok(())
     }
 
-    /// What the trees are like; all zeros before the first update.
+    /// Counts of the trees; all zeros before the first update.
     #[must_use]
     pub fn counts(&self) -> TwoLevelCounts {
         let mut counts =
@@ -168,7 +167,7 @@ impl TwoLevelKdTree {
 }
 
 impl Object {
-    /// Whether the tree lies where the triangles are.
+    /// Whether the object hasn't moved since its tree was built.
     fn is_in_place(&self) -> bool {
         !matches!(self.state, State::Moved(..))
     }

@@ -1,24 +1,24 @@
-//! Leading a ray through the tree of an object that was built where the object was before.
+//! Leads a ray through the tree of an object that has moved since its tree was built.
 //!
-//! **Why nothing is missed.** Let B be the affine map, with the f64 coefficients that it has, from where the object is now to
-//! where it was when its tree was built: *at rest*. Each vertex has a box there, which the tree is built for: the point where it
-//! was, or for trees over boxes a larger one; a triangle's box is around those of its corners. How B was found and rounded doesn't
-//! matter, since what it makes of the vertices is compared with their boxes: for a vertex now at w, B w is along each axis
-//! outside of its box by no more than *drift*. A ray that hits a triangle now at P = o + t d, in real numbers, is at
-//! B P = B o + t B d for the same t after B. P is a mean of corners, and B P the mean of their maps with the same weights: no
-//! farther than the drift from a point Q that is the mean, with those weights, of points of the corners' boxes. So Q is a point of
-//! the triangle at rest, or of its box. A leaf that lists it holds Q in its cell, with its faces, since leaves that list
-//! something cover it.
+//! **Why no hit is missed.** Let B be the affine map, with its f64 coefficients, from the object's place now to that when
+//! its tree was built: *at rest*. Each vertex has a box there, which the tree is built for: its point at rest, or for trees
+//! over boxes a larger one; a triangle's box is around those of its corners. The way of finding and rounding B doesn't
+//! matter, since mapped vertices are compared with their boxes: for a vertex now at w, B w is along each axis outside of its
+//! box by no more than *drift*. A ray that hits a triangle now at P = o + t d, in real numbers, is at B P = B o + t B d for
+//! the same t after B. P is a mean of corners, and B P the mean of the mapped corners with the same weights: no farther than
+//! the drift from a point Q that is the mean, with those weights, of points of the corners' boxes. So Q is a point of the
+//! triangle at rest, or of its box. One of the leaves that list it holds Q in its cell, with its faces, since these leaves
+//! cover it.
 //!
-//! Products with B, computed in f64, have at most three products and three sums: each coordinate is wrong by less than
-//! 4.01 · 2⁻⁵³ of the sum S of the magnitudes of its terms. 2⁻⁵⁰ S is about twice as much and covers that S is rounded too. So the
-//! computed ray is at t no farther from Q along an axis than
+//! Products with B, computed in f64, have at most three products and three sums: each coordinate has an error of less than
+//! 4.01 · 2⁻⁵³ of the sum S of the magnitudes of its terms. 2⁻⁵⁰ S is about twice as much and covers the rounding of S too.
+//! So the computed ray is at t no farther from Q along an axis than
 //!
 //! > *away* = drift + 2⁻⁵⁰ (S(o) + M S(d)) + 2⁻⁵⁰ E
 //!
-//! where M is the largest magnitude of t for which the ray is in the object's box in world space, which every hit is,
-//! and E the largest coordinate of the tree: the last term pays for the rounding of s ± away for a plane s. How that leads to
-//! all leaves it must is told in `grown`.
+//! where M is the largest magnitude of t for which the ray is in the object's box in world space, as it is at every hit, and
+//! E the largest coordinate of the tree: the last term covers the rounding of s ± away for a plane s. `grown` shows that a
+//! ray so reaches all leaves that it must.
 
 use std::ops::ControlFlow;
 
@@ -28,15 +28,15 @@ use crate::kdtree::Extent;
 use crate::kdtree::moving::grown::{self, Line, Start};
 use crate::{KdTree, Ray};
 
-/// Twice what a coordinate after an affine map may be wrong by, for each unit of its terms' magnitudes.
+/// Twice the error bound of a coordinate after an affine map, for each unit of its terms' magnitudes.
 pub(super) const ROUNDING: f64 = 1.0 / (1_u64 << 50) as f64;
 
-/// How rays come to the tree of an object that isn't where it was.
+/// The map of rays to the tree of an object that has moved.
 pub(super) struct Moved {
     /// B, and the magnitudes of its coefficients.
     pub(super) rest_from_world: DAffine3,
     pub(super) magnitudes: DAffine3,
-    /// How far B leaves vertices outside of their boxes, along each axis.
+    /// The largest distance of mapped vertices from their boxes, along each axis.
     pub(super) drift: DVec3,
 }
 
@@ -47,7 +47,7 @@ pub(super) fn magnitudes(map: DAffine3) -> DAffine3 {
 }
 
 impl Moved {
-    /// More than what coordinates may be wrong by where their last bits underflow.
+    /// Error bound of coordinates whose last bits underflow.
     const SMALLEST: f64 = 1e-300;
 
     /// Calls `test` with every triangle of a leaf that `ray` visits before its end, nearer leaves first. `test` may lower that

@@ -1,4 +1,4 @@
-//! Packets of rays go together through the largest trees that lie where their triangles are, and alone through the rest.
+//! Packets of rays go through the largest trees of objects that haven't moved; their rays go alone through the other trees.
 
 use std::ops::ControlFlow;
 
@@ -8,10 +8,10 @@ use crate::predicate::{HitPoint, ShadowRay};
 use crate::{Hit, LightSource, Ray, SimdLevel, SingleRays as _, Triangles, Visit};
 
 impl TwoLevelKdTree {
-    /// The most trees that packets go through.
+    /// The largest number of trees that packets go through.
     const MOST_TOGETHER: usize = 4;
 
-    /// The least triangles of such a tree.
+    /// The least number of triangles of such a tree.
     const LEAST_TOGETHER: usize = 256;
 
     /// Chooses the trees that packets go through.
@@ -27,7 +27,7 @@ impl TwoLevelKdTree {
     }
 }
 
-/// What is in the other trees.
+/// The trees that packets don't go through.
 struct Others<'a>(&'a TwoLevelKdTree);
 
 impl Visit for Others<'_> {
@@ -52,7 +52,7 @@ impl PacketRays for TwoLevelKdTree {
     }
 
     fn nearest(&self, triangles: Triangles<'_>, rays: &[Ray], stops: impl Fn(&Hit) -> bool, hits: &mut [Option<Hit>]) {
-        // As far as a hit that is no farther than the nearest one so far: of equal t the lowest id counts.
+        // Ends rays just beyond the nearest hit so far: at equal t the lowest id counts.
         let until = |ray: &Ray, hit: &Option<Hit>| {
             let t_max = hit.map_or(ray.t_max, |hit| hit.t.next_up());
             Ray { t_max, ..*ray }
@@ -96,7 +96,7 @@ impl PacketRays for TwoLevelKdTree {
         blocked.fill(false);
         for &object in &self.together {
             let object = &self.objects[object];
-            // Those that nothing blocks so far.
+            // The rays that nothing blocks so far.
             let nothing =
                 ShadowRay::new(&LightSource::Point { position: glam::Vec3::ZERO }, HitPoint::new(&NO_RAY, 0.0));
             let mut own_rays = [nothing; SQUARE_PIXELS];

@@ -6,44 +6,44 @@ use super::moved::{Moved, ROUNDING, magnitudes};
 use crate::Triangles;
 use crate::kdtree::{Extent, Reference};
 
-/// Trees over triangles are kept while vertices are no farther from where they should be, in parts of the object's size;
-/// trees over boxes while they are no farther outside of theirs.
+/// The largest distance of mapped vertices from their places at rest with which trees over triangles are kept, relative to
+/// the object's size, and that from their boxes with which trees over boxes are kept.
 const MOST_DRIFT: [f64; 2] = [1.0 / (1 << 12) as f64, 1.0 / (1 << 9) as f64];
 
-/// Boxes of triangles are no larger than so often what they would be around the triangles alone, all together.
+/// The largest area of all triangles' boxes, relative to that of boxes around the triangles alone.
 const MOST_GROWTH: f64 = 32.0;
 
 /// A map is fitted to about so many vertices.
 const FITTED: usize = 512;
 
-/// Vertices that are one thread's.
+/// The number of vertices that a thread takes at once.
 const CHUNK: usize = 1 << 12;
 
-/// Where an object was when its tree was built.
+/// The place of an object when its tree was built: at rest.
 #[derive(Default)]
 pub(super) struct Rest {
     /// The object's vertices, ascending.
     vertices: Vec<u32>,
-    /// Where they were; NaN where there was none.
+    /// Their positions at rest; NaN if there was none.
     positions: Vec<Vec3>,
-    /// Boxes in which maps to the object's place take each vertex, in the frames that the tree is for: from the least to the greatest
-    /// coordinates. Empty where the tree is over the triangles.
+    /// Boxes that hold each mapped vertex in the frames that the tree is for: the least and the greatest coordinates. Empty
+    /// if the tree is over the triangles.
     boxes: Vec<[Vec3; 2]>,
     /// Triangles that no ray could hit.
     omitted: Vec<u32>,
-    /// Of the vertices, some that maps are fitted to.
+    /// Indices of some vertices, to which maps are fitted.
     fitted: Vec<u32>,
-    /// Around the triangles that rays can hit.
+    /// The bounds of the triangles that rays can hit.
     extent: Extent,
 }
 
-/// The position of a vertex that may be none.
+/// Returns the position of a vertex; NaN if there is none.
 fn at(positions: &[Vec3], vertex: u32) -> Vec3 {
     positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN)
 }
 
 impl Rest {
-    /// Of triangles that are nowhere yet.
+    /// Returns the rest of triangles that have no place yet.
     pub(super) fn new(indices: &[[u32; 3]]) -> Self {
         let mut vertices = indices.as_flattened().to_vec();
         vertices.sort_unstable();
@@ -66,7 +66,7 @@ impl Rest {
         !self.boxes.is_empty()
     }
 
-    /// Takes the object's place in a frame for that of its tree.
+    /// Makes the object's place in a frame the one at rest.
     pub(super) fn settle(&mut self, triangles: Triangles<'_>) {
         self.positions.clear();
         self.positions.extend(self.vertices.iter().map(|&vertex| at(triangles.positions, vertex)));
@@ -89,7 +89,7 @@ impl Rest {
         self.fitted.extend(usable.step_by(self.positions.len().div_ceil(FITTED).max(1)).map(|index| index as u32));
     }
 
-    /// Whether all vertices are where they were.
+    /// Whether all vertices are at rest, bit for bit.
     pub(super) fn is_at(&self, positions: &[Vec3]) -> bool {
         let bits = |at: Vec3| at.to_array().map(f32::to_bits);
         let all = self.vertices.par_chunks(CHUNK).zip(self.positions.par_chunks(CHUNK));
@@ -98,7 +98,7 @@ impl Rest {
         })
     }
 
-    /// How rays come to the tree, where the triangles are now; and the box around them. `None` if the tree can't serve.
+    /// Returns the map of rays to the tree, and the bounds of the vertices now; `None` if the tree can't serve.
     pub(super) fn follow(&self, triangles: Triangles<'_>) -> Option<(Moved, Extent)> {
         if self.has_gained(triangles) {
             return None;
@@ -111,7 +111,7 @@ impl Rest {
         self.omitted.iter().any(|&id| triangles.usable_corners(id).is_ok())
     }
 
-    /// The map that takes the object best back to where it was.
+    /// Returns the map that takes the object best back to rest.
     fn map(&self, positions: &[Vec3]) -> Option<DAffine3> {
         let pair = |&index: &u32| {
             let now = at(positions, self.vertices[index as usize]);
@@ -121,14 +121,14 @@ impl Rest {
         fit(&pairs?)
     }
 
-    /// How far vertices are outside of their boxes where a map takes them, unless that is too far.
+    /// Measures the distance of mapped vertices from their boxes; `None` if it is too large.
     fn measure(&self, triangles: Triangles<'_>, rest_from_world: DAffine3) -> Option<(Moved, Extent)> {
         let sizes = magnitudes(rest_from_world);
         let of_vertex = |index: usize| {
             let now = at(triangles.positions, self.vertices[index]);
             let rest = self.positions[index];
             if !(now.is_finite() && rest.is_finite()) {
-                // Triangles with such a vertex aren't listed, and still mustn't be, or else they must leave the tree.
+                // Triangles with such a vertex aren't listed, so the vertex must have no position both now and at rest.
                 return (now.is_finite() == rest.is_finite()).then_some((DVec3::ZERO, Extent::EMPTY));
             }
             let [low, high] = self.boxes.get(index).copied().unwrap_or([rest; 2]).map(Vec3::as_dvec3);
@@ -145,8 +145,8 @@ impl Rest {
         Some((Moved { rest_from_world, magnitudes: sizes, drift }, extent))
     }
 
-    /// Enlarges the boxes so that they hold where the vertices of a frame are taken to, and more by `beyond`, in parts of what was
-    /// missing; false if they can't. Then only [`settle`](Self::settle) makes a tree possible.
+    /// Enlarges the boxes so that they hold the mapped vertices of a frame, and further by `beyond`, relative to the missing
+    /// part; false if they can't. Then only [`settle`](Self::settle) makes a tree possible.
     pub(super) fn enclose(&mut self, triangles: Triangles<'_>, beyond: f64) -> bool {
         if self.has_gained(triangles) {
             return false;
@@ -169,12 +169,12 @@ impl Rest {
         })
     }
 
-    /// Whether a tree over boxes is worth it, rather than one for each frame.
+    /// Whether a tree over boxes pays, compared to one for each frame.
     pub(super) fn is_worth_it(&self, triangles: Triangles<'_>) -> bool {
         self.growth(triangles) <= MOST_GROWTH
     }
 
-    /// Does without boxes where trees over triangles would bear as much.
+    /// Drops the boxes if trees over triangles would allow as much drift.
     pub(super) fn drop_small_boxes(&mut self) {
         let sides = self.boxes.iter().map(|[low, high]| f64::from((*high - *low).max_element()));
         if sides.fold(0.0, f64::max) <= 0.5 * MOST_DRIFT[0] * self.size() {
@@ -188,7 +188,7 @@ impl Rest {
         sides.fold(0.0, f64::max)
     }
 
-    /// The area of triangles' boxes, in parts of what it is without those of vertices.
+    /// Returns the area of triangles' boxes, relative to that of boxes around the triangles alone.
     fn growth(&self, triangles: Triangles<'_>) -> f64 {
         let area = |extent: Extent| extent.half_area();
         let [mut grown, mut own] = [0.0; 2];
@@ -205,7 +205,7 @@ impl Rest {
         triangle.map(|vertex| self.vertices.binary_search(&vertex).expect("a vertex of the object"))
     }
 
-    /// The boxes that the triangles are in which rays could hit.
+    /// Returns the boxes of the triangles that rays could hit.
     pub(super) fn references<'a>(&'a self, indices: &'a [[u32; 3]]) -> impl Iterator<Item = Reference> + 'a {
         let usable = (0..).zip(indices).filter(|(id, _)| self.omitted.binary_search(id).is_err());
         usable.map(|(id, &triangle)| {
@@ -214,12 +214,12 @@ impl Rest {
         })
     }
 
-    /// Where all vertices were, and the same triangles joined to these.
+    /// Returns the positions of all vertices at rest, and the triangles with indices of these.
     pub(super) fn triangles(&self, indices: &[[u32; 3]]) -> (&[Vec3], Vec<[u32; 3]>) {
         (&self.positions, indices.iter().map(|&triangle| self.corners(triangle).map(|index| index as u32)).collect())
     }
 
-    /// The box in which a vertex is taken, given by its index in the frame.
+    /// Returns the box at rest of a vertex, given by its index in the frame.
     pub(super) fn box_of(&self, vertex: u32) -> Option<[Vec3; 2]> {
         let index = self.vertices.binary_search(&vertex).ok()?;
         Some(self.boxes.get(index).copied().unwrap_or([self.positions[index]; 2]))

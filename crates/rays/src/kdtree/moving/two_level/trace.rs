@@ -19,7 +19,7 @@ impl Visit for TwoLevelKdTree {
 }
 
 impl TwoLevelKdTree {
-    /// As [`visit`](Visit::visit), but only objects for which `counts`, given their index, is true.
+    /// As [`visit`](Visit::visit), for those objects for which `counts`, given their index, is true.
     pub(super) fn visit_some(
         &self,
         triangles: Triangles<'_>,

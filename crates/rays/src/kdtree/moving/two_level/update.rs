@@ -6,13 +6,13 @@ use super::{KdMoved, Object, State, TwoLevelKdTree};
 use crate::kdtree::{Extent, Reference};
 use crate::{KdTree, KdTreeOptions, Parts, Triangles};
 
-/// By how much more boxes are enlarged than they must, in parts of that: the next frame may take vertices on.
+/// The excess by which boxes are enlarged, relative to the missing part: the next frame may take vertices further.
 const BEYOND: f64 = 0.25;
 
 impl TwoLevelKdTree {
-    /// Makes trees those of a frame, on all threads of the current pool. The result is the same for every number of threads.
+    /// Updates the trees for a frame, on all threads of the current pool. The result is the same for any number of threads.
     ///
-    /// What is kept from the frame before is that of the same triangles in the same parts.
+    /// Trees are kept from the frame before if the same triangles are in the same parts.
     ///
     /// # Panics
     /// As [`KdTree::build`].
@@ -26,9 +26,8 @@ impl TwoLevelKdTree {
         self.choose_together();
     }
 
-    /// Has the boxes of parts hold where they are taken to in each of the `poses`, which are all positions of a frame as
-    /// `rest.positions` are, and builds their trees: for [`KdMoved::Enclose`]. What a frame leaves of that is then
-    /// enclosed as well.
+    /// Enlarges the boxes of parts so that they hold each of the `poses`, and builds their trees: for [`KdMoved::Enclose`].
+    /// A pose has all positions of a frame, as `rest.positions` has. Boxes that a later frame leaves are enlarged again.
     ///
     /// # Panics
     /// As [`KdTree::build`].
@@ -39,7 +38,7 @@ impl TwoLevelKdTree {
         self.objects.par_iter_mut().each(|object| object.prepare(rest, poses, options));
     }
 
-    /// Parts triangles into objects, unless they are.
+    /// Parts triangles into objects, unless that is done.
     fn take(&mut self, triangles: Triangles<'_>, parts: Parts<'_>) {
         let parts = if parts.of_triangle.len() == triangles.len() { parts } else { Parts::default() };
         let key = |id: u32| match self.moved {
@@ -66,7 +65,7 @@ impl Object {
         Self { key, ids: ids.to_vec(), indices, tree, rest, state: State::New, extent: Extent::EMPTY }
     }
 
-    /// Whether its triangles are still so joined, and still its own.
+    /// Whether its triangles still have the same vertices, and are still its own.
     fn is_of(&self, triangles: Triangles<'_>, key: impl Fn(u32) -> u32 + Sync) -> bool {
         const CHUNK: usize = 1 << 14;
         let all = self.ids.par_chunks(CHUNK).zip(self.indices.par_chunks(CHUNK));
@@ -80,7 +79,7 @@ impl Object {
         (self.state, self.extent) = self.next(triangles, options, moved);
     }
 
-    /// Makes the tree one of a frame; how that came to be, and the box.
+    /// Updates the tree for a frame, and returns the object's state and bounds.
     fn next(&mut self, triangles: Triangles<'_>, options: KdTreeOptions, moved: KdMoved) -> (State, Extent) {
         let Self { indices, rest, tree, .. } = self;
         let triangles = Triangles { indices, ..triangles };

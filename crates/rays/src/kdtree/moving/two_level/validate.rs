@@ -8,9 +8,10 @@ impl TwoLevelKdTree {
     /// Checks the trees against the triangles that the last update was for.
     ///
     /// # Errors
-    /// Names the first object that breaks a rule: each object's tree [is valid](crate::Structure::validate), over the triangles
-    /// as they are or were, or covers the boxes that it is over; vertices are taken no farther outside of their boxes than
-    /// is known; an object's box holds its triangles; and leaves of the tree over boxes that list an object cover its box.
+    /// Names the first object that breaks a rule: each object's tree [is valid](crate::Structure::validate), over the
+    /// triangles now or at rest, or covers the boxes that it is over; mapped vertices are no farther outside of their boxes
+    /// than the drift; an object's box holds its triangles; and leaves of the tree over boxes that list an object cover its
+    /// box.
     pub fn check(&self, triangles: Triangles<'_>) -> Result<(), String> {
         if triangles.len() != self.triangle_count {
             return Err(format!("updated for {} triangles, not {}", self.triangle_count, triangles.len()));
@@ -55,7 +56,7 @@ impl Object {
         })
     }
 
-    /// Whether a vertex is taken to where the tree has it.
+    /// Whether a mapped vertex is in its box, up to drift.
     fn holds(&self, vertex: u32, at: Vec3) -> bool {
         let Some([low, high]) = self.rest.box_of(vertex) else { return false };
         let State::Moved(moved, _) = &self.state else { return low.cmple(at).all() && at.cmple(high).all() };

@@ -1,4 +1,4 @@
-//! Lights that see through faces, as in the direct form: one, or the sides of a cube, each with its own cells.
+//! Lights that see through faces, as in the direct form: a single face, or the sides of a cube, each with its own cells.
 
 mod plane;
 mod project;
@@ -33,11 +33,11 @@ use crate::{LightFace, LightSource, Triangles};
 use plane::{Plane, planes};
 use small::{BATCH, Batch, Mapped};
 
-/// The faces of a light, and what one of them sees.
+/// The faces of a light, and the points and vertices on one of them.
 #[derive(Default)]
 pub(super) struct Faces {
     all: Vec<Face>,
-    /// The face that the rest is about.
+    /// The current face; the rest belongs to it.
     face: Face,
     vertex_errors: VertexErrors,
     blocks: Vec<Block>,
@@ -50,13 +50,13 @@ pub(super) struct Faces {
 #[derive(Clone, Copy, Debug, Default)]
 struct Cells {
     side: usize,
-    /// How far a point may be from its cell.
+    /// Largest distance between a point and its cell.
     margin: f32,
 }
 
 impl Cells {
-    /// Where a row begins and ends in Y, give or take 10⁻⁶, grown by what points may be beyond; the first and the last one
-    /// also hold what is beyond the face.
+    /// The bounds of a row in Y, to within 10⁻⁶, grown by the points' margin; the first and the last row also hold
+    /// everything beyond the face.
     fn row_range(&self, row: usize) -> [f32; 2] {
         let edge = |row: usize| (row as f64 * 2.0 / self.side as f64 - 1.0) as f32;
         let low = if row == 0 { -2.0 } else { edge(row) };
@@ -134,7 +134,7 @@ impl LightMap for Faces {
         let used = self.errors.iter().zip(&pass.members).filter(|(_, members)| **members != 0);
         let error = used.map(|(error, _)| error).fold(0.0, largest);
         let side = options.cells() as usize;
-        // With the rounding of sums with it.
+        // The margin includes the rounding of sums with it.
         self.cells = Cells { side, margin: error * 1.001 + 2.0 * f32::EPSILON };
         [Axis::new([-1.0, 1.0], side); 2]
     }
@@ -148,7 +148,7 @@ impl LightMap for Faces {
         let (block, lane) = (index as usize / LANES, index as usize % LANES);
         let points = &self.blocks[block];
         let nearness = points.nearness[lane];
-        // Its own rounding as well.
+        // The margin includes its own rounding.
         let margin = self.errors[block].nearness * 1.001 + nearness.abs() * (2.0 * HALF_ULP as f32);
         Place { at: [points.x[lane], points.y[lane]], distance: -nearness, farthest: margin - nearness }
     }
@@ -229,7 +229,7 @@ fn list_small(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, lane: usiz
     listing.list(bins, &(left..=right), top..=bottom, -batch.nearest[lane], id);
 }
 
-/// Lists a triangle row by row in the cells that it covers itself.
+/// Lists a triangle, row by row, in the cells that it covers itself.
 #[cold]
 #[inline(never)]
 fn list_large(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, id: u32) {

@@ -9,40 +9,40 @@ use crate::light_grid::large::predicate_error;
 use crate::simd::lanes::min3;
 use crate::simd::vectors::splat;
 
-/// A triangle as linear functions of X and Y, for those that cover many cells or reach around the light.
+/// A triangle as linear functions of X and Y, for triangles that cover many cells or reach around the light.
 ///
-/// With the homogeneous corners pⱼ, the edge functions are (pⱼ × pₖ) · (X, Y, 1): they need no clipping where a
-/// triangle reaches behind the light. Their signs are turned so that all three are positive where the triangle is hit
-/// in front of the light. 64 bytes.
+/// With the homogeneous corners pⱼ, the edge functions are (pⱼ × pₖ) · (X, Y, 1): they need no clipping where a triangle
+/// reaches behind the light. Their signs are turned so that all three are positive for a hit in front of the light. 64
+/// bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
-    /// Factors of X, Y and 1, the magnitudes of which sum up to about one.
+    /// Factors of X, Y and 1, whose magnitudes sum up to about one.
     edges: [[f32; 3]; 3],
-    /// Edge functions are wrong by at most this and the point's error.
+    /// Error bounds of the edge functions, to which the point's error is added.
     edge_errors: [f32; 3],
     nearness: [f32; 3],
-    /// The difference from a point's nearness is wrong by at most this, the point's error in W, and `steepness` times
-    /// its error in X and Y.
+    /// Error bound of the difference from a point's nearness, to which the point's error in W and `steepness` times its
+    /// error in X and Y are added.
     depth_error: f32,
     steepness: f32,
-    /// Where the triangle is, in X and Y: lowest and highest.
+    /// The triangle's bounds in X and Y: lowest and highest.
     pub(super) bounds: [[f32; 2]; 2],
 }
 
-/// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so
-/// that it isn't known on which side it is.
+/// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so that the
+/// light's side is unknown.
 pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let world = corners.map(Vec3::as_dvec3);
     let relative = world.map(|corner| corner - face.origin);
     let mut points = world.map(|corner| face.homogeneous(corner));
-    // In parallel light all are at the homogeneous distance one, and nearness is interpolated.
+    // In parallel light all corners have the homogeneous distance one, and nearness is interpolated.
     let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
     if face.is_parallel {
         points.iter_mut().for_each(|point| point.z = 1.0);
     }
     let norms = face.norms();
     let reach = relative.map(|v| v.abs().max_element());
-    // Each homogeneous coordinate is at most this, and wrong by four roundings of it.
+    // Bounds of each homogeneous coordinate, whose error is four roundings of this.
     let sizes = reach.map(|reach| (norms * reach).max_element().max(points[0].z.abs() * f64::from(face.is_parallel)));
     let Some(bounds) = bounds(&points, sizes, f64::from(VERTEX_MARGIN) + 1e-6) else { return [None; 2] };
 
@@ -64,10 +64,10 @@ pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let sign = if is_certain { determinant.signum() } else { 1.0 };
     for (index, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
         let size = edge.abs().element_sum();
-        // Otherwise nothing is known about this edge.
+        // Otherwise this edge is unknown.
         if size.is_finite() && size > 1e3 * error && size > 1e-250 {
             plane.edges[index] = (edge * (sign / size)).as_vec3().to_array();
-            // Factors are rounded, and the two sums and products: eight ε of one.
+            // Roundings of the factors, and of the two sums and products: eight ε of one.
             plane.edge_errors[index] = (HALF_ULP * 8.5 + 3.0 * error / size) as f32;
         }
     }
@@ -89,7 +89,7 @@ pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     let depth_error = HALF_ULP * 8.5 * size.max(f64::from(face.is_parallel))
         + 2.0 * error
         + predicate_error(face, world, determinant);
-    // One less f32 to overflow.
+    // Below these limits, no f32 overflows.
     if depth_error < 1e30 && size < 1e30 {
         plane.nearness = slope.as_vec3().to_array();
         plane.depth_error = (depth_error + 1e-30) as f32;
@@ -98,14 +98,14 @@ pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
     [Some(plane), None]
 }
 
-/// The bounds of the part of a triangle that is on the face, grown by `margin`; `None` if nothing is.
+/// The bounds of the part of a triangle that is on the face, grown by `margin`; `None` if there is none.
 fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]; 2]> {
     let everything = Some([[-POINT_LIMIT as f32, POINT_LIMIT as f32]; 2]);
     let largest = sizes.into_iter().fold(0.0, f64::max);
     if largest > 1e100 {
         return everything;
     }
-    // More than the face, so that no rounding here can lose a point of it; what is left may reach behind the light.
+    // Slightly more than the face, so that rounding can't lose a point of it; the rest may reach behind the light.
     let limit = POINT_LIMIT + 1e-3;
     let slack = 1e-12 * largest;
     let mut polygon = [DVec3::ZERO; 8];
@@ -134,7 +134,7 @@ fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]
     }
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for point in &polygon[..count] {
-        // As near to the light as to be in any direction, once rounded.
+        // So near to the light that it may be in any direction, once rounded.
         if point.z < 1e-7 * largest {
             return everything;
         }
@@ -147,12 +147,11 @@ fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]
     Some([0, 1].map(|axis| [(low[axis] - grow).max(-limit) as f32, (high[axis] + grow).min(limit) as f32]))
 }
 
-/// By how much rows and spans are grown, for the rounding of their own computation: far less than a cell.
+/// Growth of rows and spans for the rounding of their computation: far less than a cell.
 const GROW: f32 = 1e-5;
 
 impl Plane {
-    /// Lowest and highest X of the part of the triangle that may overlap a row of cells, and the most nearness that it has
-    /// there.
+    /// Lowest and highest X of the part of the triangle that may overlap a row of cells, and its largest nearness there.
     pub(super) fn span(&self, cells: &Cells, row: usize) -> Option<([f32; 2], f32)> {
         let [low_y, high_y] = cells.row_range(row);
         let (low_y, high_y) = ((low_y - GROW).max(self.bounds[1][0]), (high_y + GROW).min(self.bounds[1][1]));
@@ -162,7 +161,7 @@ impl Plane {
             if error.is_infinite() {
                 continue;
             }
-            // a · X must be at least this, for some Y of the row.
+            // For a hit, a · X is at least this, for some Y of the row.
             let least = -(c + most(b)) - error - 4.0 * f32::EPSILON;
             if a > f32::MIN_POSITIVE {
                 low = low.max(least / a - GROW);
@@ -191,7 +190,7 @@ impl Plane {
         let of_point = error.position * 1.001;
         let (error0, error1) = (splat(simd, error0 + of_point), splat(simd, error1 + of_point));
         let error2 = splat(simd, error2 + of_point);
-        // With an infinite error the one is never below zero, the other always.
+        // With an infinite error the former is never negative, the latter always.
         let possible = min3([e0 + error0, e1 + error1, e2 + error2]).simd_ge(splat(simd, 0.0));
         let certain = min3([e0 - error0, e1 - error1, e2 - error2]).simd_gt(splat(simd, 0.0));
         let nearer = line(simd, self.nearness, x, y) - f32x16::simd_from(simd, block.nearness);

@@ -12,14 +12,14 @@ use crate::simd::vectors::{LANES, narrow, widen};
 
 const CHUNK_VERTICES: usize = 2048;
 
-/// A vertex of a face is (X, Y, W, outcode). One that the filter can't use has NaN for X, Y and W.
+/// A vertex of a face is (X, Y, W, outcode). If the filter can't use it, X, Y and W are NaN.
 ///
-/// The outcode has a bit for each side of the face's frustum, a little grown, that the vertex is certainly
-/// outside of: high X, low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be between
-/// the light and the face's points.
+/// The outcode has a bit for each side of the face's slightly grown frustum that the vertex is certainly outside of: high X,
+/// low X, high Y, low Y, behind the light. A triangle whose vertices share a bit can't be between the light and the face's
+/// points.
 const UNUSABLE: [f32; 4] = [f32::NAN, f32::NAN, f32::NAN, 0.0];
 
-/// Maps all vertices to a face, each once, and lists one after them that stands for all that don't exist.
+/// Maps all vertices to a face, each once, and appends one that stands for all missing vertices.
 pub(super) fn project(face: &Face, positions: &[Vec3], vertices: &mut Vec<[f32; 4]>, level: SimdLevel) {
     vertices.resize(positions.len() + 1, UNUSABLE);
     vertices[positions.len()] = UNUSABLE;

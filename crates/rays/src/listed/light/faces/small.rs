@@ -6,53 +6,52 @@ use crate::light_grid::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexE
 use crate::simd::lanes::{max3, min3};
 use crate::simd::vectors::{LANES, load_corner, splat};
 
-/// Triangles set up before their points are tested.
+/// Triangles set up together before their points are tested.
 pub(super) const BATCH: usize = 64;
 
-/// A triangle is small when it is narrower than this many columns, and lower than this many rows of cells.
+/// Columns and rows of cells: a triangle below both limits is small.
 const SMALL_COLUMNS: u16 = 24;
 const SMALL_ROWS: u16 = 8;
 
 const EPSILON: f32 = HALF_ULP as f32;
 
-// How wrong an edge function may be, with ε = `EPSILON`, w and h the extents of the triangle's bounds, v the most that
-// rounding moves a vertex and e the point's own error. It is (p − s) × (q − s), with p and q two corners and s the
-// point, and changes by at most v (w + h) when p or q moves and by e (w + h) when s does; both together add 2 (2 v)²
-// and 4 v e. Its own roundings: the differences, factors and products make at most eleven of w h for each of two
-// products, and the area in the third function as much. For a point outside of the bounds all of this grows in
-// proportion to how far outside it is, and so does, in a triangle whose area is certain, the least of the functions,
-// more steeply and to below zero.
+// Error bound of an edge function, with ε = `EPSILON`, w and h the extents of the triangle's bounds, v the largest rounding
+// of a vertex and e the point's own error. The function is (p − s) × (q − s), with p and q two corners and s the point. It
+// changes by at most v (w + h) when p or q moves and by e (w + h) when s does; both together add 2 (2 v)² and 4 v e. Its own
+// roundings: the differences, factors and products make at most eleven of w h for each of two products, and the area in the
+// third function as much. For a point outside of the bounds all of this grows in proportion to its distance from them. So
+// does the least of the functions, in a triangle whose area is certain, but more steeply and to below zero.
 const OF_GIRTH: f32 = (2.0 * VertexErrors::MOVED * 1.1) as f32;
 const OF_BOUNDS: f32 = 24.0 * EPSILON;
 const OF_NOTHING: f32 = (8.0 * VertexErrors::MOVED * VertexErrors::MOVED) as f32;
 
-/// The nearness of three corners, each wrong by ε, weighted by at most 2, and the roundings of the point's: in relation
-/// to the largest nearness.
+/// Error bound of nearness, relative to the largest nearness: that of three corners, each with an error of ε, weighted by at
+/// most 2, and the roundings of the point's.
 const NEARNESS_ERROR: f32 = 8.0 * EPSILON;
 
-/// What triangles are set up on.
+/// The mapped vertices that triangles are set up from.
 pub(crate) struct Mapped<'a> {
     pub(super) face: &'a Face,
     pub(super) vertex_errors: VertexErrors,
-    /// Columns, and rows, of cells.
+    /// Number of columns, and of rows, of cells.
     pub(super) side: usize,
-    /// As [`project`](super::project::project) leaves them.
+    /// Vertices as [`project`](super::project::project) writes them.
     pub(super) vertices: &'a [[f32; 4]],
 }
 
-/// What setting up 16 triangles makes of them.
+/// The results of setting up 16 triangles.
 pub(crate) struct Survivors {
-    /// Which are in the batch.
+    /// Triangles in the batch.
     pub(super) small: u64,
-    /// Which must be tested in another way.
+    /// Triangles that need the other test.
     pub(super) large: u64,
 }
 
-/// Triangles as the filter wants them, by field. 112 bytes each.
+/// Triangles in the filter's form, by field. 112 bytes each.
 ///
-/// With s the first corner and (x, y) a point in relation to it, the edge functions are E₁ = a₁ x + b₁ y and
-/// E₂ = a₂ x + b₂ y, the barycentric weights of the second and third corner times `area`, and E₀ = a₀ x + b₀ y + area.
-/// The triangle's nearness less the point's, times `area`, is G = E₁ d₁ + E₂ d₂ − area · (W − W₀).
+/// With s the first corner and (x, y) a point relative to it, the edge functions are E₁ = a₁ x + b₁ y and E₂ = a₂ x + b₂ y,
+/// the barycentric weights of the second and third corner times `area`, and E₀ = a₀ x + b₀ y + area. The triangle's nearness
+/// minus the point's, times `area`, is G = E₁ d₁ + E₂ d₂ − area · (W − W₀).
 pub(crate) struct Batch {
     x: [f32; BATCH],
     y: [f32; BATCH],
@@ -61,15 +60,15 @@ pub(crate) struct Batch {
     b: [[f32; BATCH]; 3],
     area: [f32; BATCH],
     rises: [[f32; BATCH]; 2],
-    /// How wrong edge functions may be: at most this, and the second times the point's own error.
+    /// Error bound of edge functions: the first, plus the second times the point's own error.
     edge_error: [[f32; BATCH]; 2],
-    /// How wrong G may be: at most this, and the second times the point's own error in X and Y, and the area times that
-    /// in W. Infinite where the area is too uncertain for any verdict.
+    /// Error bound of G: the first, plus the second times the point's own error in X and Y, plus the area times that in W.
+    /// Infinite where the area is too uncertain for any verdict.
     depth_error: [[f32; BATCH]; 2],
     /// Lowest and highest X, and Y, grown by the vertices' error.
     pub(super) x_range: [[f32; BATCH]; 2],
     pub(super) y_range: [[f32; BATCH]; 2],
-    /// Of the nearest corner, grown by its error.
+    /// Nearness of the nearest corner, grown by its error.
     pub(super) nearest: [f32; BATCH],
 }
 
@@ -99,7 +98,7 @@ fn store<S: Simd>(slot: usize, field: &mut [f32; BATCH], value: f32x16<S>) {
 }
 
 impl Batch {
-    /// Sets up at most 16 triangles in the slots from `slot` on, a multiple of 16.
+    /// Sets up at most 16 triangles in the slots from `slot`, a multiple of 16.
     #[inline(always)]
     pub(super) fn set_up<S: Simd>(
         &mut self,
@@ -126,23 +125,23 @@ impl Batch {
         let (x_min, x_max) = (min3([x0, x1, x2]), max3([x0, x1, x2]));
         let (y_min, y_max) = (min3([y0, y1, y2]), max3([y0, y1, y2]));
         let (farthest, nearest) = (min3([w0, w1, w2]), max3([w0, w1, w2]));
-        // A sum is NaN where one is, whatever a minimum makes of it.
+        // A sum is NaN if a term is; a minimum may not be.
         let sum = x0 + x1 + x2;
         let is_usable = sum.simd_eq(sum);
-        // What is found to be at 2 may be rounded to that by 2 ε.
+        // A coordinate found to be at 2 may have been rounded to it by 2 ε.
         let size = splat(simd, 2.0);
         let near_the_face = x_max.simd_lt(size) & x_min.simd_gt(-size) & y_max.simd_lt(size) & y_min.simd_gt(-size);
         let is_even = if face.is_parallel {
             mask32x16::splat(simd, true)
         } else {
-            // The predicate's bound counts on it.
+            // The predicate's bound relies on it.
             nearest.simd_le(farthest * splat(simd, 1.99))
         };
 
         let margin = splat(simd, VERTEX_MARGIN);
         let (x_range, y_range) = ([x_min - margin, x_max + margin], [y_min - margin, y_max + margin]);
         let cell = 2.0 / side as f32;
-        // Those whose bounds are NaN aren't small.
+        // Triangles with NaN bounds aren't small.
         let is_small = (x_range[1] - x_range[0]).simd_lt(splat(simd, cell * f32::from(SMALL_COLUMNS)))
             & (y_range[1] - y_range[0]).simd_lt(splat(simd, cell * f32::from(SMALL_ROWS)));
         let grown = nearest + nearest.abs() * splat(simd, 8.0 * NEARNESS_ERROR);
@@ -162,7 +161,7 @@ impl Batch {
         let (width, height, depth) = (x_max - x_min, y_max - y_min, nearest - farthest);
         let (girth, bounds_area) = (width + height, width * height);
         let edge_error = girth * OF_GIRTH + bounds_area * OF_BOUNDS + OF_NOTHING;
-        // Where the area is less than this its sign, and so that of all else, is uncertain.
+        // If the area is less than this, its sign, and that of the functions, is uncertain.
         let is_certain = area.simd_gt(edge_error * splat(simd, 4.0));
         let largest_nearness =
             if face.is_parallel { nearest.abs().max(farthest.abs()).max(splat(simd, 1.0)) } else { nearest };
@@ -175,7 +174,7 @@ impl Batch {
             + bounds_area * largest_nearness * splat(simd, NEARNESS_ERROR)
             + bounds_area * depth * splat(simd, 30.0 * EPSILON)
             + of_predicate * of_predicate * largest_nearness
-            // Products that underflow lose their bound.
+            // Covers products that underflow.
             + splat(simd, 1e-30);
         let depth_per_error = slope * splat(simd, 1.001)
             + (girth * (depth * 64.0 + largest_nearness * 4.0) + depth * 20.0) * splat(simd, EPSILON);
@@ -220,8 +219,8 @@ impl Batch {
         ]
     }
 
-    /// Tests a triangle against a block: which of its points it shadows for certain, and which possibly, among them all
-    /// of the former. Points on the triangle itself may be among the latter.
+    /// Tests a triangle against a block. Returns the points that it certainly shadows, and those that it possibly shadows,
+    /// which include the former. Points on the triangle itself may be among the latter.
     #[inline(always)]
     pub(super) fn test<S: Simd>(
         &self,

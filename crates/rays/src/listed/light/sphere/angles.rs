@@ -7,22 +7,22 @@ use fearless_simd::{Simd, f32x16};
 
 use crate::simd::vectors::splat;
 
-/// By how much an angle of [`atan2`] may be wrong, in relation to itself.
+/// Relative error bound of an angle of [`atan2`].
 ///
-/// The polynomial is wrong by at most 2 · 10⁻⁸ of the angle, and has 16 roundings of ε = 2⁻²⁴; so does t, of three, and each
+/// The polynomial is wrong by at most 2 · 10⁻⁸ of the angle, and has 16 roundings of ε = 2⁻²⁴. t has three more, and each
 /// coordinate one, which moves the angle by at most a rounding of its tangent. Beyond an octant there is one more of π.
 pub(super) const ANGLE_ERROR: f32 = 1.0 / (1 << 18) as f32;
 
-/// By how much the angles between corners must differ from half a turn for it to be known which of two arcs between them a
-/// triangle covers: far more than all three are wrong.
+/// The least difference between half a turn and the angles between corners at which it is certain which of two arcs a
+/// triangle covers: far more than the error of all three.
 const HALF_TURN_MARGIN: f32 = 1e-4;
 
-/// Far more than what adding a turn to an angle is rounded by, or what π is.
+/// Far more than the rounding of an angle plus a turn, or of π.
 const OF_A_TURN: f32 = 4e-6;
 
-/// The angle of the vector (`across`, `along`) from `along`, from −π to π: NaN where both are zero.
+/// The angle of the vector (`across`, `along`) from `along`, from −π to π: NaN for the zero vector.
 ///
-/// With the polynomial of Abramowitz and Stegun, 4.4.49, in the octant where the tangent is at most one.
+/// It uses the polynomial of Abramowitz and Stegun, 4.4.49, in the octant where the tangent is at most one.
 #[inline(always)]
 pub(super) fn atan2<S: Simd>(simd: S, across: f32x16<S>, along: f32x16<S>) -> f32x16<S> {
     let (x, z) = (along.abs(), across.abs());
@@ -43,7 +43,7 @@ pub(super) fn atan2<S: Simd>(simd: S, across: f32x16<S>, along: f32x16<S>) -> f3
 /// The angles of a triangle's points in one of the light's planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
-    /// Where it begins, from −π on, and where it ends, which may be beyond π; nothing where that is not a number.
+    /// The start, at least −π, and the end, which may be beyond π; NaN for an empty arc.
     start: f32,
     end: f32,
 }
@@ -51,15 +51,15 @@ pub(super) struct Arc {
 impl Arc {
     const EVERYTHING: Self = Self { start: f32::NEG_INFINITY, end: f32::INFINITY };
 
-    /// That of a triangle from its corners' angles, grown by `margin` on either side.
+    /// The arc of a triangle from its corners' angles, grown by `margin` on either side.
     ///
-    /// Seen along the plane's normal, a triangle that the normal's line doesn't meet is within less than half a turn around
-    /// the light, and a corner is at either end. One that the line meets may be all around.
+    /// Seen along the plane's normal, a triangle that doesn't meet the normal's line spans less than half a turn around the
+    /// light, with a corner at either end. A triangle that meets the line may be all around.
     pub(super) fn of([a, b, c]: [f32; 3], margin: f32) -> Self {
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let middle = a.max(b).min(a.min(b).max(c));
         const ENOUGH: f32 = PI + HALF_TURN_MARGIN;
-        // A corner without an angle is as good as on the line.
+        // A corner without an angle may be on the line.
         let is_known = (a + b + c).is_finite();
         let (start, end) = if !is_known {
             return Self::EVERYTHING;
@@ -75,8 +75,8 @@ impl Arc {
         Self { start: start - margin, end: end + margin }
     }
 
-    /// The parts of it that are on either side of the seam at half a turn, each as its lowest and highest angle; the second
-    /// may be nothing, from more to less.
+    /// The parts of the arc on either side of the seam at half a turn, each as its lowest and highest angle; the second part
+    /// may be empty, with its ends swapped.
     pub(super) fn parts(self) -> [[f32; 2]; 2] {
         let Self { start, end } = self;
         let beyond = if end > PI - OF_A_TURN {
@@ -119,7 +119,7 @@ mod tests {
                 }
             }
         }
-        // Half of it is for the roundings of coordinates.
+        // The other half is for the roundings of coordinates.
         assert!(worst < 0.5 * f64::from(ANGLE_ERROR), "{worst}");
         assert!(angles([0.0; 16], [0.0; 16])[0].is_nan());
     }
@@ -145,7 +145,7 @@ mod tests {
             let is_split = parts[1][0] <= parts[1][1];
             widths[if is_everything { 0 } else { 1 + usize::from(is_split) }] += 1;
         }
-        // All three kinds were there, and few are everything.
+        // All three kinds occurred, and few are everything.
         assert!(widths.iter().all(|&count| count > 1000) && widths[0] < 8000, "{widths:?}");
     }
 }

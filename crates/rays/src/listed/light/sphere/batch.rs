@@ -11,15 +11,15 @@ use crate::simd::vectors::{LANES, splat};
 /// ε, half the distance from one to the next f32.
 const EPSILON: f32 = HALF_ULP as f32;
 
-/// Coordinates and sides above this leave nothing decided: products of three of them and of points stay finite.
+/// Coordinates and sides above this make a triangle undecided: products of three of them and of points stay finite.
 const LARGEST: f32 = 1e12;
 
-/// More than what products that underflow lose.
+/// More than the loss of products that underflow.
 const UNDERFLOW: f32 = 1e-36;
 
-/// The corners of 16 triangles, from the light: a, b and c, and the sides b − a, c − b and a − c.
+/// The corners of 16 triangles relative to the light: a, b and c, and the sides b − a, c − b and a − c.
 ///
-/// Positions are f32 and so is the light, so each coordinate of a corner or of a side is one difference, wrong by ε of
+/// Positions and the light are f32, so each coordinate of a corner or of a side is one difference, with an error of ε of
 /// itself, times a power of two.
 pub(crate) struct Corners<S: Simd> {
     corners: [[f32x16<S>; 3]; 3],
@@ -41,7 +41,7 @@ impl<S: Simd> Corners<S> {
         }
     }
 
-    /// At most the largest coordinate of any point of each triangle: that of its bounds' nearest point.
+    /// Lower bound of the largest coordinate of any point of each triangle: that of its bounds' nearest point.
     #[inline(always)]
     pub(super) fn nearest(&self, simd: S) -> f32x16<S> {
         let [a, b, c] = self.corners;
@@ -53,7 +53,7 @@ impl<S: Simd> Corners<S> {
             nearest = nearest.max(low).max(-high);
             sum += (high - low).abs() + low.abs();
         }
-        // What overflows is anywhere; so is NaN.
+        // With overflow or NaN, the triangle may be anywhere.
         let is_known = sum.simd_lt(splat(simd, 1e38));
         is_known.select(nearest * (1.0 - 4.0 * EPSILON) - UNDERFLOW, zero)
     }
@@ -75,33 +75,33 @@ fn largest<S: Simd>(a: [f32x16<S>; 3]) -> f32x16<S> {
     max3([a[0].abs(), a[1].abs(), a[2].abs()])
 }
 
-/// Triangles as the filter wants them, by field. 92 bytes each.
+/// Triangles in the filter's form, by field. 92 bytes each.
 ///
-/// With a, b and c a triangle's corners from the light, a point v is behind it, as the light sees it, where the edge functions
-/// v · (b × c), v · (c × a) and v · (a × b) and v · n − a · n, n = (b − a) × (c − a), all have the sign of a · n: that is v = λa +
-/// μb + νc with no negative factor, and a sum of factors above one. The crosses are taken with sides, a × b = a × (b − a),
-/// so that what corners have in common doesn't cost them bits.
+/// Let a, b and c be a triangle's corners relative to the light. A point v is behind it, as seen from the light, if the edge
+/// functions v · (b × c), v · (c × a) and v · (a × b) and v · n − a · n, n = (b − a) × (c − a), all have the sign of a · n:
+/// that is v = λa + μb + νc with no negative factor, and a sum of factors above one. Cross products are computed from sides,
+/// a × b = a × (b − a), so that no bits are lost to the corners' common offset.
 ///
-/// Of the largest coordinates A of corners, L of sides and V of points, and with points wrong by e in each, a component of a
-/// cross of a corner and a side has four roundings of two products of A L: at most 8.2 ε A L. Its dot product with a point is
-/// wrong by three of those times V, 18 ε A L V for products and sums, and 6 A L e for the point, so altogether by less than
-/// A L (48 ε V + 6.1 e). n is wrong by as much of L², and a · n by 64 ε A L².
+/// Of the largest coordinates A of corners, L of sides and V of points, and with an error e of each coordinate of a point, a
+/// component of a cross product of a corner and a side has four roundings of two products of A L: at most 8.2 ε A L. Its dot
+/// product with a point is wrong by three of those times V, 18 ε A L V for products and sums, and 6 A L e for the point, so
+/// altogether by less than A L (48 ε V + 6.1 e). n is wrong by as much of L², and a · n by 64 ε A L².
 ///
-/// The predicate wants v · n − a · n above 6 L² (10 u (V + A) + e), u = 2⁻⁵³: as much again is more.
+/// The predicate requires v · n − a · n above 6 L² (10 u (V + A) + e), u = 2⁻⁵³: doubling the bound covers that.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
-    /// Factors of the edge functions of a, b and c, and of the height above the plane, turned so that all are positive behind
-    /// the triangle.
+    /// Factors of the edge functions of a, b and c, and of the height above the plane, with signs such that all are positive
+    /// behind the triangle.
     edges: [[[f32; LANES]; 3]; 3],
     normal: [[f32; LANES]; 3],
-    /// What the height above the plane is at the light.
+    /// The constant a · n, subtracted for the height above the plane.
     at_light: [f32; LANES],
-    /// A L and L².
+    /// The products A L and L².
     edge_size: [f32; LANES],
     normal_size: [f32; LANES],
-    /// Of `at_light`; infinite where its sign isn't known.
+    /// Error bound of `at_light`; infinite where its sign isn't certain.
     height_error: [f32; LANES],
-    /// Which triangles have factors at all.
+    /// Mask of triangles with valid factors.
     known: u64,
 }
 
@@ -165,7 +165,7 @@ impl Batch {
         let least = min3([e0, e1, e2]);
         let height_error = self.height_error[lane];
         if height_error.is_infinite() {
-            // The light may be in the triangle's plane: signs may be turned.
+            // The light may be in the triangle's plane, so signs may be turned.
             let possible = least.simd_ge(-error) | max3([e0, e1, e2]).simd_le(error);
             return (mask32x16::splat(simd, false), possible);
         }
@@ -177,7 +177,7 @@ impl Batch {
     }
 }
 
-/// A lane of three factors times three coordinates.
+/// The dot product of a lane of factors and three coordinates.
 #[inline(always)]
 fn along<S: Simd>(simd: S, factors: &[[f32; LANES]; 3], lane: usize, [x, y, z]: [f32x16<S>; 3]) -> f32x16<S> {
     let [a, b, c] = [splat(simd, factors[0][lane]), splat(simd, factors[1][lane]), splat(simd, factors[2][lane])];

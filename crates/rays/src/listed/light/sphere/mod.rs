@@ -1,9 +1,10 @@
 //! Lights that see all around them by two angles (Guntury and Narayanan 2010, §4.1): one grid for a light anywhere.
 //!
-//! With v an offset from the light, and x, y and z its parts along the light's axes right, up and forward, α = atan2(x, z)
-//! and β = atan2(y, z). Where one of them is constant is half a plane through the light, which ends at the line along up
-//! or right, so cells are four-sided frusta. z is positive where both are less than a right angle, and negative where both are
-//! more. All directions in the plane z = 0 are in the four corners where both are right angles: cells there are long.
+//! With v an offset from the light, and x, y and z its components along the light's axes right, up and forward, the angles
+//! are α = atan2(x, z) and β = atan2(y, z). The points of one such angle are half a plane through the light, which ends at
+//! the line along up or right, so cells are four-sided frusta. z is positive if both angles are less than a right angle, and
+//! negative if both are more. All directions in the plane z = 0 are in the four corners where both are right angles: cells
+//! there are long.
 
 mod angles;
 mod batch;
@@ -32,9 +33,9 @@ use angles::Arc;
 use batch::{Batch, Corners};
 use points::{Offsets, Seen, SpherePoints};
 
-/// What a light sees all around it.
+/// The map of a light that sees all around it.
 ///
-/// Positions are offsets from the light, times a power of two that makes the farthest point's about one.
+/// Positions are offsets from the light, times a power of two that scales the farthest point's to about one.
 #[derive(Debug, Default)]
 pub(super) struct Sphere {
     frame: Frame,
@@ -56,7 +57,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// That of a light at `light` which shines `forward`, or else looks at the middle of what is seen.
+    /// The frame of a light at `light` with the given `forward`, or else towards the middle of the seen points.
     fn new(light: Vec3, forward: Option<DVec3>, survey: &Survey) -> Self {
         let origin = light.as_dvec3();
         let filled = || survey.tiles.iter().filter(|tile| tile.points > 0);
@@ -73,7 +74,7 @@ impl Frame {
 impl LightMap for Sphere {
     type Points = SpherePoints;
     type Batch = Batch;
-    /// All are set up when they are tested.
+    /// All triangles are set up when they are tested.
     type Large = ();
 
     fn choose(&mut self, light: &LightSource, survey: &Survey, _: &ListedLightOptions) -> Option<usize> {
@@ -175,7 +176,7 @@ impl LightMap for Sphere {
         (none, none)
     }
 
-    /// Without a rectangle: all corners are where the light is.
+    /// There is no rectangle: all corners are at the light.
     fn light_face(&self, [columns, rows]: [usize; 2], _: [f32; 2]) -> LightFace {
         let corners = [self.frame.light; 4];
         LightFace { columns: columns as u32, rows: rows as u32, near: corners, far: corners }
@@ -186,27 +187,27 @@ impl LightMap for Sphere {
     }
 }
 
-/// Which triangles are certainly outside of a range of angles, from their corners': those that don't reach around the
+/// The mask of triangles certainly outside of a range of angles, by their corners' angles: those that don't reach around the
 /// light.
 #[inline(always)]
 fn outside<S: Simd>(simd: S, corners: &[fearless_simd::f32x16<S>; 3], [low, high]: [f32; 2]) -> mask32x16<S> {
     let least = crate::simd::lanes::min3(*corners);
     let most = crate::simd::lanes::max3(*corners);
-    // Within much less than half a turn, and beyond by far more than anything is wrong: what is left is decided one by one.
+    // Narrower than half a turn, and beyond the range, both by far more than any error. The rest is decided one by one.
     let margin = 1e-3 + 1e-3 * low.abs().max(high.abs());
     let sum = corners[0] + corners[1] + corners[2];
     let is_narrow = (most - least).simd_lt(splat(simd, 3.0)) & sum.simd_eq(sum);
     is_narrow & (least.simd_gt(splat(simd, high + margin)) | most.simd_lt(splat(simd, low - margin)))
 }
 
-/// The cells of an axis that the parts of an arc are in, of those within the angles of points.
+/// The cells of an axis that the parts of an arc overlap, within the range of the points' angles.
 fn cells_of(parts: [[f32; 2]; 2], [low, high]: [f32; 2], axis: Axis) -> [Option<RangeInclusive<usize>>; 2] {
     let of_part = |[start, end]: [f32; 2]| {
         let is_seen = start <= end && start <= high && end >= low;
         is_seen.then(|| axis.cell(start)..=axis.cell(end))
     };
     match parts.map(of_part) {
-        // Neither twice.
+        // Joins overlapping ranges.
         [Some(a), Some(b)] if a.start() <= b.end() && b.start() <= a.end() => {
             [Some(*a.start().min(b.start())..=*a.end().max(b.end())), None]
         }

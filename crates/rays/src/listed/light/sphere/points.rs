@@ -17,27 +17,27 @@ use crate::simd::vectors::{LANES, largest, narrow, splat};
 /// ε, half the distance from one to the next f32.
 const EPSILON: f32 = crate::light_grid::face::HALF_ULP as f32;
 
-/// Points whose angles may be wrong by more than this, in radians, aren't mapped.
+/// Points with larger angle errors, in radians, aren't mapped.
 const LARGEST_ANGLE_ERROR: f64 = 1.0 / 1024.0;
 
-/// Nor are points nearer to the light than this, where the farthest is at about one.
+/// Points nearer to the light than this aren't mapped either; the farthest is at about one.
 const NEAREST: f64 = 1e-20;
 
 /// The points of 4×4 pixels, in pixel order. 384 bytes.
 ///
-/// Lanes without a point hold anything.
+/// Lanes without a point are undefined.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(crate) struct Offsets {
     at: [[f32; LANES]; 3],
     /// α and β.
     angles: [[f32; LANES]; 2],
-    /// How wrong any coordinate may be, apart from its own rounding.
+    /// Error bound of any coordinate, apart from its own rounding.
     error: f32,
 }
 
 impl Offsets {
-    /// At α and β, and as far from the light as the largest of its coordinates is.
+    /// The position at α and β; the distance is the largest coordinate of the offset.
     #[inline(always)]
     pub(super) fn place(&self, lane: usize) -> Place {
         let [x, y, z] = self.at;
@@ -47,13 +47,13 @@ impl Offsets {
     }
 }
 
-/// Up to 16 points: their offsets from the light.
+/// Up to 16 points, as offsets from the light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpherePoints {
     pub(super) at: [[f32; LANES]; 3],
     /// The largest coordinate.
     pub(super) reach: f32,
-    /// How wrong any coordinate may be.
+    /// Error bound of any coordinate.
     pub(super) error: f32,
 }
 
@@ -74,14 +74,14 @@ impl SpherePoints {
     }
 }
 
-/// What a light sees of the points.
+/// The range of the mapped points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// Lowest and highest α, and β.
     pub(super) angles: [[f32; 2]; 2],
-    /// At least the largest coordinate of any point.
+    /// Upper bound of any point's largest coordinate.
     pub(super) farthest: f32,
-    /// How wrong any angle may be, apart from [`ANGLE_ERROR`].
+    /// Error bound of any angle, apart from [`ANGLE_ERROR`].
     angle_error: f32,
 }
 
@@ -104,11 +104,11 @@ impl Seen {
         }
     }
 
-    /// By how much the arcs of triangles are grown in each plane so that they hold all angles of points which are in them.
+    /// The growth of triangles' arcs in each plane that makes them hold the angles of all points in them.
     ///
-    /// Angles of points and of corners are wrong by [`ANGLE_ERROR`] of themselves, which is of no more than the largest angle
-    /// of points: corners that are farther out are on the same side of all points, whatever they are wrong by. Points are wrong
-    /// by `angle_error` and corners by 2⁻²³ as well, and sums are rounded.
+    /// Angles of points and of corners have an error of [`ANGLE_ERROR`] times themselves. Of corners' angles only those up
+    /// to the largest angle of points matter: corners farther out are on the same side of all points, in spite of their
+    /// errors. To this come `angle_error` for points and 2⁻²³ for corners, and the rounding of sums.
     pub(super) fn margins(&self) -> [f32; 2] {
         self.angles.map(|[low, high]| {
             low.abs().max(high.abs()) * (4.0 * ANGLE_ERROR) + self.angle_error * 1.01 + 1.0 / (1 << 22) as f32
@@ -116,7 +116,7 @@ impl Seen {
     }
 }
 
-/// Maps the points of all pixels, but for those that are certainly outside of a cone, and what there is of them.
+/// Maps the points of all pixels, except those certainly outside of a cone. Returns their range.
 pub(super) fn map(
     frame: &Frame,
     cone: Option<&Cone>,
@@ -154,11 +154,11 @@ struct Mapper<'a> {
 /// Eight points, scaled.
 struct Eight<S: Simd> {
     offset: [f64x8<S>; 3],
-    /// Along the light's axes.
+    /// Components along the light's axes.
     parts: [f64x8<S>; 3],
     error: f64x8<S>,
     angle_error: f64x8<S>,
-    /// Which are mapped, and which are certainly outside of the cone.
+    /// Masks of the mapped points, and of those certainly outside of the cone.
     mapped: u64,
     outside: u64,
 }
@@ -224,8 +224,8 @@ impl Mapper<'_> {
 
     /// The points of eight pixels.
     ///
-    /// A part along an axis of length one is wrong by at most √3 times the error of coordinates, and by its own roundings. That
-    /// moves an angle by at most twice as much, over the larger of the two parts that it is of.
+    /// The error of a component along an axis of length one is at most √3 times that of coordinates, plus its own roundings.
+    /// That moves an angle by at most twice as much, divided by the larger of its two components.
     #[inline(always)]
     fn eight<S: Simd>(&self, simd: S, first: usize) -> Eight<S> {
         let Self { frame, cone, image, rays } = self;

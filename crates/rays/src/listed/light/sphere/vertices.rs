@@ -13,22 +13,22 @@ use crate::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat, s
 
 const CHUNK_VERTICES: usize = 2048;
 
-/// A vertex that is none.
+/// The entry of a missing vertex.
 const UNUSABLE: [f32; 4] = [f32::NAN; 4];
 
-/// Angles are known where what they are of is more than this, in relation to the offset's largest part: then they are wrong
-/// by at most [`ANGLE_ERROR`](super::angles::ANGLE_ERROR) of themselves, and by 2⁻²³.
+/// An angle is known if its larger component exceeds this, relative to the offset's largest component: then its error is at
+/// most [`ANGLE_ERROR`](super::angles::ANGLE_ERROR) of itself, plus 2⁻²³.
 ///
-/// In f64 an offset and its parts along the light's axes are wrong by 16 roundings of the offset's largest part, which
-/// moves an angle by at most twice that, over the larger of the two parts that it is of.
+/// In f64 an offset and its components along the light's axes have an error of 16 roundings of the offset's largest
+/// component, which moves an angle by at most twice that, divided by the larger of its two components.
 const SMALLEST_PART: f64 = 1.0 / (1 << 24) as f64;
 
-/// All vertices, and one after them that stands for all that don't exist. 32 bytes each.
+/// All vertices, and one after them that stands for all missing ones. 32 bytes each.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
-    /// In world coordinates.
+    /// World coordinates.
     positions: Vec<[f32; 4]>,
-    /// α and β: NaN where one isn't known.
+    /// α and β: NaN for an unknown angle.
     angles: Vec<[f32; 4]>,
 }
 
@@ -37,7 +37,7 @@ impl Vertices {
         (self.positions.capacity() + self.angles.capacity()) * size_of::<[f32; 4]>()
     }
 
-    /// Brings all vertices to the light's frame.
+    /// Transforms all vertices to the light's frame.
     pub(super) fn project(&mut self, frame: &Frame, positions: &[Vec3], level: SimdLevel) {
         for quads in [&mut self.positions, &mut self.angles] {
             quads.resize(positions.len() + 1, UNUSABLE);
@@ -95,14 +95,14 @@ fn project<S: Simd>(simd: S, frame: &Frame, positions: &[Vec3], copies: &mut [[f
     }
 }
 
-/// The parts of eight positions along the light's axes, scaled, and for which α and β are known.
+/// The components of eight positions along the light's axes, scaled, and the masks of known α and β.
 #[inline(always)]
 fn parts<S: Simd>(simd: S, frame: &Frame, position: Vectors<S>) -> (Vectors<S>, [u64; 2]) {
     let offset = minus(position, splat_vector(simd, frame.light.as_dvec3()));
     let scale = f64x8::splat(simd, frame.scale);
     let parts = along_axes(simd, frame, offset);
     let parts = [parts[0] * scale, parts[1] * scale, parts[2] * scale];
-    // Nor where f32 would lose bits, or has none.
+    // Angles are also unknown where f32 would lose bits or overflow.
     let least = (largest(offset) * scale * SMALLEST_PART).max(f64x8::splat(simd, 1e-30));
     let (x, y, z) = (parts[0].abs(), parts[1].abs(), parts[2].abs());
     let is_finite = x.max(y).max(z).simd_lt(f64x8::splat(simd, 1e38));
@@ -111,7 +111,8 @@ fn parts<S: Simd>(simd: S, frame: &Frame, position: Vectors<S>) -> (Vectors<S>, 
     (parts, known)
 }
 
-/// The parts of eight offsets along the light's axes, wrong by at most 8 roundings of the largest part of the offset.
+/// The components of eight offsets along the light's axes, with an error of at most 8 roundings of the offset's largest
+/// component.
 #[inline(always)]
 pub(super) fn along_axes<S: Simd>(simd: S, frame: &Frame, offset: Vectors<S>) -> Vectors<S> {
     let Frame { right, up, forward, .. } = *frame;
