@@ -10,13 +10,13 @@ use super::detail::Detail;
 use super::forest_paints as paints;
 use super::wind::Wind;
 
-/// Where leaves grow: the end of a branch, or the middle of a bush.
+/// A place for leaves: the end of a branch, or the middle of a bush.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twig {
     pub(super) position: Vec3,
-    /// How far leaves are from there, in metres.
+    /// Distance of leaves from there, in metres.
     pub(super) radius: f32,
-    /// Size of the sprays of leaves, compared with the usual one: greater where nobody comes near.
+    /// Size of the sprays of leaves, relative to the usual one: larger far from the camera.
     pub(super) coarseness: f32,
 }
 
@@ -25,11 +25,11 @@ pub(super) struct Twig {
 pub(super) struct Habit {
     pub(super) height: f32,
     pub(super) trunk_radius: f32,
-    /// The part of the height at which branches begin.
+    /// The fraction of the height below the branches.
     pub(super) bare: f32,
 }
 
-/// Adds a tree with its roots at `foot`, without leaves; its leaves grow at the twigs that it pushes.
+/// Adds a tree with its roots at `foot`, without leaves, and pushes the twigs for its leaves.
 pub(super) fn tree(
     builder: &mut MeshBuilder,
     random: &mut Random,

@@ -51,7 +51,7 @@ pub(crate) fn light(frame: &mut Frame, name: &str, position: Vec3, subject: Vec3
     lamp(frame, name, position, color, brightness * PI * position.distance_squared(subject), None);
 }
 
-/// Adds a lamp to the frame of so many `candela`, which have faded to nothing at `range`.
+/// Adds a lamp of `candela` to the frame; it has faded to zero at `range`.
 pub(crate) fn lamp(frame: &mut Frame, name: &str, position: Vec3, color: Vec3, candela: f32, range: Option<f32>) {
     let source = LightSource::Point { position };
     frame.lights.push(Light { name: name.into(), color, range, ..Light::new(source, candela) });
