@@ -15,9 +15,9 @@ type Units = BTreeMap<String, (String, BTreeMap<BTreeSet<String>, BTreeSet<&'sta
 /// The packages whose own features differ: they have the window or they don't.
 const WITH_OR_WITHOUT_WINDOW: [&str; 2] = ["umbrage-bench@", "umbrage-cli@"];
 
-/// The commands of the checks compile no package twice with different features. The page, which has features of its own, is
-/// left out, and so are this program, which is compiled before, and all documentation: without tests it checks a few packages
-/// with fewer features.
+/// Checks that the commands compile no package twice with different features. The page, which has features of its own,
+/// is left out, and so are this program, which is compiled before, and all documentation: without tests it checks a few
+/// packages with fewer features.
 pub(crate) fn check(root: &Path) -> Outcome {
     let commands = [
         ("clippy", lints::clippy(root)),
