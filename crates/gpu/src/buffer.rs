@@ -131,7 +131,7 @@ impl Buffer {
     /// frame, [`Recorder::fetch`](crate::Recorder::fetch) is better.
     ///
     /// # Errors
-    /// Where the device is lost or has reported an error.
+    /// If the device is lost or has reported an error.
     ///
     /// # Panics
     /// If the buffer is smaller than that.

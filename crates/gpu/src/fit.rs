@@ -87,7 +87,7 @@ impl Needs {
 }
 
 impl Fit {
-    /// Ready to decide.
+    /// Compiles the stage.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {

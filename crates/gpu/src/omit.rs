@@ -20,7 +20,7 @@ impl Omit {
     /// Reasons to omit a triangle.
     const KINDS: usize = 3;
 
-    /// Ready to count.
+    /// Compiles the stage.
     ///
     /// # Errors
     /// If the device has no room for a few words.

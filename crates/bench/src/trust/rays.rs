@@ -11,7 +11,7 @@ use umbrage_verify::{Random, SeamTrial, TestMesh};
 
 use super::{Effort, Finding};
 
-/// Where f32 has few bits left: Embree's tests use this point too.
+/// A point where f32 has few bits left; Embree's tests use it too.
 const FAR: Vec3 = Vec3::new(148_376.0, 1_234.0, -223_423.0);
 
 /// The structures that answer rays one at a time, built over a mesh.

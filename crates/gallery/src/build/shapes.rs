@@ -155,9 +155,8 @@ impl MeshBuilder {
         })
     }
 
-    /// Adds a ring around the z axis: the circle of `radius` around `center`, with half its thickness along the radius
-    /// and along the axis given by `thickness`.
-    /// along the radius and along the axis.
+    /// Adds a ring around the z axis: the circle of `radius` around `center`; `thickness` is half its thickness along
+    /// the radius and along the axis.
     pub(crate) fn ring(&mut self, center: Vec3, radius: f32, thickness: [f32; 2], sheet: [u32; 2]) -> &mut Self {
         let [across, along] = thickness;
         self.sheet(Sheet::ring(sheet[0], sheet[1]), |u, v| {

@@ -84,7 +84,7 @@ pub struct CameraGrid {
 }
 
 impl CameraGrid {
-    /// Ready to build.
+    /// Compiles the stages.
     #[must_use]
     pub fn new(gpu: &Gpu, options: CameraOptions) -> Self {
         let (settle, (project, trace)) =

@@ -20,9 +20,8 @@ const NODE_SLOT: u32 = 3u;
 const NODE_T: u32 = 3u;
 // Flag of the triangle that the pixel has seen already: hits count from there on.
 const NODE_FRONT: u32 = 0x80000000u;
-// Flag of the triangle that the pixel certainly sees unless another node hides it: its key is at least the node's. The
-// keys of other triangles are at most their node's.
-// others are at most that.
+// Flag of the triangle that the pixel certainly sees unless another node hides it: its key is at least the node's. Keys
+// of other triangles are at most their node's.
 const NODE_CERTAIN: u32 = 0x40000000u;
 const NODE_TRIANGLE: u32 = 0x3fffffffu;
 

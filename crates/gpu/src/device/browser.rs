@@ -9,7 +9,7 @@ impl Gpu {
     /// Opens the adapter that the browser prefers.
     ///
     /// # Errors
-    /// Where the browser has no WebGPU or no adapter, or it can't be opened.
+    /// If the browser has no WebGPU or no adapter, or the adapter can't be opened.
     pub async fn open_in_browser(limits: DeviceLimits) -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let options = wgpu::RequestAdapterOptions {

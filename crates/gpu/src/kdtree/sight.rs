@@ -62,7 +62,7 @@ impl KdSight {
     /// The most bytes per pixel in one buffer: a ray, and its share of a header.
     pub const PIXEL_BYTES: u64 = 96;
 
-    /// Ready to build.
+    /// Compiles the stages; there is no tree yet.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);

@@ -112,7 +112,7 @@ impl KdTracer {
     const UNDECIDED_GROUPS: u32 = 1;
     pub(super) const HIT_WORDS: usize = 8;
 
-    /// Ready to answer.
+    /// Compiles the stages.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let settle = |entry| Kernel::new(gpu, "kdtree::settle", entry, &[]);

@@ -94,7 +94,7 @@ const PIXELS_PER_TILE: f64 = 24.0;
 const MOST_CELLS: f64 = 1024.0;
 
 impl LightGrid {
-    /// Ready to build.
+    /// Compiles the stages; those for angles at their first use.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let ((shadows, points), (project, list)) = rayon::join(

@@ -15,7 +15,7 @@ impl Scan {
     /// Values of a workgroup.
     const PAGE: u32 = 2048;
 
-    /// Ready to scan.
+    /// Compiles the stage.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let entries = ["scan_reduce", "scan_starts", "scan_spread"];

@@ -16,7 +16,7 @@ impl Shown {
     /// Slots of a workgroup.
     const WIDTH: u32 = 64;
 
-    /// Ready to count.
+    /// Compiles the stage.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {

@@ -16,9 +16,9 @@ use umbrage_rays::KdMailbox;
 /// AEPSA 0.18 and 0.16.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShaftOptions {
-    /// Where the traversal begins.
+    /// Start of the traversal.
     pub entry: KdEntry,
-    /// How it goes on.
+    /// Traversal from there on.
     pub lead: ShaftLead,
     /// How a shaft remembers tested triangles.
     pub mailbox: KdMailbox,
@@ -39,7 +39,7 @@ impl Default for ShaftLead {
     }
 }
 
-/// Where the traversal of up to 256 rays begins.
+/// Start of the traversal of up to 256 rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KdEntry {
     /// At the root.

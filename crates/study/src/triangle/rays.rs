@@ -5,9 +5,9 @@ use super::lanes::{LaneMask, Lanes, cross};
 /// A ray in f32, or sixteen: `origin + t · direction` for t in the open interval (`t_min`, `t_max`).
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<L> {
-    /// Where t is zero, in world units.
+    /// The point at t = 0, in world units.
     pub origin: [L; 3],
-    /// Any length; t counts in it.
+    /// Any length, the unit of t.
     pub direction: [L; 3],
     /// `direction` × `origin`: with `direction`, a line's Plücker coordinates.
     pub moment: [L; 3],
@@ -28,7 +28,7 @@ impl<L: Lanes> Rays<L> {
 /// A ray in f32, or sixteen, whose origin the test knows: t in the open interval (`t_min`, `t_max`).
 #[derive(Clone, Copy, Debug)]
 pub struct Bundle<L> {
-    /// Any length; t counts in it.
+    /// Any length, the unit of t.
     pub direction: [L; 3],
     /// Hits at or before this t don't count.
     pub t_min: L,

@@ -16,7 +16,6 @@ pub(crate) struct Known {
     truth: Truth,
     /// Minimum number of points of each light that are tested against all triangles, for a structure that counts them;
     /// empty if it doesn't matter.
-    /// doesn't matter.
     least_outliers: Vec<u64>,
 }
 
