@@ -1,4 +1,5 @@
-//! A machine full of turning gears in a closed case: nearly all its triangles are hidden, from the camera and from the lights.
+//! A machine full of turning gears in a closed case: nearly all triangles are hidden from the camera and from the
+//! lights.
 
 use std::f32::consts::TAU;
 

@@ -246,7 +246,8 @@ pub(super) fn flower(builder: &mut MeshBuilder, wind: &mut Wind, random: &mut Ra
     (first..builder.positions.len()).for_each(|_| wind.bends(sway, phase));
 }
 
-/// Adds a toadstool with its foot at the origin and its cap `height` above. The cap's texture goes around with u and from the rim to the crown with v from 1 to 0.
+/// Adds a toadstool with its foot at the origin and its cap `height` above. The cap's texture goes around with u, and
+/// from the rim to the crown with v from 1 to 0.
 pub(super) fn toadstool(builder: &mut MeshBuilder, height: f32, cap_radius: f32, openness: f32, detail: Detail) {
     let around = detail.quads(24, 5);
     let stem_radius = cap_radius * 0.24;
@@ -269,7 +270,7 @@ pub(super) fn toadstool(builder: &mut MeshBuilder, height: f32, cap_radius: f32,
     });
 }
 
-/// The movement of a part that stands on the ground at `foot`, turned by `radians` and tilted a little.
+/// The movement of a part that stands on the ground at `foot`, turned at random and tilted by up to `tilt` radians.
 pub(super) fn planted(random: &mut Random, foot: Vec3, tilt: f32) -> Affine3A {
     let axis = random.direction().with_y(0.0).normalize_or(Vec3::X);
     let turn = rotation(axis, random.range(-tilt, tilt)) * turned(random.range(0.0, TAU));

@@ -41,7 +41,7 @@ pub(crate) fn check(root: &Path) -> Outcome {
     of_complaints(&complaints(&units))
 }
 
-/// Cargo's list of the units that a command compiles, as JSON. Cargo gives it with an unstable option; the command isn't run.
+/// The units that a command compiles, as JSON, by an unstable option of cargo; the command isn't run.
 fn unit_graph(command: &mut Command) -> Result<String, String> {
     output(command.args(["--unit-graph", "-Z", "unstable-options"]).env("RUSTC_BOOTSTRAP", "1"))
 }

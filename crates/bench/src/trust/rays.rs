@@ -99,7 +99,7 @@ struct SeamRays {
 }
 
 impl SeamRays {
-    /// `is_closed` around the origin: rays have to hit something behind the seam too, if anything.
+    /// Shoots rays from `origin` at all seams. Each ray must hit the mesh.
     fn shoot(&mut self, mesh: &TestMesh, origin: Vec3) -> Result<()> {
         let (triangles, origin) = (mesh.triangles(), origin.as_dvec3());
         let corners = mesh.indices.iter().flat_map(|&[a, b, c]| [(a, a), (b, b), (c, c), (a, b), (b, c), (c, a)]);

@@ -1,5 +1,6 @@
-//! Multi-frusta tracing (Benthin and Wald, *Efficient ray traced soft shadows using multi-frusta tracing*, 2009): each lane has a frustum
-//! around eight rays, and a box is tested with eight frusta at once. A frustum ends when all of its rays have.
+//! Multi-frusta tracing (Benthin and Wald, *Efficient ray traced soft shadows using multi-frusta tracing*, 2009): each
+//! lane has a frustum around eight rays, and a box is tested with eight frusta at once. A frustum ends when all of its
+//! rays have.
 
 use fearless_simd::Simd;
 use umbrage_rays::internals::{BvhChild, BvhInside, BvhKind, BvhLine};

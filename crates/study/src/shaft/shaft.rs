@@ -121,11 +121,12 @@ fn union(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
 
 const NOTHING: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
 
-/// A convex part of space that holds rays: between two rectangles across an axis (Reshetov et al. 2005 and 2007; Overbeck et
-/// al., *Large Ray Packets for Real-time Whitted Ray Tracing*, 2008).
+/// A convex part of space that holds rays: between two rectangles across an axis (Reshetov et al. 2005 and 2007;
+/// Overbeck et al., *Large Ray Packets for Real-time Whitted Ray Tracing*, 2008).
 ///
-/// The lowest coordinate of lines is a concave function of the way along the axis, the highest a convex one: between two ways
-/// the chords of both hold all lines. Four faces are linear functions: low and high along u, low and high along v.
+/// The lowest coordinate of lines is a concave function of the way along the axis, the highest a convex one: between
+/// two ways the chords of both hold all lines. Four faces are linear functions: low and high along u, low and high
+/// along v.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shaft {
     pub(super) axes: Axes,
@@ -225,7 +226,8 @@ impl Shaft {
         }
     }
 
-    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of the same face, or before or behind the shaft.
+    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of one face, or before or behind the
+    /// shaft.
     #[inline(always)]
     pub(super) fn is_beside(&self, corners: &[[f32; 3]; 3]) -> bool {
         let outside = |is_outside: &dyn Fn(&[f32; 3]) -> bool| corners.iter().all(is_outside);
