@@ -4,8 +4,7 @@
 //! definition says that it is rounded. Rays and triangles that aren't finite meet nothing.
 //!
 //! - **Hit.** A ray's line meets a triangle if the edge functions d · ((p − o) × (q − o)) of its three edges have no
-//! two
-//!   opposite signs and aren't all zero, at t = n · (a − o) / n · d, rounded to the nearest f64, with
+//!   two opposite signs and aren't all zero, at t = n · (a − o) / n · d, rounded to the nearest f64, with
 //!   n = (b − a) × (c − a). The ray hits it if t is in its open interval; the least t is the nearest hit, and of equal
 //!   ones the lowest id.
 //! - **Point.** A hit at t is at P = o + t d in f64, and in truth in the box between the f64 P − e and P + e on each axis,
