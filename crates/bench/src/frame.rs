@@ -115,8 +115,7 @@ fn run_on_gpu(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
     Ok(table.finish(&[NOTE])?)
 }
 
-/// A scene's frames through each structure: medians in milliseconds, and the grids' counts in the last frame's last
-/// sample.
+/// A scene's frames through each structure: medians in milliseconds, and the grids' counts in the last frame's last sample.
 fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<(Row, Work)>> {
     let scene = umbrage::open(address)?;
     let [width, height] = flags.size;

@@ -67,8 +67,7 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(0xa0, 0xa0, 0xa0),
 ];
 
-/// In pixels: size of the axes' rectangle, room left of it and below, minimum room right of it, and width of a
-/// character.
+/// In pixels: size of the axes' rectangle, room left of it and below, minimum room right of it, and width of a character.
 const WIDTH: u32 = 560;
 const HEIGHT: u32 = 360;
 const LABELS: u32 = 64;

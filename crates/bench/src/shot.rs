@@ -201,8 +201,7 @@ impl Shot<'_> {
     }
 }
 
-/// The light after `index` golden angles around the vertical axis through `middle`: any number of them are spread
-/// evenly.
+/// The light after `index` golden angles around the vertical axis through `middle`: any number of them are spread evenly.
 fn turned(light: LightSource, middle: Vec3, index: u32) -> LightSource {
     const GOLDEN_ANGLE: f32 = 2.399_963_1;
     let turn = Quat::from_rotation_y(GOLDEN_ANGLE * index as f32);

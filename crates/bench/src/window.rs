@@ -31,8 +31,7 @@ pub(crate) struct WindowFlags {
 /// Long enough for any picture.
 const A_HANG: Duration = Duration::from_secs(120);
 
-/// The simulated screen shows 60 pictures a second. Without this limit the interface would take a core from the
-/// renderer.
+/// The simulated screen shows 60 pictures a second. Without this limit the interface would take a core from the renderer.
 const REFRESH: Duration = Duration::from_nanos(1_000_000_000 / 60);
 
 pub(crate) fn run(flags: &WindowFlags) -> Result<()> {

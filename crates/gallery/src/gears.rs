@@ -1,5 +1,4 @@
-//! A machine full of turning gears in a closed case: nearly all triangles are hidden from the camera and from the
-//! lights.
+//! A machine full of turning gears in a closed case: nearly all triangles are hidden from the camera and from the lights.
 
 use std::f32::consts::TAU;
 
@@ -139,8 +138,7 @@ impl Gear {
         point + Vec2::X * (teeth.floor() + self.shift(along))
     }
 
-    /// Shift of a tooth around the gear at `along` the axis, −1 … 1, in teeth: gears are straight, helical, or
-    /// herringbones.
+    /// Shift of a tooth around the gear at `along` the axis, −1 … 1, in teeth: gears are straight, helical, or herringbones.
     fn shift(self, along: f32) -> f32 {
         let shift = [0.0, 0.45 * along, 0.6 * along.abs()][self.layer as usize % 3];
         // A slow gear has a gap where a fast one has a tooth.

@@ -66,8 +66,7 @@ pub(crate) fn sun(frame: &mut Frame, way: Vec3, color: Vec3, brightness: f32) {
 
 /// Adds a perspective camera to the frame, at `position` and looking at `target`, +Y upwards.
 ///
-/// `tan_half_height` is the tangent of half the vertical field of view. `target` must not be straight above or
-/// below.
+/// `tan_half_height` is the tangent of half the vertical field of view. `target` must not be straight above or below.
 pub(crate) fn look(frame: &mut Frame, name: &str, position: Vec3, target: Vec3, tan_half_height: f32) {
     // Not `Camera::look_at`, whose tangent may differ in its last bit from machine to machine.
     let forward = (target - position).normalize();

@@ -26,8 +26,7 @@ impl Band {
     /// A caller that keeps a fourth plane, for unlit pixels, has to ask for more.
     pub const PIXEL_BYTES: u64 = 48;
 
-    /// Bands of a view from top to bottom, sized so that `pixel_bytes` bytes for each pixel fit one buffer of the
-    /// device.
+    /// Bands of a view from top to bottom, sized so that `pixel_bytes` bytes for each pixel fit one buffer of the device.
     pub fn all(gpu: &Gpu, view: &View, pixel_bytes: u64) -> impl Iterator<Item = Self> + use<> {
         let width = u64::from(view.width.next_multiple_of(TileOrder::TILE));
         let rows = gpu.max_binding_bytes() / (width * pixel_bytes);

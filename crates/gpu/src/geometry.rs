@@ -26,8 +26,7 @@ impl Geometry {
         }
     }
 
-    /// Uploads a scene: vertices, triangles and a number for each triangle (see
-    /// [`TriangleFlags`](crate::TriangleFlags)).
+    /// Uploads a scene: vertices, triangles and a number for each triangle (see [`TriangleFlags`](crate::TriangleFlags)).
     ///
     /// # Errors
     /// If they exceed the largest buffer of the device.

@@ -73,8 +73,7 @@ impl Kernel {
         kernel
     }
 
-    /// Entry points of the shader `root`. `link` joins it with its modules, unless all entry points are compiled
-    /// already.
+    /// Entry points of the shader `root`. `link` joins it with its modules, unless all entry points are compiled already.
     fn of_root<const N: usize>(
         gpu: &Gpu,
         label: &str,

@@ -60,8 +60,7 @@ const MODULES: &[(&str, &str)] = modules! {
 /// A shader's whole text.
 ///
 /// # Panics
-/// If `path`, or a module that it imports, isn't listed here; in debug builds also if imports aren't exactly the used
-/// items.
+/// If `path`, or a module that it imports, isn't listed here; in debug builds also if imports aren't exactly the used items.
 pub(crate) fn link(path: &str) -> String {
     link_with(&[], path)
 }

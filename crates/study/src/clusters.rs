@@ -126,8 +126,7 @@ impl<'a> Clusters<'a> {
         most
     }
 
-    /// Moves each triangle to its best cluster, and fits each cluster to its triangles; returns whether any triangle
-    /// moved.
+    /// Moves each triangle to its best cluster, and fits each cluster to its triangles; returns whether any triangle moved.
     fn relax(&mut self) -> bool {
         let best = |id: u32| {
             let of_clusters = (0..).zip(&self.maps).map(|(cluster, maps)| (self.residual(id, maps), cluster));

@@ -1,5 +1,4 @@
-//! Simulated build times of a kd-tree on any number of threads, from counted work: a node's pass counts as its
-//! references.
+//! Simulated build times of a kd-tree on any number of threads, from counted work: a node's pass counts as its references.
 //!
 //! Passes are cut and wait for each other as in the builders of `umbrage-rays`; a free thread takes the task that has
 //! waited longest. The model leaves out costs of memory, caches and scheduling, and the work before and after the

@@ -32,8 +32,7 @@ impl Plates {
         let ray = view.ray(x + OFFSET_PIXELS.x, y + OFFSET_PIXELS.y);
         let shaded = Oracle::new(mesh.triangles()).nearest(&ray, |_| true).expect("the floor").t;
         let middle = (ray.origin + ray.direction * shaded).as_vec3();
-        // From straight above, all plates have the same shadow; from a lamp above their middle, the highest has the
-        // largest.
+        // From straight above, all plates have the same shadow; from a lamp above their middle, the highest has the largest.
         let lights = [sun(0.0, -1.0, 0.0), point(middle.with_y(4000.0))];
         let mut plates = Self { mesh, view, lights, middle };
         plates.push(2.0);

@@ -27,8 +27,7 @@ fn local_file(target: &str) -> Option<&str> {
     (!elsewhere && !file.is_empty()).then_some(file)
 }
 
-/// Line number and target of each `[text](target)`, `[name]: target`, `src="target"` and `href="target"`, outside of
-/// code.
+/// Line number and target of each `[text](target)`, `[name]: target`, `src="target"` and `href="target"`, outside of code.
 fn targets(markdown: &str) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let mut in_code = false;

@@ -44,8 +44,7 @@ use passed::Passed;
 use report::Report;
 use test_times::Length;
 
-/// The steps that every change needs, fast ones first. All are compiled with the same settings, and share compiled
-/// crates.
+/// The steps that every change needs, fast ones first. All are compiled with the same settings, and share compiled crates.
 const FIRST_TIER: &[Step] = &[
     ("packages", |_, log| debian::install(log)),
     ("format", |root, log| log.run(cargo(root).args(["fmt", "--all", "--check"]))),

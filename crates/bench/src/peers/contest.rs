@@ -33,8 +33,7 @@ pub(super) struct Outcome {
     grids: Summary,
     /// Each of Embree's build methods, the fastest first.
     embree: Vec<Summary>,
-    /// Each of tinybvh's layouts, the fastest first, and its pictures' differences from ours; empty if it doesn't take
-    /// part.
+    /// Each of tinybvh's layouts, the fastest first, and its pictures' differences from ours; empty if it doesn't take part.
     tinybvh: Vec<(Summary, Differences)>,
     /// Ray generation, which Embree's times include.
     ray_generation: Summary,

@@ -1,5 +1,4 @@
-//! Sculptures: solids modelled like clay, from lumps that melt into each other and are carved, then meshed at any
-//! fineness.
+//! Sculptures: solids modelled like clay, from lumps that melt into each other and are carved, then meshed at any fineness.
 
 mod buddha;
 mod rabbit;

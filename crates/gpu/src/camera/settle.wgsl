@@ -42,8 +42,7 @@ fn seen_at(base: u32) -> F64 {
     let ray = ray_of_slot(slot);
     var terms: ExpansionTerms;
 
-    // The triangle that the pixel has seen already is its first node; one that it certainly sees is the first of the
-    // rest.
+    // The triangle that the pixel has seen already is its first node; one that it certainly sees is the first of the rest.
     let seen_node = NODES_FIRST + seen[slot] * NODE_WORDS;
     let has_front = (nodes[seen_node] & NODE_FRONT) != 0u;
     let next = NODES_FIRST + nodes[seen_node + NODE_NEXT] * NODE_WORDS;

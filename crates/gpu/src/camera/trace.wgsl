@@ -33,8 +33,7 @@ import package::tile_order::{slot_of_pixel};
 
 const RECORDS: u32 = 128u;
 
-// Edge functions and key at the sorting tile's middle, packed; the edge error is negative where the winding is
-// uncertain.
+// Edge functions and key at the sorting tile's middle, packed; the edge error is negative where the winding is uncertain.
 var<workgroup> record_a: array<vec4<f32>, RECORDS>;
 var<workgroup> record_b: array<vec4<f32>, RECORDS>;
 var<workgroup> record_c: array<vec3<f32>, RECORDS>;
@@ -277,8 +276,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let sub = local / side;
     let pixel = tile_first + local;
     var is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
-    // Parallel rays start at depth zero; the edge functions of perspective rays are positive only in front of the
-    // camera.
+    // Parallel rays start at depth zero; the edge functions of perspective rays are positive only in front of the camera.
     var front = Front(NONE, select(INFINITE, 0.0, raster.is_orthographic == 1u), 0.0);
     if raster.sees_behind == 1u && is_inside {
         front = front_of(pixel);

@@ -53,8 +53,7 @@ impl Gpu {
         waited.map_err(|cause| GpuError::Lost(cause.to_string())).and_then(|_| self.check())
     }
 
-    /// [`Gpu::wait`] without the locks that wgpu holds while it waits, so that other threads can present a window
-    /// meanwhile.
+    /// [`Gpu::wait`] without the locks that wgpu holds while it waits, so that other threads can present a window meanwhile.
     fn wait_beside_others(&self) -> Result<(), GpuError> {
         let lost = |cause: String| GpuError::Lost(cause);
         let (tell, told) = mpsc::channel();
@@ -63,8 +62,7 @@ impl Gpu {
         });
         let start = Instant::now();
         loop {
-            // With a time limit of wgpu's own, wgpu 30 sometimes panics where other threads poll as well
-            // (gfx-rs/wgpu#9958).
+            // With a time limit of wgpu's own, wgpu 30 sometimes panics where other threads poll as well (gfx-rs/wgpu#9958).
             self.device.poll(wgpu::PollType::Poll).map_err(|cause| lost(cause.to_string()))?;
             let is_short = start.elapsed() < Self::SHORT_WAIT;
             match told.recv_timeout(if is_short { Duration::ZERO } else { Self::STEP_OF_WAITING }) {

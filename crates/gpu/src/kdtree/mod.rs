@@ -14,19 +14,17 @@
 //! emulated f64, so all numbers of a traversal are small: coordinates below one, t from 0 to 4. Below, u = 2⁻²⁴ is one
 //! rounding of f32.
 //!
-//! **Error of a line.** A component of the point is rounded to f32, by u/2, after f64 roundings of coordinates that may
-//! be far away: `blur` = 2⁻⁴⁹ (the largest coordinate of the origin + twice the largest t at the bounds) is more than
-//! those, more than the f64 rounding of a hit's t, by which hits are compared, and more than any underflow loses. If
-//! blur is above 2⁻⁵, or a number isn't finite, the line tests everything: it visits all leaves, and all triangles stay
-//! undecided.
+//! **Error of a line.** A component of the point is rounded to f32, by u/2, after f64 roundings of coordinates that may be
+//! far away: `blur` = 2⁻⁴⁹ (the largest coordinate of the origin + twice the largest t at the bounds) is more than those,
+//! more than the f64 rounding of a hit's t, by which hits are compared, and more than any underflow loses. If blur is above
+//! 2⁻⁵, or a number isn't finite, the line tests everything: it visits all leaves, and all triangles stay undecided.
 //!
-//! **Culling a cell.** A ray reaches a plane s at (s − o) · i. Written out, that is the sum of s·i and −o·i: in any
-//! form that a compiler contracts or distributes it to, no term has more than three roundings, including the one of i =
-//! 1/d, and their factors are below 2·|i|. With the error of o that is below (6.5u + blur)·|i|; the line's `doubt` on
-//! an axis is (12u + 2 blur)·|i|, which leaves room for its own roundings. A child gets the interval of t in which the
-//! ray may be in its cell, grown by the doubt, and is culled only if that is empty. If |d| is below 2⁻³⁰ the ray moves
-//! by less than u/16 across that axis: it is on one side of a plane, or less than 12u + 2 blur beside it and then on
-//! both.
+//! **Culling a cell.** A ray reaches a plane s at (s − o) · i. Written out, that is the sum of s·i and −o·i: in any form
+//! that a compiler contracts or distributes it to, no term has more than three roundings, including the one of i = 1/d, and
+//! their factors are below 2·|i|. With the error of o that is below (6.5u + blur)·|i|; the line's `doubt` on an axis is (12u
+//! + 2 blur)·|i|, which leaves room for its own roundings. A child gets the interval of t in which the ray may be in its
+//! cell, grown by the doubt, and is culled only if that is empty. If |d| is below 2⁻³⁰ the ray moves by less than u/16
+//! across that axis: it is on one side of a plane, or less than 12u + 2 blur beside it and then on both.
 //!
 //! **Culling a triangle.** In a space sheared so that the line is an axis, a corner has coordinates (p − o)ₓ − m·(p −
 //! o)_z: four terms of magnitude one at most, each with no more than four roundings, and the errors of o. Their error

@@ -1,5 +1,4 @@
-// Code shared by all traversals: the tree, lines through it, and the tests of leaves. The bounds are derived in
-// `mod.rs`.
+// Code shared by all traversals: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
 
 import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::shape::{KdShape};
@@ -11,8 +10,7 @@ import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHAD
 @group(0) @binding(3) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> positions: array<u32>;
 @group(0) @binding(5) var<storage, read> lines: array<vec4<u32>>;
-// For each ray: whether it is certainly shadowed, the first of its listed hits, and the t beyond which hits don't
-// matter.
+// For each ray: whether it is certainly shadowed, the first of its listed hits, and the t beyond which hits don't matter.
 @group(0) @binding(6) var<storage, read_write> traced: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> undecided_hits: array<atomic<u32>>;
 

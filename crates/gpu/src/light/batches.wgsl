@@ -1,6 +1,5 @@
 // Traces a block, for lights that see by faces or by angles: up to 64 points of a cell, one for each invocation, and
-// triangles that come in batches through workgroup memory. Pairs that the filter leaves undecided are noted for
-// `settle`.
+// triangles that come in batches through workgroup memory. Pairs that the filter leaves undecided are noted for `settle`.
 //
 // A stage defines `Cell` and `Point` (`own` is the triangle that it is on) for its filter, and two tests of points
 // against `record`ed triangles: whether one may shadow the point, and whether it certainly does.

@@ -25,8 +25,7 @@ use sphere::Sphere;
 pub struct LightOptions {
     /// Through faces, or by two angles around them; directional lights always have a face.
     pub map: LightMapping,
-    /// The angles that get cells of their own, for lights that see by angles; by default the range of the points'
-    /// angles.
+    /// The angles that get cells of their own, for lights that see by angles; by default the range of the points' angles.
     pub clamp: Option<LightClamp>,
     /// Depth slices of a tile, 1 or more: points are tested against triangles in their slice and in those before it.
     pub slices: u32,
@@ -135,8 +134,7 @@ impl LightGrid {
         }
     }
 
-    /// Prepares a frame of some or all rows of an image: parameters and room. `None` stands for a light without
-    /// shadows.
+    /// Prepares a frame of some or all rows of an image: parameters and room. `None` stands for a light without shadows.
     ///
     /// # Errors
     /// If a stage needs more bytes than one buffer of the device can have.

@@ -12,8 +12,7 @@ import package::light::sphere::angles::{f32_bits_of, scaled_offset};
 @group(0) @binding(1) var<storage, read> mapped: array<vec4<u32>>;
 // Index of each cell's next point; in the end, the end of its points.
 @group(0) @binding(2) var<storage, read_write> point_cells: array<atomic<u32>>;
-// Fixed-point x and y, key and slot, or offset from the light and slot; then the points' own triangles, four to an
-// element.
+// Fixed-point x and y, key and slot, or offset from the light and slot; then the points' own triangles, four to an element.
 @group(0) @binding(3) var<storage, read_write> sorted: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
 @group(0) @binding(5) var<storage, read> points: array<u32>;

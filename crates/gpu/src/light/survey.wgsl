@@ -80,8 +80,7 @@ fn store(word: u32, coordinate: F64, axis: u32) {
     atomicMax(&bounds_of_group[3u + axis], key);
 }
 
-// Offset from the camera's axis of a column, or of one of the rows after it in the list, counted from the pixel
-// `first`.
+// Offset from the camera's axis of a column, or of one of the rows after it in the list, counted from the pixel `first`.
 fn across_of(first: vec2<u32>, index: u32) -> F64Vector {
     let is_row = index >= TILE_SIDE;
     let number = select(first.x + index, point_view.first_row + first.y + index - TILE_SIDE, is_row);

@@ -5,8 +5,7 @@ import package::grid::space::{VERTEX_REGULAR};
 import package::mask::filter::{RoughPoint};
 import stage::{vertices};
 
-// The meeting point of a ray and a triangle in pixel space, from edge functions that each have an error of
-// `edge_error`.
+// The meeting point of a ray and a triangle in pixel space, from edge functions that each have an error of `edge_error`.
 fn rough_point(corners: vec3<u32>, edges: vec3<f32>, edge_error: f32, are_parallel: bool) -> RoughPoint {
     let of_corners = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
     let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;

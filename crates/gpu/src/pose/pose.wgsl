@@ -37,8 +37,7 @@ struct PoseShape {
     influence_word: u32,
     influence_words: u32,
     influence_sets: u32,
-    // First word of its morph targets in `pose_deltas`: for each target the deltas of positions, of normals and of
-    // tangents.
+    // First word of its morph targets in `pose_deltas`: for each target the deltas of positions, of normals and of tangents.
     target_word: u32,
     targets: u32,
 }

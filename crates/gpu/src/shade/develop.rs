@@ -28,8 +28,7 @@ impl Develop {
     /// Rows of images begin at multiples of this many pixels, as copies to textures require.
     const ROW_STEP: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4;
 
-    /// Makes the stage. `levels` has the least linear value of each level of an sRGB-encoded channel, ascending from
-    /// zero.
+    /// Makes the stage. `levels` has the least linear value of each level of an sRGB-encoded channel, ascending from zero.
     ///
     /// # Errors
     /// If the device has reported an error.

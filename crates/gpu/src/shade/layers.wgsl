@@ -21,8 +21,7 @@ struct Layers {
     grooves: Grooves,
     sheen: Sheen,
     coat: Coat,
-    // Fraction of light that sheen and coat together leave to the layers below, and the fraction that the coat alone
-    // leaves.
+    // Fraction of light that sheen and coat together leave to the layers below, and the fraction that the coat alone leaves.
     below: f32,
     below_coat: f32,
     // Perceptual roughness of the specular layer; with grooves, that of an isotropic highlight of the same area.
@@ -49,8 +48,7 @@ fn layers_scattered(layers: Layers) -> vec3<f32> {
     return layers.sheen.color * (layers.sheen.albedo * layers.below_coat / BRDF_PI);
 }
 
-// Reflection of the surroundings by the top layers, for this irradiance; without the coat if its reflection is
-// followed.
+// Reflection of the surroundings by the top layers, for this irradiance; without the coat if its reflection is followed.
 fn layers_ambient(layers: Layers, view: vec3<f32>, irradiance: vec3<f32>, is_coat_followed: bool) -> vec3<f32> {
     var reflected = layers_scattered(layers) * irradiance;
     if layers.has_coat && !is_coat_followed {

@@ -58,8 +58,7 @@ pub struct ShadeSample {
     pub ways_plane: u32,
     /// Number of these planes.
     pub ways_count: u32,
-    /// First word of the transmittances before lights, in the lights' masks; [`ShadeScene::NO_WORD`] if all of them are
-    /// one.
+    /// First word of the transmittances before lights, in the lights' masks; [`ShadeScene::NO_WORD`] if all of them are one.
     pub tints_word: u32,
     /// Number of the first of these pixels in the image, row by row: random points depend on it …
     pub first_pixel: u32,

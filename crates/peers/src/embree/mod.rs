@@ -4,9 +4,8 @@
 //! All unsafe code of this crate is here, for three reasons. Functions are looked up by name and given the types of the
 //! headers `rtcore_*.h`; the two versions differ in the two functions that trace, and the library reports its version.
 //! Buffers are shared, not copied: a [`Scene`] keeps the [`Posed`](crate::Posed) that owns them, unchanged behind an
-//! [`Arc`](std::sync::Arc), until its geometry gets other buffers or is released; indices were checked, and positions
-//! have the padding for 16-byte reads. Packets have the layouts of the headers, which tests compare with the headers'
-//! numbers.
+//! [`Arc`](std::sync::Arc), until its geometry gets other buffers or is released; indices were checked, and positions have
+//! the padding for 16-byte reads. Packets have the layouts of the headers, which tests compare with the headers' numbers.
 //!
 //! Embree's manual recommends to trace with denormal numbers flushed to zero. Switching that mode on and off for each
 //! call saved no time (no difference above the noise on the gallery's cloth and shatter), so the mode is left as Rust

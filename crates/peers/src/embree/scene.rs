@@ -90,8 +90,7 @@ impl Scene {
             let positions = posed.positions();
             let is_joined = built.joined.is_some();
             // SAFETY: the handles are alive. The buffers have the given lengths and are kept by `built.posed`, or the
-            // indices by `built.joined`, as are the filters' data; old ones are released only after Embree has the new
-            // ones.
+            // indices by `built.joined`, as are the filters' data; old ones are released only after Embree has the new ones.
             unsafe {
                 let share = |geometry, indices: &[[u32; 3]]| {
                     let share = functions.set_shared_buffer;

@@ -41,8 +41,7 @@ impl KdRaster {
             Projection::Perspective { tan_half_height } => (tan_half_height, 0.0),
             Projection::Orthographic { half_height } => (half_height, 2.0 * (reach + position.length())),
         };
-        // Floating-point depth is as exact near by as far away, so a near plane costs nothing but the triangles before
-        // it.
+        // Floating-point depth is as exact near by as far away, so a near plane costs nothing but the triangles before it.
         let near = reach.max(f32::MIN_POSITIVE) / f32::from(1_u16 << 15);
         Self {
             position: position.to_array(),

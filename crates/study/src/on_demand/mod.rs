@@ -1,10 +1,8 @@
-//! Geometry on demand: a scene on disk, with a fixed number of its bytes in memory while rays are traced (the thesis'
-//! §3.1).
+//! Geometry on demand: a scene on disk, with a fixed number of its bytes in memory while rays are traced (the thesis' §3.1).
 //!
 //! A hierarchy of boxes over all triangles is cut where a subtree takes no more than a given number of bytes. The boxes
-//! above the cuts, and the rays, stay in memory; each subtree, a *part*, is on disk with its triangles. A ray goes
-//! through parts in the order in which it enters their boxes, and needs no part behind its hit. The order of *rays* can
-//! be:
+//! above the cuts, and the rays, stay in memory; each subtree, a *part*, is on disk with its triangles. A ray goes through
+//! parts in the order in which it enters their boxes, and needs no part behind its hit. The order of *rays* can be:
 //!
 //! - one ray after the other, to its end, with the most recently used parts kept in memory;
 //! - queues, one for each part: the rays that wait for a part go through it together (Pharr, Kolb, Gershbein and

@@ -98,8 +98,7 @@ impl Traveller {
         }
     }
 
-    /// Moves to the next part that it may hit, in the order of entry into their boxes; returns `false` if there is
-    /// none.
+    /// Moves to the next part that it may hit, in the order of entry into their boxes; returns `false` if there is none.
     pub(super) fn go_on(&mut self, scene: &Scene) -> bool {
         if !is_sound(self.ray()) {
             return false;

@@ -51,9 +51,8 @@ impl EntryPoint {
         self.node != other.node
     }
 
-    /// The entry of all rays between the corners of a tile: rays that begin at `self` and cross each plane inside of
-    /// the rectangle of the four corner rays' crossings. `None` if none of them can hit anything. Adds its work to
-    /// `visits`.
+    /// The entry of all rays between the corners of a tile: rays that begin at `self` and cross each plane inside of the
+    /// rectangle of the four corner rays' crossings. `None` if none of them can hit anything. Adds its work to `visits`.
     #[must_use]
     pub fn of_tile(
         &self,

@@ -226,8 +226,7 @@ impl Shaft {
         }
     }
 
-    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of one face, or before or behind the
-    /// shaft.
+    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of one face, or before or behind the shaft.
     #[inline(always)]
     pub(super) fn is_beside(&self, corners: &[[f32; 3]; 3]) -> bool {
         let outside = |is_outside: &dyn Fn(&[f32; 3]) -> bool| corners.iter().all(is_outside);

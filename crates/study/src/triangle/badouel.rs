@@ -12,8 +12,7 @@ use super::{Bundle, BundleTest, Hits, Rays, TriangleTest};
 /// is behind or too far ends after t.
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel {
-    /// The plane: the normal's components along the two kept axes, scaled to a third component of one, and its
-    /// distance.
+    /// The plane: the normal's components along the two kept axes, scaled to a third component of one, and its distance.
     plane: [f32; 3],
     /// Weights of the second and third corner: factors of the two coordinates, and constants.
     weights: [[f32; 3]; 2],

@@ -11,8 +11,7 @@ use super::{Hits, Rays, TriangleTest};
 /// Four multiplications for the plane, eight for the weights, and a division.
 #[derive(Clone, Copy, Debug)]
 pub struct Shevtsov {
-    /// The plane: the normal's components along the two kept axes, scaled to a third component of one, and its
-    /// distance.
+    /// The plane: the normal's components along the two kept axes, scaled to a third component of one, and its distance.
     plane: [f32; 3],
     /// The first corner along the two axes.
     corner: [f32; 2],

@@ -97,8 +97,7 @@ fn coherent_rays_hit_what_the_predicate_says() {
     assert!(hits > 400, "{hits}");
 }
 
-/// Tiles of four packets of 16×16 rays, which begin at the entry of their tile's corners, and again at that of their
-/// own.
+/// Tiles of four packets of 16×16 rays, which begin at the entry of their tile's corners, and again at that of their own.
 #[test]
 fn rays_that_begin_with_their_tile_hit_what_the_predicate_says() {
     const SIDE: usize = 32;

@@ -424,8 +424,7 @@ fn rays_through_edges_are_settled_by_the_predicate() {
     let check = |renderer: &mut Renderer, structure: Structure, knows_rays: bool| {
         let mut settled = |samples| settled(renderer, structure, samples).map(|settled| settled.expect("counted"));
         let [of_camera, of_light] = settled(1);
-        // Camera rays meet both triangles of the square; shadow rays the other one of them and the one behind the
-        // camera.
+        // Camera rays meet both triangles of the square; shadow rays the other one of them and the one behind the camera.
         for settled in [of_camera, of_light] {
             assert!((10..=20).contains(&settled.tests) && settled.of_rays == 100, "{structure:?}: {settled:?}");
         }

@@ -128,8 +128,7 @@ fn large_lamps_are_as_bright_as_points() {
     }
 }
 
-/// Lambert's formula: the irradiance at `point` of a floor below all corners of a polygon of radiance one that faces
-/// it.
+/// Lambert's formula: the irradiance at `point` of a floor below all corners of a polygon of radiance one that faces it.
 fn lamberts_irradiance(point: DVec3, corners: &[DVec3]) -> f64 {
     let towards: Vec<DVec3> = corners.iter().map(|corner| (corner - point).normalize()).collect();
     let edges = towards.iter().zip(towards.iter().cycle().skip(1));

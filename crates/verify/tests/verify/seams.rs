@@ -1,5 +1,4 @@
-//! Numbers of rays exactly through shared features of a sheet's triangles; the conformance suite tests structures with
-//! them.
+//! Numbers of rays exactly through shared features of a sheet's triangles; the conformance suite tests structures with them.
 
 use glam::Vec3;
 use umbrage_verify::{Random, Seams, Sheet, SheetShape};

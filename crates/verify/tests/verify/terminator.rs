@@ -68,8 +68,7 @@ fn render(frame: &Frame, settings: &Settings) -> Film {
     Renderer::default().render_frame(frame, settings).expect("a picture").clone()
 }
 
-/// Numbers of the ball's pixels that are lit although their normals face away from the sun, and dark although they face
-/// it.
+/// Numbers of the ball's pixels that are lit although their normals face away from the sun, and dark although they face it.
 fn wrong_pixels(frame: &Frame, settings: &Settings) -> [usize; 2] {
     const MARGIN: f32 = 0.06;
     let film = render(frame, settings);

@@ -32,8 +32,7 @@ const RASTER: [&str; 2] = ["raster", "surface"];
 /// A short stack of three entries, as the paper's.
 const SHORT: KdTraversal = KdTraversal::ShortStack(3);
 
-/// Table 2: each line adds an optimisation to those above it; then without packets, with a whole stack, and in wide
-/// packets.
+/// Table 2: each line adds an optimisation to those above it; then without packets, with a whole stack, and in wide packets.
 const TABLE_2: [(KdTraversal, Option<u32>); 7] = [
     (KdTraversal::Restart, None),
     (KdTraversal::Restart, Some(4)),

@@ -145,8 +145,7 @@ impl Spread {
     }
 }
 
-/// The refracted ray behind a glass surface, and the reflectance (Schlick's approximation); `None` for total
-/// reflection.
+/// The refracted ray behind a glass surface, and the reflectance (Schlick's approximation); `None` for total reflection.
 fn refracted(ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Option<(Ray, f64)> {
     let (off, normal) = point_off(corners, ray, hit);
     let point = HitPoint::new(ray, hit.t).position;

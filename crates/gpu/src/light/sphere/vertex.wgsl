@@ -13,8 +13,7 @@ struct AngledVertex {
 // Range of offsets that have angles, 10⁻³⁰ to 10³⁰.
 const SMALLEST_PART: f32 = 1e-30;
 const LARGEST_OFFSET_BITS: u32 = 0x7149f2cau;
-// 2⁻²⁴: an offset has no angle if it is closer than this, relative to its size, to the line around which the angle
-// turns.
+// 2⁻²⁴: an offset has no angle if it is closer than this, relative to its size, to the line around which the angle turns.
 const SMALLEST_SHARE: f32 = 5.9604645e-8;
 
 fn angled_vertex(bits: vec3<u32>) -> AngledVertex {

@@ -6,10 +6,9 @@ use umbrage_rays::Triangles;
 impl Fans {
     /// Makes fans of a mesh's triangles, without triangles that no ray can hit.
     ///
-    /// Greedy, by the fitness of Galin and Akkouche 2005, §4 (Rahikainen 2013, equation 2.19): the next centre is the
-    /// vertex for which 2 × its triangles + 7 × open edges among them − 11 × triangles that would be left without
-    /// neighbours is largest. The paper searches along the border of the remaining mesh; here the vertex may be
-    /// anywhere.
+    /// Greedy, by the fitness of Galin and Akkouche 2005, §4 (Rahikainen 2013, equation 2.19): the next centre is the vertex
+    /// for which 2 × its triangles + 7 × open edges among them − 11 × triangles that would be left without neighbours is
+    /// largest. The paper searches along the border of the remaining mesh; here the vertex may be anywhere.
     ///
     /// Only triangles that share vertices are joined, and only those with the same orientation.
     #[must_use]

@@ -17,8 +17,7 @@ pub(crate) fn any<'a, T>(random: &mut Random, list: &'a [T]) -> &'a T {
     &list[random.below(list.len())]
 }
 
-/// Changes `bytes` in up to four ways, or leaves them unchanged; `other` is a file of the same kind, to take pieces
-/// from.
+/// Changes `bytes` in up to four ways, or leaves them unchanged; `other` is a file of the same kind, to take pieces from.
 pub(crate) fn mutate(random: &mut Random, name: &str, bytes: &[u8], other: &[u8]) -> Vec<u8> {
     let mut mutant = bytes.to_vec();
     for _ in 0..*any(random, &[0, 1, 1, 1, 1, 1, 1, 2, 2, 4]) {

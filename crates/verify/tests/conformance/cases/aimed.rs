@@ -58,8 +58,7 @@ pub(super) fn aim(mut case: Case, random: &mut Random, count: u32, size: f32, fi
     case
 }
 
-/// A card and a smaller one above it. All of it is within a light's face, so that it takes the filter of small
-/// triangles.
+/// A card and a smaller one above it. All of it is within a light's face, so that it takes the filter of small triangles.
 fn cards() -> TestMesh {
     let mut mesh = TestMesh::plane(2, 0.9).placed(1.0, Vec3::NEG_Y);
     mesh.quad([(-0.5, -0.5), (0.4, -0.5), (0.5, 0.3), (-0.5, 0.4)].map(|(x, z)| Vec3::new(x, -0.8 + 0.1 * x, z)));

@@ -104,8 +104,7 @@ fn chessboard() -> TestMesh {
     board
 }
 
-/// A sheet with a rim of triangles without an area: two corners are one vertex, two have one position, or all are on a
-/// line.
+/// A sheet with a rim of triangles without an area: two corners are one vertex, two have one position, or all are on a line.
 fn zero_area_rim() -> TestMesh {
     const SIDE: u32 = 10;
     let mut mesh = sheet(SIDE, SIDE, |u, v| Vec3::new(1.8 * u - 0.9, 0.1 * (7.0 * u * v).sin(), 1.8 * v - 0.9));

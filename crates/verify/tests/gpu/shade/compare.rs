@@ -36,11 +36,10 @@ impl Engines {
 /// Number of pixels in which two films differ, and their largest differences.
 ///
 /// The CPU has hits in f64 and shades in f32; the GPU has both in f32 and may contract sums of products. Most pixels so
-/// agree to about 10⁻⁶, less than a hundredth of a level. Three things can enlarge a rounding: a texel edge on a
-/// triangle with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a
-/// unit in the last place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the
-/// plane of the triangle that it shines on. On lavapipe and on `SwiftShader` no picture of these tests has such a
-/// pixel.
+/// agree to about 10⁻⁶, less than a hundredth of a level. Three things can enlarge a rounding: a texel edge on a triangle
+/// with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a unit in the last
+/// place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the plane of the triangle
+/// that it shines on. On lavapipe and on `SwiftShader` no picture of these tests has such a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Difference {
     /// Number of compared pixels.

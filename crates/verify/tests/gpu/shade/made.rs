@@ -273,8 +273,7 @@ fn frames_that_share_memory_keep_apart() {
         twice[1]
     };
     let moving_bytes = frames.each_ref().map(&mut again);
-    // Besides vertices, it uploads as much for a single panel without textures: neither mesh nor materials are part of
-    // it.
+    // Besides vertices, it uploads as much for a single panel without textures: neither mesh nor materials are part of it.
     let single = panels(vec![Material { double_sided: true, ..Material::default() }], Vec::new(), 1);
     let beside_vertices = |frame: &Frame, bytes: u64| {
         let Frame { positions, normals, tangents, .. } = frame;

@@ -215,8 +215,7 @@ fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
             let is_shaded = on_floor.x > EDGE.into();
             let diffuse = floor_color * (1.0 - floor.mirror);
             let lit = if is_shaded { Vec3::ZERO } else { diffuse * SCENERY.light_color * 0.8 };
-            // The mirrored ray meets the plate at a distance from the floor's point that follows from the plate's
-            // height.
+            // The mirrored ray meets the plate at a distance from the floor's point that follows from the plate's height.
             let at_plate = on_floor.x + ray.direction.x / -ray.direction.y * 5.0;
             let beyond = if at_plate > EDGE.into() { plate_color * SCENERY.ambient } else { SCENERY.sky };
             let mirrored = beyond * floor_color * floor.mirror;
