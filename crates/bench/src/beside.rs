@@ -1,4 +1,4 @@
-//! A question about each frame of animations, asked through scans and through Embree, everything built anew.
+//! A question about each frame of animations, answered by scans and by Embree, with everything built anew.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,25 +33,25 @@ pub(crate) struct BesideFlags {
     form: Form,
 }
 
-/// What is asked, and what was answered last.
+/// A question, and its last answers.
 pub(crate) trait Question {
-    /// Of our side, and the column of what asking takes.
+    /// Name of our side, and title of the column of query times.
     const SIDE: &'static str;
     const ASKING: &'static str;
-    /// The column of how much was found.
+    /// Title of the column of findings.
     const FOUND: &'static str;
 
-    /// Prepares what isn't timed.
+    /// Prepares for a frame; isn't timed.
     fn prepare(&mut self, triangles: Triangles<'_>);
     fn ask_scanner(&mut self, scanner: &mut Scanner, triangles: Triangles<'_>);
     fn ask_embree(&mut self, scene: &umbrage_peers::Scene, triangles: Triangles<'_>);
-    /// How many of Embree's answers are others.
+    /// Number of Embree's answers that differ from ours.
     fn differing(&self, posed: &Posed) -> usize;
-    /// Of our own answers.
+    /// Number of our own findings.
     fn found(&self) -> usize;
 }
 
-/// What a side took in each frame, in milliseconds, and how many of its answers are others.
+/// A side's times in each frame, in milliseconds, and its number of differing answers.
 #[derive(Default)]
 struct Side {
     name: &'static str,
@@ -67,7 +67,7 @@ impl Side {
 }
 
 impl BesideFlags {
-    /// Asks `question` about all scenes; `about` says which one it is, `notes` what its columns mean.
+    /// Asks `question` about all scenes; `about` describes it, `notes` explain its columns.
     pub(crate) fn run<Q: Question>(&self, mut question: Q, about: &str, notes: &[&str]) -> Result<()> {
         let threads = rayon::current_num_threads();
         let embree = Embree::load(self.embree.as_deref(), threads)?;
@@ -96,7 +96,7 @@ impl BesideFlags {
         Ok(table.finish(&[notes, &[&mean]].concat())?)
     }
 
-    /// What each side takes for a scene, and how many triangles it has.
+    /// Times of each side for a scene, and its number of triangles.
     fn measure<Q: Question>(
         &self,
         address: &str,

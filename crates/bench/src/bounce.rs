@@ -1,4 +1,4 @@
-//! Rays that share nothing: diffuse bounces from what a camera sees.
+//! Incoherent rays: diffuse bounces from a camera's hits.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -94,10 +94,10 @@ pub(crate) fn run(flags: &BounceFlags) -> Result<()> {
     Ok(())
 }
 
-/// Whose hits the others' are compared with, and where rays of the next bounce begin.
+/// The side whose hits the others' are compared with; rays of the next bounce start at its hits.
 const EXACT: &str = "bvh";
 
-/// What the rays hit: an id, or `u32::MAX`.
+/// Ids of hit triangles, `u32::MAX` for none.
 type Hits = Vec<u32>;
 
 struct Race {
@@ -110,21 +110,21 @@ struct Runner {
     name: &'static str,
     tracer: Tracer,
     hits: Hits,
-    /// What each bounce took in each frame.
+    /// Times of each bounce in each frame.
     taken: Vec<Vec<Taken>>,
 }
 
-/// What a bounce took, in milliseconds.
+/// Times of a bounce, in milliseconds.
 #[derive(Clone, Copy)]
 struct Taken {
     rays: usize,
     build: f64,
     trace: f64,
-    /// Rays that hit something else than the predicate says.
+    /// Rays whose hit differs from the predicate's.
     differ: usize,
 }
 
-/// What traces rays.
+/// A tracer of rays.
 enum Tracer {
     Embree(umbrage_peers::Scene),
     /// One ray at a time.
@@ -196,7 +196,7 @@ impl Race {
         &self.runners[2]
     }
 
-    /// What the faster of Embree's two does with the build in the time, in rays a microsecond.
+    /// Rays a microsecond of the faster of Embree's two, including the build.
     fn fastest_embree(&self, bounce: usize) -> f64 {
         self.runners[0].whole(bounce).max(self.runners[1].whole(bounce))
     }
@@ -287,7 +287,7 @@ impl Runner {
         self.median(bounce, |taken| taken.rays as f64 / (1e3 * taken.trace))
     }
 
-    /// The same with the build in the time.
+    /// Rays a microsecond, including the build.
     fn whole(&self, bounce: usize) -> f64 {
         self.median(bounce, |taken| taken.rays as f64 / (1e3 * (taken.build + taken.trace)))
     }

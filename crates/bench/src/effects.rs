@@ -1,6 +1,6 @@
-//! Lenses and large lights two ways that have one limit: exact frames, each with one point of the lens and of the light, and
-//! rays of which each pixel's have points of their own, as in most ray tracers (Pharr, Jakob and Humphreys, *Physically Based
-//! Rendering*). Which is nearer to the limit after the same time?
+//! Lenses and large lights by two methods with the same limit: exact frames, each with one point of the lens and of the
+//! light, and rays with points of their own in each pixel, as in most ray tracers (Pharr, Jakob and Humphreys,
+//! *Physically Based Rendering*). Compares their errors after the same time.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -93,7 +93,7 @@ impl Effect {
     }
 }
 
-/// What is rendered.
+/// Parameters of the pictures.
 struct Setting<'a> {
     shot: &'a Shot<'a>,
     light: Vec3,
@@ -102,19 +102,19 @@ struct Setting<'a> {
     focus: f64,
 }
 
-/// What one sample draws, beside its pixel.
+/// Random points of a sample, besides its position in the pixel.
 struct Drawn {
-    /// In the unit disk.
+    /// A point in the unit disk.
     lens: DVec2,
-    /// In the unit ball, so that it looks like an even disk from everywhere.
+    /// A point in the unit ball, in a distribution that looks like an even disk from all directions.
     light: DVec3,
 }
 
 impl Drawn {
-    /// Dimensions that one takes, the last of which is left for the pixel.
+    /// Dimensions of a sample; the last one is for the position in the pixel.
     const DIMENSIONS: u32 = 4;
 
-    /// Number `number` of one of many series that have nothing in common.
+    /// Sample `number` of one of many independent series.
     fn new(number: u32, series: u32) -> Self {
         let first = series.wrapping_mul(Self::DIMENSIONS);
         let point = triple(number, first + 1);
@@ -146,7 +146,7 @@ impl<'a> Setting<'a> {
         self.shot.frame.triangles()
     }
 
-    /// The camera at a point of its lens, and how many pixels its rays are shifted so that what is in focus stays.
+    /// The camera at a point of its lens, and the shift of its rays in pixels that keeps points in focus in place.
     fn view(&self, drawn: &Drawn) -> (View, DVec2) {
         let View { camera, height, .. } = self.shot.view;
         let Projection::Perspective { tan_half_height } = camera.projection else {
@@ -167,7 +167,7 @@ impl<'a> Setting<'a> {
         LightSource::Point { position: (self.light.as_dvec3() + drawn.light * self.light_radius).as_vec3() }
     }
 
-    /// What a lit white surface shows, the light's intensity being such that what is around the scene's middle is about 1.
+    /// Radiance of a lit white surface; the light's intensity makes it about 1 around the scene's middle.
     fn shaded(&self, triangle: u32, point: DVec3, light: &LightSource) -> f32 {
         let LightSource::Point { position } = light else { return 0.0 };
         let [a, b, c] = self.triangles().corners(triangle).map(Vec3::as_dvec3);
@@ -224,7 +224,7 @@ impl<'a> Setting<'a> {
             .collect()
     }
 
-    /// What sample `number` of a pixel shows.
+    /// Value of sample `number` of a pixel.
     fn along_ray(&self, rays: &Bvh, pixel: u32, number: u32) -> f32 {
         let drawn = Drawn::new(number, pixel);
         let in_pixel = pair(number, pixel.wrapping_mul(Drawn::DIMENSIONS) + Drawn::DIMENSIONS - 1);
@@ -242,7 +242,7 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// What pictures of one number of samples cost and miss.
+/// Cost and error of pictures with one number of samples.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     ms: f64,
@@ -293,8 +293,8 @@ fn relative_error(picture: &Picture, reference: &Picture) -> f64 {
     100.0 * (squares / count).sqrt() / (sum / count)
 }
 
-/// The error after some time, on the line of logarithms through two neighbours of `points`, which are sorted; `None` before
-/// the first, or where there is no line.
+/// The error after `ms` milliseconds, on the line of logarithms through two neighbours of the sorted `points`; `None`
+/// before the first, or with fewer than two points.
 fn error_after(points: &[Point], ms: f64) -> Option<f64> {
     let first = points.first()?;
     if points.len() < 2 || ms < first.ms {

@@ -1,4 +1,4 @@
-//! What several commands are told alike.
+//! Flags shared by several commands.
 
 use std::path::{Path, PathBuf};
 
@@ -50,7 +50,7 @@ impl OutputFlags {
         self.start(conditions)
     }
 
-    /// Writes notes below the table, what is left of it, and the chart, if one is wanted.
+    /// Writes notes below the table, the rest of the table, and the chart, if requested.
     pub(crate) fn finish(&self, table: Table, notes: &[&str], chart: &dyn Chart) -> Result<()> {
         table.finish(notes)?;
         self.plot.iter().try_for_each(|path| write_chart(path, chart))
@@ -82,7 +82,7 @@ pub(crate) struct AnimationFlags {
 }
 
 impl AnimationFlags {
-    /// Has everything use as many threads as are asked for, and says in one line how everything is measured.
+    /// Starts the requested number of threads, and returns a line with the conditions of measurement.
     pub(crate) fn prepare(&self, size: Option<[u32; 2]>) -> Result<String> {
         use_threads(self.threads)?;
         let size = size.map_or_else(String::new, |[width, height]| format!("{width}x{height}, "));
@@ -104,7 +104,7 @@ pub(crate) struct ImageFlags {
 }
 
 impl ImageFlags {
-    /// Has everything use as many threads as are asked for, and begins the table.
+    /// Starts the requested number of threads, and begins the table.
     pub(crate) fn start(&self) -> Result<Table> {
         self.animation.output.start(&self.animation.prepare(Some(self.size))?)
     }
@@ -114,7 +114,7 @@ impl ImageFlags {
         self.animation.output.start_without_chart(&self.animation.prepare(Some(self.size))?)
     }
 
-    /// Writes notes below the table, what is left of it, and the chart, if one is wanted.
+    /// Writes notes below the table, the rest of the table, and the chart, if requested.
     pub(crate) fn finish(&self, table: Table, notes: &[&str], chart: &dyn Chart) -> Result<()> {
         self.animation.output.finish(table, notes, chart)
     }

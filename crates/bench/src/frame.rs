@@ -54,7 +54,7 @@ enum EngineFlag {
     Gpu,
 }
 
-/// The stages that find what pixels see and what lights reach: the frame of the papers.
+/// Stages that find the pixels' triangles and the lights' masks: the frame of the papers.
 const TRACING: [&str; 3] = ["build", "see", "shadow"];
 const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
 
@@ -79,7 +79,7 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
     for address in &scenes {
         for (row, work) in measure(address, flags).with_context(|| format!("scene {address}"))? {
             let is_for_people = flags.form == Form::Table;
-            // The most columns are for programs.
+            // Most columns are for programs.
             let columns = if flags.work && !is_for_people { work.columns() } else { Row::new() };
             table.push(row.into_iter().chain(columns).collect())?;
             if flags.work {
@@ -115,8 +115,7 @@ fn run_on_gpu(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
     Ok(table.finish(&[NOTE])?)
 }
 
-/// A scene's frames through each structure: medians in milliseconds, and what the grids had to do in the last frame's last
-/// sample.
+/// A scene's frames through each structure: medians in milliseconds, and the grids' counts in the last frame's last sample.
 fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<(Row, Work)>> {
     let scene = umbrage::open(address)?;
     let [width, height] = flags.size;

@@ -10,13 +10,13 @@ use umbrage::rays::{
 
 use crate::shot::Shot;
 
-/// What a frame took, in milliseconds, over all samples and lights.
+/// Times of a frame, in milliseconds, over all samples and lights.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Times {
-    /// What is built before any ray is traced.
+    /// Building before any ray is traced.
     pub(crate) build: f64,
     pub(crate) see: f64,
-    /// What lights need to know about the points, once for all of them.
+    /// Survey of the points, once for all lights.
     pub(crate) survey: f64,
     pub(crate) shadow: f64,
 }
@@ -27,7 +27,7 @@ impl Times {
     }
 }
 
-/// Calls `stage` and adds what it took to `milliseconds`.
+/// Calls `stage` and adds its time to `milliseconds`.
 pub(crate) fn time<T>(milliseconds: &mut f64, stage: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let result = stage();
@@ -35,14 +35,14 @@ pub(crate) fn time<T>(milliseconds: &mut f64, stage: impl FnOnce() -> T) -> T {
     result
 }
 
-/// What a pixel shows and whether the last light reaches it.
+/// A pixel's triangle, and whether the last light reaches it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pixel {
     pub(crate) triangle: u32,
     pub(crate) is_lit: bool,
 }
 
-/// Which forms the grids of the camera and the lights have: the paper's own where they have options for it.
+/// Forms of the camera's and the lights' grids: the paper's own if they have options for it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Forms {
     pub(crate) camera: Option<ListedOptions>,
@@ -69,14 +69,14 @@ impl Forms {
     }
 }
 
-/// One of our structures, with what it last answered.
+/// One of our structures, with its last answers.
 #[derive(Debug)]
 pub(crate) struct Ours {
     structure: Box<dyn Structure>,
     seen: SeenPixels,
     /// One for each light.
     masks: Vec<LightMask>,
-    /// What the camera and lights of the samples took that were traced last.
+    /// Work of the camera and of the lights for the last traced samples.
     pub(crate) work: [Work; 2],
 }
 
@@ -94,7 +94,7 @@ impl Ours {
         for samples in &shot.samples {
             let question = shot.question(&opacities, samples);
             *of_camera = time(&mut times.see, || structure.see(&question, seen))?;
-            // What grids for one sample's rays are built by is a part of seeing.
+            // Building a grid for one sample's rays is a part of seeing.
             let Seconds { project, list, sort, .. } = of_camera.seconds;
             let built = 1e3 * (project + list + sort);
             (times.build, times.see) = (times.build + built, times.see - built);
@@ -105,7 +105,7 @@ impl Ours {
         Ok(times)
     }
 
-    /// What a pixel of the image of all samples showed that were traced last; `None` for nothing.
+    /// A pixel in the image of the last traced samples; `None` for no triangle.
     pub(crate) fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
         let triangle = self.seen.triangle_at(x, y);
         let is_lit = self.masks.last().is_some_and(|mask| mask.is_lit(x, y));

@@ -1,4 +1,4 @@
-//! Which faces of a mesh each of many suns reaches, beside Embree.
+//! Faces of a mesh that each of many suns reaches, beside Embree.
 
 use anyhow::Result;
 use clap::Args;
@@ -32,10 +32,10 @@ pub(crate) fn run(flags: &LitFlags) -> Result<()> {
     flags.beside.run(faces, &format!("all faces by {} suns", flags.suns), &notes)
 }
 
-/// Which faces suns reach.
+/// The faces that suns reach.
 struct Faces {
     suns: Vec<LightSource>,
-    /// How far Embree's rays begin from their face, in sizes of the scene and in units of the world.
+    /// Offset of Embree's rays from their face, in sizes of the scene and in world units.
     part: f32,
     offset: f32,
     bits: LitBits,

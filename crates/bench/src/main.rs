@@ -154,7 +154,7 @@ enum Command {
 fn main() -> ExitCode {
     match run(Flags::parse().command) {
         Ok(code) => code,
-        // The reader of standard output has gone, which is its right.
+        // The reader of standard output has closed it, which is no error.
         Err(error) if is_unread(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:?}");

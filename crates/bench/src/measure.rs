@@ -9,10 +9,10 @@ use crate::grids::{Forms, Ours, Times};
 use crate::median::median;
 use crate::shot::{Lights, Shot, moments};
 
-/// What frames cost: medians, in milliseconds.
+/// Costs of frames: medians, in milliseconds.
 #[derive(Clone, Debug)]
 pub(crate) struct Costs {
-    /// Of the last frame.
+    /// Triangles of the last frame.
     pub(crate) triangles: usize,
     pub(crate) build: f64,
     pub(crate) see: f64,
@@ -20,17 +20,17 @@ pub(crate) struct Costs {
     pub(crate) shadow: f64,
     /// The median of the sums, not the sum of the medians.
     pub(crate) frame: f64,
-    /// The light grid's own stages, which are `survey` and `shadow`.
+    /// The light grid's own stages, which make up `survey` and `shadow`.
     pub(crate) light_stages: Vec<(&'static str, f64)>,
-    /// Bytes that the grids hold in the end.
+    /// Bytes of the grids at the end.
     pub(crate) bytes: Bytes,
-    /// What the last frame's camera took, and its lights.
+    /// Counts of the last frame's camera, and of its lights.
     pub(crate) counts: Counts,
     pub(crate) light_counts: Counts,
 }
 
-/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange` may
-/// change what each frame shows.
+/// Traces frames of the scene at `address`, with its first light, through grids of each of `forms` in turn. `arrange`
+/// may change each frame's shot.
 pub(crate) fn measure(
     address: &str,
     size: [u32; 2],
@@ -67,7 +67,7 @@ fn light_stages(grids: &Ours) -> Vec<(&'static str, f64)> {
 }
 
 impl Costs {
-    /// Milliseconds of a stage of the light grid's own; zero where its form doesn't have it.
+    /// Milliseconds of one of the light grid's own stages; zero if its form doesn't have it.
     pub(crate) fn light_stage(&self, name: &str) -> f64 {
         self.light_stages.iter().find(|stage| stage.0 == name).map_or(0.0, |stage| stage.1)
     }

@@ -1,5 +1,5 @@
-//! The papers' experiments all over again: each table goes to a file of its own, with what it was measured by and on, and
-//! what differs from the last time is said.
+//! Repeats the papers' experiments: writes each table to a file of its own, with its command and machine, and reports
+//! changes since the last time.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,12 +13,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 /// A table or figure of a paper that a command measures.
 struct Experiment {
-    /// The file's name.
+    /// Name of its file.
     name: &'static str,
-    /// The command's.
+    /// Name of its command.
     command: &'static str,
     title: &'static str,
-    /// Which paper, and where in it.
+    /// Paper and section.
     source: &'static str,
     flags: &'static [&'static str],
     /// Whether it takes `--files`.
@@ -41,7 +41,7 @@ impl Experiment {
         }
     }
 
-    /// Measured by another command than the one of its name, or with flags.
+    /// With another command than the one of its name, or with flags.
     const fn by(self, command: &'static str, flags: &'static [&'static str]) -> Self {
         Self { command, flags, ..self }
     }
@@ -196,7 +196,7 @@ impl PapersFlags {
         Ok(())
     }
 
-    /// Writes an experiment's file, and says what is different in it.
+    /// Writes an experiment's file, and returns a description of its changes.
     fn measure_one(&self, experiment: &Experiment) -> Result<String> {
         if experiment.needs_statistics && !cfg!(feature = "statistics") {
             return Ok("left as it is; build with --features statistics to have it counted".to_owned());
@@ -251,7 +251,7 @@ fn path_text(path: &Path) -> Result<String> {
     }
 }
 
-/// The commit that the working directory is at, and whether it has changed since.
+/// The commit of the working directory, and whether the directory has changed since.
 fn commit() -> String {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).stderr(Stdio::null()).output().ok()?;
@@ -263,7 +263,7 @@ fn commit() -> String {
     if is_changed { format!("{commit} and changes") } else { commit }
 }
 
-/// What the processor calls itself, where the system says so.
+/// Name of the processor, if the system tells it.
 fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
@@ -314,7 +314,7 @@ fn cells(document: &str) -> Vec<Vec<&str>> {
 
 impl std::fmt::Display for Differences {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        /// What two runs of the same differ by.
+        /// Ratio by which two runs of the same program may differ.
         const NOISE: f64 = 1.3;
         if self.is_other_table {
             f.write_str("other rows, columns or words than in the stored table; ")?;

@@ -1,4 +1,4 @@
-//! What whole pictures take, from the scene to the file: of one build of the command, or of two in turn.
+//! Times of whole pictures, from the scene to the file: of one build of the command, or of two in turn.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -40,7 +40,7 @@ pub(crate) struct PictureFlags {
     output: OutputFlags,
 }
 
-/// What the command says of itself with `--stats json`.
+/// The command's output of `--stats json`.
 #[derive(Deserialize)]
 struct Run {
     engine: String,
@@ -118,7 +118,7 @@ impl PictureFlags {
     }
 }
 
-/// The command as it is built with this program.
+/// The command that is built with this program.
 fn beside_this_program() -> Result<PathBuf> {
     let program = std::env::current_exe()?.with_file_name(format!("umbrage{}", std::env::consts::EXE_SUFFIX));
     ensure!(
@@ -135,7 +135,7 @@ fn columns<'a>(scene: &str, build: &str, times: impl Iterator<Item = (&'a String
     row
 }
 
-/// Of each stage, over the frames of all runs but the first of each.
+/// Medians of each stage, over the frames of all runs except the first of each.
 fn medians(runs: &[Run]) -> Times {
     let frames = || runs.iter().flat_map(|run| run.frames.iter().skip(1));
     let Some(first) = frames().next() else { return Times::new() };

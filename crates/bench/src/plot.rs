@@ -9,7 +9,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// What is written as an SVG file.
+/// A chart that can be written as an SVG file.
 pub(crate) trait Chart {
     /// The whole file.
     fn svg(&self) -> Result<String>;
@@ -19,10 +19,10 @@ pub(crate) trait Chart {
 #[derive(Clone, Debug)]
 pub(crate) struct LineChart<'a> {
     pub(crate) title: &'a str,
-    /// What is along each axis, with its unit.
+    /// Title of each axis, with its unit.
     pub(crate) x_title: &'a str,
     pub(crate) y_title: &'a str,
-    /// Along, and upwards.
+    /// Scales of the horizontal and the vertical axis.
     pub(crate) scales: [Scale; 2],
     pub(crate) series: Vec<Series>,
 }
@@ -31,7 +31,7 @@ pub(crate) struct LineChart<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
     pub(crate) name: String,
-    /// In the order in which the line goes through them; those that can't be shown are left out.
+    /// In drawing order; points that can't be shown are left out.
     pub(crate) points: Vec<[f64; 2]>,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Series {
 #[derive(Clone, Debug)]
 pub(crate) struct BarChart<'a> {
     pub(crate) title: &'a str,
-    /// What the bars' heights are, with their unit.
+    /// Title of the bars' heights, with their unit.
     pub(crate) y_title: &'a str,
     /// Names of the parts, from below.
     pub(crate) parts: Vec<String>,
@@ -67,7 +67,7 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(0xa0, 0xa0, 0xa0),
 ];
 
-/// In pixels: the axes' rectangle, what is left of it and below, what is right of it at least, and how long a character is.
+/// In pixels: size of the axes' rectangle, room left of it and below, minimum room right of it, and width of a character.
 const WIDTH: u32 = 560;
 const HEIGHT: u32 = 360;
 const LABELS: u32 = 64;
@@ -114,7 +114,7 @@ impl Chart for LineChart<'_> {
 
 impl Chart for BarChart<'_> {
     fn svg(&self) -> Result<String> {
-        /// How much of its share of the width a bar takes.
+        /// Fraction of its share of the width that a bar fills.
         const FILLED: f64 = 0.7;
         let axis = Axis::new(Scale::Linear, self.bars.iter().map(|bar| bar.heights.iter().sum()));
         let count = self.bars.len().max(1);
@@ -144,8 +144,8 @@ impl Chart for BarChart<'_> {
     }
 }
 
-/// An SVG file with a title and a legend of series and their names. `draw` is given the axes' rectangle of `width` and `height` pixels with room for
-/// labels left of it and, `labels` pixels high, below, and the area that all this is in.
+/// An SVG file with a title and a legend of series and their names. `draw` gets the axes' rectangle of `width` and
+/// `height` pixels with room for labels left of it and, `labels` pixels high, below, and the area around all of this.
 fn sheet(
     title: &str,
     [width, height]: [u32; 2],
@@ -196,7 +196,7 @@ fn is_repeated(series: usize) -> bool {
     series >= COLORS.len()
 }
 
-/// How values are spread along an axis.
+/// Spread of values along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
     /// With zero on the axis.
@@ -216,7 +216,7 @@ enum Axis {
 }
 
 impl Axis {
-    /// An axis that `values` fit on; those that a logarithmic one can't show don't count.
+    /// An axis for `values`; ignores those that a logarithmic one can't show.
     fn new(scale: Scale, values: impl Iterator<Item = f64>) -> Self {
         let shown = values.filter(|value| value.is_finite() && (scale == Scale::Linear || *value > 0.0));
         let (low, high) =

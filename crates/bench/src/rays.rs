@@ -9,13 +9,13 @@ use umbrage::rays::{Hit, LightSource, Ray, SingleRays, Triangles};
 
 use crate::shot::Shot;
 
-/// Rays that are traced together by what traces packets.
+/// Rays of a packet.
 pub(crate) const PACKET: usize = 256;
 
-/// What rays hit.
+/// Hits of rays.
 pub(crate) type Hits = Vec<Option<Hit>>;
 
-/// Where the rays of a packet's upper left, upper right, lower left and lower right pixel are in it.
+/// Indices in a packet of the rays of its upper left, upper right, lower left and lower right pixel.
 pub(crate) const PACKET_CORNERS: [usize; 4] = [0, 51, 204, 255];
 
 /// The rays of a shot's first sample: squares of 16×16 pixels, and squares of 4×4 in these.
@@ -28,7 +28,7 @@ pub(crate) fn of_camera_by_tiles(shot: &Shot<'_>) -> Vec<Ray> {
     in_squares(shot, &[128, 32, 16, 4])
 }
 
-/// The rays of a shot's first sample in squares with such sides, each in the one before.
+/// The rays of a shot's first sample in nested squares with these sides.
 fn in_squares(shot: &Shot<'_>, sides: &[u32]) -> Vec<Ray> {
     let (width, height) = (shot.view.width, shot.view.height);
     let first = shot.samples[0].as_slice()[0];
@@ -45,13 +45,12 @@ fn in_squares(shot: &Shot<'_>, sides: &[u32]) -> Vec<Ray> {
     corners.into_iter().map(|[x, y]| first.ray(&shot.view, x, y)).collect()
 }
 
-/// What rays hit first.
+/// Nearest hits of rays.
 pub(crate) fn hits_of(structure: &dyn SingleRays, triangles: Triangles<'_>, rays: &[Ray]) -> Hits {
     rays.par_iter().with_min_len(PACKET).map(|ray| structure.nearest(triangles, ray, &|_| true)).collect()
 }
 
-/// The rays of a diffuse bounce: one from each hit, in a direction whose cosine with the normal is as likely as it is large;
-/// the same every time.
+/// The rays of a diffuse bounce: one from each hit, in a cosine-distributed direction; the same every time.
 pub(crate) fn scattered(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> Vec<Ray> {
     let scattered = |(number, (ray, hit)): (usize, (&Ray, &Option<Hit>))| {
         let hit = hit.as_ref()?;
@@ -60,7 +59,7 @@ pub(crate) fn scattered(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> 
     rays.iter().zip(hits).enumerate().filter_map(scattered).collect()
 }
 
-/// The ray of a diffuse bounce from what ray `number` hits on a triangle.
+/// The ray of a diffuse bounce from the hit of ray `number` on a triangle.
 pub(crate) fn scattered_ray(number: usize, ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Ray {
     let (origin, normal) = point_off(corners, ray, hit);
     same_for_all(origin, normal + on_sphere(number as u64))
@@ -75,14 +74,14 @@ pub(crate) fn mirrored(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits) -> V
     rays.iter().zip(hits).filter_map(mirrored).collect()
 }
 
-/// The ray that a flat mirror sends on from what a ray hits on a triangle.
+/// The ray that a flat mirror reflects at a ray's hit on a triangle.
 pub(crate) fn mirrored_ray(ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Ray {
     let (origin, normal) = point_off(corners, ray, hit);
     let direction = ray.direction.normalize();
     same_for_all(origin, direction - normal * (2.0 * normal.dot(direction)))
 }
 
-/// The rays from what rays hit to a light; of the first light, or of one from above.
+/// The rays from hits to a light; to the first light, or to one above.
 pub(crate) fn to_light(triangles: Triangles<'_>, rays: &[Ray], hits: &Hits, light: Option<&LightSource>) -> Vec<Ray> {
     let to_light = |(ray, hit): (&Ray, &Option<Hit>)| {
         let hit = hit.as_ref()?;
@@ -107,7 +106,7 @@ pub(crate) fn point_off(corners: [Vec3; 3], ray: &Ray, hit: &Hit) -> (DVec3, DVe
     (point + normal * (1e-4 * (point - ray.origin).length()), normal)
 }
 
-/// A ray in single precision, so that everyone is given the same numbers.
+/// A ray in single precision, so that all sides get the same numbers.
 pub(crate) fn same_for_all(origin: DVec3, direction: DVec3) -> Ray {
     Ray::new(origin.as_vec3().as_dvec3(), direction.as_vec3().as_dvec3())
 }

@@ -45,14 +45,14 @@ pub(crate) fn run(flags: &ScanFlags) -> Result<()> {
     flags.beside.run(lidar, &about, &notes)
 }
 
-/// What a lidar's directions hit first.
+/// First hits of a lidar's directions.
 struct Lidar {
-    /// Where it is in the scene's bounds.
+    /// Position in the scene's bounds, 0 to 1 along each axis.
     at: DVec3,
     directions: Vec<Vec3>,
     origin: DVec3,
     scanned: Scanned,
-    /// Names of what Embree has, all ones for a miss.
+    /// Names of Embree's hits, all ones for a miss.
     theirs: Vec<u32>,
 }
 
@@ -99,7 +99,7 @@ fn directions(flags: &ScanFlags) -> Vec<Vec3> {
     all.filter(|&(column, row)| column < around && row < beams).map(|(column, row)| direction(column, row)).collect()
 }
 
-/// Finds the names of what directions hit, all ones for a miss.
+/// Finds the names of the directions' hits, all ones for a miss.
 fn by_packets(scene: &umbrage_peers::Scene, origin: Vec3, directions: &[Vec3], hits: &mut Vec<u32>) {
     hits.resize(directions.len(), u32::MAX);
     directions.par_chunks(WIDTH * 64).zip(hits.par_chunks_mut(WIDTH * 64)).for_each(|(directions, hits)| {

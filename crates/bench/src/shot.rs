@@ -1,4 +1,4 @@
-//! Which frames are traced: scenes, cameras and lights.
+//! The traced frames: scenes, cameras and lights.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use umbrage::rays::{Bounds, Camera, LightSource, Opacity, Opaque, Projection, Ra
 use umbrage::scene::Frame;
 use umbrage::{Samples, Scene};
 
-/// Scenes of the gallery nearly all of whose triangles move or change, or that the camera moves through.
+/// Scenes of the gallery in which nearly all triangles move or change, or the camera moves.
 pub(crate) const GALLERY: [&str; 7] =
     ["demo:cloth", "demo:forest", "demo:hall", "demo:shatter", "demo:statue", "demo:marbles", "demo:gears"];
 
-/// Files that are looked for in a folder of real scenes; those that aren't there are left out.
+/// Files that are looked up in a folder of real scenes; missing ones are left out.
 const FILES: [&str; 9] = [
     "cesium_man.glb",
     "robot_expressive.glb",
@@ -26,7 +26,7 @@ const FILES: [&str; 9] = [
     INTERIORS[2].file,
 ];
 
-/// Where an interior is seen and lit from; their files say nothing of it, or show them from outside.
+/// Camera and light of an interior; its file has none, or shows it from outside.
 struct Interior {
     file: &'static str,
     eye: Vec3,
@@ -69,7 +69,7 @@ pub(crate) enum Lights {
     First,
     /// All of them, one after the other.
     All,
-    /// So many: the frame's own, and where it has fewer, its first one, turned around the scene.
+    /// This many: the frame's own and, if it has fewer, its first one, turned around the scene.
     Count(u32),
 }
 
@@ -98,7 +98,7 @@ impl fmt::Display for Lights {
     }
 }
 
-/// One frame as everyone is given it.
+/// One frame, the same for all sides.
 #[derive(Debug)]
 pub(crate) struct Shot<'a> {
     pub(crate) frame: &'a Frame,
@@ -106,15 +106,15 @@ pub(crate) struct Shot<'a> {
     /// Samples of each pixel, as our structures trace them together.
     pub(crate) samples: Vec<Samples>,
     pub(crate) lights: Vec<LightSource>,
-    /// Of all triangles.
+    /// Bounds of all triangles.
     pub(crate) bounds: Bounds,
-    /// Whether alpha masks and opacity decide what stops rays; else all triangles do.
+    /// Whether alpha masks and opacity let rays pass; otherwise all triangles stop rays.
     pub(crate) masks: bool,
 }
 
 impl<'a> Shot<'a> {
-    /// `frame` of the scene at `address`, with opaque triangles. Interiors have an eye and a light of ours; other scenes show
-    /// what they say themselves.
+    /// `frame` of the scene at `address`, with opaque triangles. Interiors have a camera and a light of ours; other
+    /// scenes have their own.
     pub(crate) fn new(
         frame: &'a Frame,
         address: &str,
@@ -152,7 +152,7 @@ impl Shot<'_> {
         self.samples.iter().flat_map(Samples::as_slice).map(|&sample| Samples::one(sample)).collect()
     }
 
-    /// The ray of a pixel at the last sample, and where that is in the image of all samples that are traced with it.
+    /// The ray of a pixel at the last sample, and its position in the image of all samples that are traced with it.
     pub(crate) fn last_ray(&self, x: u32, y: u32) -> (Ray, [u32; 2]) {
         let samples = &self.samples[self.samples.len() - 1];
         let which = samples.as_slice().len() - 1;
@@ -169,7 +169,7 @@ impl Shot<'_> {
         }
     }
 
-    /// Leaves lights away, or adds the first one, turned around the scene, until there are `count`.
+    /// Drops lights, or adds the first one, turned around the scene, until there are `count`.
     pub(crate) fn make_lights(&mut self, count: u32) {
         let Self { lights, bounds, .. } = self;
         let from_above = LightSource::Point { position: bounds.center() + bounds.size() };
@@ -178,7 +178,7 @@ impl Shot<'_> {
         lights.extend((lights.len() as u32..count).map(|index| turned(first, bounds.center(), index)));
     }
 
-    /// What stops camera rays, and what stops shadow rays.
+    /// Opacities for camera rays and for shadow rays.
     pub(crate) fn opacities(&self) -> [Box<dyn Opacity + '_>; 2] {
         if self.masks {
             [Box::new(self.frame.camera_opacity()), Box::new(self.frame.shadow_opacity())]
@@ -187,21 +187,21 @@ impl Shot<'_> {
         }
     }
 
-    /// Some samples of each pixel.
+    /// The question of some samples of each pixel.
     pub(crate) fn question<'a>(
         &'a self,
         [opacity, shadow_opacity]: &'a [Box<dyn Opacity + '_>; 2],
         samples: &Samples,
     ) -> umbrage::rays::Shot<'a> {
         let question = umbrage::rays::Shot::new(self.frame.triangles(), self.view);
-        // Others know no single-sided triangles.
+        // Other ray tracers have no one-sided triangles.
         let sides = Sides::Both;
         let [opacity, shadow_opacity] = [&**opacity, &**shadow_opacity];
         samples.question(umbrage::rays::Shot { opacity, shadow_opacity, sides, ..question })
     }
 }
 
-/// A light after `index` golden angles around the vertical axis through `middle`, so that any number of them are spread evenly.
+/// The light after `index` golden angles around the vertical axis through `middle`: any number of them are spread evenly.
 fn turned(light: LightSource, middle: Vec3, index: u32) -> LightSource {
     const GOLDEN_ANGLE: f32 = 2.399_963_1;
     let turn = Quat::from_rotation_y(GOLDEN_ANGLE * index as f32);
@@ -230,20 +230,20 @@ pub(crate) fn name(address: &str) -> &str {
     address.rsplit('/').next().unwrap_or(address)
 }
 
-/// The same without what all of a kind share, for charts.
+/// The same without common prefixes and suffixes, for charts.
 pub(crate) fn short_name(address: &str) -> &str {
     let name = name(address);
     let name = name.strip_prefix("demo:").unwrap_or(name);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
-/// Addresses of the scenes that were named, or else of the whole gallery.
+/// Addresses of the named scenes, or else of the whole gallery.
 pub(crate) fn or_gallery(named: &[String]) -> Vec<String> {
     let gallery = || umbrage::gallery::DEMOS.iter().map(|demo| format!("demo:{}", demo.name)).collect();
     if named.is_empty() { gallery() } else { named.to_vec() }
 }
 
-/// Addresses of the scenes that take part: those that were named, or else the gallery's and those of a folder of files.
+/// Addresses of the scenes that take part: the named ones, or else the gallery's and those of a folder of files.
 pub(crate) fn addresses(named: &[String], folder: Option<&PathBuf>) -> Vec<String> {
     if !named.is_empty() {
         return named.to_vec();
@@ -253,14 +253,14 @@ pub(crate) fn addresses(named: &[String], folder: Option<&PathBuf>) -> Vec<Strin
     GALLERY.map(str::to_owned).into_iter().chain(files.filter(|path| Path::new(path).exists())).collect()
 }
 
-/// Moments in seconds of `scene` at which as many `frames` are traced, and whether each counts: the first takes memory that
-/// later ones use again.
+/// Moments of `scene` in seconds for `frames` counted frames, and whether each counts: the first one takes memory that
+/// later ones reuse.
 pub(crate) fn moments(scene: &Scene, frames: u32) -> impl Iterator<Item = (f64, bool)> + use<> {
     let duration = scene.duration_seconds();
     (0..=frames).map(move |number| (duration * f64::from(number) / f64::from(frames + 1), number > 0))
 }
 
-/// Which interiors of `addresses` are seen from where, in words; empty for none.
+/// Descriptions of the viewpoints of the interiors in `addresses`; empty for none.
 pub(crate) fn viewpoints(addresses: &[String]) -> Vec<String> {
     let interiors = addresses.iter().filter_map(|address| interior(address));
     let words = |Interior { file, eye, target, fov_degrees, light }: &Interior| {

@@ -23,9 +23,9 @@ pub(crate) enum Form {
 pub(crate) enum Cell {
     Text(String),
     Count(u64),
-    /// A number with as many decimals.
+    /// A number with this many decimals.
     Number(f64, usize),
-    /// Not known.
+    /// Unknown.
     Nothing,
 }
 
@@ -75,7 +75,7 @@ impl<T: Into<Self>> From<Option<T>> for Cell {
 /// The values of a row, each with its column's title.
 pub(crate) type Row = Vec<(String, Cell)>;
 
-/// A [`Row`] of pairs of a title and what becomes a [`Cell`].
+/// A [`Row`] of pairs of a title and a value that becomes a [`Cell`].
 macro_rules! row {
     ($(($title:expr, $value:expr)),* $(,)?) => {
         vec![$((($title).to_string(), $crate::table::Cell::from($value))),*]
@@ -87,15 +87,15 @@ pub(crate) use row;
 #[derive(Debug)]
 pub(crate) struct Table {
     form: Form,
-    /// How wide each column is, in characters; empty before the first row.
+    /// Width of each column, in characters; empty before the first row.
     widths: Vec<usize>,
     rows: Vec<Value>,
-    /// What stands below a document's table.
+    /// Notes below a document's table.
     below: Vec<String>,
 }
 
 impl Table {
-    /// Writes under which `conditions` was measured, for people.
+    /// Begins a table with a note of the `conditions` of measurement, for people.
     pub(crate) fn start(form: Form, conditions: &str) -> io::Result<Self> {
         let mut table = Self { form, widths: Vec::new(), rows: Vec::new(), below: Vec::new() };
         table.note(conditions)?;
@@ -145,7 +145,7 @@ impl Table {
         }
     }
 
-    /// Writes notes below the table, a line each, and what is left.
+    /// Writes notes below the table, a line each, and the rest of the table.
     pub(crate) fn finish(mut self, notes: &[&str]) -> io::Result<()> {
         notes.iter().try_for_each(|note| self.note(note))?;
         match self.form {
@@ -171,7 +171,7 @@ pub(crate) fn json_of(row: Row) -> Value {
     Value::Object(row.into_iter().map(|(title, cell)| (title, cell.json())).collect::<Map<_, _>>())
 }
 
-/// Room for a title and for values such as that of the first row.
+/// Room for a title and for values like that of the first row.
 fn width(column: usize, title: &str, cell: &Cell) -> usize {
     let values = match cell {
         _ if column == 0 => 28,

@@ -14,7 +14,7 @@ pub(crate) struct ToneMapFlags {
     output: OutputFlags,
 }
 
-/// Radiance that is shown, in steps.
+/// Maximum radiance, and number of steps.
 const MOST: f32 = 3.0;
 const STEPS: u32 = 60;
 
@@ -44,7 +44,7 @@ impl ToneMapFlags {
     }
 }
 
-/// What a picture has of grey.
+/// Level of a grey pixel in a picture.
 fn level(radiance: f32, tone_map: ToneMap) -> f64 {
     let settings = Settings { tone_map, ..Settings::default() };
     let film = Film { width: 1, height: 1, color: vec![Vec4::splat(radiance)], ..Film::default() };

@@ -1,5 +1,4 @@
-//! Any rays, in runs from the same origin: what a scanner and the hierarchy take for them, which of them a tracer chooses, and
-//! what Embree takes.
+//! Any rays, in runs from the same origin: times of a scanner, of the hierarchy and of Embree, and the tracer's choice.
 
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -41,12 +40,12 @@ pub(crate) struct TraceFlags {
     form: Form,
 }
 
-/// Whether a scan isn't worth its wait: each of many origins has a look at nearly all triangles, unless there are few rays.
+/// Whether a scan would take too long: each of many origins visits nearly all triangles, unless there are few rays.
 fn takes_too_long(origins: usize, rays: usize, triangles: usize) -> bool {
     origins * triangles > 100_000_000 && rays > 1000
 }
 
-/// What everyone takes, in milliseconds: to build and to ask, and the tracer for all of it.
+/// Times of all sides, in milliseconds: to build and to trace; for the tracer, the sum.
 #[derive(Clone, Copy, Default)]
 struct Taken {
     scanner: [f64; 2],
@@ -54,11 +53,11 @@ struct Taken {
     tracer: f64,
     /// With a build of low and of medium quality.
     embree: [[f64; 2]; 2],
-    /// How many rays hit something else in either.
+    /// Rays whose hit differs in either.
     differ: usize,
 }
 
-/// Who takes part, from frame to frame.
+/// State of all sides, from frame to frame.
 struct Race {
     scanner: Scanner,
     alone: Tracer,

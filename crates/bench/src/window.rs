@@ -1,4 +1,4 @@
-//! The window without a screen: how fast it plays, and what the interface itself costs.
+//! The window without a screen: its rate of pictures, and the cost of the interface itself.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, channel};
@@ -31,7 +31,7 @@ pub(crate) struct WindowFlags {
 /// Long enough for any picture.
 const A_HANG: Duration = Duration::from_secs(120);
 
-/// The screen that isn't there shows 60 pictures a second. Without it the interface would take a core from the renderer.
+/// The simulated screen shows 60 pictures a second. Without this limit the interface would take a core from the renderer.
 const REFRESH: Duration = Duration::from_nanos(1_000_000_000 / 60);
 
 pub(crate) fn run(flags: &WindowFlags) -> Result<()> {
@@ -59,7 +59,7 @@ pub(crate) fn run(flags: &WindowFlags) -> Result<()> {
     Ok(())
 }
 
-/// What playing a scene took.
+/// Results of playing a scene.
 struct Played {
     pictures_per_second: f64,
     /// Milliseconds of passes of the interface that had a new picture to show, and of the others.
@@ -95,12 +95,12 @@ fn play(start: Start, pictures: u64) -> Result<Played> {
 struct Pass {
     context: Context,
     repaints: Receiver<()>,
-    /// When the screen shows what is drawn next.
+    /// Time at which the screen shows the next picture.
     next: Instant,
 }
 
 impl Pass {
-    /// Waits until there is something to show, then runs the interface, and gives its milliseconds.
+    /// Waits until there is a picture to show, then runs the interface, and returns its milliseconds.
     fn run(&mut self, app: &mut App) -> Result<f64> {
         if self.repaints.recv_timeout(A_HANG).is_err() {
             bail!("the window had nothing to show for {} seconds", A_HANG.as_secs());

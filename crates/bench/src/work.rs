@@ -1,27 +1,27 @@
-//! What the grids had to do for a frame, number by number under its name.
+//! Work of the grids for a frame: counts by name.
 
 use umbrage::Renderer;
 use umbrage::rays::Counts;
 
 use crate::table::Row;
 
-/// What the camera's grid did, and what the light grid did for all lights together.
+/// Work of the camera's grid, and of the light grid for all lights together.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
-    /// Whether any grid has had any.
+    /// Whether any grid has counts.
     is_known: bool,
     counts: Vec<(String, u64)>,
-    /// The light grid's own stages; what serves all lights is counted once.
+    /// Milliseconds of the light grid's own stages; stages for all lights count once.
     light_milliseconds: Vec<(String, f64)>,
 }
 
 impl Work {
-    /// That of a renderer's last frame, at its last sample.
+    /// Work of a renderer's last frame, at its last sample.
     pub(crate) fn of(renderer: &Renderer) -> Self {
         let (camera, lights) = (renderer.camera_work(), renderer.light_work());
         let mut sum = umbrage::Work::default();
         lights.iter().for_each(|light| sum += *light);
-        // What serves all lights is counted once.
+        // Shared by all lights, so counted once.
         sum.seconds.survey = lights.first().map_or(0.0, |first| first.seconds.survey);
         let named = |of: &'static str| move |(name, count)| (format!("{of}_{name}"), count);
         let counts = camera.counts.named().map(named("see")).chain(sum.counts.named().map(named("shadow")));
@@ -41,7 +41,7 @@ impl Work {
         counts.chain(times.map(|(name, time)| (name.clone(), self.is_known.then_some(*time).into()))).collect()
     }
 
-    /// What isn't zero, for people.
+    /// Non-zero counts, for people.
     pub(crate) fn lines(&self) -> [String; 2] {
         let counts = self.counts.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!("{name} {count}"));
         let times = self.light_milliseconds.iter().filter(|(_, time)| *time > 0.0);

@@ -18,7 +18,7 @@ pub(super) struct Part {
     pub(super) sweep: Sweep,
 }
 
-/// What a part is made of.
+/// Material of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stuff {
     Skin,
@@ -34,7 +34,7 @@ pub(super) enum Stuff {
     Flame,
 }
 
-/// What a gnome carries.
+/// A gnome's prop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Prop {
     /// A lantern that swings from a stick.
@@ -77,20 +77,20 @@ impl Footing {
     }
 }
 
-/// A foot at one moment: where its ankle is, and how far the toes point down, as sine and cosine.
+/// A foot at one moment: its ankle, and the sine and cosine of the angle by which the toes point down.
 #[derive(Clone, Copy)]
 struct Foot {
     ankle: Vec3,
     pitch: (f32, f32),
 }
 
-/// Half the time for which a foot stands, in steps.
+/// Half the stance time of a foot, in steps.
 const HALF_STANCE: f32 = 0.6;
 const ANKLE_HEIGHT: f32 = 0.045;
 const HIP: Vec3 = Vec3::new(0.062, 0.2, 0.0);
 const SHOULDER: Vec3 = Vec3::new(0.108, 0.365, 0.0);
 
-/// The gnome that has walked `steps` steps of the way `footing`, which maps steps to footprints.
+/// The gnome after `steps` steps of its walk; `footing` maps steps to footprints.
 pub(super) fn gnome(steps: f32, footing: impl Fn(f32) -> Footing, prop: Prop) -> Gnome {
     let here = footing(steps);
     let feet = [0.0, 1.0].map(|side| foot(steps, side, here, &footing));
@@ -150,7 +150,7 @@ struct Posture {
     twist: (f32, f32),
     /// Swing of the left arm, radians ahead; the right one swings the other way.
     arm_swing: f32,
-    /// Where light things trail to: hat, beard and lantern lag behind the body.
+    /// Offset of trailing parts: hat, beard and lantern lag behind the body.
     lag: Vec3,
 }
 
@@ -277,7 +277,7 @@ impl Posture {
         parts.push(Part::new(Stuff::Leather, [6, 16], Sweep::new(&cuff, Vec3::X, [0.35, 0.35])));
     }
 
-    /// Where the left hand swings.
+    /// Position of the free left hand.
     fn free_hand(&self) -> Vec3 {
         let (sin, cos) = sin_cos(self.arm_swing);
         let shoulder = self.torso(SHOULDER);
@@ -300,7 +300,7 @@ impl Posture {
         parts.push(Part::new(Stuff::Skin, [6, 8], Sweep::new(&thumb, Vec3::X, [0.4, 0.4])));
     }
 
-    /// A lantern on a stick; gives where the flame is.
+    /// Adds a lantern on a stick; returns the flame's position.
     fn lantern(&self, hand: Vec3, parts: &mut Vec<Part>) -> Vec3 {
         let grip = hand + Vec3::new(0.0, -0.005, 0.02);
         let tip = self.torso(Vec3::new(-0.2, 0.66, 0.5));
@@ -328,7 +328,7 @@ impl Posture {
         flame
     }
 
-    /// A toadstool held over the head; gives the middle of its cap.
+    /// Adds a toadstool held over the head; returns the middle of its cap.
     fn toadstool(&self, hand: Vec3, parts: &mut Vec<Part>) -> Vec3 {
         let grip = hand + Vec3::new(0.0, -0.005, 0.03);
         let crown = self.loose(Vec3::new(-0.1, 0.93, 0.02), 0.5);
@@ -356,8 +356,7 @@ impl Part {
     }
 }
 
-/// The joint between two bones that reach from `root` towards `end`, bent to the side of `towards`, and the end that
-/// they reach.
+/// The joint between two bones from `root` towards `end`, bent to the side of `towards`, and the end that they reach.
 fn two_bones(root: Vec3, end: Vec3, first: f32, second: f32, towards: Vec3) -> (Vec3, Vec3) {
     let span = end - root;
     let reach = span.length().clamp((first - second).abs() + 1e-4, (first + second) * 0.999);

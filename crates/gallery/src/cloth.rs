@@ -14,7 +14,7 @@ use super::build::{MeshBuilder, Paint, Sheet, color_texture, fractal_noise, mott
 use super::{DemoScene, Moment, Pose, studio};
 use umbrage_scene::Texture;
 
-/// The cloth's motion doesn't depend on how finely it is drawn, so it is worked out once for all scenes.
+/// The cloth's motion doesn't depend on its resolution in a scene, so it is simulated once for all scenes.
 static DRAPE: LazyLock<Drape> = LazyLock::new(Drape::simulate);
 
 pub(crate) const SCENE: DemoScene = DemoScene {
@@ -30,7 +30,7 @@ const SILK: Paint = Paint::textured("silk", weave, [1.0; 2], 0.55);
 const BRASS: Paint = Paint::metal("ball", || srgb(0xe0b878), 0.18);
 const PLASTER: Paint = Paint::textured("floor", plaster, [9.0; 2], 0.75);
 
-/// Share of the triangles that make the ball.
+/// The ball's share of the triangles.
 const BALL_SHARE: f32 = 0.06;
 
 fn open(triangles: usize) -> Pose {
@@ -78,7 +78,7 @@ fn weave() -> Texture {
         let to_edge = |at: Vec2| at.x.min(at.y).min(1.0 - at.x).min(1.0 - at.y);
         let band = |from: f32, to: f32| to_edge(at) > from && to_edge(at) < to;
         let in_cell = (at * 16.0).fract() - 0.5;
-        // By the middle of its cell, so that none is cut off.
+        // Decided at the middle of its cell, so that no figure is cut off.
         let figure = to_edge(at - in_cell / 16.0) > 0.1 && in_cell.x.abs() + in_cell.y.abs() < 0.11;
         let thread = 1.0 + 0.10 * noise((at * 420.0).extend(0.0));
         let color = if band(0.02, 0.035) || band(0.045, 0.075) || figure { gold } else { teal };

@@ -1,4 +1,4 @@
-/// How finely a scene is cut up, compared with its usual number of triangles.
+/// Fineness of a scene, relative to its usual number of triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detail {
     /// Factor on the number of quads along a line.
@@ -16,7 +16,7 @@ impl Detail {
         ((usual as f32 * self.scale).round() as u32).max(least)
     }
 
-    /// How many of `usual` small things there are: fewer in a coarse scene, no more in a fine one.
+    /// Number of small things, usually `usual`: fewer in a coarse scene, no more in a fine one.
     pub(super) fn things(self, usual: u32) -> u32 {
         ((usual as f32 * (self.scale * self.scale).min(1.0)).round() as u32).min(usual)
     }

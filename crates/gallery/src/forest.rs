@@ -23,7 +23,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     open,
 };
 
-/// Who walks, in which colours, and how far behind the first, in steps.
+/// Each gnome's prop, and its distance behind the first, in steps.
 const GNOMES: [(Prop, f32); 2] = [(Prop::Lantern, 0.0), (Prop::Toadstool, -6.35)];
 /// Steps of one round; a whole even number, so that a round ends on the foot that it began with.
 const STEPS: f32 = 48.0;
@@ -123,7 +123,7 @@ fn write_part(part: &Part, sheet: Sheet, positions: &mut [Vec3], normals: &mut [
     });
 }
 
-/// Everything that stands still, and where leaves grow.
+/// Adds everything that stands still, and the twigs for leaves.
 fn still_life(detail: Detail) -> (MeshBuilder, Vec<Twig>) {
     let mut builder = MeshBuilder::new();
     let mut random = Random::new(11);

@@ -41,7 +41,7 @@ const CLOTHES: [[Paint; 4]; 2] = [
     ],
 ];
 
-/// What gnome `who` is made of.
+/// A gnome's paint for a part.
 pub(super) fn of_gnome(who: usize, stuff: Stuff) -> Paint {
     let [hat, coat, trousers, leather] = CLOTHES[who];
     match stuff {
@@ -59,7 +59,7 @@ pub(super) fn of_gnome(who: usize, stuff: Stuff) -> Paint {
     }
 }
 
-/// Whether `at` is in a leaf from `stalk` to `tip`, and how far it is from the leaf's middle vein, 0 … 1.
+/// Whether `at` is in a leaf from `stalk` to `tip`: then its distance from the leaf's middle vein, 0 … 1.
 fn in_leaf(at: Vec2, stalk: Vec2, tip: Vec2, half_width: f32) -> Option<f32> {
     let axis = tip - stalk;
     let part = (at - stalk).dot(axis) / axis.length_squared();

@@ -194,7 +194,7 @@ pub(super) fn books(builder: &mut MeshBuilder, random: &mut Random, shelf: u32, 
             tall = random.range(0.66, 0.95);
         }
         run -= 1;
-        // What is left of the shelf is shared among what is left of the books.
+        // The remaining books share the remaining width.
         let fair = ((0.5 * width - at) / (count - book) as f32).min(usual * 1.5);
         let thickness = if book + 1 == count { fair } else { fair * random.range(0.65, 1.35) };
         let size = Vec3::new(0.94 * thickness, room * tall * random.range(0.98, 1.0), random.range(0.19, 0.26));

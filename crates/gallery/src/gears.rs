@@ -1,4 +1,4 @@
-//! A machine full of turning gears in a closed case: nearly all its triangles are hidden, from the camera and from the lights.
+//! A machine full of turning gears in a closed case: nearly all triangles are hidden from the camera and from the lights.
 
 use std::f32::consts::TAU;
 
@@ -27,18 +27,18 @@ const TABLE: Paint = Paint::dull("table", 0xc4_b8_a8, 0.75);
 /// Shafts of a row and of a column, and gears along each.
 const SHAFTS: [u32; 2] = [6, 4];
 const LAYERS: u32 = 9;
-/// Between two shafts, and between two gears on one.
+/// Distances between two shafts, and between two gears on one.
 const SPACING: f32 = 0.62;
 const LAYER_SPACING: f32 = 0.18;
 /// Half the thickness of a gear.
 const HALF_THICKNESS: f32 = 0.065;
 const SHAFT_RADIUS: f32 = 0.045;
-/// Where the shafts' middle is, and half the size of the case around it.
+/// Middle of the shafts, and half the size of the case around it.
 const MIDDLE: Vec3 = Vec3::new(0.0, 2.05, 0.0);
 const HALF_CASE: Vec3 = Vec3::new(2.16, 1.5, 0.94);
 const WALL: f32 = 0.06;
 
-/// The foot and the tip of a tooth, and of the gap after it: how far around in teeth, how far out in modules.
+/// Foot and tip of a tooth, and the gap after it: position around the gear in teeth, and height in modules.
 const OUTLINE: [Vec2; 5] =
     [Vec2::new(-0.38, -1.2), Vec2::new(-0.1, 1.0), Vec2::new(0.1, 1.0), Vec2::new(0.38, -1.2), Vec2::new(0.62, -1.2)];
 
@@ -76,27 +76,27 @@ fn is_slow([column, row]: [u32; 2]) -> bool {
     (column + row).is_multiple_of(2)
 }
 
-/// How far a shaft has turned at `part` of the cycle, in which it makes whole turns.
+/// Turns of a shaft at `part` of the cycle, which has whole turns.
 fn turns_at(shaft: [u32; 2], part: f32) -> f32 {
     if is_slow(shaft) { -2.0 * part } else { 4.0 * part }
 }
 
-/// Where a shaft's middle is.
+/// Middle of a shaft.
 fn axis(shaft: [u32; 2]) -> Vec3 {
     let from_middle = |axis: usize| SPACING * (shaft[axis] as f32 - 0.5 * (SHAFTS[axis] - 1) as f32);
     MIDDLE + Vec3::new(from_middle(0), from_middle(1), 0.0)
 }
 
-/// Adds shafts with their gears, each around the origin, in about `triangles` triangles, and tells which vertices a shaft has.
+/// Adds shafts with their gears, each around the origin, in about `triangles` triangles; returns each shaft's vertices.
 fn train(builder: &mut MeshBuilder, triangles: usize, detail: Detail) -> Vec<([u32; 2], std::ops::Range<usize>)> {
     const LEAST: usize = 1_200;
     let end = builder.triangles.len() + triangles;
     let shafts = (0..SHAFTS[0]).flat_map(|column| (0..SHAFTS[1]).map(move |row| [column, row]));
-    // A quarter of the gears is left out, so that one sees past those in front.
+    // A quarter of the gears is left out, so that the gears behind are visible.
     let is_there = |gear: &Gear| !hash(gear.shaft[0] as i32, gear.shaft[1] as i32, gear.layer as i32).is_multiple_of(4);
     let all = (0..LAYERS).rev().flat_map(|layer| shafts.clone().map(move |shaft| Gear { shaft, layer }));
     let all: Vec<Gear> = all.filter(is_there).collect();
-    // With few triangles only the front ones are there.
+    // With few triangles only the front gears remain.
     let count = all.len().min((triangles / LEAST).max(1));
     let mut done = 0;
     let shafts = shafts.filter(|shaft| all[..count].iter().any(|gear| gear.shaft == *shaft));
@@ -108,7 +108,7 @@ fn train(builder: &mut MeshBuilder, triangles: usize, detail: Detail) -> Vec<([u
                 builder.cylinder(SHAFT_RADIUS, 2.0 * length, detail.quads(12, 3));
             });
             for gear in all[..count].iter().filter(|gear| gear.shaft == shaft) {
-                // What is left is spread evenly over the gears that are left.
+                // The remaining gears share the remaining triangles.
                 let left = end.saturating_sub(builder.triangles.len());
                 gear.make(builder, left / (count - done), detail);
                 done += 1;
@@ -119,8 +119,8 @@ fn train(builder: &mut MeshBuilder, triangles: usize, detail: Detail) -> Vec<([u
 }
 
 impl Gear {
-    /// Fast gears have so many teeth, slow ones twice as many: multiples of four, so that a gear meets all its neighbours in
-    /// the same way.
+    /// Number of teeth; slow gears have twice as many as fast ones. Multiples of four, so that a gear meets all its
+    /// neighbours in the same way.
     fn teeth(self) -> u32 {
         let fast = [12, 20, 16][self.layer as usize % 3];
         if is_slow(self.shaft) { 2 * fast } else { fast }
@@ -131,14 +131,14 @@ impl Gear {
         SPACING * if is_slow(self.shaft) { 2.0 / 3.0 } else { 1.0 / 3.0 }
     }
 
-    /// The point after so many `teeth`, and so far `along` the axis, as [`OUTLINE`] has it.
+    /// The point of [`OUTLINE`] after `teeth` teeth, at `along` on the axis.
     fn outline(self, teeth: f32, along: f32) -> Vec2 {
         let side = (4.0 * teeth.fract()).min(3.999);
         let point = OUTLINE[side as usize].lerp(OUTLINE[side as usize + 1], side.fract());
         point + Vec2::X * (teeth.floor() + self.shift(along))
     }
 
-    /// How far around a tooth is at `along` the axis, −1 … 1, in teeth: gears are straight, helical, or herringbones.
+    /// Shift of a tooth around the gear at `along` the axis, −1 … 1, in teeth: gears are straight, helical, or herringbones.
     fn shift(self, along: f32) -> f32 {
         let shift = [0.0, 0.45 * along, 0.6 * along.abs()][self.layer as usize % 3];
         // A slow gear has a gap where a fast one has a tooth.
@@ -161,7 +161,7 @@ impl Gear {
         });
     }
 
-    /// Adds its teeth, from its bore to around its pitch circle, in about so many `quads`.
+    /// Adds its teeth, from its bore to around its pitch circle, in about `quads` quads.
     fn rim(self, builder: &mut MeshBuilder, bore: f32, quads: usize) {
         let (teeth, radius) = (self.teeth(), self.radius());
         let around = (4 * teeth) as usize;
@@ -184,13 +184,13 @@ impl Gear {
     }
 }
 
-/// Adds what `make` makes, with its y axis along z, and so far along it.
+/// Adds the shapes of `make`, with their y axis along z, moved by `from` along it.
 fn along_z(builder: &mut MeshBuilder, from: f32, make: impl FnOnce(&mut MeshBuilder)) {
     let turn = rotation(Vec3::X, 0.25 * TAU);
     builder.place(Affine3A::from_rotation_translation(turn, Vec3::Z * from), make);
 }
 
-/// Adds a hub and spokes, around the origin, up to a distance from the z axis.
+/// Adds a hub and spokes around the origin, up to `reach` from the z axis.
 fn wheel(builder: &mut MeshBuilder, reach: f32, detail: Detail) {
     const SPOKES: u32 = 6;
     let half = 1.2 * HALF_THICKNESS;
@@ -206,7 +206,7 @@ fn wheel(builder: &mut MeshBuilder, reach: f32, detail: Detail) {
     }
 }
 
-/// Radius of the portholes, half the side of the plates that they are in, and where those are from the case's middle.
+/// Radius of the portholes, half the side of their plates, and the plates' positions relative to the case's middle.
 const PORTHOLE: f32 = 0.43;
 const HALF_PLATE: f32 = 0.62;
 const PLATES: [Vec2; 3] = [Vec2::new(-1.24, -0.31), Vec2::new(0.0, -0.31), Vec2::new(1.24, -0.31)];
@@ -269,10 +269,10 @@ fn walls(builder: &mut MeshBuilder) {
     side([left, SLITS[1], inner], [right, y, z]);
 }
 
-/// Between which heights the front has slits.
+/// Heights of the lower and the upper end of the front's slits.
 const SLITS: [f32; 2] = [0.62, 1.2];
 
-/// Adds slanting slats with slits between them, and what they are held by.
+/// Adds slanting slats with slits between them, and their holders.
 fn slats(builder: &mut MeshBuilder) {
     const COUNT: u32 = 6;
     const HOLDERS: u32 = 4;
@@ -369,7 +369,7 @@ mod tests {
             let [slow_radius, fast_radius] = [slow, fast].map(Gear::radius);
             let module = 2.0 * fast_radius / fast.teeth() as f32;
             let turns = |gear: Gear| turns_at(gear.shaft, step as f32 / 2_000.0);
-            // How deep the slow gear's outline, in its own space, is in the fast one's.
+            // Depth of the slow gear's outline, in its own space, inside the fast one's.
             let depth = |index: u32| {
                 let along = index as f32 / 16.0;
                 let point = slow.outline(along, 0.5);

@@ -1,4 +1,4 @@
-//! The forest's floor, and what lies and stands on it.
+//! The forest's floor, and the things on it.
 
 use std::f32::consts::TAU;
 
@@ -12,7 +12,7 @@ use super::plant;
 
 /// Radius of the ring on which the gnomes walk, in metres.
 pub(super) const PATH_RADIUS: f32 = 1.3;
-/// How far the forest's floor reaches, in metres.
+/// Extent of the forest's floor, in metres.
 const REACH: f32 = 60.0;
 
 /// Height of the ground, in metres: level where the gnomes walk, hilly further out.
@@ -31,7 +31,7 @@ pub(super) fn on_ground(x: f32, z: f32) -> Vec3 {
     Vec3::new(x, ground_height(x, z), z)
 }
 
-/// Adds the ground: rings that widen outwards, tinted by what grows there.
+/// Adds the ground: rings that widen outwards, tinted by vegetation.
 pub(super) fn ground(builder: &mut MeshBuilder, detail: Detail) {
     let sheet = Sheet::tube(detail.quads(112, 8), detail.quads(64, 4));
     let first = builder.positions.len();

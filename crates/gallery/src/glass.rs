@@ -16,7 +16,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
     open,
 };
 
-/// How a ball moves from where it starts.
+/// Motion of a ball from its start.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     Rests,
@@ -26,7 +26,7 @@ enum Motion {
     Floats,
 }
 
-/// What a ball is made of.
+/// Finish of a ball.
 #[derive(Clone, Copy, Debug)]
 enum Finish {
     Clear,
@@ -62,7 +62,7 @@ const BALLS: [(Vec3, f32, Motion, Finish); 14] = {
     ]
 };
 
-/// A ball on the ring around the middle one; `turns` says where on the ring, and is kept in `x` until the start.
+/// A ball on the ring around the middle one; `turns` is its position on the ring, kept in `x` until the start.
 const fn circling(turns: f32, radius: f32, finish: Finish) -> (Vec3, f32, Motion, Finish) {
     (Vec3::new(turns, radius, 0.0), radius, Motion::Circles, finish)
 }

@@ -22,7 +22,7 @@ pub(crate) const SCENE: DemoScene = DemoScene {
 /// Length of a bay and number of bays; the hall goes from z = 0 towards −Z.
 pub(super) const BAY: f32 = 5.0;
 pub(super) const BAYS: u32 = 6;
-/// Where the columns and the outer walls are, from the middle.
+/// Distances of the columns and the outer walls from the middle.
 pub(super) const NAVE: f32 = 4.5;
 pub(super) const AISLE: f32 = 8.7;
 /// Heights at which the arches of the nave, and the vaults of the nave and the aisles, begin.
@@ -70,18 +70,18 @@ fn open(triangles: usize) -> Pose {
     })
 }
 
-/// Where chandelier `index` hangs.
+/// Hook of chandelier `index`.
 fn hook(index: usize) -> Vec3 {
     Vec3::new(0.0, NAVE_SPRING + NAVE_RISE - 0.2, -BAY * (1.5 + 1.5 * index as f32))
 }
 
-/// How chandelier `index` is turned at `part` of the cycle.
+/// Rotation of chandelier `index` at `part` of the cycle.
 fn swing(index: usize, part: f32) -> Quat {
     let phase = 0.31 * index as f32;
     rotation(Vec3::Z, 0.085 * wave(4.0 * part + phase)) * rotation(Vec3::X, 0.05 * wave(4.0 * part + phase + 0.19))
 }
 
-/// Everything that stands still, but the books.
+/// Everything that stands still, except the books.
 fn still_parts(detail: Detail) -> MeshBuilder {
     let mut builder = MeshBuilder::new();
     shell(&mut builder, detail);
@@ -297,7 +297,7 @@ fn furnish(builder: &mut MeshBuilder, detail: Detail) {
     });
 }
 
-/// Where the bookcases stand: across the aisles at the piers between the windows.
+/// Transforms of the bookcases: across the aisles at the piers between the windows.
 fn case_transforms() -> impl Iterator<Item = Affine3A> {
     (0..BAYS).flat_map(|pier| {
         [-1.0, 1.0].map(|side| {
@@ -317,7 +317,7 @@ fn books(builder: &mut MeshBuilder, triangles: usize) {
     let bends = bends.clamp(1, 1 << 12) as u32;
     let mut left = triangles / furniture::book_triangles(bends);
     for (shelf, transform) in (0..shelves).map(|shelf| (shelf, transforms[shelf / SHELVES_IN_CASE as usize])) {
-        // What is left is spread evenly over the shelves that are left.
+        // The remaining shelves share the remaining books.
         let count = left.div_ceil(shelves - shelf);
         left -= count;
         builder.place(transform, |builder| {

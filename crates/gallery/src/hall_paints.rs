@@ -17,7 +17,7 @@ pub(super) const CARPET: Paint = Paint::textured("carpet", carpet, [1.0; 2], 0.9
 pub(super) const ASHLAR: Paint = Paint::textured("ashlar", ashlar, [1.6; 2], 0.85);
 /// Columns and ribs.
 pub(super) const STONE: Paint = Paint::dull("stone", 0xc0_ac_8a, 0.75);
-/// What is between the ribs of a vault.
+/// Webs between the ribs of a vault.
 pub(super) const PLASTER: Paint = Paint::dull("plaster", 0xcc_bc_9c, 0.9);
 /// Bars of windows.
 pub(super) const LEAD: Paint = Paint::dull("lead", 0x3a_3c_40, 0.6);

@@ -1,7 +1,7 @@
 //! The gallery: procedural scenes that move, the same on every machine.
 //!
-//! Each demo is one file with a `SCENE`, which stands in one line of [`DEMOS`], and a function that opens it: it makes what
-//! stands still, and gives what poses it.
+//! Each demo is one file with a `SCENE`, which is one line of [`DEMOS`], and a function that opens it: it makes the
+//! still parts, and returns the function that poses the demo.
 #![forbid(unsafe_code)]
 
 mod architecture;
@@ -38,17 +38,17 @@ use umbrage_scene::{Animated, Error, Frame, Scene};
 /// A scene of the gallery, opened as `demo:NAME` or `demo:NAME?triangles=N`.
 #[derive(Clone, Copy, Debug)]
 pub struct DemoScene {
-    /// What follows `demo:`.
+    /// Name after `demo:` in its address.
     pub name: &'static str,
-    /// What there is to see, in a few words.
+    /// A short description.
     pub about: &'static str,
-    /// How many triangles it has unless asked for another number.
+    /// Default number of triangles.
     pub triangles: usize,
-    /// How long it takes before it starts again.
+    /// Duration of a cycle.
     seconds: f32,
     /// The moment that shows it best.
     still_seconds: f32,
-    /// Makes it of about so many triangles.
+    /// Makes it, of about this many triangles.
     open: fn(usize) -> Pose,
 }
 
@@ -58,7 +58,7 @@ type Pose = Box<dyn Fn(Moment, &mut Frame) + Send + Sync>;
 /// A moment of a demo.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
-    /// Since the start.
+    /// Seconds since the start.
     seconds: f32,
     /// From 0 at the start to 1 at the end.
     part: f32,
@@ -104,16 +104,16 @@ pub const DEMOS: &[DemoScene] = &[
     gears::SCENE,
 ];
 
-/// What the address of every demo begins with.
+/// Prefix of every demo's address.
 pub const PREFIX: &str = "demo:";
 
-/// The numbers of triangles that a demo can be asked for; what is beyond is brought to the nearer end.
+/// Range of the number of triangles; numbers outside are clamped.
 const TRIANGLES: std::ops::RangeInclusive<usize> = 100..=20_000_000;
 
-/// Opens the demo that `address` means: `demo:NAME` or `demo:NAME?triangles=N`.
+/// Opens the demo of `address`: `demo:NAME` or `demo:NAME?triangles=N`.
 ///
 /// # Errors
-/// Where there is no such demo or option, or `N` isn't a whole number above zero.
+/// If there is no such demo or option, or `N` isn't a whole number above zero.
 pub fn open(address: &str) -> Result<Scene, Error> {
     Scene::new(Box::new(make(address)?))
 }

@@ -29,13 +29,13 @@ const WALNUT: Paint = Paint::textured("walnut", wood, [2.0, 0.5], 0.45);
 const FELT: Paint = Paint::dull("felt", 0x23423a, 0.95);
 const TABLE: Paint = Paint::dull("table", 0xd9cfc2, 0.7);
 
-/// The scene with about `triangles` triangles; with few, fewer marbles.
+/// The scene with about `triangles` triangles; with too few, it has fewer marbles.
 fn open(triangles: usize) -> Pose {
     let columns = studio::backdrop_columns(triangles);
     let budget = triangles.saturating_sub(12 * BOARDS.len() + studio::backdrop_triangles(columns));
     let mut builder = MeshBuilder::new();
     let mut marbles: Vec<Range<usize>> = Vec::new();
-    // Not even octahedra for all: fewer marbles.
+    // With too few for octahedra, fewer marbles.
     let count = (budget / ball_triangles(0)).clamp(1, MARBLES);
     for (marble, fineness) in fineness_of_balls(&vec![1.0; count], budget).into_iter().enumerate() {
         let first = builder.positions.len();

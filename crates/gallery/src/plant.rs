@@ -10,13 +10,13 @@ use super::detail::Detail;
 use super::forest_paints as paints;
 use super::wind::Wind;
 
-/// Where leaves grow: the end of a branch, or the middle of a bush.
+/// A place for leaves: the end of a branch, or the middle of a bush.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twig {
     pub(super) position: Vec3,
-    /// How far leaves are from there, in metres.
+    /// Distance of leaves from there, in metres.
     pub(super) radius: f32,
-    /// Size of the sprays of leaves, compared with the usual one: greater where nobody comes near.
+    /// Size of the sprays of leaves, relative to the usual one: larger far from the camera.
     pub(super) coarseness: f32,
 }
 
@@ -25,11 +25,11 @@ pub(super) struct Twig {
 pub(super) struct Habit {
     pub(super) height: f32,
     pub(super) trunk_radius: f32,
-    /// The part of the height at which branches begin.
+    /// The fraction of the height below the branches.
     pub(super) bare: f32,
 }
 
-/// Adds a tree with its roots at `foot`, without leaves; its leaves grow at the twigs that it pushes.
+/// Adds a tree with its roots at `foot`, without leaves, and pushes the twigs for its leaves.
 pub(super) fn tree(
     builder: &mut MeshBuilder,
     random: &mut Random,
@@ -246,7 +246,8 @@ pub(super) fn flower(builder: &mut MeshBuilder, wind: &mut Wind, random: &mut Ra
     (first..builder.positions.len()).for_each(|_| wind.bends(sway, phase));
 }
 
-/// Adds a toadstool with its foot at the origin and its cap `height` above. The cap's texture goes around with u and from the rim to the crown with v from 1 to 0.
+/// Adds a toadstool with its foot at the origin and its cap `height` above. The cap's texture goes around with u, and
+/// from the rim to the crown with v from 1 to 0.
 pub(super) fn toadstool(builder: &mut MeshBuilder, height: f32, cap_radius: f32, openness: f32, detail: Detail) {
     let around = detail.quads(24, 5);
     let stem_radius = cap_radius * 0.24;
@@ -269,7 +270,7 @@ pub(super) fn toadstool(builder: &mut MeshBuilder, height: f32, cap_radius: f32,
     });
 }
 
-/// The movement of a part that stands on the ground at `foot`, turned by `radians` and tilted a little.
+/// The movement of a part that stands on the ground at `foot`, turned at random and tilted by up to `tilt` radians.
 pub(super) fn planted(random: &mut Random, foot: Vec3, tilt: f32) -> Affine3A {
     let axis = random.direction().with_y(0.0).normalize_or(Vec3::X);
     let turn = rotation(axis, random.range(-tilt, tilt)) * turned(random.range(0.0, TAU));

@@ -26,33 +26,33 @@ const FLOOR: Paint = Paint::dull("floor", 0x77706a, 0.6);
 #[derive(Clone, Copy, Debug)]
 struct Chunk {
     middle: Vec3,
-    /// When the blast reaches it.
+    /// Time at which the blast reaches it.
     start: f32,
     velocity: Vec3,
     /// Axis of its tumbling, and its angular velocity in radians a second.
     spin: (Vec3, f32),
 }
 
-/// How one triangle flies.
+/// Motion of one triangle.
 #[derive(Clone, Copy, Debug)]
 struct Shard {
-    /// Index of the chunk that it starts with.
+    /// Index of its first chunk.
     chunk: u32,
-    /// How it leaves its chunk: velocity, reached slowly.
+    /// Velocity relative to its chunk, reached slowly.
     velocity: Vec3,
     /// Half its own angular velocity, along its axis.
     spin: Vec3,
-    /// When it reaches the floor, in seconds since the blast; infinite if it doesn't while the scene lasts.
+    /// Time at which it reaches the floor, in seconds since the blast; infinite if it doesn't within the scene.
     landing: f32,
-    /// Where its middle then is, how far from home, and how it is turned.
+    /// Its middle and its rotation at landing, relative to its home.
     landed: (Vec3, Quat),
-    /// How long it hops after its fall.
+    /// Seconds that it hops after its fall.
     hop: f32,
 }
 
 /// Time since the blast when the pieces turn back.
 const LONGEST: f32 = 1.6;
-/// Where the blast is.
+/// Position of the blast.
 const BLAST: Vec3 = Vec3::new(0.0, 0.85, 0.0);
 
 fn open(triangles: usize) -> Pose {
@@ -146,10 +146,10 @@ fn break_up(corners: &[Vec3]) -> (Vec<Chunk>, Vec<Shard>) {
     (chunks, shards)
 }
 
-/// Where a chunk has gone.
+/// Position of a flying chunk.
 #[derive(Clone, Copy, Debug)]
 struct Flight {
-    /// Seconds since it broke off; not above zero while it hasn't.
+    /// Seconds since it broke off; zero or less before.
     age: f32,
     middle: Vec3,
     home: Vec3,
@@ -182,7 +182,7 @@ impl Chunk {
 }
 
 impl Shard {
-    /// How high the middles of lying shards are: enough that they don't share a plane with the floor.
+    /// Height of the middles of lying shards: enough that they don't share a plane with the floor.
     const LYING: f32 = 0.004;
 
     /// The flight of piece number `shard`, whose middle is at `position`.
@@ -207,7 +207,7 @@ impl Shard {
         piece
     }
 
-    /// Where the middle of the piece from `home` is in its chunk's flight, and how it is turned.
+    /// Position and rotation of the piece with its middle at `home`, in its chunk's flight.
     fn fly(&self, chunk: &Flight, home: Vec3) -> (Vec3, Quat) {
         let age = chunk.age.max(0.0);
         let apart = self.velocity * (age * age / (0.4 + age));
@@ -217,7 +217,7 @@ impl Shard {
         (chunk.middle + chunk.turn * (home - chunk.home) + apart, chunk.turn * own)
     }
 
-    /// Writes the piece's corners and normals at `now` seconds since the blast, from where they are at rest.
+    /// Writes the piece's corners and normals at `now` seconds since the blast, from those at rest.
     fn write(&self, now: f32, chunk: &Flight, rest: (&[Vec3], &[Vec3]), moved: (&mut [Vec3], &mut [Vec3])) {
         if chunk.age <= 0.0 {
             moved.0.copy_from_slice(rest.0);

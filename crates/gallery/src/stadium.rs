@@ -64,7 +64,7 @@ fn flight(part: f32, frame: &mut Frame) {
     studio::look(frame, "flight", eye, target + Vec3::Y * (0.02 * distance), mix(0.36, 0.5, away));
 }
 
-/// Everything but the cup.
+/// Everything except the cup.
 fn arena(detail: Detail) -> MeshBuilder {
     let mut builder = MeshBuilder::new();
     let around = detail.quads(160, 8);

@@ -20,7 +20,7 @@ const LIMESTONE: Paint = Paint::textured("limestone", limestone, [1.0; 2], 0.7);
 const GRANITE: Paint = Paint::textured("granite", granite, [1.0; 2], 0.25);
 const WALL: Paint = Paint::dull("wall", 0x7d7872, 0.85);
 
-/// Share of the triangles in the sculpture; the plinth has what is left.
+/// The sculpture's share of the triangles; the plinth has the rest.
 const SCULPTURE_SHARE: f32 = 0.95;
 const PLINTH_HEIGHT: f32 = 0.55;
 
@@ -30,7 +30,7 @@ fn open(triangles: usize) -> Pose {
     builder.paint(LIMESTONE);
     let raised = Vec3::Y * (PLINTH_HEIGHT - 0.02);
     for (&position, &normal) in surface.positions.iter().zip(&surface.normals) {
-        // Dust and rain darken what is low and what is hidden in folds; the texture varies it from place to place.
+        // Dust and rain darken low and sheltered surfaces; noise varies it from place to place.
         let age = mix(0.72, 1.0, smoothstep(-0.1, 0.6, normal.y + 0.8 * fractal_noise(position * 3.0, 2)));
         builder.tint(Vec3::new(age, age * mix(0.97, 1.0, age), age * mix(0.9, 1.0, age)));
         builder.vertex(position + raised, normal, Vec2::new(position.x + position.z, -position.y) * 0.4);

@@ -51,7 +51,7 @@ pub(crate) fn light(frame: &mut Frame, name: &str, position: Vec3, subject: Vec3
     lamp(frame, name, position, color, brightness * PI * position.distance_squared(subject), None);
 }
 
-/// Adds a lamp to the frame of so many `candela`, which have faded to nothing at `range`.
+/// Adds a lamp of `candela` to the frame; it has faded to zero at `range`.
 pub(crate) fn lamp(frame: &mut Frame, name: &str, position: Vec3, color: Vec3, candela: f32, range: Option<f32>) {
     let source = LightSource::Point { position };
     frame.lights.push(Light { name: name.into(), color, range, ..Light::new(source, candela) });
@@ -66,8 +66,7 @@ pub(crate) fn sun(frame: &mut Frame, way: Vec3, color: Vec3, brightness: f32) {
 
 /// Adds a perspective camera to the frame, at `position` and looking at `target`, +Y upwards.
 ///
-/// `tan_half_height` is the tangent of half the vertical field of view. `target` must not be straight above or
-/// below.
+/// `tan_half_height` is the tangent of half the vertical field of view. `target` must not be straight above or below.
 pub(crate) fn look(frame: &mut Frame, name: &str, position: Vec3, target: Vec3, tan_half_height: f32) {
     // Not `Camera::look_at`, whose tangent may differ in its last bit from machine to machine.
     let forward = (target - position).normalize();

@@ -10,7 +10,7 @@ pub(super) struct Sweep {
     sections: Vec<Section>,
     /// Roughly where each section's width points; never along the tube.
     side: Vec3,
-    /// How much of the length is rounded off at the start and at the end; an end with 0 is left open.
+    /// Fraction of the length that is rounded off at the start and at the end; an end with 0 is left open.
     rounded: [f32; 2],
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Ring {
     half_depth: f32,
     /// Half-depth over half-width, before the ends are rounded off.
     flatness: f32,
-    /// How half the square of the half-width and of the half-depth grow along the curve.
+    /// Slope along the curve of half the square of the half-width, and of the half-depth.
     growth: [f32; 2],
 }
 
@@ -46,7 +46,7 @@ impl Section {
         Self { center, half_width, half_depth }
     }
 
-    /// What is as far from this section as `other`, on the other side.
+    /// The section opposite to `other`, at the same distance from this one.
     fn mirrored(self, other: Self) -> Self {
         Self {
             center: 2.0 * self.center - other.center,
@@ -57,7 +57,7 @@ impl Section {
 }
 
 impl Sweep {
-    /// A sweep through `sections`, of which there are at least two.
+    /// A sweep through `sections`, at least two.
     pub(super) fn new(sections: &[Section], side: Vec3, rounded: [f32; 2]) -> Self {
         Self { sections: sections.to_vec(), side, rounded }
     }
@@ -76,7 +76,7 @@ impl Sweep {
         self.side = turn(self.side);
     }
 
-    /// Where ring `ring` of `rings + 1` cuts the sweep: closer together towards rounded ends.
+    /// Position along the sweep of ring `ring` of `rings + 1`: closer together towards rounded ends.
     pub(super) fn along(&self, ring: u32, rings: u32) -> f32 {
         let even = ring as f32 / rings.max(1) as f32;
         let crowding = if self.rounded.iter().all(|&length| length > 0.0) { 0.8 } else { 0.0 };
@@ -123,7 +123,7 @@ impl Sweep {
         }
     }
 
-    /// The square of what the rounding of the ends leaves of the size, and its slope.
+    /// Square of the factor by which the rounding of the ends scales the size, and its slope.
     fn squared_cap(&self, along: f32) -> (f32, f32) {
         let [start, end] = self.rounded;
         let one_end = |distance: f32, length: f32| {

@@ -1,4 +1,4 @@
-//! What every demo promises.
+//! Promises of every demo.
 
 use glam::Vec3;
 

@@ -6,7 +6,7 @@ use umbrage_rays::parallel::Parallel;
 
 use super::build::math::{cos, wave};
 
-/// How far each vertex of the plants swings in the wind, and when.
+/// Amplitude and phase of each plant vertex in the wind.
 ///
 /// Eight bytes a vertex.
 #[derive(Clone, Debug, Default)]
@@ -16,18 +16,18 @@ pub(super) struct Wind {
 }
 
 impl Wind {
-    /// Says how the next vertex moves.
+    /// Sets the motion of the next vertex.
     pub(super) fn bends(&mut self, amplitude: f32, phase: f32) {
         self.bends.push([amplitude, phase]);
     }
 
-    /// How many vertices move.
+    /// Number of moving vertices.
     pub(super) fn len(&self) -> usize {
         self.bends.len()
     }
 
-    /// Moves `positions`, one for each call of [`Wind::bends`], from rest to where they are at `part`, 0 … 1, of a
-    /// cycle; the cycle ends where it starts.
+    /// Moves `positions`, one for each call of [`Wind::bends`], from rest to `part`, 0 … 1, of a cycle; the cycle ends
+    /// where it starts.
     pub(super) fn blow(&self, part: f32, positions: &mut [Vec3]) {
         /// Gusts for each cycle, slow and quick, whole numbers.
         const GUSTS: [f32; 2] = [5.0, 13.0];

@@ -4,13 +4,13 @@ use umbrage_rays::{TileOrder, View};
 
 use crate::Gpu;
 
-/// Some rows of a view's image: what is worked on at once. Images that are too large for the buffers of a device are
-/// rendered in several.
+/// Rows of a view's image that are rendered at once. An image that is too large for a device's buffers is rendered in
+/// several bands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
     /// The whole image.
     pub view: View,
-    /// Its rows; the first is a multiple of [`TileOrder::TILE`].
+    /// Rows of the band; the first is a multiple of [`TileOrder::TILE`].
     pub rows: Range<u32>,
 }
 
@@ -22,16 +22,16 @@ impl From<&View> for Band {
 }
 
 impl Band {
-    /// The most that any stage of the grids and of shading holds for a pixel in one buffer: three planes of the film. A fourth one, of what is shown as it
-    /// is, is for those who keep it to ask for.
+    /// The most bytes per pixel that a stage of the grids or of shading keeps in one buffer: three planes of the film.
+    /// A caller that keeps a fourth plane, for unlit pixels, has to ask for more.
     pub const PIXEL_BYTES: u64 = 48;
 
-    /// Bands of a view that fit a device, from the top, where no stage holds more than so many bytes for a pixel in one buffer.
+    /// Bands of a view from top to bottom, sized so that `pixel_bytes` bytes for each pixel fit one buffer of the device.
     pub fn all(gpu: &Gpu, view: &View, pixel_bytes: u64) -> impl Iterator<Item = Self> + use<> {
         let width = u64::from(view.width.next_multiple_of(TileOrder::TILE));
         let rows = gpu.max_binding_bytes() / (width * pixel_bytes);
         let rows = (rows as u32).min(view.height.next_multiple_of(TileOrder::TILE)) / TileOrder::TILE * TileOrder::TILE;
-        // Where not even one row of tiles fits, buffers will say so.
+        // If not even one row of tiles fits, the buffers report it.
         let (view, rows) = (*view, rows.max(TileOrder::TILE));
         (0..view.height)
             .step_by(rows as usize)
@@ -44,7 +44,7 @@ impl Band {
         [self.view.width, self.rows.len() as u32]
     }
 
-    /// Where its pixels are stored.
+    /// Storage order of the band's pixels.
     #[must_use]
     pub fn order(&self) -> TileOrder {
         TileOrder::new(self.view.width, self.rows.len() as u32)

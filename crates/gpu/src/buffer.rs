@@ -5,7 +5,7 @@ use bytemuck::Pod;
 use crate::memory::Taken;
 use crate::{Gpu, GpuError, platform};
 
-/// What a buffer has that nothing was reserved in: none can be empty.
+/// Bytes of a buffer in which nothing is reserved: wgpu has no empty buffers.
 const EMPTY_BYTES: u64 = 16;
 
 /// A storage buffer that keeps its memory from frame to frame and grows when it must.
@@ -14,7 +14,7 @@ pub struct Buffer {
     name: &'static str,
     buffer: wgpu::Buffer,
     usage: wgpu::BufferUsages,
-    /// `None` for the few bytes of an empty one.
+    /// The share of the memory budget; `None` while the buffer is empty.
     taken: Option<Taken>,
 }
 
@@ -38,8 +38,8 @@ impl Buffer {
         Self::with_usage(gpu, name, Self::UNIFORM)
     }
 
-    /// An empty buffer for the sizes of indirect dispatches, which are copied to it: a dispatch can't take its size from a
-    /// buffer that it writes.
+    /// An empty buffer for the sizes of indirect dispatches. They are copied to it, because a dispatch can't take its
+    /// size from a buffer that it writes.
     #[must_use]
     pub fn sizes(gpu: &Gpu, name: &'static str) -> Self {
         Self::with_usage(gpu, name, Self::SIZES)
@@ -53,17 +53,17 @@ impl Buffer {
         Self { name, buffer: create(gpu, name, EMPTY_BYTES, usage), usage, taken: None }
     }
 
-    /// Makes room for `bytes` bytes. Where there is less, the buffer is made anew and what it held is gone.
+    /// Makes room for `bytes` bytes. A buffer that has less is made anew and loses its contents.
     ///
     /// # Errors
-    /// Where that is more than the device allows in one buffer, or than it has left. The buffer is empty then.
+    /// If that is more than the device allows in one buffer, or than it has left. The buffer is empty then.
     pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
         let limit = gpu.max_binding_bytes();
         if bytes > limit {
             return Err(GpuError::TooLarge { what: self.name.to_owned(), bytes, limit });
         }
         if bytes > self.buffer.size() {
-            // Released first: there may be no room for both.
+            // Released first: the device may not have room for both.
             self.buffer.destroy();
             self.taken = None;
             let room = bytes.next_multiple_of(16).min(limit);
@@ -72,7 +72,7 @@ impl Buffer {
             self.buffer = create(gpu, self.name, if self.taken.is_some() { room } else { EMPTY_BYTES }, self.usage);
             let is_refused = platform::is_refused(memory);
             if is_refused || self.taken.is_none() {
-                // A buffer that the driver has refused says that it has its size.
+                // A buffer that the driver has refused still reports its size.
                 self.buffer = create(gpu, self.name, EMPTY_BYTES, self.usage);
                 self.taken = None;
                 let taken = gpu.memory.taken();
@@ -83,8 +83,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Makes room for what a frame turned out to need, and where that is more than there was, for half as much again for
-    /// the next frame's sake.
+    /// Makes room for the bytes that a frame turned out to need. If the buffer must grow, it grows to one and a half
+    /// times that, to spare the next frame.
     ///
     /// # Errors
     /// As [`Buffer::reserve`].
@@ -95,10 +95,10 @@ impl Buffer {
         self.reserve(gpu, (bytes + bytes / 2).min(gpu.max_binding_bytes()).max(bytes))
     }
 
-    /// Replaces what the buffer holds from its start on, and grows it where it must.
+    /// Replaces the buffer's contents from its start, and grows the buffer if it must.
     ///
     /// # Errors
-    /// Where `contents` are more than the device allows in one buffer.
+    /// If `contents` are more than the device allows in one buffer.
     pub fn write<T: Pod>(&mut self, gpu: &Gpu, contents: &[T]) -> Result<(), GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(contents);
         self.reserve(gpu, bytes.len() as u64)?;
@@ -106,10 +106,10 @@ impl Buffer {
         Ok(())
     }
 
-    /// Replaces what the buffer holds from a byte on, whose offset is a multiple of four bytes, as `contents` are.
+    /// Replaces the buffer's contents from the byte `first_byte` on, a multiple of four.
     ///
     /// # Errors
-    /// Where that reaches beyond what was reserved.
+    /// If that reaches beyond the reserved bytes.
     pub fn write_at<T: Pod>(&self, gpu: &Gpu, first_byte: u64, contents: &[T]) -> Result<(), GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(contents);
         let (end, limit) = (first_byte + bytes.len() as u64, self.bytes());
@@ -127,11 +127,11 @@ impl Buffer {
         }
     }
 
-    /// Waits for all that was submitted, then gives the first `len` elements, which are whole words. A frame's are better
-    /// [fetched](crate::Recorder::fetch) with it.
+    /// Waits for all submitted work, then returns the first `len` elements, each a whole number of words. During a
+    /// frame, [`Recorder::fetch`](crate::Recorder::fetch) is better.
     ///
     /// # Errors
-    /// Where the device is lost or has reported an error.
+    /// If the device is lost or has reported an error.
     ///
     /// # Panics
     /// If the buffer is smaller than that.

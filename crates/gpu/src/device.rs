@@ -25,21 +25,21 @@ pub struct Gpu {
     pub(crate) uploaded_bytes: Arc<AtomicU64>,
     pub(crate) memory: Arc<Memory>,
     pub(crate) pipelines: Arc<Pipelines>,
-    /// The first thing that went wrong, until it is asked for.
+    /// The first error since [`Gpu::check`] was last called.
     trouble: Arc<Mutex<Option<GpuError>>>,
-    /// Why the device is lost, if it is: from then on it answers anything with errors of any kind.
+    /// Cause of the device's loss, if it is lost: every call on a lost device fails, with errors of any kind.
     loss: Arc<OnceLock<String>>,
-    /// Whether someone else works on the device as well.
+    /// Whether another owner uses the device as well.
     #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "only whoever waits has to know"))]
     is_shared: bool,
     #[cfg(feature = "operations")]
     pub(crate) operations: Arc<crate::operations::Operations>,
 }
 
-/// What is known about an adapter without opening it.
+/// An adapter's description, known without opening it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Adapter {
-    /// The device's name, as its driver says it.
+    /// The device's name, from its driver.
     pub name: String,
     /// The driver and its version.
     pub driver: String,
@@ -49,22 +49,22 @@ pub struct Adapter {
     pub is_software: bool,
 }
 
-/// How much of what the adapter can do is used.
+/// Which of the adapter's limits a device gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DeviceLimits {
-    /// As large buffers as the adapter has.
+    /// The adapter's limit on buffer sizes.
     #[default]
     Adapter,
-    /// What every device has: bindings of 128 MiB, buffers of 256 MiB.
+    /// Limits that every device has: bindings of 128 MiB, buffers of 256 MiB.
     Portable,
-    /// Buffers of at most so many bytes, fewer than every device has.
+    /// Buffers of at most this many bytes, fewer than every device has.
     Buffers(u32),
-    /// As large buffers as the adapter has, but all of them together at most so many bytes.
+    /// The adapter's limit on buffer sizes, and at most this many bytes in all buffers together.
     Memory(u64),
 }
 
 impl Adapter {
-    /// What wgpu says about an adapter.
+    /// The description that wgpu has of an adapter.
     #[must_use]
     pub fn of(adapter: &wgpu::Adapter) -> Self {
         let info = adapter.get_info();
@@ -99,26 +99,26 @@ impl Gpu {
         Ok(Self::new(info, device, queue, memory, false))
     }
 
-    /// A device that someone else has opened, with [`Gpu::descriptor`] or with more, and goes on to use: whatever both
-    /// submit to its queue is done in the order in which it was submitted.
+    /// Takes a device that the caller has opened, with [`Gpu::descriptor`] or with more, and goes on to use: work that both
+    /// submit to its queue is done in the order of submission.
     ///
-    /// Errors that nobody else catches are this `Gpu`'s from now on, as is news of the device's loss.
+    /// From now on this `Gpu` handles the device's uncaptured errors and the news of its loss.
     ///
     /// # Errors
-    /// Where the device can't do what is needed; says what is missing.
+    /// If the device lacks a feature or a limit; the error names it.
     pub fn of_device(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
         let info = Adapter::of(adapter);
         let mut needed = wgpu::Limits::default();
-        // Images are rendered in bands that fit.
+        // Buffers may be small: images are rendered in bands that fit.
         (needed.max_buffer_size, needed.max_storage_buffer_binding_size) = (0, 0);
         expect_limits(&info, &needed, &device.limits())?;
         Ok(Self::new(info, device, queue, u64::MAX, true))
     }
 
-    /// How a device of an adapter has to be opened, at least.
+    /// The least descriptor for opening an adapter's device.
     ///
     /// # Errors
-    /// Where the adapter can't do what is needed; says what is missing.
+    /// If the adapter lacks a feature or a limit; the error names it.
     pub fn descriptor(
         adapter: &wgpu::Adapter,
         limits: DeviceLimits,
@@ -147,10 +147,11 @@ impl Gpu {
         })
     }
 
-    /// With which flags a wgpu instance is best made whose devices are used.
+    /// Recommended flags for the wgpu instance that opens the devices.
     #[must_use]
     pub fn instance_flags() -> wgpu::InstanceFlags {
-        // Counts of indirect dispatches come from our own stages, which keep to the limits: nothing else has to look.
+        // The counts of indirect dispatches come from this crate's stages, which keep to the limits: wgpu needn't
+        // validate them.
         if cfg!(debug_assertions) { wgpu::InstanceFlags::DEBUG } else { wgpu::InstanceFlags::empty() }
     }
 
@@ -199,14 +200,14 @@ impl Gpu {
         self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
-    /// The most bytes that a shader can see of one buffer.
+    /// Maximum bytes of a buffer that a shader can bind.
     #[must_use]
     pub fn max_binding_bytes(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
-    /// Gives the device back to its driver. From then on it is as lost, for everyone: whatever it is asked for is an error.
+    /// Gives the device back to its driver. It then counts as lost for all its users: every later call fails.
     pub fn close(&self) {
         self.loss.set("it was closed".to_owned()).ok();
         self.device.destroy();
@@ -230,10 +231,10 @@ impl Gpu {
         self.uploaded_bytes.load(Ordering::Relaxed)
     }
 
-    /// What went wrong since this was last asked.
+    /// Takes the error that was reported since the last call, if there was one.
     ///
     /// # Errors
-    /// Where the device is lost; else the first of the errors that it has reported.
+    /// If the device is lost; else the first error that it has reported.
     pub fn check(&self) -> Result<(), GpuError> {
         let trouble = self.trouble.lock().ok().and_then(|mut trouble| trouble.take());
         match self.loss.get() {
@@ -243,7 +244,7 @@ impl Gpu {
     }
 }
 
-/// Checks that what is needed is there.
+/// Checks that a device has the needed limits.
 fn expect_limits(adapter: &Adapter, needed: &wgpu::Limits, there: &wgpu::Limits) -> Result<(), GpuError> {
     let mut missing = Vec::new();
     needed.check_limits_with_fail_fn(there, false, |name, needed, there| {

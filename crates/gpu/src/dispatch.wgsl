@@ -1,23 +1,23 @@
-// Work in rows of workgroups: a dispatch has at most 65,535 of them on an axis.
+// Dispatches in rows of workgroups: a dispatch has at most 65,535 of them on an axis.
 //
-// A row's width is fixed, so that shaders needn't ask how many workgroups there are: Direct3D 12 doesn't know that of indirect
-// dispatches.
+// Rows have a fixed width, so shaders needn't read the number of workgroups, which Direct3D 12 doesn't know for
+// indirect dispatches.
 
 const GROUPS_OF_ROW: u32 = 1024u;
 
-// What entry points get.
+// Built-in values of an entry point.
 struct Invocation {
     @builtin(workgroup_id) group: vec3<u32>,
-    // Which one of its workgroup.
+    // Index of the invocation in its workgroup.
     @builtin(local_invocation_index) lane: u32,
 }
 
-// Which workgroup of its layer this is.
+// Index of a workgroup in its layer.
 fn flat_group(group: vec3<u32>) -> u32 {
     return group.y * GROUPS_OF_ROW + group.x;
 }
 
-// Which invocation of its layer this is, in workgroups of `width`.
+// Index of an invocation in its layer, for workgroups of `width` invocations.
 fn flat_index(at: Invocation, width: u32) -> u32 {
     return flat_group(at.group) * width + at.lane;
 }

@@ -1,16 +1,16 @@
-/// Why a GPU did not do what it was asked for.
+/// Why a GPU operation failed.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
     /// There is no adapter, or none of that name.
     #[error("no GPU adapter {0}")]
     NoAdapter(String),
-    /// The adapter refused to become a device, or the device can't do what is needed.
+    /// The adapter refused to become a device, or the device lacks a feature or limit.
     #[error("{adapter}: {cause}")]
     Device {
         /// The adapter's name.
         adapter: String,
-        /// What its driver said, or what is missing.
+        /// The driver's message, or the missing feature or limit.
         cause: String,
     },
     /// The device went away: it was reset, unplugged or its driver stopped.
@@ -19,12 +19,12 @@ pub enum GpuError {
     /// The device has no memory left.
     #[error("the GPU is out of memory: {0}")]
     OutOfMemory(String),
-    /// Something needs a larger buffer than the device allows.
+    /// A buffer would need more bytes than the device allows.
     #[error("{what} needs {bytes} bytes in one buffer; this GPU allows {limit}")]
     TooLarge {
-        /// What is too large.
+        /// The buffer's name.
         what: String,
-        /// How many bytes it needs.
+        /// The bytes that it needs.
         bytes: u64,
         /// The most bytes that one buffer may have.
         limit: u64,

@@ -4,8 +4,8 @@ use crate::grid::header::{HEADER_BLOCKS, HEADER_FACES, HEADER_LARGE, HEADER_WORD
 use crate::link::shared_constants;
 use crate::{Buffer, CameraGrid, Gpu, GpuError, Groups, Kernel, LightGrid, Recorder};
 
-/// The stage `fit`: whether there was room for all that a frame's structures needed, decided on the GPU, so that what
-/// follows in the same submission runs only then.
+/// The stage `fit`: decides on the GPU whether a frame's structures had enough room. Later stages of the same
+/// submission run only then.
 #[derive(Debug)]
 pub struct Fit {
     kernel: Kernel,
@@ -14,7 +14,7 @@ pub struct Fit {
     sizes: Buffer,
 }
 
-/// What a structure has room for, as in `fit.wgsl`.
+/// Capacities of a structure's buffers, as in `fit.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Room {
@@ -29,7 +29,7 @@ pub(crate) struct Room {
 }
 
 impl Room {
-    /// Whether it is enough, as `fit.wgsl` decides it.
+    /// Whether the room is enough for `needs`, by the rule of `fit.wgsl`.
     pub(crate) fn holds(&self, needs: &Needs) -> bool {
         const MOST_UNDECIDED: u32 = 0x1000_0000;
         let Needs { large, pairs, blocks, faces, undecided, pixels, .. } = *needs;
@@ -43,7 +43,7 @@ impl Room {
     }
 }
 
-/// As in `fit.wgsl`.
+/// Uniform of `fit.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct FitParameters {
@@ -53,7 +53,7 @@ struct FitParameters {
     groups: u32,
 }
 
-/// What a structure has needed, word by word as in `fit.wgsl`.
+/// A structure's needs in a frame, word by word as in `fit.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Needs {
     pub(crate) large: u32,
@@ -62,23 +62,23 @@ pub(crate) struct Needs {
     pub(crate) faces: u32,
     pub(crate) undecided: u32,
     pub(crate) pixels: u32,
-    /// Whether any pixel sees what is behind.
+    /// Whether any pixel sees a triangle when it looks behind.
     pub(crate) any: u32,
 }
 
 shared_constants! { "fit":
     /// Words of a record of needs.
     NEEDS_WORDS: u64 = HEADER_WORDS + 4;
-    /// Where its pairs are, …
+    /// Word of the number of pairs, …
     NEEDS_PAIRS: u64 = HEADER_WORDS;
-    /// … undecided ones, …
+    /// … of the number of undecided pairs, …
     NEEDS_UNDECIDED: u64 = NEEDS_PAIRS + 1;
-    /// … and pixels with some.
+    /// … and of the number of pixels with undecided pairs.
     NEEDS_PIXELS: u64 = NEEDS_PAIRS + 2;
 }
 
 impl Needs {
-    /// Of a record that was read back.
+    /// Reads a record that was copied back.
     pub(crate) fn from_words(words: &[u32]) -> Self {
         let [large, blocks, faces] = [HEADER_LARGE, HEADER_BLOCKS, HEADER_FACES].map(|word| words[word]);
         let [pairs, undecided, pixels] = [NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_PIXELS].map(|word| words[word as usize]);
@@ -87,7 +87,7 @@ impl Needs {
 }
 
 impl Fit {
-    /// Ready to decide.
+    /// Compiles the stage.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
@@ -98,10 +98,10 @@ impl Fit {
         }
     }
 
-    /// Makes ready for structures that are prepared, and a dispatch of so many workgroups if they fit.
+    /// Prepares for structures that are prepared, and for a dispatch of `groups` workgroups if they fit.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     pub fn prepare(&mut self, gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, groups: u32) -> Result<(), GpuError> {
         let lights_count = lights.light_count();
         let parameters = FitParameters { camera: camera.room(), light: lights.room(), lights: lights_count, groups };
@@ -110,14 +110,14 @@ impl Fit {
         self.parameters.write(gpu, &[parameters])
     }
 
-    /// Records the stage, after those of the structures.
+    /// Records the stage, after the structures' stages.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, camera: &CameraGrid, lights: &LightGrid) {
         let buffers = [&self.parameters, camera.needs(), lights.needs(), &self.result];
         recorder.stage("fit", |pass| self.kernel.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
         recorder.copy_words(&self.result, &self.sizes, 3);
     }
 
-    /// As many workgroups as were prepared if all fits, else none.
+    /// The prepared number of workgroups if everything fits, else none.
     #[must_use]
     pub fn groups(&self) -> Groups<'_> {
         Groups::Indirect(&self.sizes, 0)

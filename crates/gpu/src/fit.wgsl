@@ -1,10 +1,10 @@
-// Stage `fit`: whether there was room for all that a frame's structures needed. What follows is dispatched only then:
-// a frame that doesn't fit is done again with more room, and must not leave anything behind.
+// Stage `fit`: decides whether a frame's structures had enough room. Later stages are dispatched only then: a frame
+// that doesn't fit is rendered again with more room, and must not leave anything behind.
 
 import package::dispatch::{groups_of};
 import package::grid::header::{HEADER_BLOCKS, HEADER_FACES, HEADER_LARGE};
 
-// What there is room for: as many of each, and in words of the buffer for undecided pairs.
+// Capacities: counts, and words of the buffer for undecided pairs.
 struct FitRoom {
     large: u32,
     pairs: u32,
@@ -21,24 +21,24 @@ struct Fit {
     camera: FitRoom,
     light: FitRoom,
     lights: u32,
-    // The workgroups that follow.
+    // The workgroups of the next dispatch.
     groups: u32,
 }
 
 @group(0) @binding(0) var<uniform> fit_room: Fit;
 @group(0) @binding(1) var<storage, read> camera_needs: array<u32>;
-// A record for each light.
+// One record for each light.
 @group(0) @binding(2) var<storage, read> light_needs: array<u32>;
 @group(0) @binding(3) var<storage, read_write> sizes: array<u32>;
 
-// A record of needs: a header, then pairs, undecided pairs and pixels with some.
+// A record of needs: a header, then the numbers of pairs, of undecided pairs, and of pixels with undecided pairs.
 const NEEDS_PAIRS: u32 = 36u;
 const NEEDS_UNDECIDED: u32 = 37u;
 const NEEDS_PIXELS: u32 = 38u;
 const NEEDS_WORDS: u32 = 40u;
 
 fn fits(room: FitRoom, large: u32, pairs: u32, blocks: u32, faces: u32, undecided: u32, pixels: u32) -> bool {
-    // Far below where products would leave u32.
+    // Keeps the products far below 2³².
     let is_small = undecided < 0x10000000u && pixels < 0x10000000u;
     let words = room.undecided_header + undecided * room.words_per_undecided + pixels * room.words_per_pixel;
     return large <= room.large && pairs <= room.pairs && blocks <= room.blocks && faces <= room.faces

@@ -14,7 +14,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Nothing yet.
+    /// Makes empty geometry.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
@@ -26,20 +26,19 @@ impl Geometry {
         }
     }
 
-    /// Takes over all of a scene: vertices, triangles and a number for each triangle (see
-    /// [`TriangleFlags`](crate::TriangleFlags)).
+    /// Uploads a scene: vertices, triangles and a number for each triangle (see [`TriangleFlags`](crate::TriangleFlags)).
     ///
     /// # Errors
-    /// Where there is more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write(&mut self, gpu: &Gpu, triangles: Triangles<'_>, number: impl Fn(u32) -> u32) -> Result<(), GpuError> {
         self.write_triangles(gpu, triangles.indices, number)?;
         self.write_positions(gpu, triangles.positions)
     }
 
-    /// Takes over triangles, with a number for each, but not where vertices are.
+    /// Uploads triangles, with a number for each, but no positions.
     ///
     /// # Errors
-    /// Where there are more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write_triangles(
         &mut self,
         gpu: &Gpu,
@@ -52,20 +51,20 @@ impl Geometry {
         self.triangles.write(gpu, &records)
     }
 
-    /// Makes room for the positions of so many vertices, which a stage writes. Those that were there stay where there is
-    /// room already.
+    /// Makes room for the positions of `count` vertices, which a stage writes. If the buffer is large enough already,
+    /// its positions stay.
     ///
     /// # Errors
-    /// Where there is more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn reserve_positions(&mut self, gpu: &Gpu, count: u32) -> Result<(), GpuError> {
         self.vertex_count = count;
         self.positions.reserve(gpu, u64::from(count) * size_of::<Vec3>() as u64)
     }
 
-    /// Takes over where vertices are now.
+    /// Uploads the vertices' current positions.
     ///
     /// # Errors
-    /// Where there is more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write_positions(&mut self, gpu: &Gpu, positions: &[Vec3]) -> Result<(), GpuError> {
         self.vertex_count = positions.len() as u32;
         self.positions.write(gpu, positions)
@@ -83,25 +82,25 @@ impl Geometry {
         self.triangle_count
     }
 
-    /// Three f32 for each vertex.
+    /// Positions: three f32 for each vertex.
     #[must_use]
     pub fn positions(&self) -> &Buffer {
         &self.positions
     }
 
-    /// Four u32 for each triangle: its vertices and its number.
+    /// Triangles: four u32 for each, its vertices and its number.
     #[must_use]
     pub fn triangles(&self) -> &Buffer {
         &self.triangles
     }
 
-    /// Which points of masked triangles are there.
+    /// Opacity masks of masked triangles.
     #[must_use]
     pub fn masks(&self) -> &Masks {
         &self.masks
     }
 
-    /// As [`Geometry::masks`], to write them.
+    /// Opacity masks, to write them.
     pub fn masks_mut(&mut self) -> &mut Masks {
         &mut self.masks
     }

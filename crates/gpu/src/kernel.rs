@@ -14,9 +14,9 @@ pub struct Kernel {
     name: &'static str,
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
-    /// Buffers that it ran over, those of the last time at the end: frames bring the same ones again.
+    /// Bind groups of its last lists of buffers, the most recent at the end: frames bring the same lists again.
     bound: Mutex<VecDeque<Bound>>,
-    /// Where kernels count what they do.
+    /// Counter of the kernel's operations.
     #[cfg(feature = "operations")]
     counter: Option<Counter>,
 }
@@ -28,7 +28,7 @@ struct Bound {
     group: wgpu::BindGroup,
 }
 
-/// For so many lists of buffers a kernel keeps what binds them: those that run for each light have a list for each.
+/// Number of bind groups that a kernel keeps: kernels that run for each light have a list of buffers for each.
 const MOST_BOUND: usize = 16;
 
 shared_constants! { "dispatch":
@@ -36,12 +36,12 @@ shared_constants! { "dispatch":
     GROUPS_OF_ROW: u32 = 1 << 10;
 }
 
-/// How many workgroups run.
+/// Number of workgroups of a dispatch.
 #[derive(Clone, Copy, Debug)]
 pub enum Groups<'a> {
-    /// So many, in rows, the last of which may have more; shaders get their number from `flat_group`.
+    /// This many, in rows, the last of which may have more; shaders get their number from `flat_group`.
     Flat(u32),
-    /// As the three u32 say that start at a word of a buffer.
+    /// The size is read from three u32 of a buffer, from this word on.
     Indirect(&'a Buffer, u32),
 }
 
@@ -63,17 +63,17 @@ impl Kernel {
         Self::of_root(gpu, path, path, || link(path), entries, constants)
     }
 
-    /// The entry point `entry` of a shader that isn't the crate's own but may import its modules.
+    /// The entry point `entry` of a shader outside of this crate, which may import the crate's modules.
     ///
     /// # Panics
-    /// If it isn't valid, or imports what isn't there.
+    /// If the shader isn't valid, or imports an item that doesn't exist.
     #[must_use]
     pub fn of_text(gpu: &Gpu, text: &str, entry: &'static str, constants: &[(&str, f64)]) -> Self {
         let [kernel] = Self::of_root(gpu, "text", text, || link_text(text), [entry], constants);
         kernel
     }
 
-    /// Entry points of the shader `root`. `link` joins it with its modules, if one of the entry points isn't compiled yet.
+    /// Entry points of the shader `root`. `link` joins it with its modules, unless all entry points are compiled already.
     fn of_root<const N: usize>(
         gpu: &Gpu,
         label: &str,
@@ -98,7 +98,7 @@ impl Kernel {
         })
     }
 
-    /// Runs over `buffers`, which stand in the order of the shader's bindings.
+    /// Runs over `buffers`, in the order of the shader's bindings.
     ///
     /// # Panics
     /// If the kernel has another number of bindings.
@@ -118,9 +118,9 @@ impl Kernel {
         }
     }
 
-    /// What binds these buffers.
+    /// The bind group of these buffers.
     fn bind(&self, gpu: &Gpu, buffers: &[&Buffer]) -> wgpu::BindGroup {
-        // Nobody panics while it is locked.
+        // No code panics while it holds the lock.
         let mut bound = self.bound.lock().unwrap_or_else(PoisonError::into_inner);
         let is_same = |of: &Bound| of.buffers.iter().eq(buffers.iter().map(|buffer| buffer.raw()));
         if let Some(index) = bound.iter().position(is_same)
@@ -188,7 +188,7 @@ impl Shader {
     }
 }
 
-/// What is compiled, and what bindings it declares.
+/// The shader to compile, and its naga module for the bindings.
 #[cfg_attr(not(feature = "operations"), expect(unused_variables, reason = "only counting devices have another"))]
 fn source<'a>(gpu: &Gpu, text: &'a str) -> (naga::Module, wgpu::ShaderSource<'a>) {
     #[cfg(feature = "operations")]
@@ -199,7 +199,7 @@ fn source<'a>(gpu: &Gpu, text: &'a str) -> (naga::Module, wgpu::ShaderSource<'a>
     (read, wgpu::ShaderSource::Wgsl(text.into()))
 }
 
-/// The bindings that a shader declares in each group: all in group 0, but for its counters.
+/// The bindings that a shader declares in each group: all are in group 0, except those of counters.
 fn layouts(module: &naga::Module) -> impl Iterator<Item = Vec<wgpu::BindGroupLayoutEntry>> {
     let declared =
         || module.global_variables.iter().filter_map(|(_, variable)| variable.binding.zip(Some(variable.space)));

@@ -1,11 +1,11 @@
-//! Whether a struct of Rust is, byte by byte, what a shader reads.
+//! Compares Rust structs, byte by byte, with the WGSL structs that shaders read.
 
 use naga::{Expression, Literal, Module, TypeInner};
 
-/// A struct of Rust that shaders read: made by [`layout!`].
+/// Layout of a Rust struct that shaders read, made by [`layout!`].
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
-    /// What it is called in Rust and in WGSL.
+    /// The struct's name in Rust and in WGSL.
     pub(crate) name: &'static str,
     pub(crate) size: usize,
     pub(crate) members: Vec<Member>,
@@ -35,7 +35,7 @@ macro_rules! layout {
 }
 pub(crate) use layout;
 
-/// How large what a function points at is.
+/// Size of the member that a function borrows.
 pub(crate) fn size_of_member<T, M>(_: impl Fn(&T) -> &M) -> usize {
     size_of::<M>()
 }
@@ -43,12 +43,12 @@ pub(crate) fn size_of_member<T, M>(_: impl Fn(&T) -> &M) -> usize {
 /// A linked shader's text, read by naga.
 ///
 /// # Panics
-/// If it is no valid WGSL.
+/// If it isn't valid WGSL.
 pub(crate) fn module(text: &str) -> Module {
     naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)))
 }
 
-/// What differs between a struct of Rust and the one of the same name in a shader; nothing where they are alike.
+/// Differences between a Rust struct and the shader's struct of the same name; empty if there are none.
 pub(crate) fn differences(module: &Module, layout: &Layout) -> Vec<String> {
     let name = layout.name;
     let found = module.types.iter().find(|(_, of)| of.name.as_deref() == Some(name));
@@ -73,13 +73,13 @@ pub(crate) fn differences(module: &Module, layout: &Layout) -> Vec<String> {
     complaints
 }
 
-/// Those of Rust's constants that the shader has with another value, or doesn't have.
+/// Names of the Rust constants that the shader lacks or has with another value.
 pub(crate) fn other_constants<'a>(module: &Module, constants: &[(&'a str, u32)]) -> Vec<&'a str> {
     let others = constants.iter().filter(|(name, value)| constant(module, name) != Some(*value));
     others.map(|(name, _)| *name).collect()
 }
 
-/// The value of a u32 constant of a shader; `None` where there is none of that name.
+/// Value of a shader's u32 constant; `None` if there is none of that name.
 fn constant(module: &Module, name: &str) -> Option<u32> {
     let (_, constant) = module.constants.iter().find(|(_, of)| of.name.as_deref() == Some(name))?;
     match module.global_expressions[constant.init] {
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(complaints("struct Pair { first: vec3<f32>, second: u32 }"), 0);
         assert_eq!(complaints("struct Other { first: vec3<f32>, second: u32 }"), 1);
         assert_eq!(complaints("struct Pair { second: vec3<f32>, first: u32 }"), 2);
-        // The second member starts behind the padding of the first, and all of it becomes larger.
+        // The second member starts behind the padding of the first, and the struct becomes larger.
         assert_eq!(complaints("struct Pair { first: vec4<f32>, second: u32 }"), 3);
         assert_eq!(complaints("struct Pair { first: vec3<f32>, second: vec2<u32> }"), 2);
         assert_eq!(complaints("struct Pair { first: vec3<f32> }"), 1);

@@ -1,4 +1,4 @@
-//! What does a ray hit? The same questions as `umbrage-rays` answers, asked of a GPU through wgpu.
+//! Finds the triangles that rays hit, as `umbrage-rays` does, on a GPU through wgpu.
 //!
 //! Grids are rebuilt from the raw triangles for every frame, in compute shaders, without ray-tracing hardware, subgroups,
 //! 64-bit integers or f64. A stage is one `.rs` and one `.wgsl` file side by side, and has one name in its timer, its
@@ -51,7 +51,7 @@ pub use operations::KernelOperations;
 pub use recorder::{Done, Fetch, Recorder, StageTime};
 pub use wgpu;
 
-/// What `umbrage-study` and tests need of the crate's inside. Not part of the public API.
+/// Internals for `umbrage-study` and tests. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
     pub use crate::kdtree::light_words;

@@ -1,16 +1,16 @@
 //! Joins WGSL modules into one text.
 //!
-//! A module names what it needs in statements `import package::path::{Item, …};`, as in WESL. Names are unique in what is
-//! linked, so joining is concatenation: each needed module once, before those that need it. Bindings that each stage
-//! declares at a number of its own, such as `triangles`, are imported by `import stage::{triangles};`.
+//! A module imports items by statements `import package::path::{Item, …};`, as in WESL. Names are unique in a linked
+//! shader, so joining is concatenation: each needed module once, before the modules that import it. Bindings that each
+//! stage declares at a number of its own, such as `triangles`, are imported by `import stage::{triangles};`.
 //!
-//! Debug builds check that every module imports what it uses, and nothing else.
+//! Debug builds check that every module imports exactly the items that it uses.
 
 #[cfg(test)]
 mod budgets;
 mod imports;
 
-/// Constants that a module has by the same names, and a test that they have the same values there.
+/// Declares constants that a module has by the same names, and a test that their values agree.
 macro_rules! shared_constants {
     ($path:literal: $($(#[$about:meta])* $name:ident: $type:ty = $value:expr;)+) => {
         $($(#[$about])* pub(crate) const $name: $type = $value;)+
@@ -26,7 +26,7 @@ macro_rules! shared_constants {
 }
 pub(crate) use shared_constants;
 
-/// Lists modules by folder, with what comes before the name in their paths and in their files' names.
+/// Lists modules by folder; each has a prefix for its path and one for its file.
 macro_rules! modules {
     ($($path:literal in $folder:literal: $($name:ident)+;)+) => {
         &[$($((
@@ -60,12 +60,12 @@ const MODULES: &[(&str, &str)] = modules! {
 /// A shader's whole text.
 ///
 /// # Panics
-/// If `path`, or a module that it imports, isn't listed here; in debug builds also where imports aren't what is used.
+/// If `path`, or a module that it imports, isn't listed here; in debug builds also if imports aren't exactly the used items.
 pub(crate) fn link(path: &str) -> String {
     link_with(&[], path)
 }
 
-/// As [`link`], where a module may also be one of `others`, which have paths and texts as the crate's own.
+/// As [`link`], with more modules: `others` are pairs of a path and a text, like the crate's own.
 ///
 /// # Panics
 /// As [`link`] does.
@@ -101,11 +101,11 @@ struct Module<'a> {
 struct Import<'a> {
     /// `a::b`, or [`STAGE`].
     path: &'a str,
-    /// What stands between the braces.
+    /// The text between the braces.
     items: &'a str,
 }
 
-/// What items are imported from that the root module declares.
+/// The path of imports from the root module.
 const STAGE: &str = "stage";
 
 impl Import<'_> {
@@ -139,7 +139,7 @@ fn text_of(linked: &[Module<'_>]) -> String {
     linked.iter().map(|module| module.body.as_str()).collect()
 }
 
-/// Takes the import statements, each of which begins a line, out of a module's text.
+/// Takes the import statements out of a module's text; each begins a line.
 fn read<'a>(path: &'a str, text: &'a str) -> Module<'a> {
     let (mut imports, mut body, mut rest) = (Vec::new(), String::new(), text);
     while let Some(start) =
@@ -162,8 +162,8 @@ fn read<'a>(path: &'a str, text: &'a str) -> Module<'a> {
 mod tests {
     use super::*;
 
-    /// What the stages declare that modules import from them: variables with a binding, and what a stage defines for a
-    /// module.
+    /// Declarations of stages that modules import from them: variables with a binding, and items that a stage defines
+    /// for a module.
     const OF_STAGES: &[(&str, &str)] = &[
         ("blocks", "var<storage, read> blocks: array<u32>;"),
         ("bounds", "var<storage, read> bounds: array<u32>;"),
@@ -196,7 +196,7 @@ mod tests {
         ),
         ("record", "fn record(slot: u32, id: u32, cell: Cell) {}"),
     ];
-    /// Where the types of these are that modules declare.
+    /// The modules that declare the types of these variables.
     const TYPES_OF_STAGES: &[(&str, &str)] = &[
         ("KdLight", "kdtree::light"),
         ("Light", "light::light"),
@@ -206,7 +206,7 @@ mod tests {
         ("Space", "grid::space"),
     ];
 
-    /// A module's text as part of a stage that declares what it and those that it imports leave to that.
+    /// A module's text as a stage, with declarations for all items that it and its imports take from the stage.
     fn as_stage(path: &str, text: &str) -> String {
         let mut modules = Vec::new();
         join(&[], path, &mut modules);
@@ -216,7 +216,7 @@ mod tests {
         let mut declared = String::new();
         for ((name, declaration), binding) in OF_STAGES.iter().zip(100..) {
             let own = [format!("> {name}:"), format!("struct {name} "), format!("fn {name}(")];
-            // A counter that some module counts up is one for all.
+            // If any module counts a counter up, it is atomic for all.
             let is_counted = modules.iter().any(|module| module.body.contains(&format!("(&{name}[")));
             if left.contains(name) && !own.iter().any(|own| text.contains(own)) {
                 if declaration.starts_with("var") {
@@ -230,7 +230,7 @@ mod tests {
                 declared.push_str(&(declaration + "\n"));
             }
         }
-        // The stage names the types of what it declares, though the module may not.
+        // The stage imports the types of its declarations, even if the module doesn't name them.
         let has =
             |text: &str, name: &str| text.split(|letter: char| !letter.is_alphanumeric()).any(|word| word == name);
         let needed = TYPES_OF_STAGES.iter().filter(|(name, _)| has(&declared, name) && !has(text, name));
@@ -251,8 +251,8 @@ mod tests {
         }
     }
 
-    /// Browsers read WGSL by Tint or by naga. Tint wants parentheses that naga does without, and proves that barriers are met
-    /// by whole workgroups.
+    /// Browsers read WGSL by Tint or by naga. Tint needs parentheses that naga doesn't, and proves that whole
+    /// workgroups reach each barrier.
     #[test]
     fn tint_takes_every_stage() {
         let folder = std::env::temp_dir().join(format!("umbrage-wgsl-{}", std::process::id()));

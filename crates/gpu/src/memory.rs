@@ -1,14 +1,14 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How much of a device's memory is taken.
+/// Counts the bytes of a device's buffers against a limit.
 #[derive(Debug)]
 pub(crate) struct Memory {
     taken: AtomicU64,
     limit: u64,
 }
 
-/// Memory of one buffer, until it is dropped.
+/// One buffer's bytes, returned when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Taken {
     memory: Arc<Memory>,
@@ -20,12 +20,12 @@ impl Memory {
         Arc::new(Self { taken: AtomicU64::new(0), limit })
     }
 
-    /// Bytes that are taken.
+    /// Bytes in use.
     pub(crate) fn taken(&self) -> u64 {
         self.taken.load(Ordering::Relaxed)
     }
 
-    /// Takes some, unless that is more than there may be.
+    /// Takes `bytes` bytes; `None` if that exceeds the limit.
     pub(crate) fn take(self: &Arc<Self>, bytes: u64) -> Option<Taken> {
         let more = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= self.limit);
         self.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).ok()?;

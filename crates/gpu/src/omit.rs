@@ -2,7 +2,7 @@ use umbrage_rays::{Omitted, OmittedKind};
 
 use crate::{Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stage `omit`: which triangles no ray can hit, for scenes whose positions only the GPU knows.
+/// The stage `omit`: counts triangles that no ray can hit, for scenes whose positions only the GPU knows.
 #[derive(Debug)]
 pub struct Omit {
     kernel: Kernel,
@@ -13,17 +13,17 @@ pub struct Omit {
 }
 
 impl Omit {
-    /// Triangles that a workgroup takes.
+    /// Triangles of a workgroup.
     const WIDTH: u32 = 64;
-    /// The number of triangles, then the complements of the first ids.
+    /// Words for each reason: the number of triangles, then the complements of the lowest ids.
     const WORDS: usize = 1 + OmittedKind::IDS;
     /// Reasons to omit a triangle.
     const KINDS: usize = 3;
 
-    /// Ready to count.
+    /// Compiles the stage.
     ///
     /// # Errors
-    /// Where the device has no room for a few words.
+    /// If the device has no room for a few words.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let mut omitted = Buffer::storage(gpu, "omitted triangles");
         omitted.reserve(gpu, (Self::KINDS * Self::WORDS * 4) as u64)?;
@@ -31,16 +31,16 @@ impl Omit {
         Ok(Self { kernel, size, omitted, fetch: Fetch::default(), triangles: 0 })
     }
 
-    /// Makes ready for the triangles of `geometry`, until it is called again.
+    /// Prepares for the triangles of `geometry`, until the next call.
     ///
     /// # Errors
-    /// Where the device has no room for a few words.
+    /// If the device has no room for a few words.
     pub fn prepare(&mut self, gpu: &Gpu, geometry: &Geometry) -> Result<(), GpuError> {
         self.triangles = geometry.triangle_count();
         self.size.write(gpu, &[self.triangles, geometry.vertex_count(), 0, 0])
     }
 
-    /// Counts them.
+    /// Records the stage.
     pub fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
         recorder.clear(&self.omitted);
         recorder.stage("omit", |pass| {
@@ -50,13 +50,13 @@ impl Omit {
         self.fetch = recorder.fetch(&self.omitted, (Self::KINDS * Self::WORDS) as u64);
     }
 
-    /// What the stage found that is done.
+    /// The triangles that a finished stage has counted.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     ///
     /// # Panics
-    /// If the stage isn't in what is done.
+    /// If `done` doesn't contain the stage.
     pub fn omitted(&self, done: &Done) -> Result<Omitted, GpuError> {
         let words: Vec<u32> = done.read(self.fetch)?;
         let kind = |index: usize| {

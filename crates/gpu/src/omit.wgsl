@@ -1,4 +1,4 @@
-// Stage `omit`: which triangles no ray can hit, counted by reason, and the lowest ids of each.
+// Stage `omit`: counts by reason the triangles that no ray can hit, and keeps the lowest ids of each.
 
 import package::dispatch::{Invocation, flat_index};
 
@@ -11,9 +11,9 @@ const OMIT_NOT_FINITE = 0u;
 const OMIT_ZERO_AREA = 1u;
 const OMIT_OUT_OF_RANGE = 2u;
 const OMIT_NONE = 3u;
-// How many ids are kept of each reason.
+// Number of ids that are kept for each reason.
 const OMIT_IDS = 8u;
-// For each reason how many triangles, then the complements of their lowest ids, so that a buffer of zeros has none.
+// Words of a reason: the number of triangles, then the complements of their lowest ids, so zeros mean none.
 const OMIT_WORDS = 1u + OMIT_IDS;
 
 @group(0) @binding(0) var<uniform> omit_size: OmitSize;
@@ -58,7 +58,7 @@ fn are_finite(bits: vec3<u32>) -> bool {
     return all((bits & vec3<u32>(0x7f800000u)) != vec3<u32>(0x7f800000u));
 }
 
-// Each slot keeps the lower one of two ids and hands the other on, so that the lowest end up in order.
+// Each slot keeps the lower of two ids and hands on the other, so the lowest ids end up in order.
 fn note_lowest(first: u32, complement: u32) {
     if atomicLoad(&omitted[first + OMIT_IDS - 1u]) > complement {
         return;

@@ -1,7 +1,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// The compiled entry points of a device. Kernels share them, since drivers take up to seconds for each.
+/// The compiled entry points of a device. Kernels share them, since a driver may take seconds for each.
 #[derive(Debug, Default)]
 pub(crate) struct Pipelines {
     compiled: Mutex<HashMap<EntryPoint, Arc<OnceLock<Pipeline>>>>,
@@ -10,7 +10,7 @@ pub(crate) struct Pipelines {
 /// The source of a pipeline.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct EntryPoint {
-    /// The path of one of the crate's modules, or the text of another.
+    /// Path of one of the crate's modules, or the text of another shader.
     root: String,
     name: &'static str,
     /// Names of `override` constants, and the bits of their values.
@@ -45,7 +45,7 @@ impl Pipelines {
     }
 
     fn lock(&self) -> MutexGuard<'_, HashMap<EntryPoint, Arc<OnceLock<Pipeline>>>> {
-        // Nobody panics while it is locked.
+        // No code panics while it holds the lock.
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,4 +1,4 @@
-// The camera whose pixels, and points, are asked about. A stage declares it as the uniform `point_view`.
+// The camera whose pixels, and points on them, are traced. A stage declares it as the uniform `point_view`.
 
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::predicate::{ExactRay};
@@ -7,16 +7,16 @@ import stage::{point_view};
 
 struct PointView {
     view: ExactView,
-    // Where samples are in their pixels.
+    // Position of the sample in each pixel.
     x_offset: vec2<u32>,
     y_offset: vec2<u32>,
     slots: u32,
-    // The rows of the whole image that are asked about: the first, and how many.
+    // The first row of the band in the whole image, and the number of rows.
     first_row: u32,
     rows: u32,
 }
 
-// The ray of what is stored at a slot.
+// The ray of the pixel at a slot.
 fn ray_of_slot(slot: u32) -> ExactRay {
     let pixel = pixel_of_slot(slot, point_view.view.width);
     let row = pixel.y + point_view.first_row;

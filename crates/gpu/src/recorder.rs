@@ -2,40 +2,40 @@ use bytemuck::Pod;
 
 use crate::{Buffer, Gpu, GpuError, platform};
 
-/// Collects a frame's stages and what is fetched after them, then submits all of it at once.
+/// Collects a frame's stages and the copies after them, then submits all of it at once.
 #[derive(Debug)]
 pub struct Recorder<'a> {
     gpu: &'a Gpu,
     encoder: wgpu::CommandEncoder,
     queries: Option<wgpu::QuerySet>,
     names: Vec<&'static str>,
-    /// Copies that the CPU can read.
+    /// Copies for the CPU to read.
     fetched: Vec<wgpu::Buffer>,
 }
 
-/// What a [`Recorder`] was told to fetch: the key to it in its [`Done`].
+/// Key to a fetched copy of a [`Recorder`], for its [`Done`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fetch {
     index: usize,
     bytes: usize,
 }
 
-/// What was submitted, and is done.
+/// A submission that is done.
 #[derive(Debug)]
 pub struct Done {
-    /// How long each stage took; of stages of the same name the sum; nothing where the device has no timestamps.
+    /// Time of each stage, summed over stages of the same name; empty if the device has no timestamps.
     pub times: Vec<StageTime>,
     fetched: Vec<wgpu::Buffer>,
 }
 
 impl Done {
-    /// What was fetched.
+    /// Contents of a fetched copy.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     ///
     /// # Panics
-    /// If the key is of another [`Recorder`], or isn't a whole number of `T`.
+    /// If the key is of another [`Recorder`], or the copy isn't a whole number of `T`.
     pub fn read<T: Pod>(&self, fetch: Fetch) -> Result<Vec<T>, GpuError> {
         assert_eq!(fetch.bytes % size_of::<T>(), 0, "whole elements");
         let mut contents = vec![T::zeroed(); fetch.bytes / size_of::<T>()];
@@ -43,13 +43,13 @@ impl Done {
         Ok(contents)
     }
 
-    /// As [`Done::read`], into memory that is there.
+    /// As [`Done::read`], into existing memory.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     ///
     /// # Panics
-    /// If the key is of another [`Recorder`], or `contents` are another number of bytes.
+    /// If the key is of another [`Recorder`], or `contents` has another number of bytes.
     pub fn read_into<T: Pod>(&self, fetch: Fetch, contents: &mut [T]) -> Result<(), GpuError> {
         assert_eq!(fetch.bytes, size_of_val(contents), "as many as were fetched");
         if fetch.bytes == 0 {
@@ -62,20 +62,20 @@ impl Done {
     }
 }
 
-/// How long a stage took on the GPU.
+/// GPU time of a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageTime {
     /// The stage's one name.
     pub name: &'static str,
-    /// From its first to its last command, in milliseconds.
+    /// Milliseconds from its first to its last command.
     pub milliseconds: f64,
 }
 
-/// The most stages that are timed in one submission.
+/// Maximum number of timed stages in one submission.
 const MOST_STAGES: u32 = 256;
 
 impl<'a> Recorder<'a> {
-    /// Nothing yet.
+    /// Begins an empty submission.
     #[must_use]
     pub fn new(gpu: &'a Gpu) -> Self {
         let queries = gpu.has_timestamps().then(|| {
@@ -89,7 +89,7 @@ impl<'a> Recorder<'a> {
         Self { gpu, encoder, queries, names: Vec::new(), fetched: Vec::new() }
     }
 
-    /// Records one stage: all that `record` dispatches, in order.
+    /// Records one stage: all dispatches of `record`, in order.
     pub fn stage(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
         let (encoder, queries) = self.begin_stage(name);
         let timestamp_writes = queries.map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
@@ -101,8 +101,8 @@ impl<'a> Recorder<'a> {
         record(&mut encoder.begin_compute_pass(&descriptor));
     }
 
-    /// For a stage that isn't one of dispatches: what encodes it, and if it is timed the queries, of which it writes this
-    /// one when it begins and the next one when it ends.
+    /// Begins a stage without a compute pass. Returns its encoder and, if it is timed, the query set with the index of
+    /// its first query: the stage writes this query when it begins, and the next one when it ends.
     #[doc(hidden)]
     pub fn begin_stage(&mut self, name: &'static str) -> (&mut wgpu::CommandEncoder, Option<(&wgpu::QuerySet, u32)>) {
         let index = self.names.len() as u32;
@@ -136,8 +136,7 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(from.raw(), 4 * first, to.raw(), 4 * target, 4 * words);
     }
 
-    /// Copies pixels of four bytes from a buffer, whose rows follow each other at `row_pixels`, to a texture from its row
-    /// `first` on.
+    /// Copies pixels of four bytes, in rows `row_pixels` apart, from a buffer to a texture's rows from `first` on.
     pub(crate) fn copy_rows(
         &mut self,
         (from, row_pixels): (&Buffer, u32),
@@ -158,7 +157,7 @@ impl<'a> Recorder<'a> {
         );
     }
 
-    /// Fetches the first `words` words of a buffer, as they are after what is recorded so far.
+    /// Fetches the first `words` words of a buffer, as they are after the commands recorded so far.
     pub fn fetch(&mut self, buffer: &Buffer, words: u64) -> Fetch {
         self.fetch_from(buffer, 0, words)
     }
@@ -184,8 +183,8 @@ impl<'a> Recorder<'a> {
         Fetch { index: self.fetched.len() - 1, bytes: bytes as usize }
     }
 
-    /// Submits all that was recorded. What it returns waits for that: where it is awaited natively, its thread does; in a
-    /// browser the page goes on meanwhile.
+    /// Submits the recorded commands. The future waits for them: natively it blocks its thread, in a browser the page
+    /// goes on meanwhile.
     pub fn submit(mut self) -> impl Future<Output = Result<Done, GpuError>> + use<'a> {
         let ticks = self.fetch_ticks();
         self.gpu.queue.submit([self.encoder.finish()]);
@@ -202,16 +201,16 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Submits all that was recorded, and waits for it.
+    /// Submits the recorded commands, and waits for them.
     ///
     /// # Errors
-    /// Where the device is lost or has reported an error.
+    /// If the device is lost or has reported an error.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn submit_and_wait(self) -> Result<Done, GpuError> {
         pollster::block_on(self.submit())
     }
 
-    /// Fetches when each stage began and ended, where the device has timestamps.
+    /// Fetches the start and end times of stages, if the device has timestamps.
     fn fetch_ticks(&mut self) -> Result<Option<Fetch>, GpuError> {
         let count = 2 * (self.names.len() as u32).min(MOST_STAGES);
         let Some(queries) = self.queries.as_ref().filter(|_| count > 0) else { return Ok(None) };

@@ -1,18 +1,18 @@
-// The order in which what belongs to an image's pixels is stored: umbrage_rays::TileOrder.
+// Storage order of an image's pixels: umbrage_rays::TileOrder.
 
-// Pixels a side of a tile and of a block.
+// Side of a tile and of a block, in pixels.
 const TILE_SIDE: u32 = 64u;
 const BLOCK_SIDE: u32 = 4u;
 const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 const TILE_SLOTS: u32 = TILE_SIDE * TILE_SIDE;
 const BLOCK_SLOTS: u32 = BLOCK_SIDE * BLOCK_SIDE;
 
-// How many tiles stand side by side in an image so many pixels wide.
+// Number of tiles in a row of an image `width` pixels wide.
 fn tile_columns(width: u32) -> u32 {
     return (width + TILE_SIDE - 1u) / TILE_SIDE;
 }
 
-// Where a pixel, given by column and row, is stored in an image so many pixels wide.
+// Slot of a pixel, given by column and row, in an image `width` pixels wide.
 fn slot_of_pixel(pixel: vec2<u32>, width: u32) -> u32 {
     let tile = pixel / TILE_SIDE;
     let block = pixel / BLOCK_SIDE % TILE_BLOCKS;
@@ -22,7 +22,7 @@ fn slot_of_pixel(pixel: vec2<u32>, width: u32) -> u32 {
         + sample.y * BLOCK_SIDE + sample.x;
 }
 
-// Column and row of what is stored at a slot; beyond the image's border where that is no pixel.
+// Column and row of the pixel at a slot; outside of the image if the slot has no pixel.
 fn pixel_of_slot(slot: u32, width: u32) -> vec2<u32> {
     let columns = max(tile_columns(width), 1u);
     let tile = slot / TILE_SLOTS;

@@ -39,7 +39,7 @@ impl From<&View> for ExactView {
     }
 }
 
-/// The camera whose pixels, and points, are asked about, as in `point_view.wgsl`.
+/// The camera whose pixels, and points on them, are traced, as in `point_view.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct PointView {

@@ -1,10 +1,10 @@
-// What lies beyond the edges of a texture, on each axis.
+// Wrapping of coordinates beyond a texture's edges, on each axis.
 
 const WRAP_REPEAT: u32 = 0u;
 const WRAP_MIRRORED_REPEAT: u32 = 1u;
 const WRAP_CLAMP_TO_EDGE: u32 = 2u;
 
-// The texel that stands for position `at` on a side of `side` texels.
+// Texel for position `at` on a side of `side` texels.
 fn wrapped(at: i32, side: u32, wrap: u32) -> u32 {
     let size = i32(side);
     if wrap == WRAP_CLAMP_TO_EDGE {

@@ -9,14 +9,14 @@ use umbrage_rays::{SimdLevel, dispatch};
 use crate::packet::{RayHitPacket, Valid, WIDTH};
 use crate::posed::Posed;
 
-/// Pixels on a side of a packet.
+/// Side of a packet in pixels.
 const PACKET_SIDE: u32 = 4;
-/// Packets on a side of a tile.
+/// Side of a tile in packets.
 const TILE_PACKETS: u32 = 16;
 /// Packets of a tile.
 const PACKETS: usize = (TILE_PACKETS * TILE_PACKETS) as usize;
 
-/// What the pixels of an image see and which of them a light reaches.
+/// Each pixel's nearest hit, and a bit for whether a light reaches its point.
 ///
 /// In tiles of 64×64 pixels, row by row; each has packets of 4×4 pixels along a Z-shaped curve. 8 bytes a pixel, and
 /// two for each packet and light.
@@ -28,7 +28,7 @@ pub struct Image {
     lit: Vec<u16>,
 }
 
-/// What a packet of camera rays has hit.
+/// Nearest hits of a packet of camera rays.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Seen {
@@ -36,12 +36,12 @@ struct Seen {
     triangle: [u32; WIDTH],
 }
 
-/// The camera's rays in f32: origin and direction are linear in where they go through the image.
+/// The camera's rays in f32: origin and direction are linear functions of the position in the image.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelRays {
     width: u32,
     height: u32,
-    /// Where the rays of a packet go through it: columns and rows.
+    /// Offsets of a packet's rays from its first pixel: columns and rows.
     lanes: [[f32; WIDTH]; 2],
     origin: Linear,
     direction: Linear,
@@ -56,17 +56,17 @@ struct Linear {
     down: Vec3,
 }
 
-/// Where shadow rays start and how they go to the points.
+/// Origins and directions of shadow rays.
 #[derive(Clone, Copy, Debug)]
 enum Shadows {
-    /// From a point.
+    /// From a point light to the points.
     From(Vec3),
-    /// Along a vector that is longer than the scene.
+    /// To the points along a vector that is longer than the scene.
     Along(Vec3),
 }
 
-/// Where shadow rays end, the point being at one: they must not hit the surface that the point is on, and Embree's hits
-/// are not exact.
+/// End of shadow rays, in units of the distance to the point: they must not hit the point's own surface, and Embree's
+/// hits aren't exact.
 const BEFORE_POINT: f32 = 1.0 - 1e-4;
 
 impl PixelRays {
@@ -93,7 +93,7 @@ impl PixelRays {
         Self { width: view.width, height: view.height, lanes: [columns, rows], origin, direction, is_parallel }
     }
 
-    /// Tiles in a row.
+    /// Number of tiles in a row.
     fn columns(&self) -> u32 {
         self.width.div_ceil(PACKET_SIDE * TILE_PACKETS)
     }
@@ -112,7 +112,7 @@ impl PixelRays {
         [x * PACKET_SIDE, y * PACKET_SIDE]
     }
 
-    /// Which pixels of a packet are in the image.
+    /// Flags of the packet's pixels that are in the image.
     #[inline(always)]
     fn inside(&self, [x, y]: [u32; 2]) -> Valid {
         if x + PACKET_SIDE <= self.width && y + PACKET_SIDE <= self.height {
@@ -123,7 +123,7 @@ impl PixelRays {
     }
 }
 
-/// The bits 0, 2, 4 and 6 side by side.
+/// Bits 0, 2, 4 and 6 as bits 0 to 3.
 #[inline(always)]
 fn every_second_bit(bits: u32) -> u32 {
     bits & 1 | bits >> 1 & 2 | bits >> 2 & 4 | bits >> 3 & 8
@@ -151,10 +151,10 @@ impl Shadows {
 }
 
 impl Image {
-    /// Stands for no triangle.
+    /// Triangle name of a miss.
     pub const NOTHING: u32 = u32::MAX;
 
-    /// Finds what each pixel sees. `nearest` is given the rays and which of them count, and finds what they hit.
+    /// Finds each pixel's nearest hit. `nearest` gets the rays with their flags, and writes their hits.
     pub fn see(&mut self, rays: &PixelRays, nearest: impl Fn(&Valid, &mut RayHitPacket) + Sync) {
         (self.width, self.height) = (rays.width, rays.height);
         self.seen.resize(rays.tiles() * PACKETS, Seen { t: [0.0; WIDTH], triangle: [Self::NOTHING; WIDTH] });
@@ -164,8 +164,8 @@ impl Image {
         });
     }
 
-    /// Finds which of the points that pixels show `light` reaches, by rays from the light. `bounds` are those of the
-    /// scene. `occluded` is given the rays and which of them count, and sets `t_far` of those that hit something below zero.
+    /// Finds the pixels' points that `light` reaches, by rays from the light. `bounds` are those of the scene.
+    /// `occluded` gets the rays with their flags, and sets `t_far` of blocked rays below zero.
     ///
     /// # Panics
     /// If `rays` are not those of the last [`Image::see`].
@@ -185,14 +185,14 @@ impl Image {
         });
     }
 
-    /// Takes over what the pixels of `other` see.
+    /// Copies the nearest hits of `other`.
     pub fn clone_hits_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         self.seen.clone_from(&other.seen);
     }
 
-    /// The name of the triangle that a pixel shows, which [`Posed::triangle`] knows, and its distance in lengths of the
-    /// camera ray's direction; `None` for none.
+    /// Name of a pixel's triangle, for [`Posed::triangle`], and its distance in lengths of the camera ray's direction;
+    /// `None` for a miss.
     #[must_use]
     pub fn seen(&self, x: u32, y: u32) -> Option<(u32, f32)> {
         let (packet, lane) = self.packet_and_lane(x, y);
@@ -200,7 +200,7 @@ impl Image {
         (triangle[lane] != Self::NOTHING).then_some((triangle[lane], t[lane]))
     }
 
-    /// Whether the light of the last [`Image::shadow`] reaches what a pixel shows; false where it shows nothing.
+    /// Whether the light of the last [`Image::shadow`] reaches a pixel's point; false for a miss.
     #[must_use]
     pub fn is_lit(&self, x: u32, y: u32) -> bool {
         let (packet, lane) = self.packet_and_lane(x, y);

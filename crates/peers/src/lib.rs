@@ -1,8 +1,8 @@
 //! The same frames through other ray tracers, for comparison.
 //!
 //! [`Embree`] is loaded when the program runs: everything builds without it. [`Scene`] is its hierarchy over one
-//! frame's triangles, and [`Image`] traces camera rays and shadow rays through it in coherent packets of 16. [`TinyBvh`] and
-//! [`TinyScene`] are the same for tinybvh, which takes a packet's rays one after the other.
+//! frame's triangles, and [`Image`] traces camera rays and shadow rays through it in coherent packets of 16.
+//! [`TinyBvh`] and [`TinyScene`] are the same for tinybvh, which traces a packet's rays one after the other.
 #![deny(unsafe_code)]
 
 mod embree;

@@ -5,7 +5,7 @@ use crate::posed::Posed;
 /// Rays of a packet.
 pub const WIDTH: usize = 16;
 
-/// Embree's number for no triangle and no geometry.
+/// Embree's id for no triangle and no geometry.
 const NONE: u32 = u32::MAX;
 
 /// −1 for each ray that is traced, 0 for the others.
@@ -19,15 +19,15 @@ pub struct Valid(pub [i32; WIDTH]);
 pub struct Rays<F, U> {
     /// Origins in world space.
     pub origin: [F; 3],
-    /// Where the rays start, in lengths of their directions.
+    /// Start of the rays, in lengths of their directions.
     pub t_near: F,
     /// Directions of any length.
     pub direction: [F; 3],
     /// For motion blur; zero.
     pub time: F,
-    /// Where the rays end, and where they hit; −∞ for a shadow ray that is blocked.
+    /// End of the rays, then their hits; −∞ for a blocked shadow ray.
     pub t_far: F,
-    /// Which geometry they see; all.
+    /// Mask of the geometries that rays can hit: all.
     pub mask: U,
     /// Not used.
     pub id: U,
@@ -35,8 +35,8 @@ pub struct Rays<F, U> {
     pub flags: U,
 }
 
-/// What rays hit, in the same way: `RTCHit16` has 512 bytes for Embree 3, and 64 more for the last field, which Embree 4 may
-/// have and Embree 3 ignores.
+/// Hits of rays, as Embree writes them: `RTCHit16` has 512 bytes for Embree 3, and 64 more for the last field, which
+/// Embree 4 may have and Embree 3 ignores.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Hits<F, U> {
@@ -57,7 +57,7 @@ pub struct Hits<F, U> {
 }
 
 impl<F: Copy, U: Copy> Rays<F, U> {
-    /// Endless rays, given what stands for zero, infinity, zero, and all ones.
+    /// Endless rays; the arguments are zero and infinity as `F`, then zero and all ones as `U`.
     fn endless(zero: F, infinity: F, none: U, all: U) -> Self {
         let (origin, direction) = ([zero; 3], [zero; 3]);
         Self { origin, t_near: zero, direction, time: zero, t_far: infinity, mask: all, id: none, flags: none }
@@ -65,7 +65,7 @@ impl<F: Copy, U: Copy> Rays<F, U> {
 }
 
 impl<F: Copy, U: Copy> Hits<F, U> {
-    /// No hits, given what stands for zero, and for nothing.
+    /// Misses; the arguments are zero, and Embree's id for none.
     fn none(zero: F, none: U) -> Self {
         let normal = [zero; 3];
         Self { normal, u: zero, v: zero, primitive: none, geometry: none, instance: none, instance_primitive: none }
@@ -78,7 +78,7 @@ impl<F: Copy, U: Copy> Hits<F, U> {
 pub struct RayHitPacket {
     /// The rays.
     pub ray: Rays<[f32; WIDTH], [u32; WIDTH]>,
-    /// What they hit.
+    /// Their hits.
     pub hit: Hits<[f32; WIDTH], [u32; WIDTH]>,
 }
 
@@ -91,14 +91,14 @@ pub struct SingleRay {
 }
 
 impl SingleRay {
-    /// An endless ray that hasn't hit anything.
+    /// An endless ray without a hit.
     #[must_use]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         let ray = Rays { origin, direction, ..Rays::endless(0.0, f32::INFINITY, 0, u32::MAX) };
         Self { ray, hit: Hits::none(0.0, NONE) }
     }
 
-    /// The name of the triangle that was hit, which [`Posed::triangle`](crate::Posed::triangle) knows; `None` for none.
+    /// Name of the hit triangle, for [`Posed::triangle`](crate::Posed::triangle); `None` for a miss.
     #[must_use]
     pub fn name(&self) -> Option<u32> {
         (self.hit.geometry != NONE).then(|| Posed::name(self.hit.primitive, self.hit.geometry))
@@ -106,9 +106,9 @@ impl SingleRay {
 }
 
 impl Valid {
-    /// All rays are traced.
+    /// All lanes are traced.
     pub const ALL: Self = Self([-1; WIDTH]);
-    /// No ray is traced.
+    /// No lane is traced.
     pub const NONE: Self = Self([0; WIDTH]);
 }
 
@@ -121,7 +121,7 @@ impl Default for RayHitPacket {
 }
 
 impl RayHitPacket {
-    /// Makes the rays endless and forgets what they have hit.
+    /// Makes the rays endless and removes their hits.
     #[inline(always)]
     pub fn forget_hits(&mut self) {
         self.ray.t_far = [f32::INFINITY; WIDTH];

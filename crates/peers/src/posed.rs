@@ -7,21 +7,21 @@ use crate::packet::WIDTH;
 
 /// One frame's triangles in buffers that Embree reads in place.
 ///
-/// Triangles that rays must be asked about are a geometry of their own, so that the others go without a filter.
+/// Triangles that aren't opaque are a geometry of their own, so that the others have no filter.
 #[derive(Debug)]
 pub struct Posed {
-    /// One more than the frame has: Embree may read 16 bytes for each.
+    /// Has one more than the frame: Embree may read 16 bytes for each.
     positions: Vec<Vec3>,
     opaque: Vec<[u32; 3]>,
-    /// Ids of the opaque triangles; empty where all triangles are opaque.
+    /// Ids of the opaque triangles; empty if all triangles are opaque.
     opaque_ids: Vec<u32>,
     asked: Option<Asked>,
 }
 
-/// Triangles whose hits count only where the frame says so.
+/// Triangles whose hits count only if the frame's opacity stops the ray.
 #[derive(Debug)]
 pub(crate) struct Asked {
-    /// Whom to ask.
+    /// Frame with the opacities.
     pub(crate) frame: Frame,
     /// Three vertex indices for each triangle, all in range.
     pub(crate) indices: Vec<[u32; 3]>,
@@ -30,10 +30,10 @@ pub(crate) struct Asked {
 }
 
 impl Posed {
-    /// The bit of a name that says whether the triangle is asked about.
+    /// Bit of a triangle's name for the geometry: 1 if it isn't opaque.
     const ASKED: u32 = 31;
 
-    /// Copies a frame's triangles; with `masks` rays ask it about those that aren't wholly opaque.
+    /// Copies a frame's triangles; with `masks`, triangles that aren't wholly opaque get filters.
     ///
     /// # Errors
     /// If a triangle has a vertex that is out of range.
@@ -56,7 +56,7 @@ impl Posed {
         Ok(Self { positions, opaque: of(&opaque_ids), opaque_ids, asked: Some(asked) })
     }
 
-    /// The id in the frame of a triangle that [`Image::seen`](crate::Image::seen) has named.
+    /// Id in the frame of the triangle with a name from [`Image::seen`](crate::Image::seen).
     ///
     /// # Panics
     /// If the name isn't one of this frame's.
@@ -70,14 +70,14 @@ impl Posed {
         }
     }
 
-    /// One number for each hit of a packet, from Embree's numbers for the triangle and the geometry; all ones for none.
+    /// Names of a packet's hit triangles, from Embree's ids of triangles and geometries; all ones for a miss.
     #[inline(always)]
     #[must_use]
     pub fn names(primitives: &[u32; WIDTH], geometries: &[u32; WIDTH]) -> [u32; WIDTH] {
         std::array::from_fn(|lane| Self::name(primitives[lane], geometries[lane]))
     }
 
-    /// The same for one hit.
+    /// Name of one hit triangle.
     #[inline(always)]
     pub(crate) fn name(primitive: u32, geometry: u32) -> u32 {
         primitive | geometry << Self::ASKED
@@ -93,7 +93,7 @@ impl Posed {
         &self.opaque
     }
 
-    /// The others.
+    /// The triangles that aren't wholly opaque, if there are any.
     pub(crate) fn asked(&self) -> Option<&Asked> {
         self.asked.as_ref()
     }

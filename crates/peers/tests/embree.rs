@@ -1,5 +1,5 @@
-//! Embree's and tinybvh's answers are those of the reference predicate, but for the few that their arithmetic gets wrong. Skipped
-//! where there is no library, which `UMBRAGE_EMBREE` and `UMBRAGE_TINYBVH` may name.
+//! Embree's and tinybvh's answers are those of the reference predicate, but for a few that their arithmetic gets wrong.
+//! Skipped if there is no library, which `UMBRAGE_EMBREE` and `UMBRAGE_TINYBVH` may name.
 
 use std::sync::Arc;
 
@@ -49,11 +49,11 @@ fn frame(is_cut: impl Fn(usize) -> bool) -> Frame {
     }
 }
 
-/// A frame with a light, seen by a camera, and what the oracle says about its pixels.
+/// A frame with a light, seen by a camera, and the oracle's answers for its pixels.
 struct Case {
     frame: Frame,
     light: LightSource,
-    /// Triangle and distance that each pixel shows, row by row, and whether the light reaches it.
+    /// Each pixel's triangle and distance, row by row, and whether the light reaches its point.
     truth: Vec<Option<(u32, f64, bool)>>,
 }
 
@@ -64,7 +64,7 @@ fn view() -> View {
     View { camera, width: SIDE, height: SIDE }
 }
 
-/// Rays that are neither through the middles of pixels nor through the same point of all.
+/// Rays with offsets that differ from pixel to pixel, and aren't the pixels' middles.
 fn shot(triangles: Triangles<'_>) -> Shot<'_> {
     let shifts = [(-0.25, 0.125), (0.25, -0.375), (0.5, 0.0), (0.0, 0.5)].map(DVec2::from);
     let shifts = Shifts::new(shifts).expect("possible shifts");
@@ -89,7 +89,7 @@ impl Case {
         Self { frame, light, truth }
     }
 
-    /// Asserts that nearly all pixels show what the oracle says, to Embree.
+    /// Asserts that Embree's answers agree with the oracle's in nearly all pixels.
     fn assert_agrees(&self, scene: &mut Scene) {
         let posed = self.posed();
         scene.build(&posed).expect("a scene");
@@ -99,7 +99,7 @@ impl Case {
         self.assert_shown(&posed, &image);
     }
 
-    /// The same, to tinybvh.
+    /// Asserts the same of tinybvh's answers.
     fn assert_tinybvh_agrees(&self, scene: &mut TinyScene) {
         let posed = self.posed();
         scene.pose(&posed).expect("opaque triangles");
@@ -131,7 +131,7 @@ impl Case {
             }
         };
         let wrong = (0..).zip(&self.truth).filter(is_wrong).count();
-        // Rays that meet an edge, and points that a light grazes.
+        // Wrong ones are rays through edges, and points at grazing light.
         assert!(wrong < self.truth.len() / 200, "{wrong} of {} pixels are wrong", self.truth.len());
     }
 }
@@ -162,7 +162,7 @@ fn pixels_show_what_the_oracle_says_to_tinybvh() {
     let cases = [point, sun].map(|light| Case::new(frame(|_| false), light));
     for layout in [Layout::Binary, Layout::Wide] {
         let mut scene = TinyScene::new(&tinybvh, layout);
-        // In the memory of the frame before.
+        // A second round reuses the memory of earlier frames.
         cases.iter().chain(&cases).for_each(|case| case.assert_tinybvh_agrees(&mut scene));
         let masked = Posed::new(&frame(|triangle| triangle == 3), true).expect("indices in range");
         assert!(matches!(scene.pose(&Arc::new(masked)), Err(Error::NotOpaque)));

@@ -1,9 +1,10 @@
 //! Triangles that move nearly together over an animation: the motion decomposition of fuzzy kd-trees (Günther et al.,
 //! *Ray Tracing Animated Scenes using Motion Decomposition*, 2006; thesis §4.2).
 //!
-//! It is generalised Lloyd relaxation: each cluster has for each pose the affine map that takes it back to the first pose best,
-//! each triangle goes to the cluster whose maps leave it least far from there, its *residual motion*, and that again until
-//! no triangle goes. Then the triangle that is left farthest, with its neighbours, becomes a new cluster.
+//! It is generalised Lloyd relaxation: each cluster has for each pose the affine map that best takes it back to the
+//! first pose. Each triangle goes to the cluster whose maps leave it the smallest distance from its first position, its
+//! *residual motion*; this repeats until no triangle changes its cluster. Then the triangle with the largest residual
+//! motion becomes a new cluster, with its neighbours.
 //!
 //! In the paper a cluster's map is that of its triangle of least residual motion, and the rest pose the best of all; here
 //! maps are least squares over the cluster's vertices, and the rest pose is the first.
@@ -12,14 +13,14 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::internals::fit;
 
-/// When to stop.
+/// Limits of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterOptions {
-    /// The most clusters.
+    /// Maximum number of clusters.
     pub most: u32,
-    /// The most rounds in which triangles go from cluster to cluster, for each number of clusters.
+    /// Maximum number of relaxation rounds for each number of clusters.
     pub rounds: u32,
-    /// No cluster is added where the largest residual motion is less, in parts of the first pose's size.
+    /// Relative residual motion, in units of the first pose's size: below it no cluster is added.
     pub residual: f64,
 }
 
@@ -29,8 +30,8 @@ impl Default for ClusterOptions {
     }
 }
 
-/// The cluster of each of the triangles between the vertices of some poses, which are at least one; numbers of clusters have
-/// no gaps. Vertices that aren't finite in all poses count for nothing.
+/// The cluster of each triangle, given its vertices in at least one pose; numbers of clusters have no gaps. Ignores
+/// vertices that aren't finite in all poses.
 ///
 /// # Panics
 /// If a triangle has a vertex that a pose lacks.
@@ -57,14 +58,14 @@ type Maps = Vec<DAffine3>;
 struct Clusters<'a> {
     indices: &'a [[u32; 3]],
     poses: &'a [Vec<Vec3>],
-    /// Of vertices, the triangles around them: where those of each begin, and all.
+    /// For each vertex, the triangles around it: the start of each vertex's list, and all lists.
     around: (Vec<u32>, Vec<u32>),
-    /// Of clusters; none where those that it has fit nothing.
+    /// Maps of each cluster; empty if its triangles have no fit.
     maps: Vec<Maps>,
     of_triangle: Vec<u32>,
-    /// Squared.
+    /// Squared residual motion of each triangle.
     residual_of_triangle: Vec<f64>,
-    /// Of the first pose.
+    /// Size of the first pose.
     size: f64,
 }
 
@@ -100,7 +101,7 @@ impl<'a> Clusters<'a> {
         &around[firsts[vertex as usize] as usize..firsts[vertex as usize + 1] as usize]
     }
 
-    /// The maps of some triangles, each corner counting once for each of these.
+    /// The best maps of some triangles; a vertex counts once for each of its triangles.
     fn fitted(&self, triangles: impl Iterator<Item = u32>) -> Option<Maps> {
         let is_finite = |vertex: u32| self.poses.iter().all(|pose| pose[vertex as usize].is_finite());
         let vertices = triangles.flat_map(|id| self.indices[id as usize]).filter(|&vertex| is_finite(vertex));
@@ -112,7 +113,7 @@ impl<'a> Clusters<'a> {
         self.poses[1..].par_iter().map(map).collect()
     }
 
-    /// How far a triangle's corner is left by the maps of a cluster, squared.
+    /// Squared residual motion of a triangle by the maps of a cluster: the largest of its corners'.
     fn residual(&self, id: u32, maps: &Maps) -> f64 {
         let mut most: f64 = 0.0;
         for vertex in self.indices[id as usize] {
@@ -125,7 +126,7 @@ impl<'a> Clusters<'a> {
         most
     }
 
-    /// Has each triangle go to the cluster that leaves it least far, and each cluster fit those that it has; whether any went.
+    /// Moves each triangle to its best cluster, and fits each cluster to its triangles; returns whether any triangle moved.
     fn relax(&mut self) -> bool {
         let best = |id: u32| {
             let of_clusters = (0..).zip(&self.maps).map(|(cluster, maps)| (self.residual(id, maps), cluster));
@@ -145,13 +146,13 @@ impl<'a> Clusters<'a> {
         has_changed
     }
 
-    /// The triangle that is left farthest, and how far, squared.
+    /// The triangle with the largest residual motion, and that motion squared.
     fn worst(&self) -> (u32, f64) {
         let all = (0..).zip(self.residual_of_triangle.iter().copied());
         all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
     }
 
-    /// Adds a cluster of a triangle and its neighbours; false if these have no map.
+    /// Adds a cluster of a triangle and its neighbours; returns `false` if these have no fit.
     fn add(&mut self, seed: u32) -> bool {
         let near = self.indices[seed as usize].into_iter().flat_map(|vertex| self.around(vertex).iter().copied());
         let Some(maps) = self.fitted(near) else { return false };
@@ -159,7 +160,7 @@ impl<'a> Clusters<'a> {
         true
     }
 
-    /// The clusters of triangles, without those that have none.
+    /// The clusters of triangles, renumbered without empty ones.
     fn numbered(self) -> Vec<u32> {
         let mut numbers = vec![u32::MAX; self.maps.len()];
         let mut next = 0;

@@ -1,36 +1,36 @@
-//! What builds of a kd-tree would take on more threads than there are, by counted work: a node's pass counts as its references.
+//! Simulated build times of a kd-tree on any number of threads, from counted work: a node's pass counts as its references.
 //!
-//! Passes are cut and wait for each other as in the builders of `umbrage-rays`, and a thread that is done takes the task that
-//! has waited longest. Left out is what memory, caches and handing out tasks take, and what comes before and after the nodes:
-//! boxes, the first sorting, the layout.
+//! Passes are cut and wait for each other as in the builders of `umbrage-rays`; a free thread takes the task that has
+//! waited longest. The model leaves out costs of memory, caches and scheduling, and the work before and after the
+//! nodes: boxes, the first sorting, the layout.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
 use umbrage_rays::{KdBuilder, KdTree};
 
-/// Subtrees of fewer references are one task, …
+/// A subtree of fewer references is one task, …
 const SUBTREE: u64 = 1 << 12;
-/// … and in the binned build so are those of fewer than one in so many of all.
+/// … and in the binned build so is one of less than this inverse share of all references.
 const CLUSTERS: u64 = 32;
-/// Nodes, and levels, of fewer references aren't shared by the builds of Choi et al. 2010.
+/// Nodes, and levels, of fewer references aren't shared in the builds of Choi et al. 2010.
 const SHARED_FROM: u64 = 1 << 14;
-/// References of a shared pass that are a task.
+/// References of a task in a shared pass.
 const CHUNK: u64 = 1 << 13;
-/// Levels of so many nodes aren't shared by the in-place build.
+/// Levels of this many nodes aren't shared in the in-place build.
 const LEVEL: usize = 16;
 
-/// Work that is done in an order.
+/// A graph of tasks with dependencies.
 #[derive(Debug, Default)]
 pub struct Tasks {
     work: Vec<u64>,
-    /// How many tasks come before each, and which come after.
+    /// Number of tasks before each, and the tasks after it.
     before: Vec<usize>,
     after: Vec<Vec<usize>>,
 }
 
 impl Tasks {
-    /// Adds a task that waits for earlier ones; its index.
+    /// Adds a task that waits for earlier ones; returns its index.
     pub fn add(&mut self, work: u64, before: &[usize]) -> usize {
         let index = self.work.len();
         self.work.push(work);
@@ -40,20 +40,20 @@ impl Tasks {
         index
     }
 
-    /// Adds work that threads share; the task that ends it.
+    /// Adds work that threads share; returns the task that ends it.
     fn share(&mut self, work: u64, before: &[usize]) -> usize {
         let chunks = (0..work.div_ceil(CHUNK)).map(|chunk| CHUNK.min(work - chunk * CHUNK));
         let chunks: Vec<_> = chunks.map(|work| self.add(work, before)).collect();
         self.add(0, &chunks)
     }
 
-    /// All work.
+    /// Sum of all work.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.work.iter().sum()
     }
 
-    /// When `threads` are done, in the unit of work.
+    /// Finishing time on `threads` threads, in the unit of work.
     #[must_use]
     pub fn simulated(&self, threads: usize) -> u64 {
         let mut before = self.before.clone();
@@ -77,7 +77,7 @@ impl Tasks {
     }
 }
 
-/// The tasks of a build that makes a tree.
+/// The tasks of a builder for this tree.
 #[must_use]
 pub fn tasks(tree: &KdTree, builder: KdBuilder) -> Tasks {
     let mut passes = Passes { tree, of_node: vec![[0; 2]; tree.nodes().len()] };
@@ -97,7 +97,7 @@ pub fn tasks(tree: &KdTree, builder: KdBuilder) -> Tasks {
 
 struct Passes<'a> {
     tree: &'a KdTree,
-    /// Of each node: its references, and those of all nodes of its subtree.
+    /// For each node: its references, and those of all nodes below it.
     of_node: Vec<[u64; 2]>,
 }
 
@@ -107,7 +107,7 @@ impl Passes<'_> {
         (!node.is_leaf()).then(|| self.tree.nodes().children(index, node))
     }
 
-    /// Counts below a node; the triangles there. What was clipped away isn't counted.
+    /// Counts references below a node, without clipped ones; returns the triangles there.
     fn count(&mut self, index: u32) -> Vec<u32> {
         let mut all = Vec::new();
         let mut below = 0;
@@ -128,7 +128,8 @@ impl Passes<'_> {
         all
     }
 
-    /// Threads share nodes of at least so many references; others of at least so many are a task each, and smaller subtrees one.
+    /// Adds tasks: threads share nodes of at least `shared` references; other nodes of at least `alone` are a task
+    /// each, and smaller subtrees one task.
     fn share_nodes(&self, index: u32, [shared, alone]: [u64; 2], before: &[usize], tasks: &mut Tasks) {
         let [own, all] = self.of_node[index as usize];
         match self.children(index) {

@@ -1,7 +1,7 @@
-//! What only experiments reach: other builders, traversals and triangle tests.
+//! Experiments: builders, traversals and triangle tests that no product uses.
 //!
-//! Nothing that users run depends on this crate; `umbrage-bench` measures what is here, and its tests hold it to the same
-//! predicate as the product. A part whose time comes moves into `umbrage-rays` or `umbrage-gpu`.
+//! No program for users depends on this crate. `umbrage-bench` measures its parts, and its tests hold them to the same
+//! predicate as the product. A part that proves useful moves into `umbrage-rays` or `umbrage-gpu`.
 #![forbid(unsafe_code)]
 
 pub mod clusters;

@@ -1,5 +1,5 @@
-//! The light buffer (Haines and Greenberg, *The Light Buffer: A Shadow-Testing Accelerator*, 1986; the thesis' §2.3): a cube
-//! around a point light whose cells list the triangles that one sees through them, the nearest first.
+//! The light buffer (Haines and Greenberg, *The Light Buffer: A Shadow-Testing Accelerator*, 1986; the thesis' §2.3): a
+//! cube around a point light whose cells list the triangles seen through them, the nearest first.
 
 use std::ops::ControlFlow;
 
@@ -7,27 +7,26 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::{Ray, Triangles, Visit};
 
-/// The triangles around a light, listed by direction. [Rays](Visit) have to start at the light, as shadow rays do that come
-/// from it.
+/// The triangles around a light, listed by direction. [Rays](Visit) must start at the light, as its shadow rays do.
 ///
-/// **Why nothing is missed.** Positions in relation to the light are wrong by a rounding each. Cells are grown by `MARGIN`,
-/// and a triangle is left out of a cell only where all of its corners are beyond one of the cell's sides by more than
-/// `ROUNDINGS` of the scene's reach. Points that are so near to the light that their direction may be wrong by a tenth of
-/// the margin are compared with all triangles.
+/// **Completeness.** Positions relative to the light have an error of one rounding each. Cells are grown by `MARGIN`,
+/// and a triangle is left out of a cell only if all of its corners are beyond one of the cell's sides by more than
+/// `ROUNDINGS` of the scene's reach. Points so near to the light that their direction may be wrong by a tenth of the
+/// margin are compared with all triangles.
 ///
-/// What is hidden behind a covering triangle is behind it for the predicate too, for points that are known to within 10⁻⁸ of
-/// the reach: all that rays hit which start no farther away than 10⁶ times that.
+/// A triangle hidden behind a covering one is behind it for the predicate too, for points that are known to within 10⁻⁸
+/// of the reach: all hits of rays that start no farther away than 10⁶ times the reach.
 #[derive(Debug)]
 pub struct LightBuffer {
     light: DVec3,
     /// Cells along an edge of the cube.
     side: u32,
-    /// How far anything is from the origin, at most, on an axis.
+    /// Largest magnitude of a coordinate.
     reach: f64,
-    /// Where each cell's entries start, and where the last one's end.
+    /// Index of each cell's first entry, and the end of the last cell.
     starts: Vec<u32>,
     entries: Vec<Entry>,
-    /// Entries that were left out since a nearer triangle covers their cell.
+    /// Number of entries left out because a nearer triangle covers their cell.
     hidden: usize,
     triangle_count: u32,
 }
@@ -37,22 +36,22 @@ pub struct LightBuffer {
 struct Entry {
     cell: u32,
     id: u32,
-    /// No point of it is nearer, along the axis of the cube's face.
+    /// Lower bound on its distance, along the axis of the cube's face.
     near: f64,
 }
 
-/// How far cells are grown, in halves of the cube's edge.
+/// Margin of cells, in halves of the cube's edge.
 const MARGIN: f64 = 1e-5;
 
-/// What rounding may do to a position in relation to the light, in parts of the reach.
+/// Rounding error of a position relative to the light, in units of the reach.
 const ROUNDINGS: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// By how much more than a covering triangle something has to be away to be hidden by it, in parts of that.
+/// Relative distance behind a covering triangle from which on triangles are hidden.
 const BEHIND: f64 = 1e-4;
 
 impl LightBuffer {
-    /// Lists `triangles` around a point light, on all threads. `is_opaque` says which of them let no light through anywhere:
-    /// only these hide others.
+    /// Lists `triangles` around a point light, on all threads. `is_opaque` tells which of them let no light through
+    /// anywhere: only these hide others.
     ///
     /// # Panics
     /// If `side`, cells along an edge of the cube, isn't from 1 to 4096.
@@ -89,7 +88,7 @@ impl LightBuffer {
         buffer
     }
 
-    /// Leaves out what is behind a triangle that covers its cell, and finds where each cell's entries start.
+    /// Leaves out entries behind a triangle that covers their cell, and finds the first entry of each cell.
     fn drop_hidden(&mut self, triangles: Triangles<'_>, is_opaque: &(dyn Fn(u32) -> bool + Sync)) {
         let entries = std::mem::take(&mut self.entries);
         let cells: Vec<&[Entry]> = entries.chunk_by(|a, b| a.cell == b.cell).collect();
@@ -113,19 +112,20 @@ impl LightBuffer {
         self.starts.resize(6 * (self.side * self.side) as usize + 1, self.entries.len() as u32);
     }
 
-    /// How far a triangle is away, at most, anywhere in a cell, if it certainly covers all of it; else infinity.
+    /// Upper bound on a triangle's distance anywhere in a cell, if the triangle certainly covers the whole cell; else
+    /// infinity.
     fn cover(&self, corners: [Vec3; 3], cell: u32) -> f64 {
         let (face, row, column) = (cell / (self.side * self.side), cell / self.side % self.side, cell % self.side);
         let corners = corners.map(|corner| on_face(face, corner.as_dvec3() - self.light));
         let [[left, right], [low, high]] = [column, row].map(|at| grown(self.side, [at, at + 1]));
         let [a, b, c] = corners;
         let error = ROUNDINGS * self.reach;
-        // The planes through the light and the edges, with what rounding may do to them.
+        // The planes through the light and the edges, with bounds on their rounding errors.
         let planes =
             [[a, b], [b, c], [c, a]].map(|[from, to]| (from.cross(to), 8.0 * error * (from.length() + to.length())));
         let normal = (b - a).cross(c - a);
         let height = normal.dot(a);
-        // So steep that distances are wrong by less than 10⁻⁶ of themselves, where they are above a thousandth of the reach.
+        // So steep that the relative error of distances above a thousandth of the reach is below 10⁻⁶.
         let least_slope = 1e10 * error * ((b - a).length() + (c - a).length());
         let mut farthest = 0.0_f64;
         for direction in [[left, low], [left, high], [right, low], [right, high]] {
@@ -145,25 +145,25 @@ impl LightBuffer {
         farthest
     }
 
-    /// Triangles in all cells together.
+    /// Number of entries in all cells.
     #[must_use]
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether nothing is around the light.
+    /// Whether there are no entries.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// How many more there would be if none were hidden.
+    /// Number of hidden entries.
     #[must_use]
     pub fn hidden(&self) -> usize {
         self.hidden
     }
 
-    /// Bytes that it holds.
+    /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.starts.capacity() * size_of::<u32>() + self.entries.capacity() * size_of::<Entry>()
@@ -207,7 +207,7 @@ impl Visit for LightBuffer {
     }
 }
 
-/// A triangle that is brought to the cells of a face.
+/// A triangle to be listed in the cells of a face.
 struct Listing {
     side: u32,
     corners: [DVec3; 3],
@@ -215,7 +215,7 @@ struct Listing {
 }
 
 impl Listing {
-    /// Calls `list` with each cell of the columns and rows that the triangle may be in, by halves.
+    /// Calls `list` with each cell of the columns and rows that the triangle may be in; divides the ranges in halves.
     fn descend(&self, cells: [[u32; 2]; 2], list: &mut impl FnMut([u32; 2])) {
         for axis in 0..2 {
             let [low, high] = grown(self.side, cells[axis]);
@@ -227,7 +227,7 @@ impl Listing {
                 return;
             }
         }
-        // In front of the face, and so before the light, or through its plane.
+        // A triangle wholly behind the light is in no cell of the face.
         if self.corners.iter().all(|corner| corner.z < -self.slack) {
             return;
         }
@@ -245,13 +245,14 @@ impl Listing {
     }
 }
 
-/// Where cells begin and end on a face, from −1 to 1, grown by the margin.
+/// Start and end of cells on a face, from −1 to 1, grown by the margin.
 fn grown(side: u32, [first, end]: [u32; 2]) -> [f64; 2] {
     let at = |cell: u32| 2.0 * f64::from(cell) / f64::from(side) - 1.0;
     [at(first) - MARGIN, at(end) + MARGIN]
 }
 
-/// A vector as one of the cube's faces has it, which are in pairs for x, y and z: z is away from the light, through the face.
+/// A vector in the coordinates of one of the cube's faces, which come in pairs for x, y and z: z points away from the
+/// light, through the face.
 fn on_face(face: u32, vector: DVec3) -> DVec3 {
     let turned = match face / 2 {
         0 => DVec3::new(vector.y, vector.z, vector.x),

@@ -1,4 +1,4 @@
-//! Ways for threads to come by their work, as interactive ray tracers have had them before stealing was common.
+//! Ways to distribute work to threads, as interactive ray tracers did before work stealing was common.
 
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
@@ -6,27 +6,27 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// How the threads of the current pool come by groups of work, which are numbered from 0.
+/// How the threads of the current pool get groups of work, which are numbered from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Queue {
-    /// Thread k of n does groups k, k + n, k + 2n …, whatever these take.
+    /// Thread k of n does groups k, k + n, k + 2n …, at any cost of these.
     RoundRobin,
     /// One group after the other from a counter behind a lock.
     Locked,
-    /// One group after the other from a counter that is compared and swapped.
+    /// One group after the other from an atomic counter.
     Swapped,
-    /// Several groups at once, fewer as they come to an end: a share of 1 / 2n of what is left (Parker et al., *Interactive
-    /// Ray Tracing*, 1999).
+    /// Several groups at once, fewer towards the end: a share of 1 / 2n of the remaining groups (Parker et al.,
+    /// *Interactive Ray Tracing*, 1999).
     Decreasing,
-    /// Each thread its half, and from others what these haven't begun: rayon's way.
+    /// Each thread a half, and later groups that other threads haven't begun: rayon's way.
     Stealing,
 }
 
 impl Queue {
-    /// All of them.
+    /// All ways.
     pub const ALL: [Self; 5] = [Self::RoundRobin, Self::Locked, Self::Swapped, Self::Decreasing, Self::Stealing];
 
-    /// What it is called.
+    /// Name for output.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ impl Queue {
     pub fn for_each(self, groups: usize, work: impl Fn(usize) + Sync) {
         let threads = rayon::current_num_threads();
         let next = AtomicUsize::new(0);
-        // Takes as many as `share` says of what is left, until there are none.
+        // Takes `share` of the remaining groups at a time, until there are none.
         let take = |share: &dyn Fn(usize) -> usize| {
             loop {
                 let taken = |first: usize| (first < groups).then(|| first + share(groups - first));
@@ -69,8 +69,8 @@ impl Queue {
         }
     }
 
-    /// How long `threads` would take that have nothing else to do, where each group takes so long and taking it nothing: a
-    /// thread that is done first takes next. Stealing is counted as one after the other.
+    /// Finishing time on `threads` otherwise idle threads, given each group's cost and no cost of scheduling: the first
+    /// free thread takes the next groups. Stealing counts as one group after the other.
     #[must_use]
     pub fn simulated(self, costs: &[f64], threads: usize) -> f64 {
         let mut ends = vec![0.0_f64; threads.max(1)];
@@ -87,7 +87,7 @@ impl Queue {
     }
 }
 
-/// How many of the groups that are left a thread takes at once.
+/// Number of remaining groups that a thread takes at once.
 fn decreasing(left: usize, threads: usize) -> usize {
     (left / (2 * threads.max(1))).max(1)
 }

@@ -6,39 +6,39 @@ use umbrage_rays::{Cone, Hit, LightSource, Opacity, Opaque, Parts, SeenPixels, S
 use crate::views::OFFSET_PIXELS;
 use crate::{Oracle, TestMesh};
 
-/// What a camera and lights see of a mesh: a question whose answer the oracle knows.
+/// A mesh with a camera and lights: a question whose answer the oracle knows.
 pub struct Case {
-    /// What is special about it.
+    /// The case's special feature.
     pub name: String,
-    /// What there is.
+    /// The triangles.
     pub mesh: TestMesh,
     /// The camera.
     pub view: View,
-    /// Where in each pixel its ray goes through.
+    /// Offset of each pixel's ray in the pixel.
     pub offset_pixels: DVec2,
-    /// By how much more each ray is shifted.
+    /// Additional shift of each ray.
     pub shifts: Shifts,
-    /// Each with shadows.
+    /// Lights, all with shadows.
     pub lights: Vec<LightSource>,
-    /// What stops camera rays.
+    /// Opacity for camera rays.
     pub opacity: Box<dyn Opacity + Send>,
-    /// What stops shadow rays.
+    /// Opacity for shadow rays.
     pub shadow_opacity: Box<dyn Opacity + Send>,
-    /// Which sides of triangles stop rays.
+    /// Sides of triangles that stop rays.
     pub sides: Sides<'static>,
-    /// The part of each triangle, for structures that outlive a frame; they may be anything.
+    /// The part of each triangle, for structures that outlive a frame; any numbers.
     pub part_of_triangle: Vec<u32>,
 }
 
-/// [`Sides`] of which more than half of the triangles have both, up to the 4096th; all that come later do.
+/// [`Sides`] with two sides for more than half of the first 4096 triangles, and for all later ones.
 pub const MIXED_SIDES: Sides<'static> = Sides::Each(&[0x5bd1_e995_cc9e_2d51; 64]);
 
-/// What is true of each pixel of a [`Case`], or of one in so many, row by row.
+/// The true answers for each pixel of a [`Case`], or for every n-th, row by row.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Truth {
-    /// What it shows; [`SeenPixels::NONE`] for nothing.
+    /// The triangle that it shows; [`SeenPixels::NONE`] for none.
     pub triangle: Vec<u32>,
-    /// For each light, whether it reaches that; false for nothing.
+    /// For each light, whether it reaches the pixel; false for a pixel without a triangle.
     pub lit: Vec<Vec<bool>>,
 }
 
@@ -49,7 +49,7 @@ impl std::fmt::Debug for Case {
 }
 
 impl Case {
-    /// Opaque triangles of two sides, seen through about the middle of each pixel.
+    /// A case of opaque, two-sided triangles, seen through about the middle of each pixel.
     #[must_use]
     pub fn new(name: impl Into<String>, mesh: TestMesh, view: View, lights: &[LightSource]) -> Self {
         let part_of_triangle = (0..mesh.indices.len() as u32).map(|id| id / 5 % 3).collect();
@@ -67,13 +67,13 @@ impl Case {
         }
     }
 
-    /// What moves together.
+    /// Parts of triangles that move together.
     #[must_use]
     pub fn parts(&self) -> Parts<'_> {
         Parts { of_triangle: &self.part_of_triangle, objects: &[] }
     }
 
-    /// The question to a structure.
+    /// The case as a structure's question.
     #[must_use]
     pub fn shot(&self) -> Shot<'_> {
         Shot {
@@ -93,13 +93,13 @@ impl Case {
         (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
     }
 
-    /// The truth, by asking the oracle about each pixel.
+    /// The truth, from the oracle, for each pixel.
     #[must_use]
     pub fn truth(&self) -> Truth {
         self.truth_of_some(1)
     }
 
-    /// The truth about the first of each `every` pixels.
+    /// The truth for the first of each `every` pixels.
     #[must_use]
     pub fn truth_of_some(&self, every: u32) -> Truth {
         let (shot, oracle) = (self.shot(), Oracle::new(self.mesh.triangles()));
@@ -125,8 +125,8 @@ impl Case {
         })
     }
 
-    /// The truth about the first of each `every` pixels, from the triangle that each shows, if any, and whether each light
-    /// reaches that.
+    /// The truth for the first of each `every` pixels, from `of_pixel`: the triangle that the pixel shows, if any, and
+    /// whether each light reaches it.
     pub(crate) fn truth_by(&self, every: u32, of_pixel: impl Fn(u32, u32) -> Option<(u32, Vec<bool>)> + Sync) -> Truth {
         let pixels = (0..self.view.width * self.view.height).into_par_iter().step_by(every as usize);
         let answers = pixels.map(|pixel| of_pixel(pixel % self.view.width, pixel / self.view.width));
@@ -137,10 +137,10 @@ impl Case {
     }
 }
 
-/// Whether a shadow ray's light falls on the side of a triangle that is there.
+/// Whether a shadow ray meets a triangle on a side that stops light.
 #[must_use]
 pub fn stops_light(sides: Sides<'_>, light: &LightSource, ray: &ShadowRay, id: u32, corners: [Vec3; 3]) -> bool {
-    // Rays of parallel light go the other way.
+    // Shadow rays of parallel light go from the point to the light.
     let is_turned = matches!(light, LightSource::Directional { .. });
     sides.has_back(id) || crossing(&ray.ray, corners).is_some_and(|crossing| crossing.front != is_turned)
 }

@@ -3,18 +3,18 @@ use umbrage::{Renderer, Settings};
 /// How the last frames of two renderers differ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Differences {
-    /// All pixels.
+    /// Number of pixels.
     pub pixels: usize,
     /// Pixels with another triangle.
     pub triangles: usize,
-    /// Pixels and lights with another answer to whether the light reaches the pixel.
+    /// Pairs of a pixel and a light with another answer whether the light reaches the pixel.
     pub shadows: usize,
     /// Pixels that differ by more than one level of 255 in some channel.
     pub colors: usize,
 }
 
 impl Differences {
-    /// Compares what both have rendered with `settings`.
+    /// Compares the last frames of two renderers, both with `settings`.
     ///
     /// # Panics
     /// If they have rendered different numbers of lights.
@@ -39,7 +39,7 @@ impl Differences {
         }
     }
 
-    /// Triangles and shadows are the same; colours are as far as f32 carries.
+    /// Asserts that triangles and shadows are the same, and colours up to the precision of f32.
     ///
     /// # Panics
     /// If they aren't.

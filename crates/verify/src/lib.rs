@@ -1,4 +1,4 @@
-//! What the tests measure the other crates by: the oracle, test meshes with cameras and lights, and real scenes.
+//! Tools of the other crates' tests: the oracle, test meshes with cameras and lights, and real scenes.
 #![forbid(unsafe_code)]
 
 mod case;

@@ -17,13 +17,13 @@ pub fn sun(x: f32, y: f32, z: f32) -> LightSource {
     LightSource::Directional { direction: Vec3::new(x, y, z).normalize() }
 }
 
-/// Lights in every bad place of a [room](TestMesh::room) that was scaled and then moved: on the triangles `ids` and the
-/// last one, behind surfaces, and along them.
+/// Lights at difficult positions of a scaled and moved [room](TestMesh::room): on the triangles `ids` and the last one,
+/// behind surfaces, and along them.
 #[must_use]
 pub fn in_bad_places(ids: &[u32], scale: f32, offset: Vec3) -> Vec<LightSource> {
     let mesh = TestMesh::room().placed(scale, offset);
     let mut lights = Vec::new();
-    // At vertices, in edges and inside triangles of the floor, the ball and the wall; and just beside.
+    // At vertices, on edges and inside triangles of the floor, the ball and the wall; and just beside.
     for &id in ids.iter().chain(&[mesh.indices.len() as u32 - 1]) {
         let [a, b, c] = mesh.triangles().corners(id);
         let inside = a + ((b - a) + (c - a)) * 0.25;
@@ -41,14 +41,14 @@ pub fn in_bad_places(ids: &[u32], scale: f32, offset: Vec3) -> Vec<LightSource> 
     lights
 }
 
-/// Lights around, inside and below the [room among bad shapes](TestMesh::bad_shapes) that was scaled and then moved.
+/// Lights around, inside and below the scaled and moved [room among bad shapes](TestMesh::bad_shapes).
 #[must_use]
 pub fn among_bad_shapes(scale: f32, offset: Vec3) -> [LightSource; 5] {
     let at = |x: f32, y: f32, z: f32| point(Vec3::new(x, y, z) * scale + offset);
     [at(2.0, 3.0, 1.0), at(0.1, 0.5, 0.2), at(-0.5, -0.9, 0.75), at(1.0, 1.5, 4.0), sun(0.3, -1.0, 0.2)]
 }
 
-/// Lights in front of, above, inside, on and behind everything of a world that was scaled and then moved, near and far.
+/// Lights in front of, above, inside, on and behind all triangles of a scaled and moved world, near and far.
 #[must_use]
 pub fn around(scale: f32, offset: Vec3) -> [LightSource; 10] {
     let at = |x: f32, y: f32, z: f32| point(Vec3::new(x, y, z) * scale + offset);

@@ -21,7 +21,7 @@ impl TestMesh {
         Triangles { positions: &self.positions, indices: &self.indices }
     }
 
-    /// Some triangles, none of which shares a vertex with another.
+    /// A mesh of triangles without shared vertices.
     #[must_use]
     pub fn of(triangles: &[[Vec3; 3]]) -> Self {
         let mut mesh = Self::default();
@@ -30,7 +30,7 @@ impl TestMesh {
     }
 
     /// A closed, convex ball of radius 1: an icosahedron with each triangle split into four, `splits` times. Windings
-    /// are mixed: every third triangle is turned around.
+    /// are mixed: every third triangle is reversed.
     #[must_use]
     pub fn ball(splits: u32) -> Self {
         let golden = 0.5 * (1.0 + 5.0_f32.sqrt());
@@ -69,8 +69,8 @@ impl TestMesh {
         Self { positions, indices }
     }
 
-    /// A floor of so many squares a side in the plane y = −1, from −2 to 2, whose corners are on a lattice of powers of
-    /// two where `side` is one.
+    /// A floor of `side`² squares in the plane y = −1, from −2 to 2. If `side` is a power of two, the corners are on a
+    /// lattice of powers of two.
     #[must_use]
     pub fn floor(side: u32) -> Self {
         let at = |x: u32, z: u32| Vec3::new(x as f32, 0.0, z as f32) * (4.0 / side as f32) - Vec3::new(2.0, 1.0, 2.0);
@@ -99,17 +99,17 @@ impl TestMesh {
     pub fn bad_shapes(random: &mut Random) -> Self {
         let mut mesh = Self::room();
         for _ in 0..30 {
-            // Slivers, needles, and points that still have an area.
+            // Slivers, needles, and tiny triangles that still have an area.
             let (a, b) = (random.point() * 1.5, random.point() * 1.5);
             mesh.push([a, b, a.lerp(b, random.unit()) + random.point() * 1e-6]);
             mesh.push([a, a + random.point() * 1e-5, b + random.point() * 2.0]);
             mesh.push([a, Vec3::new(a.x.next_up(), a.y, a.z), Vec3::new(a.x, a.y.next_up(), a.z)]);
             mesh.push([(); 3].map(|()| b + random.point() * 1e-7));
         }
-        // Points and lines without any.
+        // Points and lines without an area.
         let (a, b) = (random.point(), random.point());
         [[a, a, a], [a, b, a], [a, a.midpoint(b), b]].into_iter().for_each(|corners| mesh.push(corners));
-        // Triangles that span the whole view and reach around the camera and the lights, and far beyond all else.
+        // Triangles that span the whole view and reach around the camera and the lights, and far beyond all others.
         for reach in [6.0, 1e3, 1e6] {
             let plane = |x: f32, y: f32, z: f32| Vec3::new(x, y, z) * reach;
             mesh.push([plane(-1.0, -0.7, -1.0), plane(1.0, -0.8, -1.0), plane(0.1, -0.9, 1.0)]);
@@ -118,10 +118,10 @@ impl TestMesh {
         mesh
     }
 
-    /// What there are [copies](Self::copies) of.
+    /// The triangle of [copies](Self::copies).
     pub const COPY: [Vec3; 3] = [Vec3::new(-1.5, -0.5, 0.0), Vec3::new(-0.5, -0.5, 1.0), Vec3::new(-1.0, 0.5, 1.0)];
 
-    /// The [room](Self::room) with so many copies of one triangle.
+    /// The [room](Self::room) with `count` copies of one triangle.
     #[must_use]
     pub fn copies(count: u32) -> Self {
         let mut mesh = Self::room();
@@ -168,12 +168,12 @@ impl TestMesh {
     pub fn append(&mut self, other: &Self) {
         let first = self.positions.len() as u32;
         self.positions.extend(&other.positions);
-        // Those that are out of range stay so.
+        // Indices out of range stay out of range.
         self.indices.extend(other.indices.iter().map(|triangle| triangle.map(|vertex| vertex.saturating_add(first))));
     }
 
-    /// A ball with bumps around the origin, of `rings` by twice as many parts with shared vertices. Its poles are triangles
-    /// without an area.
+    /// A ball with bumps around the origin, of `rings` by twice as many quads with shared vertices. The triangles at
+    /// its poles have no area.
     #[must_use]
     pub fn bumpy_ball(radius: f32, rings: u32) -> Self {
         let parts = 2 * rings;
@@ -205,7 +205,8 @@ impl TestMesh {
         mesh
     }
 
-    /// Triangles that show their front, their back or, to roundings, neither to some points: fifty for each are edge-on for it.
+    /// Triangles that show their front, their back or, up to rounding, neither to some points: fifty for each point are
+    /// edge-on.
     #[must_use]
     pub fn fronts_and_backs(points: [Vec3; 2]) -> Self {
         let mut random = Random::new(13);
@@ -237,7 +238,8 @@ impl TestMesh {
     }
 }
 
-/// Few triangles in bad places for a camera in the origin that looks along −z: in one plane, behind it and through it.
+/// Few triangles in difficult places for a camera at the origin that looks along −z: in one plane, behind it and
+/// through it.
 #[must_use]
 pub fn meshes_in_bad_places() -> Vec<(&'static str, TestMesh)> {
     let of = TestMesh::of;

@@ -5,12 +5,12 @@ use umbrage_rays::{Hit, Ray, Triangles};
 #[derive(Clone, Debug)]
 pub struct Oracle<'a> {
     triangles: Triangles<'a>,
-    /// Ids of those that have all of their corners, and finite ones.
+    /// Ids of triangles whose corners all exist and are finite.
     usable: Vec<u32>,
 }
 
 impl<'a> Oracle<'a> {
-    /// The truth about `triangles`.
+    /// An oracle for `triangles`.
     #[must_use]
     pub fn new(triangles: Triangles<'a>) -> Self {
         let is_usable = |&id: &u32| {
@@ -21,7 +21,7 @@ impl<'a> Oracle<'a> {
         Self { triangles, usable: (0..triangles.len() as u32).filter(is_usable).collect() }
     }
 
-    /// The nearest hit that `stops` the ray; of several at the same t the one with the lowest id.
+    /// The nearest hit for which `stops` is true; of several at the same t the one with the lowest id.
     #[must_use]
     pub fn nearest(&self, ray: &Ray, stops: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
@@ -34,7 +34,7 @@ impl<'a> Oracle<'a> {
         nearest
     }
 
-    /// Whether a triangle other than `own`, where it `stops` rays, shadows the point of `shadow_ray`.
+    /// Whether a triangle other than `own` shadows the point of `shadow_ray` where `stops` is true.
     #[must_use]
     pub fn blocked(&self, shadow_ray: &ShadowRay, own: u32, stops: impl Fn(u32, [f32; 2]) -> bool) -> bool {
         self.usable.iter().filter(|&&id| id != own).any(|&id| {

@@ -5,11 +5,11 @@ use crate::lights::{point, sun};
 use crate::views::{OFFSET_PIXELS, view};
 use crate::{Case, Oracle, TestMesh, Truth};
 
-/// A pile of plates above what one pixel shows of a floor, and above the camera: each is within one of 192² cells of what
-/// lights see of the floor.
+/// A pile of plates above the part of a floor that one pixel shows, and above the camera. Each plate is within one of
+/// 192² cells of the lights' views of the floor.
 #[derive(Clone, Debug)]
 pub struct Plates {
-    /// The floor and the plates, which all have the shadow of the highest, which is the first.
+    /// The floor and the plates. The first plate is the highest; all have its shadow.
     pub mesh: TestMesh,
     view: View,
     lights: [LightSource; 2],
@@ -22,7 +22,7 @@ impl Plates {
     /// The floor and its first plate.
     ///
     /// # Panics
-    /// If the oracle says that the pixel doesn't show the floor.
+    /// If the oracle doesn't find the floor at the pixel.
     #[must_use]
     pub fn one() -> Self {
         let mesh = TestMesh::floor(8);
@@ -32,7 +32,7 @@ impl Plates {
         let ray = view.ray(x + OFFSET_PIXELS.x, y + OFFSET_PIXELS.y);
         let shaded = Oracle::new(mesh.triangles()).nearest(&ray, |_| true).expect("the floor").t;
         let middle = (ray.origin + ray.direction * shaded).as_vec3();
-        // Straight from above, all plates have the shadow of one; of a lamp above their middle, the highest has the largest.
+        // From straight above, all plates have the same shadow; from a lamp above their middle, the highest has the largest.
         let lights = [sun(0.0, -1.0, 0.0), point(middle.with_y(4000.0))];
         let mut plates = Self { mesh, view, lights, middle };
         plates.push(2.0);
@@ -50,10 +50,10 @@ impl Plates {
         Case::new("plates", self.mesh.clone(), self.view, &self.lights)
     }
 
-    /// The truth, however many plates there are, by asking about those that there are.
+    /// The truth for any number of plates, from the oracle for the present ones.
     ///
     /// # Panics
-    /// If the plates don't shadow the pixel, or shadow much else.
+    /// If the plates don't shadow the pixel, or shadow many others.
     #[must_use]
     pub fn truth(&self) -> Truth {
         let truth = self.case().truth();

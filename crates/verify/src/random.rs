@@ -6,7 +6,7 @@ use glam::Vec3;
 pub struct Random(u64);
 
 impl Random {
-    /// The stream that belongs to a seed.
+    /// The stream of a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(seed)

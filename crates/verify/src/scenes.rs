@@ -1,8 +1,8 @@
 use std::path::{Path, PathBuf};
 
-/// The path of a real scene, for tests that can do without it: `None`, and a line that says so, where it isn't there.
+/// The path of a real scene, for optional tests: `None`, with a printed note, if the file doesn't exist.
 ///
-/// Real scenes are not part of the repository. They are looked for in the folder that the environment variable
+/// Real scenes are not part of the repository. They are looked up in the folder that the environment variable
 /// `UMBRAGE_SCENES` names, else in `../shared/scenes` beside the checkout.
 #[must_use]
 pub fn real_scene(name: &str) -> Option<PathBuf> {

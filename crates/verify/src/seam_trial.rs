@@ -11,40 +11,40 @@ use umbrage_rays::{
 
 use crate::{Random, Seams, Sheet, SheetShape};
 
-/// Rays at the edges and corners that triangles of random sheets share, through all grids; what they were asked, in words.
+/// Sends rays at the shared edges and corners of random sheets' triangles, through all grids, and counts them.
 ///
-/// The structures, used again and again, and what they were asked.
+/// The structures are used again and again.
 #[derive(Debug)]
 pub struct SeamTrial {
     sheets: usize,
     others_every: usize,
     grids: DirectGrids,
-    /// Whoever answers whole images in another way, by name.
+    /// Structures that answer whole images in another way, by name.
     others: [(&'static str, Box<dyn Structure>); 2],
     kd_tree: KdTree,
     bvh: Bvh,
     seen: SeenPixels,
-    /// For a light at the camera, and for one at the side.
+    /// Masks of a light at the camera, and of one at the side.
     masks: [LightMask; 2],
-    /// What the others find.
+    /// Answers of the other structures.
     other_seen: SeenPixels,
     other_masks: [LightMask; 2],
-    /// Rays through vertices and edges, and others.
+    /// Number of rays through vertices and edges, and of others.
     seams: Seams,
     between: u64,
-    /// Points that were lit from the side as well.
+    /// Number of points that were also lit from the side.
     beside: u64,
-    /// Camera rays through the others.
+    /// Number of camera rays through the other structures.
     by_others: u64,
     undecided: u64,
 }
 
 impl SeamTrial {
-    /// Empty structures that were asked nothing. One sheet in `others_every` is also lit from the side, and compared with
-    /// what other structures say, which takes several times as long.
+    /// Makes empty structures. One sheet in `others_every` is also lit from the side, and compared with the answers of
+    /// other structures, which takes several times as long.
     ///
     /// # Errors
-    /// Never, but for options of the kd-tree that aren't possible.
+    /// Only if the kd-tree's options are impossible, which they aren't.
     pub fn new(others_every: usize) -> Result<Self> {
         let mut kd_tree = KdTree::default();
         kd_tree.set_options(KdTreeOptions::FAST)?;
@@ -70,16 +70,16 @@ impl SeamTrial {
         })
     }
 
-    /// Camera rays so far that go exactly through vertices and edges.
+    /// Number of camera rays so far exactly through vertices and edges.
     #[must_use]
     pub fn at_seams(&self) -> u64 {
         self.seams.vertices + self.seams.edges
     }
 
-    /// Looks at a random sheet, one of each kind of position in turn.
+    /// Tests a random sheet, taking each kind of position in turn.
     ///
     /// # Errors
-    /// With the first leak, and whatever shadows itself.
+    /// With the first leak, or the first point that shadows itself.
     pub fn next(&mut self, random: &mut Random) -> Result<()> {
         let (position, scale) = SheetShape::PLACES[self.sheets % SheetShape::PLACES.len()];
         self.sheets += 1;
@@ -89,7 +89,7 @@ impl SeamTrial {
         self.look_at(SheetShape { side, step, position, scale, is_orthographic, has_shell }, random)
     }
 
-    /// Looks at one sheet.
+    /// Tests one sheet.
     fn look_at(&mut self, shape: SheetShape, random: &mut Random) -> Result<()> {
         let sheet = Sheet::new(shape, random);
         let shot = Shot { offset_pixels: sheet.offset_pixels, ..Shot::new(sheet.mesh.triangles(), sheet.view) };
@@ -118,8 +118,8 @@ impl SeamTrial {
         Ok(())
     }
 
-    /// Lights the sheet from the side, where it does shadow itself: some pixels against the hierarchy and the kd-tree.
-    /// Returns the light.
+    /// Lights the sheet from the side, from where it does shadow itself, and compares some pixels with the hierarchy
+    /// and the kd-tree. Returns the light.
     fn run_beside(&mut self, shot: &Shot<'_>, shape: SheetShape, random: &mut Random) -> Result<LightSource> {
         let (triangles, camera) = (shot.triangles, shot.view.camera);
         let Self { grids, bvh, kd_tree, seen, masks: [_, mask], .. } = self;
@@ -147,7 +147,7 @@ impl SeamTrial {
         Ok(light)
     }
 
-    /// Looks at the same sheet, and its lights, in other ways.
+    /// Compares the same sheet, and its lights, with the other structures.
     fn run_others(&mut self, shot: &Shot<'_>, shape: SheetShape, lights: [LightSource; 2]) -> Result<()> {
         let Self { others, seen, masks, other_seen, other_masks, .. } = self;
         for (name, structure) in others {
@@ -176,7 +176,7 @@ impl fmt::Display for SeamTrial {
     }
 }
 
-/// Whether a light at the camera lights every pixel.
+/// Checks that a light at the camera lights every pixel.
 fn are_all_lit(mask: &LightMask, shape: SheetShape, how: &str) -> Result<()> {
     for (x, y) in pixels(shape) {
         ensure!(mask.is_lit(x, y), "pixel ({x}, {y}) shadows itself, through {how}: {shape:?}");
@@ -184,7 +184,7 @@ fn are_all_lit(mask: &LightMask, shape: SheetShape, how: &str) -> Result<()> {
     Ok(())
 }
 
-/// How many pixels, and so points, a sheet has.
+/// Number of pixels, and so of points, of a sheet.
 fn points(shape: SheetShape) -> u64 {
     u64::from(shape.side).pow(2)
 }

@@ -3,12 +3,12 @@ use umbrage_rays::{Camera, LightSource, Projection, View};
 
 use crate::{Random, TestMesh};
 
-/// A crumpled sheet that fills a camera's view, the vertices of which are exactly on rays of pixels.
+/// A crumpled sheet that fills a camera's view, with vertices exactly on pixels' rays.
 ///
 /// Every `step`-th pixel of every `step`-th row has a vertex on its ray, at a depth of its own; the rays in between go
-/// through edges or, where `step` is above two, also through faces. Diagonals and windings are random. Seen from the
-/// camera, and so from a light at the same point, no part of the sheet hides another: every ray has to hit it, and every
-/// point has to be lit.
+/// through edges or, if `step` is above two, also through faces. Diagonals and windings are random. Seen from the
+/// camera, and so from a light at the same point, no part of the sheet hides another: every ray has to hit it, and
+/// every point has to be lit.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     /// The sheet, or the sheet and a second one right behind it.
@@ -17,14 +17,14 @@ pub struct Sheet {
     pub front: u32,
     /// The camera.
     pub view: View,
-    /// Where in each pixel its ray goes through.
+    /// Offset of each pixel's ray in the pixel.
     pub offset_pixels: DVec2,
-    /// A light that sees what the camera sees.
+    /// A light at the camera, or parallel to its rays.
     pub light: LightSource,
     shape: SheetShape,
 }
 
-/// How many of a [`Sheet`]'s pixels have rays exactly through what triangles share.
+/// Numbers of a [`Sheet`]'s pixels whose rays go exactly through shared features of triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seams {
     /// Through a vertex.
@@ -33,16 +33,16 @@ pub struct Seams {
     pub edges: u64,
 }
 
-/// What a [`Sheet`] looks like.
+/// Parameters of a [`Sheet`].
 #[derive(Clone, Copy, Debug)]
 pub struct SheetShape {
     /// Pixels a side of the image: a power of two, at most 1024.
     pub side: u32,
     /// Pixels between vertices: a divisor of `side`.
     pub step: u32,
-    /// Where the camera is, in multiples of 1/64.
+    /// Position of the camera, in multiples of 1/64.
     pub position: Vec3,
-    /// How large it all is: a power of two, at least 4 for positions that need all bits of an f32.
+    /// Scale of the whole: a power of two, at least 4 for positions that need all bits of an f32.
     pub scale: f32,
     /// Whether rays are parallel.
     pub is_orthographic: bool,
@@ -51,7 +51,7 @@ pub struct SheetShape {
 }
 
 impl SheetShape {
-    /// Where cameras are put and how large their worlds are: near and far, and about a millionth and a million.
+    /// Positions of cameras and scales of their worlds: near and far, and about a millionth and a million.
     pub const PLACES: [(Vec3, f32); 6] = [
         (Vec3::ZERO, 1.0),
         (Vec3::ZERO, 1.0 / (1 << 20) as f32),
@@ -116,12 +116,13 @@ impl Sheet {
         Self { mesh, front, view, offset_pixels: DVec2::ZERO, light, shape }
     }
 
-    /// How many rays are at seams of the sheet.
+    /// Numbers of rays at seams of the sheet.
     #[must_use]
     pub fn seams(&self) -> Seams {
         let SheetShape { side, step, .. } = self.shape;
         let squares = u64::from(side / step).pow(2);
-        // Each square has one corner, one side along each axis, and a diagonal that is as long whichever way it goes.
+        // Each square has one corner, one side along each axis, and a diagonal of the same number of pixels in either
+        // direction.
         Seams { vertices: squares, edges: 3 * u64::from(step - 1) * squares }
     }
 }

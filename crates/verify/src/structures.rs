@@ -1,4 +1,4 @@
-//! The structures that are tested, with their options: adding one is one line of the table.
+//! The tested structures, with their options: a new one is one line of the table.
 
 use std::num::NonZeroU32;
 
@@ -14,8 +14,8 @@ pub use umbrage_rays::{
 /// Makes an empty structure.
 pub type Make = fn(SimdLevel) -> Box<dyn Structure>;
 
-/// Calls a macro with the table, in two parts: the tests of what is `long`, other options of what is `short`, take long together.
-/// Who calls it uses what is in [this module](self).
+/// Calls a macro with the table, in two parts: `long` has further options of the structures in `short`, and its tests
+/// together take long. The caller needs the items of [this module](self) in scope.
 #[macro_export]
 macro_rules! structures {
     ($($call:tt)+) => {
@@ -78,8 +78,8 @@ structures!(list);
 /// Costs that make leaves of many triangles.
 pub const LARGE_LEAVES: SahCosts = SahCosts { step: 10.0, test: 1.0, ..KdTreeOptions::DEFAULT.costs };
 
-/// Pixels a side of a sorting tile, those a side of a tracing tile, and slices; cells, points and triangles of a light's
-/// blocks, and its slices.
+/// Pixels on a side of a sorting tile, sorting tiles on a side of a tracing tile, and slices; cells, points and
+/// triangles of a light's blocks, and its slices.
 #[must_use]
 pub fn listed(level: SimdLevel, camera: [u32; 3], skips_blocks: bool, light: [u32; 4]) -> Box<dyn Structure> {
     let [tile, tiles, slices] = camera;
@@ -91,14 +91,14 @@ pub fn listed(level: SimdLevel, camera: [u32; 3], skips_blocks: bool, light: [u3
     ))
 }
 
-/// Grids of the paper's form in whose camera grid threads search at most so many triangles of a tile.
+/// Grids of the paper's form whose camera grid lets one thread search at most `most_triangles` triangles of a tile.
 #[must_use]
 pub fn listed_divided(level: SimdLevel, most_triangles: u32) -> Box<dyn Structure> {
     let camera = ListedOptions { most_triangles: NonZeroU32::new(most_triangles), ..ListedOptions::DEFAULT };
     Box::new(ListedGrids::with_options(level, camera, ListedLightOptions::DEFAULT))
 }
 
-/// A light's grid of angles, of cells as [`listed`] has them.
+/// A light's grid of angles, with cells as in [`listed`].
 #[must_use]
 pub fn spherical(level: SimdLevel, light: [u32; 4], clamp: Option<LightClamp>) -> Box<dyn Structure> {
     let mut light = light_cells(light);
@@ -128,7 +128,7 @@ pub fn kd(level: SimdLevel, options: KdTreeOptions, width: KdPacketWidth, mailbo
     Box::new(tree)
 }
 
-/// A kd-tree that is built from what the first one says.
+/// A kd-tree that is built from the first frame's tree.
 #[must_use]
 pub fn from_hierarchy(level: SimdLevel, options: KdTreeOptions) -> Box<dyn Structure> {
     let mut tree = HierarchyKdTree::with_level(level);

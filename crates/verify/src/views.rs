@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec3};
 use umbrage_rays::{Camera, Projection, View};
 
-/// Where in each pixel rays go through: not the middle, where symmetric meshes have seams.
+/// Offset of rays in each pixel: not the middle, where symmetric meshes have seams.
 pub const OFFSET_PIXELS: DVec2 = DVec2::new(0.5, 0.375);
 
 /// A camera above the middle of the world that looks slightly downwards.
@@ -18,8 +18,8 @@ pub fn parallel_camera() -> Camera {
     Camera { projection: Projection::Orthographic { half_height: 1.7 }, ..camera() }
 }
 
-/// A camera that sees the room from `far` away as if it were near: its points are about as wrong as they are far from
-/// lights among them.
+/// A camera `far` away that sees the room as if it were near: its points' errors are about as large as their distances
+/// from lights among them.
 #[must_use]
 pub fn telescope(far: f32) -> Camera {
     let forward = Vec3::new(-0.25, -0.5, -1.0).normalize();
@@ -28,7 +28,7 @@ pub fn telescope(far: f32) -> Camera {
     Camera { position: -forward * far, right, up: right.cross(forward), forward, projection }
 }
 
-/// The camera that sees of a scaled and then moved world what `camera` sees of the world.
+/// The camera that sees the same of a scaled and moved world as `camera` sees of the world.
 #[must_use]
 pub fn placed(camera: Camera, scale: f32, offset: Vec3) -> Camera {
     let projection = match camera.projection {

@@ -2,22 +2,22 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Features of all checks but the window's, each behind the package that has it. Every command selects all of them, so that
-/// no package is compiled twice; the check `features` sees to it.
+/// Features of all checks but the window's, each with the package that has it. Every command selects all of them, so
+/// that no package is compiled twice; the check `features` ensures it.
 pub(crate) const FEATURES: &[&str] = &["umbrage-bench/statistics", "umbrage-cli/avif", "umbrage-cli/gpu"];
 
 /// The window's features. Its toolkit is more than a third of all packages.
 pub(crate) const WINDOW_FEATURES: &[&str] = &["umbrage-bench/view", "umbrage-cli/view"];
 
-/// Whether cargo has a subcommand of this name, which may come from a program that was installed beside it.
+/// Whether cargo has a subcommand of this name, which a separately installed program may provide.
 pub(crate) fn has_subcommand(name: &str) -> bool {
     let mut asked = Command::new(cargo_path());
     asked.args([name, "--version"]).stdout(Stdio::null()).stderr(Stdio::null());
     asked.status().is_ok_and(|status| status.success())
 }
 
-/// Settings of all compilation here. Nothing is kept for the next one, and crates are compiled whole: tests take a quarter less
-/// time than with crates in sixteen parts.
+/// Settings of all compilation here. Nothing is kept for the next one, and crates are compiled whole: tests take a
+/// quarter less time than with crates in sixteen parts.
 const COMPILED_WHOLE: [(&str, &str); 2] = [("CARGO_INCREMENTAL", "0"), ("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1")];
 
 /// The cargo that runs this program, in the repository's root.
@@ -36,9 +36,9 @@ pub(crate) enum Scope {
     Windowless,
 }
 
-/// A cargo command about the workspace. Commands of one scope share what they compile if all of them select examples or
-/// tests: dev-dependencies, which come with these, turn on features of other dependencies. So do the Python package and the
-/// page: left out here, their parts would compile everything once more.
+/// A cargo command about the workspace. Commands of one scope share compiled crates if all of them select examples or
+/// tests: dev-dependencies, which come with these, turn on features of other dependencies. So do the Python package and
+/// the page: left out here, their parts would compile everything once more.
 pub(crate) fn cargo_workspace(root: &Path, scope: Scope, arguments: &[&str]) -> Command {
     let mut command = cargo(root);
     command.args(arguments).args(["--workspace", "--locked", "--features", &FEATURES.join(",")]);
@@ -63,7 +63,7 @@ fn cargo_path() -> OsString {
 /// A command's standard output; standard error goes to the log.
 ///
 /// # Errors
-/// Says why it could not be run, or that it failed.
+/// If it can't be run, or if it failed.
 pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     let output = command.stderr(Stdio::inherit()).output().map_err(|error| format!("{}: {error}", shown(command)))?;
     if !output.status.success() {
@@ -72,7 +72,7 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     String::from_utf8(output.stdout).map_err(|error| format!("{}: {error}", shown(command)))
 }
 
-/// The command as one types it, without the program's folder.
+/// The command as typed, without the program's folder.
 pub(crate) fn shown(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_stem().unwrap_or_default().to_string_lossy();
     let arguments = command.get_args().map(|argument| argument.to_string_lossy());

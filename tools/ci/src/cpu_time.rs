@@ -1,15 +1,15 @@
 use std::fs;
 
-/// Linux counts what processes take in hundredths of a second, on every machine.
+/// Unit of Linux's process times: hundredths of a second, on every machine.
 const TICKS_PER_SECOND: f64 = 100.0;
 
-/// Seconds that processors have spent on all programs that this one has run and that have ended; none where the system
-/// doesn't say. A check's time on the clock depends on what else the machine does; this hardly does.
+/// CPU seconds of all programs that this one has run and that have ended; `None` if the system doesn't tell. Unlike a
+/// check's time on the clock, it hardly depends on other load.
 pub(crate) fn of_children() -> Option<f64> {
     seconds_in(&fs::read_to_string("/proc/self/stat").ok()?)
 }
 
-/// Reads `proc_pid_stat(5)`: what children took as users and in the kernel are numbers 16 and 17.
+/// Reads `proc_pid_stat(5)`: numbers 16 and 17 are the children's ticks in user mode and in the kernel.
 fn seconds_in(stat: &str) -> Option<f64> {
     // The program's name, number 2, may hold spaces.
     let mut rest = stat.rsplit_once(')')?.1.split_whitespace().skip(13);

@@ -10,14 +10,14 @@ pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";
 /// An X server without a screen.
 pub(crate) const X_SERVER: &str = "xvfb";
 
-/// The browser that shows the page, where its package puts it.
+/// Path of the browser that shows the page, as its package installs it.
 pub(crate) const CHROMIUM: &str = "/usr/bin/chromium";
 
-/// Debian packages that the checks need, beside what builds Rust programs. The last but one is loaded by windows for their
-/// keys.
+/// Debian packages that the checks need, besides those to build Rust programs. The last but one is loaded by windows
+/// for their keys.
 const PACKAGES: &[&str] = &[SOFTWARE_ADAPTER, X_SERVER, "libxkbcommon-x11-0", "chromium"];
 
-/// Installs what is missing, where that is possible.
+/// Installs missing packages, if possible.
 pub(crate) fn install(log: &mut Log) -> Outcome {
     install_missing(PACKAGES, is_installed, may_install(), |packages| {
         log.run(Command::new("apt-get").arg("update"))?;
@@ -45,7 +45,7 @@ fn install_missing(
     }
 }
 
-/// Whether a package is there, or could be.
+/// Whether a package is installed, or can be.
 pub(crate) fn can_have(package: &str) -> bool {
     is_installed(package) || may_install().is_ok()
 }

@@ -4,8 +4,8 @@ use crate::command::{cargo, has_subcommand};
 use crate::log::Log;
 use crate::outcome::{Outcome, skipped};
 
-/// Dependencies are as `deny.toml` asks, if cargo-deny is installed: no versions side by side but those that are listed, no
-/// other sources, and no known vulnerabilities if a database of advisories is here.
+/// Checks dependencies against `deny.toml`, if cargo-deny is installed: no versions side by side except the listed
+/// ones, no other sources, and no known vulnerabilities if a database of advisories is here.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     if !has_subcommand("deny") {
         return skipped("cargo-deny is not installed (cargo install cargo-deny)");

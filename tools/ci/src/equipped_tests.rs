@@ -7,15 +7,15 @@ use crate::log::Log;
 use crate::outcome::{NotPassed, Outcome, skipped};
 use crate::test_times::{Length, run_tests};
 
-/// A test program with a step of its own, since a machine may lack what its tests need.
+/// A test program with a step of its own, since its tests have requirements that a machine may lack.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EquippedTests {
     /// The test program's name.
     pub(crate) program: &'static str,
     scope: Scope,
-    /// Start of the line on standard error with which a test says what it lacks.
+    /// Start of the line on standard error by which a test reports a missing requirement.
     marker: &'static str,
-    /// The Debian package that has it.
+    /// Debian package that meets the requirement.
     package: &'static str,
 }
 
@@ -36,7 +36,7 @@ pub(crate) const WINDOW: EquippedTests =
     EquippedTests { program: "view", scope: Scope::Whole, marker: "skipped-window:", package: debian::X_SERVER };
 
 impl EquippedTests {
-    /// Runs them. On a machine that could have what they need, it is a failure if they lack it.
+    /// Runs them. Missing requirements are a failure if the machine could have them.
     pub(crate) fn check(self, root: &Path, log: &mut Log, length: Length) -> Outcome {
         let marked = run_tests(log, &mut self.command(root), length, Some(self.marker))?;
         self.judge(marked, debian::can_have(self.package))

@@ -9,7 +9,7 @@ use crate::repository;
 /// The folder of the library's examples.
 const FOLDER: &str = "crates/umbrage/examples";
 
-/// Every example runs to its end.
+/// Checks that every example runs to its end.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     log.run(&mut build(root, &[]))?;
     let sources = repository::files(&root.join(FOLDER), "rs")?;

@@ -15,9 +15,9 @@ type Units = BTreeMap<String, (String, BTreeMap<BTreeSet<String>, BTreeSet<&'sta
 /// The packages whose own features differ: they have the window or they don't.
 const WITH_OR_WITHOUT_WINDOW: [&str; 2] = ["umbrage-bench@", "umbrage-cli@"];
 
-/// The commands of the checks compile no package twice with different features. The page, which has features of its own, is
-/// left out, and so are this program, which is compiled before, and all documentation: without tests it checks a few packages
-/// with fewer features.
+/// Checks that the commands compile no package twice with different features. The page, which has features of its own,
+/// is left out, and so are this program, which is compiled before, and all documentation: without tests it checks a few
+/// packages with fewer features.
 pub(crate) fn check(root: &Path) -> Outcome {
     let commands = [
         ("clippy", lints::clippy(root)),
@@ -41,7 +41,7 @@ pub(crate) fn check(root: &Path) -> Outcome {
     of_complaints(&complaints(&units))
 }
 
-/// Cargo's list of the units that a command compiles, as JSON. Cargo gives it with an unstable option; the command isn't run.
+/// The units that a command compiles, as JSON, by an unstable option of cargo; the command isn't run.
 fn unit_graph(command: &mut Command) -> Result<String, String> {
     output(command.args(["--unit-graph", "-Z", "unstable-options"]).env("RUSTC_BOOTSTRAP", "1"))
 }

@@ -5,7 +5,7 @@ use crate::repository::{files, read, within};
 
 const MAX_LINES: usize = 600;
 
-/// No Rust file has more than [`MAX_LINES`] lines.
+/// Checks that no Rust file has more than [`MAX_LINES`] lines.
 pub(crate) fn check(root: &Path) -> Outcome {
     let mut complaints = Vec::new();
     for path in files(root, "rs")? {

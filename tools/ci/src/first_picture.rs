@@ -7,11 +7,11 @@ use crate::log::Log;
 use crate::outcome::Outcome;
 use crate::smoke;
 
-/// Seconds from a fresh clone to its first picture, on two idle processors: the goal, on the clock and of both processors.
+/// Goal for a fresh clone's first picture on two idle processors: seconds on the clock, and CPU seconds.
 const GOAL: (f64, f64) = (180.0, 360.0);
 
-/// The README's way to a first picture works: the command is compiled for release, with its default features, and renders.
-/// A machine may be busy, so more time than the goal is printed and no failure.
+/// Checks the README's way to a first picture: the command is compiled for release, with its default features, and
+/// renders. A machine may be busy, so a time above the goal is printed and is no failure.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
     let mut umbrage = cargo(root);
@@ -28,7 +28,7 @@ pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     names_lacking_feature(root)
 }
 
-/// The command without features says how to get the one that is asked for: every other step has it with features.
+/// Checks that the command without features tells how to get a requested one: every other step has it with features.
 fn names_lacking_feature(root: &Path) -> Outcome {
     let mut umbrage = cargo(root);
     umbrage.args(["run", "--release", "--locked", "--quiet", "--", "render", "--engine", "gpu"]);

@@ -8,48 +8,48 @@ use sha2::{Digest, Sha256};
 use crate::command::{cargo, output};
 use crate::passed::FILE as PASSED;
 
-/// Inputs of every part, beside its own.
+/// Inputs of every part, besides its own.
 const SHARED: &[&str] = &["Cargo.toml", "Cargo.lock"];
 
 /// The files that decide whether a part passes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inputs {
-    /// The packages that the part compiles, beside those that they depend on; empty for the whole workspace.
+    /// The packages that the part compiles, besides their dependencies; empty for the whole workspace.
     pub(crate) packages: &'static [&'static str],
     /// Whether their tests are compiled, so that dev-dependencies count.
     pub(crate) tests: bool,
-    /// The features that are selected, of these packages and others.
+    /// The selected features, of these packages and others.
     pub(crate) features: &'static [&'static [&'static str]],
     /// Other files and folders, from the root on.
     pub(crate) others: &'static [&'static str],
 }
 
 impl Inputs {
-    /// The SHA-256 of all inputs' paths and contents, in hexadecimal digits. Files that git ignores are none, nor is Markdown
-    /// unless it is named.
+    /// The SHA-256 of all inputs' paths and contents, in hexadecimal digits. Files that git ignores are left out, and
+    /// so is Markdown unless it is named.
     ///
     /// # Errors
-    /// Where git isn't there, or doesn't know the repository.
+    /// If git is missing, or doesn't know the repository.
     pub(crate) fn hash(&self, root: &Path) -> Result<String, String> {
         let mut list = Command::new("git");
         list.current_dir(root).args(["ls-files", "-z", "--cached", "--others", "--exclude-standard", "--"]);
         list.args(self.folders(root)?).args(SHARED).args(self.others);
         let listed = output(&mut list)?;
         let is_input = |path: &&str| self.others.contains(path) || !path.ends_with(".md") && *path != PASSED;
-        // A file that is deleted may still be in git's index.
+        // A deleted file may still be in git's index.
         let paths: BTreeSet<_> =
             listed.split_terminator('\0').filter(is_input).filter(|path| root.join(path).is_file()).collect();
         let mut hash = Sha256::new();
         for path in paths {
             let bytes = fs::read(root.join(path)).map_err(|error| format!("{path}: {error}"))?;
-            // The length tells where one file ends.
+            // The length marks the end of each file.
             hash.update(format!("{path}\0{}\0", bytes.len()));
             hash.update(&bytes);
         }
         Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
     }
 
-    /// The folders of the packages and of all packages of the repository that they depend on, from the root on.
+    /// Folders, relative to the root, of the packages and of the repository's packages that they depend on.
     pub(crate) fn folders(&self, root: &Path) -> Result<BTreeSet<String>, String> {
         let mut tree = cargo(root);
         tree.args(["tree", "--locked", "--prefix", "none", "--format", "{p}", "--edges"]);
@@ -66,7 +66,7 @@ impl Inputs {
             self.features.iter().copied().flatten().filter(is_selected).flat_map(|feature| ["--features", feature]),
         );
         let root = root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))?;
-        // Behind name and version stands the folder of a package of the repository.
+        // A package of the repository has its folder after name and version.
         let folder = |line: &str| {
             let folder = line.split_once(" (")?.1.split(')').next()?;
             Path::new(folder).strip_prefix(&root).ok()?.to_str().map(str::to_owned)

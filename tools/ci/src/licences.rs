@@ -6,13 +6,13 @@ use crate::command::{cargo, output};
 use crate::outcome::{Outcome, of_complaints};
 use crate::repository::read;
 
-/// Every package that the workspace can be built from has a licence that `deny.toml` allows.
+/// Checks that every package of any build of the workspace has a licence that `deny.toml` allows.
 pub(crate) fn check(root: &Path) -> Outcome {
     let allowed = allowed(&read(&root.join("deny.toml"))?);
     if allowed.is_empty() {
         return Err("deny.toml: no `allow` list under [licenses]".to_owned().into());
     }
-    // Other systems' packages may not be here; then this one's are checked.
+    // Other systems' packages may be missing here; then only this system's are checked.
     let packages = packages(root, &["--target", "all"]).or_else(|why| {
         println!("only the packages for this system are checked: {why}");
         packages(root, &[])
@@ -36,7 +36,7 @@ fn packages(root: &Path, targets: &[&str]) -> Result<Vec<Package>, String> {
 
 fn package(line: &str) -> Option<Package> {
     let (name, licence) = line.split_once('|')?;
-    // Behind the version stands where a package comes from.
+    // The source of a package follows its version.
     let name = name.split(" (").next().unwrap_or(name);
     Some((name.to_owned(), licence.trim().to_owned()))
 }

@@ -3,14 +3,14 @@ use std::path::Path;
 use crate::outcome::{Outcome, of_complaints};
 use crate::repository::{files, read, within};
 
-/// Every link of a Markdown file that points into the repository points to something.
+/// Checks that every link of a Markdown file into the repository has a target.
 pub(crate) fn check(root: &Path) -> Outcome {
     let mut complaints = Vec::new();
     for path in files(root, "md")? {
         let folder = path.parent().unwrap_or(root);
         for (line, target) in targets(&read(&path)?) {
             let Some(file) = local_file(&target) else { continue };
-            // A link from the root is what GitHub and other hosts make of a leading slash.
+            // GitHub and other hosts resolve a leading slash to the root.
             let linked = file.strip_prefix('/').map_or_else(|| folder.join(file), |file| root.join(file));
             if !linked.exists() {
                 complaints.push(format!("{}:{line}: there is no {target}", within(root, &path)));
@@ -20,15 +20,14 @@ pub(crate) fn check(root: &Path) -> Outcome {
     of_complaints(&complaints)
 }
 
-/// The file that a link means; `None` for one to elsewhere or into the same file.
+/// The file that a link points to; `None` for a link elsewhere or into the same file.
 fn local_file(target: &str) -> Option<&str> {
     let elsewhere = ["http://", "https://", "mailto:", "#"].iter().any(|start| target.starts_with(start));
     let file = target.split(['#', '?']).next().unwrap_or(target);
     (!elsewhere && !file.is_empty()).then_some(file)
 }
 
-/// Line number and target of each `[text](target)`, `[name]: target`, `src="target"` and `href="target"`, outside of
-/// code.
+/// Line number and target of each `[text](target)`, `[name]: target`, `src="target"` and `href="target"`, outside of code.
 fn targets(markdown: &str) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let mut in_code = false;
@@ -45,7 +44,7 @@ fn targets(markdown: &str) -> Vec<(usize, String)> {
             while let Some((_, behind)) = rest.split_once(start) {
                 rest = behind;
                 let target = rest.split(end).next().unwrap_or(rest);
-                // A title may stand behind the target.
+                // A title may follow the target.
                 let target = target.split_whitespace().next().unwrap_or_default();
                 found.push((line, target.trim_matches(['<', '>']).to_owned()));
             }
@@ -57,7 +56,7 @@ fn targets(markdown: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// The line without what stands between backticks.
+/// The line without the parts between backticks.
 fn without_code(line: &str) -> String {
     // An unpaired backtick is text.
     if !line.matches('`').count().is_multiple_of(2) {

@@ -6,7 +6,7 @@ use crate::command::{Scope, cargo_workspace, output};
 /// Clippy's own arguments.
 const ARGUMENTS: [&str; 2] = ["-D", "warnings"];
 
-/// Packages that have something about the window.
+/// Packages with code for the window.
 pub(crate) const WINDOW_PACKAGES: &[&str] = &["umbrage-bench", "umbrage-cli", "umbrage-viewer"];
 
 /// Clippy on all but the window.
@@ -19,14 +19,14 @@ pub(crate) fn window_clippy(root: &Path) -> Command {
     cargo_workspace(root, Scope::Whole, &["clippy", "--all-targets"])
 }
 
-/// Has clippy take its warnings for errors.
+/// Makes clippy's warnings errors.
 pub(crate) fn denied(mut clippy: Command) -> Command {
     clippy.arg("--").args(ARGUMENTS);
     clippy
 }
 
-/// The documentation of all libraries but the window's. With an example and with all packages, dependencies have the features
-/// that clippy has checked them with; with fewer, many would be checked again.
+/// The documentation of all libraries but the window's. With an example and with all packages, dependencies have the
+/// features with which clippy has checked them; with fewer, many would be checked again.
 pub(crate) fn docs(root: &Path) -> Command {
     of_docs(cargo_workspace(root, Scope::Windowless, &["doc", "--no-deps", "--lib", "--example", "rays"]))
 }
@@ -36,8 +36,8 @@ pub(crate) fn all_docs(root: &Path) -> Command {
     of_docs(cargo_workspace(root, Scope::Whole, &["doc", "--no-deps"]))
 }
 
-/// Takes warnings for errors, and crates of the workspace as clippy has checked them. Cargo finds them fresh if they are
-/// checked by the same program with the same arguments, which cargo-clippy hands on in these variables.
+/// Makes warnings errors, and reuses clippy's checks of the workspace's crates. Cargo finds them fresh if they are
+/// checked by the same program with the same arguments, which cargo-clippy passes in these variables.
 fn of_docs(mut docs: Command) -> Command {
     docs.env("RUSTDOCFLAGS", ARGUMENTS.join(" "));
     if let Some(driver) = clippy_driver() {
@@ -47,7 +47,7 @@ fn of_docs(mut docs: Command) -> Command {
     docs
 }
 
-/// The compiler that clippy is.
+/// Path of clippy's compiler.
 fn clippy_driver() -> Option<PathBuf> {
     let sysroot = output(Command::new("rustc").args(["--print", "sysroot"])).ok()?;
     let driver = Path::new(sysroot.trim()).join("bin").join(format!("clippy-driver{}", std::env::consts::EXE_SUFFIX));

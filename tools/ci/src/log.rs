@@ -5,7 +5,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use crate::command::shown;
 use crate::outcome::{Outcome, of_complaints};
 
-/// What the commands of a step print, and what it tells: packages that they compile and tests that they run.
+/// Output of a step's commands, and facts from it: compiled packages and tests.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Log {
     pub(crate) compiled: Compiled,
@@ -17,7 +17,7 @@ pub(crate) struct Log {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Compiled {
     pub(crate) count: usize,
-    /// Names of those of the workspace.
+    /// Names of the workspace's packages.
     pub(crate) own: BTreeSet<String>,
 }
 
@@ -50,7 +50,7 @@ impl Log {
         let mut children = Vec::new();
         for command in commands {
             let child = command.stdout(input.try_clone()?).stderr(input.try_clone()?).spawn();
-            // The output ends when the last writer has ended, so this process may not be one.
+            // The output ends when the last writer has ended, so this process mustn't be one.
             command.stdout(Stdio::inherit()).stderr(Stdio::inherit());
             children.push(child?);
         }
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn commands_run_beside_each_other() {
-        // The first one ends after the second has, whose failure is told.
+        // The first one ends after the second, whose failure is reported.
         let folder = tempfile::tempdir().unwrap();
         let shell = |script: &str| {
             let mut shell = Command::new("sh");

@@ -1,11 +1,11 @@
 //! Every check of the repository, as one program.
 //!
 //! - `cargo run -p ci` runs the first tier: the checks that every change needs.
-//! - `-- --changed` adds those parts of the second tier whose inputs have changed since they last passed.
+//! - `-- --changed` adds the parts of the second tier whose inputs have changed since their last pass.
 //! - `-- --all` adds all parts.
 //! - Names of steps and parts run only these: `cargo run -p ci -- clippy "GPU tests"`.
 //!
-//! All steps run, whatever fails. The summary has each with its time, and the exit code is 1 if any failed.
+//! All steps run, even after failures. The summary has each with its time, and the exit code is 1 if any failed.
 #![forbid(unsafe_code)]
 
 mod command;
@@ -44,7 +44,7 @@ use passed::Passed;
 use report::Report;
 use test_times::Length;
 
-/// The steps that every change needs, fast ones first. All that are compiled are compiled alike, and share it.
+/// The steps that every change needs, fast ones first. All are compiled with the same settings, and share compiled crates.
 const FIRST_TIER: &[Step] = &[
     ("packages", |_, log| debian::install(log)),
     ("format", |root, log| log.run(cargo(root).args(["fmt", "--all", "--check"]))),
@@ -96,13 +96,13 @@ fn run(arguments: &[String]) -> Result<(), String> {
 struct Selection {
     steps: Vec<&'static Step>,
     parts: Vec<&'static Part>,
-    /// Parts that have passed with the same inputs are left out.
+    /// Whether parts that have passed with the same inputs are left out.
     only_changed: bool,
-    /// No names were given.
+    /// Whether no names were given.
     is_complete: bool,
 }
 
-/// The checks that arguments select. A name is a step's of the first tier, a part's, or a step's of a part.
+/// Finds the checks that arguments select. A name is a step's of the first tier, a part's, or a step's of a part.
 fn selection(arguments: &[String]) -> Result<Selection, String> {
     let (options, names): (Vec<_>, Vec<_>) = arguments.iter().partition(|argument| argument.starts_with("--"));
     let has = |option: &str| options.iter().any(|given| *given == option);

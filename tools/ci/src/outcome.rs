@@ -4,9 +4,9 @@ pub(crate) type Outcome = Result<(), NotPassed>;
 /// Why a step didn't pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum NotPassed {
-    /// In one line or more.
+    /// The reason, in one or more lines.
     Failed(String),
-    /// Something that the step needs isn't installed.
+    /// The reason: a requirement of the step isn't installed.
     Skipped(String),
 }
 
@@ -17,12 +17,12 @@ impl From<String> for NotPassed {
     }
 }
 
-/// The outcome of a step that needs something that isn't installed.
+/// The outcome of a step with a requirement that isn't installed.
 pub(crate) fn skipped(why: &str) -> Outcome {
     Err(NotPassed::Skipped(why.to_owned()))
 }
 
-/// Passed where there is no complaint, else failed with all of them.
+/// Passes if there is no complaint; otherwise fails with all of them.
 pub(crate) fn of_complaints(complaints: &[String]) -> Outcome {
     if complaints.is_empty() { Ok(()) } else { Err(complaints.join("\n").into()) }
 }

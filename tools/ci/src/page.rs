@@ -13,7 +13,7 @@ const TARGET: &str = "wasm32-unknown-unknown";
 /// The program in JavaScript that opens the page.
 const TESTS: &str = "tools/web-tests";
 
-/// The page is compiled for browsers, and a browser shows it, with the same pictures as this machine's.
+/// Compiles the page for browsers, and checks that a browser shows it, with the same pictures as this machine's.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     if !is_there(Command::new("rustup"), &["target", "add", TARGET]) {
         return skipped("Rust's library for browsers can't be installed (rustup target add wasm32-unknown-unknown)");

@@ -10,10 +10,10 @@ use crate::report::Report;
 use crate::test_times::Length;
 use crate::{cpu_tests, first_picture, lints, page, python, trust};
 
-/// A step's name, and the check that it runs in the repository.
+/// A step's name, and its check in the repository.
 pub(crate) type Step = (&'static str, fn(&Path, &mut Log) -> Outcome);
 
-/// Steps of the second tier, which passes again as long as its inputs stay the same.
+/// Steps of the second tier, which needn't run again while its inputs stay the same.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part {
     pub(crate) name: &'static str,
@@ -21,7 +21,7 @@ pub(crate) struct Part {
     inputs: Inputs,
 }
 
-/// The second tier. The other inputs of a part include the file here that says how it is run.
+/// The second tier. The other inputs of a part include its source file here.
 pub(crate) const PARTS: &[Part] = &[
     Part {
         name: "long tests",
@@ -87,7 +87,7 @@ pub(crate) const PARTS: &[Part] = &[
         name: "page",
         steps: &[("page", page::check)],
         inputs: Inputs {
-            // The page has the GPU engine in browsers alone.
+            // The page depends on the GPU engine only in browsers.
             packages: &["web", "umbrage-page", "umbrage-gpu"],
             tests: false,
             features: &[],
@@ -117,11 +117,11 @@ pub(crate) const PARTS: &[Part] = &[
 ];
 
 impl Part {
-    /// Runs the steps, unless only changed parts are to run and this one has passed with the same inputs. Notes it if all of
-    /// them pass; a skipped step doesn't.
+    /// Runs the steps, unless only changed parts are to run and this one has passed with the same inputs. Records a
+    /// pass if all of them pass; a skipped step doesn't.
     ///
     /// # Errors
-    /// Where a pass can't be noted.
+    /// If a pass can't be recorded.
     pub(crate) fn run(
         &self,
         root: &Path,

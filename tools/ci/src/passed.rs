@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::tables;
 
-/// The file that says which inputs each part has passed with.
+/// The file with the inputs with which each part has passed.
 pub(crate) const FILE: &str = "tools/ci/passed.toml";
 
 const HEADING: &str = "\
@@ -20,13 +20,13 @@ pub(crate) struct Passed {
     parts: BTreeMap<String, Pass>,
 }
 
-/// When a part last passed.
+/// Inputs and times of a part's last pass.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pass {
     /// The hash of its inputs.
     pub(crate) inputs: String,
     pub(crate) seconds: f64,
-    /// 0 where the system doesn't say.
+    /// 0 if the system doesn't tell.
     pub(crate) cpu_seconds: f64,
 }
 
@@ -34,7 +34,7 @@ impl Passed {
     /// Reads the file; without one no part has passed.
     ///
     /// # Errors
-    /// Where the file can't be read, or isn't as this program writes it.
+    /// If the file can't be read, or has another format than this program's.
     pub(crate) fn read(root: &Path) -> Result<Self, String> {
         let path = root.join(FILE);
         let text = if path.is_file() { crate::repository::read(&path)? } else { String::new() };
@@ -49,15 +49,15 @@ impl Passed {
         Ok(Self { path, parts })
     }
 
-    /// When the part passed with these inputs; `None` if it is due.
+    /// The part's pass with these inputs; `None` if it is due.
     pub(crate) fn with_inputs(&self, part: &str, inputs: &str) -> Option<&Pass> {
         self.parts.get(part).filter(|pass| pass.inputs == inputs)
     }
 
-    /// Notes a part that has passed, in the file as well.
+    /// Records a part that has passed, in the file as well.
     ///
     /// # Errors
-    /// Where the file can't be written.
+    /// If the file can't be written.
     pub(crate) fn record(&mut self, part: &str, pass: Pass) -> Result<(), String> {
         self.parts.insert(part.to_owned(), pass);
         let mut text = HEADING.to_owned();

@@ -10,17 +10,17 @@ use crate::repository;
 /// The folder of the package.
 const FOLDER: &str = "crates/python";
 
-/// What tests and examples import, but for the package itself; as in pyproject.toml's `test`.
+/// Imports of tests and examples, besides the package itself; as in pyproject.toml's `test`.
 const PACKAGES: &[&str] = &["OpenEXR", "numpy", "matplotlib", "pytest", "pyyaml", "rtree", "scipy", "trimesh"];
 
-/// What the farm imports, as in pyproject.toml's `farm`. Its tests are skipped, and say so, where these can't be installed.
+/// Imports of the farm, as in pyproject.toml's `farm`. Its tests are skipped, and say so, if these can't be installed.
 const FARM_PACKAGES: &[&str] = &["pyarrow", "ray", "tqdm"];
 
 /// The command, which the farm runs.
 const COMMAND: &str = "umbrage";
 
-/// The Python package, of a library that is compiled with the whole workspace: its tests pass, and its examples make
-/// pictures. `pip install .` would compile the dependencies once more, with other features.
+/// Checks the Python package, with a library that is compiled with the whole workspace: its tests pass, and its
+/// examples make pictures. `pip install .` would compile the dependencies once more, with other features.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     let python = python()?;
     let folder = repository::empty_folder(root, "python")?;
@@ -34,7 +34,7 @@ pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     if install(PACKAGES).is_err() {
         return skipped("the packages that the tests use can't be installed");
     }
-    // The tests say themselves what they are without.
+    // The tests themselves report missing packages.
     let _ = install(FARM_PACKAGES);
     log.run(&mut library(root))?;
     let package = folder.join("site");
@@ -54,13 +54,13 @@ pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
         log.run(in_package(&[]).arg(example).arg(&picture))?;
         let bytes = fs::metadata(&picture).map(|file| file.len()).map_err(|error| error.to_string())?;
         fs::remove_file(&picture).map_err(|error| error.to_string())?;
-        // One colour everywhere compresses to next to nothing.
+        // A picture of one colour compresses to almost nothing.
         if bytes > 20_000 { Ok(()) } else { Err(format!("{}: an empty picture", example.display()).into()) }
     });
     examples.fold(tests, Outcome::and)
 }
 
-/// A Python that is new enough.
+/// Finds a Python that is new enough.
 fn python() -> Result<PathBuf, NotPassed> {
     let is_new = "import sys, venv; sys.exit(sys.version_info < (3, 11))";
     let names = ["python3", "python"].map(PathBuf::from);
@@ -79,7 +79,7 @@ pub(crate) fn library(root: &Path) -> Command {
     build
 }
 
-/// Lays the package out as it is installed.
+/// Copies the package's files to the places where an installation has them.
 fn stage(root: &Path, site: &Path) -> Result<(), String> {
     let package = site.join("umbrage");
     fs::create_dir_all(&package).map_err(|error| format!("{}: {error}", package.display()))?;

@@ -14,10 +14,10 @@ use crate::repository::{read, target};
 use crate::tables;
 use crate::test_times::slowest;
 
-/// The file with the CPU seconds that each step may take.
+/// The file with each step's budget in CPU seconds.
 pub(crate) const BUDGETS: &str = "tools/ci/budgets.toml";
 
-/// A step above its budget times this is named.
+/// Factor of its budget above which a step is named.
 const TOLERANCE: f64 = 1.5;
 
 /// The reports of the last run of all checks, and of the one before, in the build output.
@@ -28,11 +28,11 @@ const NAME_WIDTH: usize = 19;
 
 const INDENTATION: &str = "\n                     ";
 
-/// The steps of a run: how they ended and where time went.
+/// The steps of a run, with outcomes and times.
 #[derive(Debug, Default)]
 pub(crate) struct Report {
     pub(crate) steps: Vec<Ran>,
-    /// Parts whose inputs are as they last passed.
+    /// Parts whose inputs are the same as for their last pass.
     left_out: Vec<String>,
     /// Seconds and name of each test.
     tests: Vec<(f64, String)>,
@@ -48,23 +48,23 @@ pub(crate) struct Ran {
     pub(crate) name: &'static str,
     /// On the clock.
     pub(crate) seconds: f64,
-    /// On all processors together, where the system says.
+    /// On all processors together; `None` if the system doesn't tell.
     pub(crate) cpu_seconds: Option<f64>,
     pub(crate) compiled: Compiled,
     pub(crate) outcome: Outcome,
 }
 
 impl Report {
-    /// An empty report, with the budgets and the report before it.
+    /// An empty report, with the budgets and the previous report.
     ///
     /// # Errors
-    /// Where the budgets can't be read.
+    /// If the budgets can't be read.
     pub(crate) fn new(root: &Path) -> Result<Self, String> {
         let before = fs::read_to_string(target(root).join(FILES[0])).unwrap_or_default();
         Ok(Self { budgets: budgets(root)?, before: seconds_of_steps(&before), ..Self::default() })
     }
 
-    /// Runs steps one after the other, whatever fails.
+    /// Runs steps one after the other, even after failures.
     pub(crate) fn run_all<'a>(&mut self, root: &Path, steps: impl IntoIterator<Item = &'a Step>) -> &[Ran] {
         let first = self.steps.len();
         for (name, check) in steps {
@@ -80,7 +80,7 @@ impl Report {
         &self.steps[first..]
     }
 
-    /// Notes a part that needn't run.
+    /// Records a part that needn't run.
     pub(crate) fn leave_out(&mut self, part: &str, Pass { seconds, cpu_seconds, .. }: &Pass) {
         let took = format!("it took {seconds:.1} s, {cpu_seconds:.1} CPU s");
         self.left_out.push(format!("{part:<NAME_WIDTH$} has passed with the same inputs; {took}"));
@@ -90,10 +90,10 @@ impl Report {
         self.steps.iter().any(Ran::has_failed)
     }
 
-    /// Prints the summary; keeps that of all checks in a folder, beside the one before.
+    /// Prints the summary; keeps that of all checks in a folder, beside the previous one.
     ///
     /// # Errors
-    /// Where it can't be kept.
+    /// If it can't be kept.
     pub(crate) fn finish(&self, folder: &Path, is_complete: bool) -> Result<(), String> {
         let is_red = std::io::stdout().is_terminal() || std::env::var_os("CI").is_some();
         print!("{}", self.summary(is_red));
@@ -101,14 +101,14 @@ impl Report {
             return Ok(());
         }
         let [report, before] = FILES.map(|name| folder.join(name));
-        // The first run has none before it.
+        // The first run has no previous one.
         let _ = fs::rename(&report, before);
         fs::write(&report, self.summary(false)).map_err(|error| format!("{}: {error}", report.display()))?;
         println!("{}", report.display());
         Ok(())
     }
 
-    /// Each step in a line: name, seconds, how it ended and why; below it the packages that it compiled; and the slowest tests.
+    /// A line for each step: name, seconds, outcome and reason; below it its compiled packages; and the slowest tests.
     fn summary(&self, is_red: bool) -> String {
         let mut text = format!("\n=== summary\n{:<NAME_WIDTH$} {:>9} {:>9} {:>9}\n", "", "seconds", "CPU", "change");
         for step in &self.steps {
@@ -172,7 +172,7 @@ fn ended(outcome: &Outcome) -> String {
         Err(NotPassed::Failed(why)) => format!("FAILED: {why}"),
         Err(NotPassed::Skipped(why)) => format!("skipped: {why}"),
     };
-    // Further lines of a reason stand below its first one.
+    // Further lines of a reason are below its first one.
     ended.replace('\n', INDENTATION)
 }
 
@@ -193,7 +193,7 @@ fn seconds_of_steps(summary: &str) -> BTreeMap<String, f64> {
 /// CPU seconds of each step by name.
 ///
 /// # Errors
-/// Where the file can't be read, or a budget is no number.
+/// If the file can't be read, or a budget is no number.
 fn budgets(root: &Path) -> Result<BTreeMap<String, f64>, String> {
     let tables = tables::read(&read(&root.join(BUDGETS))?).map_err(|why| format!("{BUDGETS}: {why}"))?;
     let budget = |(step, seconds): (String, String)| {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 /// The repository's root: the folder above `tools/ci`.
 ///
 /// # Errors
-/// Where the program was moved away from its sources.
+/// If the program was moved away from its sources.
 pub(crate) fn root() -> Result<PathBuf, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))
@@ -13,12 +13,12 @@ pub(crate) fn root() -> Result<PathBuf, String> {
 /// The text of a file.
 ///
 /// # Errors
-/// Where it can't be read.
+/// If it can't be read.
 pub(crate) fn read(path: &Path) -> Result<String, String> {
     fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// A path as it is named from the root on.
+/// A path relative to the root.
 pub(crate) fn within<'a>(root: &Path, path: &'a Path) -> std::path::Display<'a> {
     path.strip_prefix(root).unwrap_or(path).display()
 }
@@ -41,7 +41,7 @@ pub(crate) fn built(root: &Path, name: &str) -> PathBuf {
 /// An empty folder of that name in the build output, for the files of a step.
 ///
 /// # Errors
-/// Where it can't be made.
+/// If it can't be made.
 pub(crate) fn empty_folder(root: &Path, name: &str) -> Result<PathBuf, String> {
     let folder = target(root).join("ci").join(name);
     let failure = |error| format!("{}: {error}", folder.display());
@@ -56,7 +56,7 @@ pub(crate) fn empty_folder(root: &Path, name: &str) -> Result<PathBuf, String> {
 /// other languages are left out.
 ///
 /// # Errors
-/// Where a folder can't be read.
+/// If a folder can't be read.
 pub(crate) fn files(root: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {
     let mut found = Vec::new();
     let mut folders = vec![root.to_owned()];

@@ -7,7 +7,7 @@ use crate::log::Log;
 use crate::outcome::Outcome;
 use crate::repository::{built, empty_folder};
 
-/// The command renders a picture.
+/// Checks that the command renders a picture.
 pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
     log.run(&mut build(root, &["umbrage"]))?;
     render(root, log, Command::new(built(root, "umbrage")))
@@ -21,7 +21,7 @@ pub(crate) fn render(root: &Path, log: &mut Log, mut umbrage: Command) -> Outcom
     judge(&bytes)
 }
 
-/// Whether a PNG file holds something to see: one colour everywhere compresses to next to nothing.
+/// Passes if a PNG file has a visible picture: one colour everywhere compresses to almost nothing.
 fn judge(picture: &[u8]) -> Outcome {
     const LEAST_BYTES: usize = 2_000;
     if !picture.starts_with(b"\x89PNG\r\n\x1a\n") {

@@ -4,7 +4,7 @@ pub(crate) type Table = (String, Vec<(String, String)>);
 /// Reads the TOML that this program writes: comments, `["table"]`, and `"key" = value` with a string or a number.
 ///
 /// # Errors
-/// Names the line that is none of these.
+/// If a line is none of these; names the line.
 pub(crate) fn read(text: &str) -> Result<Vec<Table>, String> {
     let mut tables: Vec<Table> = vec![(String::new(), Vec::new())];
     let word = |text: &str| text.trim().trim_matches('"').to_owned();

@@ -3,7 +3,7 @@ use std::process::Command;
 use crate::log::Log;
 use crate::outcome::NotPassed;
 
-/// How many tests are named as the slowest.
+/// Number of tests that are named as the slowest.
 const NAMED: usize = 10;
 
 /// Modules of tests that take long.
@@ -18,11 +18,11 @@ pub(crate) enum Length {
     Long,
 }
 
-/// Runs `cargo test`, names the slowest tests, and counts lines that begin with the marker, by which a test says that it lacks
-/// something.
+/// Runs `cargo test`, names the slowest tests, and counts lines that begin with the marker, by which a test reports a
+/// missing requirement.
 ///
 /// # Errors
-/// Where a test fails, or none runs.
+/// If a test fails, or none runs.
 pub(crate) fn run_tests(
     log: &mut Log,
     test: &mut Command,
@@ -41,8 +41,8 @@ pub(crate) fn run_tests(
     if count == 0 { Err("no test has run".to_owned().into()) } else { Ok(marked) }
 }
 
-/// Ends a `cargo test`'s own arguments, and has its programs say how long each test took. They say so with an unstable option,
-/// which they alone may use; how they are compiled stays as it was.
+/// Ends a `cargo test`'s own arguments, and makes its programs report each test's time. They do so by an unstable
+/// option, which they alone may use; their compilation stays the same.
 fn with_times(test: &mut Command, length: Length, has_marker: bool) -> &mut Command {
     if cfg!(unix) {
         test.args(["--config", "target.'cfg(unix)'.runner=['env', 'RUSTC_BOOTSTRAP=1']"]);
@@ -77,7 +77,7 @@ fn count_in(line: &str) -> usize {
 
 /// Seconds and name from the line about a test that has passed: `test NAME ... ok <1.234s>`.
 fn time_of(line: &str) -> Option<(f64, String)> {
-    // Unbuffered output of the test may stand in between.
+    // Unbuffered output of the test may be in between.
     let (name, rest) = line.trim().strip_prefix("test ")?.split_once(" ... ")?;
     let seconds = rest.rsplit_once('<')?.1.strip_suffix("s>")?;
     Some((seconds.parse().ok()?, name.to_owned()))
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn tests_that_lack_something_count() {
-        // The arguments that follow are the shell's own, which the script ignores.
+        // The script ignores the appended arguments, its positional parameters.
         let shell = |script: &str| {
             let mut log = Log::default();
             let marked = run_tests(&mut log, Command::new("sh").args(["-c", script]), Length::Short, Some("skipped:"));

@@ -7,7 +7,7 @@ use crate::outcome::Outcome;
 use crate::parts::Step;
 use crate::repository::built;
 
-/// Programs that steps run, and that the fuzzer runs itself.
+/// Programs that steps run, and programs that the fuzzer runs.
 pub(crate) const PROGRAMS: &[&str] = &["umbrage", "watertight", "fuzz", "referee"];
 
 /// A million rays at shared edges and corners: none slips through.
@@ -16,7 +16,7 @@ pub(crate) const WATERTIGHT: Step = ("watertight", |root, log| run(root, log, "w
 /// The same 300 mutants of each kind of input every time: none is a finding.
 pub(crate) const FUZZ: Step = ("fuzz", |root, log| run(root, log, "fuzz", ["--mutants", "300"]));
 
-/// Random scenes, rays and mutants for ten minutes of processors and more. Each program takes one, so they run together.
+/// Random scenes, rays and mutants for over ten CPU minutes. Each program takes one processor, so they run together.
 pub(crate) const AT_LENGTH: Step = ("trust at length", |root, log| {
     log.run(&mut build(root, PROGRAMS))?;
     let programs: [(&str, &[&str]); 4] = [

@@ -62,7 +62,7 @@ impl BreakdownFlags {
 /// The stages of the light's grid.
 const OF_LIGHT: [&str; 8] = ["survey", "map", "points", "project", "list", "sort", "trace", "settle"];
 
-/// What the paper calls data rearrangement.
+/// Stages that the paper calls data rearrangement.
 const REARRANGING: [&str; 3] = ["survey", "map", "points"];
 
 /// The camera's stages, and the light's.

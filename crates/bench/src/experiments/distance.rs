@@ -33,14 +33,14 @@ pub(crate) struct DistanceFlags {
 const DISTANCES: [f32; 9] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 8.0, 16.0];
 const RAYS: [u32; 4] = [16, 64, 256, 1024];
 
-/// Where the light is, as the scene's centre sees it: above, to the right and in front.
+/// Direction of the light from the scene's centre: above, to the right and in front.
 const TOWARDS_LIGHT: Vec3 = Vec3::new(0.4, 0.8, 0.45);
 
 impl DistanceFlags {
     pub(crate) fn run(&self) -> Result<()> {
         let mut table = self.common.start()?;
         let mut series = Vec::new();
-        // Nothing stands for the direct form, which has no blocks.
+        // `None` stands for the direct form, which has no blocks.
         let blocks: Vec<_> = std::iter::once(None).chain(self.rays.iter().copied().map(Some)).collect();
         let forms: Vec<Forms> = blocks.iter().map(|&rays| self.forms(rays)).collect::<Result<_>>()?;
         for address in &self.scenes {
@@ -79,7 +79,7 @@ impl DistanceFlags {
         self.common.finish(table, &notes, &chart)
     }
 
-    /// The direct form of the lights' grid, or the listed one with blocks of at most so many rays.
+    /// The direct form of the lights' grid, or the listed one with blocks of at most `rays` rays.
     fn forms(&self, rays: Option<u32>) -> Result<Forms> {
         let triangles = ListedLightOptions::DEFAULT.triangles();
         let options = rays.map(|rays| ListedLightOptions::new(self.cells, rays, triangles)).transpose()?;
@@ -87,8 +87,8 @@ impl DistanceFlags {
     }
 }
 
-/// Rearranging, projecting, listing, tracing and settling, and all of it. The direct form lists nothing, and rearranges as it
-/// traces.
+/// Times of rearranging, projecting, listing, tracing and settling, and their sum. The direct form lists nothing, and
+/// rearranges as it traces.
 fn times(costs: &Costs) -> [(&'static str, f64); 6] {
     let sum = |stages: &[&str]| stages.iter().map(|stage| costs.light_stage(stage)).sum();
     [

@@ -40,7 +40,7 @@ const TRIANGLES: [u32; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_
 /// Width and height while triangles grow, in pixels.
 const SIDE: u32 = 1024;
 
-/// What grows, and by how much: one of its steps.
+/// A step of growth: a scene, an image size and a number of lights.
 #[derive(Clone, Debug)]
 struct Step {
     address: String,
@@ -96,7 +96,7 @@ impl GrowthFlags {
         self.plot_bytes.iter().try_for_each(|path| write_chart(path, &chart))
     }
 
-    /// The steps by which each of a scene's sizes grows.
+    /// The steps of triangles, of pixels and of lights.
     fn steps(&self, address: &str) -> [(&'static str, Vec<Step>); 3] {
         let usual = Step { address: address.to_owned(), side: SIDE, lights: 1 };
         let triangles = self.triangles.iter().map(|count| format!("{address}?triangles={count}"));
@@ -141,7 +141,7 @@ fn row(
     ]
 }
 
-/// The slope of the line that fits the points best, both axes being logarithmic; NaN for fewer than two.
+/// Slope of the best line through the points on logarithmic axes; NaN for fewer than two.
 fn slope(points: &[[f64; 2]]) -> f64 {
     let logs: Vec<[f64; 2]> = points.iter().map(|point| point.map(f64::ln)).collect();
     let mean = |axis: usize| logs.iter().map(|log| log[axis]).sum::<f64>() / logs.len() as f64;

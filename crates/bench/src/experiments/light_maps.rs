@@ -1,5 +1,5 @@
-//! How a light sees points (§4.1 of the paper): by two angles all around it, or through faces, each with cells; and the
-//! direct form, which has none.
+//! Maps of a light's points (§4.1 of the paper): by two angles all around it, or through faces, each with cells; and
+//! the direct form, which has none.
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -36,7 +36,7 @@ pub(crate) struct LightMapsFlags {
 
 impl LightMapsFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        // Nothing stands for the direct form.
+        // `None` stands for the direct form.
         let options: Vec<Option<ListedLightOptions>> =
             std::iter::once(Ok(None)).chain(self.listed().map(|options| options.map(Some))).collect::<Result<_>>()?;
         let forms: Vec<Forms> = options.iter().map(|&lights| Forms { lights, ..Forms::default() }).collect();
@@ -84,7 +84,7 @@ impl LightMapsFlags {
     }
 }
 
-/// Milliseconds of the stages that are put together.
+/// Milliseconds of groups of stages.
 fn stages(costs: &Costs) -> [f64; 4] {
     let of = |names: &[&str]| names.iter().map(|name| costs.light_stage(name)).sum::<f64>();
     [of(&["survey", "map", "points"]), of(&["project", "list", "sort"]), of(&["trace"]), of(&["settle"])]

@@ -17,7 +17,7 @@ pub(crate) struct MappingFlags {
 
 impl MappingFlags {
     pub(crate) fn run(&self) -> Result<()> {
-        // Some tiles can't be that large, but all can have the slices or none.
+        // Some tiles can't be this large, but either all can have these slices or none.
         Cells::new(8, 1, self.slices)?;
         let sizes = [8_u32, 16, 32, 64].into_iter().flat_map(|tile| [1, 2, 4, 8].map(|k| (tile, k)));
         let cells: Vec<Cells> = sizes.filter_map(|(tile, k)| Cells::new(tile, k, self.slices).ok()).collect();

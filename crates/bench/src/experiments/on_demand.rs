@@ -33,7 +33,7 @@ pub(crate) struct OnDemandFlags {
     common: ImageFlags,
 }
 
-/// A scene's parts, and how rays go through them.
+/// A scene's parts, and the order of its rays.
 struct Trial<'a> {
     scene: &'a Scene,
     part: ByteSize,
@@ -111,7 +111,7 @@ impl Trial<'_> {
     }
 }
 
-/// How many answers aren't the same.
+/// Number of differing answers.
 fn difference(a: &Answers, b: &Answers) -> usize {
     let of_hits =
         [0, 1].map(|bounce: usize| a.hits[bounce].iter().zip(&b.hits[bounce]).filter(|(a, b)| a != b).count());

@@ -1,4 +1,4 @@
-//! How threads come by their work: queues of earlier ray tracers beside rayon's stealing.
+//! Distribution of work to threads: queues of earlier ray tracers beside rayon's stealing.
 
 use std::time::Instant;
 
@@ -28,7 +28,7 @@ pub(crate) struct QueuesFlags {
     common: ImageFlags,
 }
 
-/// Threads whose time is found from that of each group, where there are no such threads.
+/// Numbers of threads whose time is simulated from that of each group.
 const SIMULATED: [usize; 2] = [16, 128];
 
 impl QueuesFlags {
@@ -73,7 +73,7 @@ fn trace(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray]) {
     }
 }
 
-/// Microseconds that each group takes: the least of three.
+/// Microseconds of each group: the least of three.
 fn costs(tree: &KdTree, triangles: Triangles<'_>, groups: &[&[Ray]]) -> Vec<f64> {
     let once = |rays: &[Ray]| {
         let start = Instant::now();
@@ -83,7 +83,7 @@ fn costs(tree: &KdTree, triangles: Triangles<'_>, groups: &[&[Ray]]) -> Vec<f64>
     groups.par_iter().map(|rays| (0..3).map(|_| once(rays)).fold(f64::INFINITY, f64::min)).collect()
 }
 
-/// How many times as fast as one thread many are.
+/// Speedups of many threads over one.
 fn speedups(costs: &[f64]) -> Vec<(String, Cell)> {
     let all: f64 = costs.iter().sum();
     let kinds = [("in_turn", Queue::RoundRobin), ("one", Queue::Swapped), ("decreasing", Queue::Decreasing)];

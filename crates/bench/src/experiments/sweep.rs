@@ -27,7 +27,7 @@ pub(super) struct SweepFlags {
 pub(super) struct Chart {
     pub(super) title: &'static str,
     pub(super) x_title: &'static str,
-    /// Where cells are on the chart's axis.
+    /// Position of cells on the chart's axis.
     pub(super) along: fn(&Cells) -> u32,
 }
 

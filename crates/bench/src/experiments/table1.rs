@@ -1,4 +1,4 @@
-//! Table 1 of the paper: what building and tracing take, with its own numbers beside.
+//! Table 1 of the paper: times of building and tracing, beside the paper's own.
 
 use anyhow::Result;
 use clap::Args;
@@ -26,7 +26,7 @@ pub(crate) struct Table1Flags {
 /// A row of the paper's table, in milliseconds.
 struct PaperRow {
     scene: &'static str,
-    /// The scene of ours that is of the same kind and size.
+    /// Our scene of the same kind and size.
     like: &'static str,
     triangles: usize,
     build: f64,
@@ -44,7 +44,7 @@ const fn paper(
     PaperRow { scene, like, triangles, build, trace, with_shadows }
 }
 
-/// What the paper says below its Table 1: 7.6 frames a second with two lights.
+/// From the text below the paper's Table 1: 7.6 frames a second with two lights.
 const PAPER_WITH_TWO_LIGHTS: [PaperRow; 1] = [paper("Fairy", "demo:forest", 174_000, [8.73, 32.43], 131.58)];
 
 /// The columns "our method" of the paper's Table 1.
@@ -73,7 +73,7 @@ impl Table1Flags {
             let [direct, listed] = &costs[..] else { continue };
             let paper = self.paper().iter().find(|row| row.like == name(address));
             table.push(cells(name(address), direct, listed, paper))?;
-            // The chart is about the paper's scenes.
+            // The chart shows the paper's scenes only.
             if let Some(PaperRow { scene, build, trace, with_shadows, .. }) = paper {
                 bars.push(bar(&format!("{}, direct", short_name(address)), direct));
                 bars.push(bar(&format!("{}, listed", short_name(address)), listed));
@@ -93,7 +93,7 @@ impl Table1Flags {
         self.common.finish(table, &notes, &chart)
     }
 
-    /// What the paper measured with as many lights.
+    /// The paper's measurements with this number of lights.
     fn paper(&self) -> &'static [PaperRow] {
         match self.lights {
             1 => &PAPER,

@@ -37,7 +37,7 @@ pub(crate) struct TrianglesFlags {
     output: OutputFlags,
 }
 
-/// What the columns are.
+/// Explanations of the columns.
 const NOTES: [&str; 4] = [
     "Pairs are what one ray of 4x4 tests on its way through a uniform grid, each triangle once; sixteen rays are all",
     "of the 4x4, and their hits are triangles that any of them hits. A fan's tests are all of its triangles: more_tests",
@@ -45,7 +45,7 @@ const NOTES: [&str; 4] = [
     "medians over rounds. Triangles are prepared first, apart, and read from caches as far as they fit.",
 ];
 
-/// What papers report of a test in relation to Möller and Trumbore's, as the thesis cites it.
+/// Speedups over Möller and Trumbore's test that papers report, as the thesis cites them.
 const REPORTED: [(&str, &str); 7] = [
     ("Badouel (Wald)", "2.1-2.3 eye, 1.9-2.0 shadow (Wald 04); 1.003 (Komatsu 08)"),
     ("Wächter", "faster than floating-point comparisons (Wächter 04), no ratio"),

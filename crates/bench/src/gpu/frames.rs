@@ -27,27 +27,27 @@ const GROUPS: [(&str, &[&str]); 9] = [
 /// Stages that aren't part of finding triangles and shadows, or happen on the CPU.
 const BESIDE: [&str; 6] = ["animate", "build", "pose", "omit", "shade", "fetch"];
 
-/// What is rendered of each scene.
+/// Conditions of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Course<'a> {
     /// The GPU, by a part of its name.
     pub(crate) device: &'a str,
     pub(crate) size: [u32; 2],
     pub(crate) samples: u32,
-    /// One more comes first and doesn't count.
+    /// Counted frames; one more comes first.
     pub(crate) frames: u32,
     /// Whether the scene's first light is the only one.
     pub(crate) has_one_light: bool,
 }
 
-/// What a scene's frames take: medians over them, in milliseconds.
+/// Times of a scene's frames: medians, in milliseconds.
 #[derive(Debug)]
 pub(crate) struct Measured {
-    /// What was rendered.
+    /// Columns of the scene.
     head: Row,
     /// Each stage by the GPU's clock.
     stages: Vec<(&'static str, f64)>,
-    /// All of them, the whole frame by the CPU's clock, and memory.
+    /// Sum of the stages, the whole frame by the CPU's clock, and memory.
     tail: Row,
 }
 
@@ -73,7 +73,7 @@ impl Measured {
     }
 }
 
-/// Below a table of grouped stages.
+/// Note below a table of grouped stages.
 pub(crate) const NOTE: &str =
     "traced: all that finds what pixels see and what lights reach; wall: the whole frame by the CPU's clock.";
 

@@ -1,4 +1,4 @@
-//! What a GPU takes for work that is nothing: the floor under every frame.
+//! Times of a GPU for empty work: the floor under every frame.
 
 use std::time::Instant;
 
@@ -18,13 +18,13 @@ fn nothing() {
 }
 ";
 
-/// How often each is tried.
+/// Number of rounds.
 const ROUNDS: usize = 30;
-/// So many dispatches, or stages, beside a single one.
+/// Number of dispatches, or of stages, beside a single one.
 const MANY: usize = 101;
 const COPIED_BYTES: usize = 64 << 20;
 
-/// Medians by the CPU's clock: what was done, and how long one of it took.
+/// Medians by the CPU's clock: each operation, and its time.
 pub(crate) fn measure(gpu: &Gpu) -> Result<Vec<Row>> {
     let kernel = Kernel::of_text(gpu, KERNEL, "nothing", &[]);
     let mut words = Buffer::storage(gpu, "words");

@@ -1,4 +1,4 @@
-//! All that one wants to know of a GPU, by one command.
+//! A full report about a GPU, by one command.
 
 mod frames;
 mod launches;
@@ -38,7 +38,7 @@ pub(crate) struct GpuFlags {
     json: Option<PathBuf>,
 }
 
-/// What pixels of both engines are compared in.
+/// Size of the image in which both engines are compared.
 const COMPARED: [u32; 2] = [640, 360];
 
 fn minutes(text: &str) -> Result<Duration, String> {
@@ -47,7 +47,7 @@ fn minutes(text: &str) -> Result<Duration, String> {
 }
 
 pub(crate) fn run(flags: &GpuFlags) -> Result<()> {
-    // A file that can't be written is better known now.
+    // Opened first, so that a file that can't be written fails now.
     let json = flags
         .json
         .as_ref()
@@ -104,7 +104,7 @@ impl Report {
         Self { started: Instant::now(), most, json: Map::new() }
     }
 
-    /// A table whose rows are there.
+    /// Writes a table of finished rows.
     fn section(&mut self, key: &str, title: &str, rows: Vec<Row>) -> Result<()> {
         let mut table = Table::start(Form::Table, title)?;
         rows.iter().try_for_each(|row| table.push(row.clone()))?;
@@ -112,7 +112,7 @@ impl Report {
         Ok(table.finish(&[""])?)
     }
 
-    /// A table with a row for each scene, as long as there is time: that for people, and those for programs.
+    /// Writes a table with a row for each scene, while time is left: one for people, and one for programs.
     fn scenes(
         &mut self,
         key: &str,
@@ -158,7 +158,7 @@ fn adapters(chosen: &Adapter) -> Vec<Row> {
     Adapter::all().into_iter().map(row).collect()
 }
 
-/// What the device allows that frames depend on.
+/// Limits of the device that matter to frames.
 fn limits(gpu: &Gpu) -> Vec<Row> {
     let limits = gpu.device.limits();
     let of = |name: &str, value: &dyn Display| row![("limit", name), ("value", value.to_string())];
@@ -172,7 +172,7 @@ fn limits(gpu: &Gpu) -> Vec<Row> {
     ]
 }
 
-/// How a frame in the middle of a scene's animation differs from the CPU engine's.
+/// Differences of a frame in the middle of a scene's animation from the CPU engine's.
 fn differences(course: &Course<'_>, address: &str) -> Result<Differences> {
     let scene = umbrage::open(address)?;
     let seconds = 0.4 * scene.duration_seconds();

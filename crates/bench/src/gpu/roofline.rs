@@ -1,4 +1,4 @@
-//! How long a GPU takes at least for what kernels do: counted, not timed, so that no GPU is needed.
+//! Lower bounds on a GPU's time for kernels: counted, not timed, so that no GPU is needed.
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -32,7 +32,7 @@ pub(crate) struct RooflineFlags {
     form: Form,
 }
 
-/// What a GPU can do at most, by its maker's figures.
+/// A GPU's limits, by its maker's figures.
 struct Machine {
     /// The title of its column, in microseconds.
     name: &'static str,
@@ -63,13 +63,13 @@ const SMALL: Machine = Machine {
     bandwidth: 88e9,
 };
 
-/// What a kernel waits for at least, by what bounds it.
+/// Bounds on a kernel's time.
 const BOUNDS: [&str; 3] = ["arithmetic", "accesses", "bytes"];
 
 impl Machine {
-    /// The least microseconds that a kernel takes, and which of [`BOUNDS`] that is.
+    /// Minimum microseconds of a kernel, and the one of [`BOUNDS`] that decides.
     fn least(&self, of: &KernelOperations) -> (f64, &'static str) {
-        // Invocations wait for the busiest of those that go together.
+        // Invocations wait for the busiest in their group.
         let waiting = of.lockstep as f64 / (of.floats + of.integers).max(1) as f64;
         let [floats, integers, both] = self.arithmetic;
         let accesses = of.accesses + of.shared;
@@ -157,7 +157,7 @@ fn of_frame(address: &str, kernels: &[KernelOperations]) -> Row {
 }
 
 impl RooflineFlags {
-    /// What each kernel does in a frame in the middle of a scene's animation.
+    /// Counts of each kernel in a frame in the middle of a scene's animation.
     fn count(&self, address: &str) -> Result<Vec<KernelOperations>> {
         let gpu = Gpu::open_counting(&self.device)?;
         let mut renderer = Renderer::with_gpu(gpu.clone())?;
@@ -171,7 +171,7 @@ impl RooflineFlags {
             frame.lights.truncate(1);
             settings.lights = Some(frame.lights);
         }
-        // Lists have room for what is in them from the second frame on.
+        // Lists are large enough from the second frame on.
         renderer.render(&scene, 0.0, &settings)?;
         renderer.render(&scene, seconds, &settings)?;
         gpu.take_operations()?;

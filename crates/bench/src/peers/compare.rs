@@ -4,7 +4,7 @@ use umbrage_peers::{Image, Posed};
 use crate::grids::Ours;
 use crate::shot::Shot;
 
-/// In how many pixels two pictures of the same frame differ, at the last sample and light.
+/// Numbers of pixels in which two pictures of the same frame differ, at the last sample and light.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Differences {
     /// Pixels of ours that show a triangle.
@@ -21,7 +21,7 @@ pub(super) struct Differences {
 
 impl Differences {
     pub(super) fn add(&mut self, shot: &Shot<'_>, ours: &Ours, (theirs, posed): (&Image, &Posed)) {
-        /// How far distances may differ that count as the same: eight roundings of f32.
+        /// Maximum relative difference of equal distances: eight roundings of f32.
         const SAME: f64 = 8.0 * f32::EPSILON as f64;
         let view = &shot.view;
         for y in 0..view.height {

@@ -15,14 +15,14 @@ use crate::shot::{Shot, name};
 use crate::table::{Row, row};
 use umbrage::Samples;
 
-/// The others' libraries.
+/// Libraries of the other ray tracers.
 #[derive(Debug)]
 pub(super) struct Libraries {
     pub(super) embree: Arc<Embree>,
     pub(super) tinybvh: Option<Arc<TinyBvh>>,
 }
 
-/// A scene's frames by everyone.
+/// A scene's frames by all sides.
 #[derive(Debug)]
 pub(super) struct Outcome {
     scene: String,
@@ -33,11 +33,11 @@ pub(super) struct Outcome {
     grids: Summary,
     /// Each of Embree's build methods, the fastest first.
     embree: Vec<Summary>,
-    /// Each of tinybvh's layouts, the fastest first, and how its pictures differ from ours; empty where it doesn't take part.
+    /// Each of tinybvh's layouts, the fastest first, and its pictures' differences from ours; empty if it doesn't take part.
     tinybvh: Vec<(Summary, Differences)>,
-    /// What Embree's times count for making rays.
+    /// Ray generation, which Embree's times include.
     ray_generation: Summary,
-    /// Our own hierarchy, where it was asked for.
+    /// Our own hierarchy, if requested.
     hierarchy: Option<Summary>,
     differences: Differences,
 }
@@ -56,25 +56,25 @@ struct Summary {
     best_frame: f64,
 }
 
-/// How another's frames compare with ours.
+/// Ratios of another side's frames to ours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ratios {
     pub(super) frame: f64,
     /// Of the best rounds.
     pub(super) best: f64,
     pub(super) without_ray_generation: f64,
-    /// What a further light costs us, compared with the other's shadow pass.
+    /// Our cost of a further light, compared with the other's shadow pass.
     pub(super) further_light: f64,
 }
 
 impl Outcome {
-    /// Of Embree's fastest build method, by the median frame.
+    /// Ratios of Embree's fastest build method, by the median frame.
     pub(super) fn ratios(&self) -> Ratios {
         let best = self.embree.iter().map(|embree| embree.best_frame).fold(f64::INFINITY, f64::min);
         Ratios { best: best / self.grids.best_frame, ..self.ratios_of(&self.embree[0]) }
     }
 
-    /// Of tinybvh's fastest layout, if it takes part.
+    /// Ratio of tinybvh's fastest layout, if it takes part.
     pub(super) fn tinybvh_ratio(&self) -> Option<f64> {
         self.tinybvh.first().map(|(tinybvh, _)| self.ratios_of(tinybvh).frame)
     }
@@ -89,7 +89,7 @@ impl Outcome {
         }
     }
 
-    /// A row for each side. `before` are the same scene's frames with fewer lights, where there are any.
+    /// A row for each side. `before` has the same scene's frames with fewer lights, if there are any.
     pub(super) fn rows(&self, before: Option<&Self>) -> impl Iterator<Item = Row> {
         let grids = [(&self.grids, None, Some(self.differences))];
         let embree = self.embree.iter().map(|side| (side, Some(self.ratios_of(side)), None));
@@ -104,7 +104,7 @@ impl Outcome {
         [&self.grids, &self.ray_generation].into_iter().chain(&self.embree).chain(tinybvh).chain(&self.hierarchy)
     }
 
-    /// What each light more than `before` has added to a side's frame, in milliseconds.
+    /// Milliseconds that each light beyond those of `before` has added to a side's frame.
     fn further_light(&self, side: &Summary, before: &Self) -> Option<f64> {
         let earlier = before.sides().find(|earlier| earlier.name == side.name)?;
         let lights = self.lights.checked_sub(before.lights).filter(|&lights| lights > 0)?;
@@ -144,7 +144,8 @@ impl Outcome {
     }
 }
 
-/// Each with its name where packets have rays of all samples that are traced together, and where of one.
+/// Build methods; each has a name for packets with rays of all samples that are traced together, and one for packets of
+/// one sample.
 const METHODS: [([&str; 2], BuildMethod); 4] = [
     (["Embree low, new", "Embree low, new, by sample"], BuildMethod { quality: Quality::Low, kept: false }),
     (["Embree low, kept", "Embree low, kept, by sample"], BuildMethod { quality: Quality::Low, kept: true }),
@@ -154,21 +155,21 @@ const METHODS: [([&str; 2], BuildMethod); 4] = [
 
 const LAYOUTS: [(&str, Layout); 2] = [("tinybvh, 2-wide", Layout::Binary), ("tinybvh, 8-wide", Layout::Wide)];
 
-/// Who traces, with what each round of each frame took.
+/// A side, with its times for each round of each frame.
 struct Side<T> {
     name: &'static str,
     tracer: T,
-    /// For each number of lights.
+    /// Times for each number of lights.
     times: Vec<Vec<Times>>,
 }
 
 impl<T> Side<T> {
-    /// A side that is asked with as many `numbers` of lights.
+    /// A side for `numbers` different numbers of lights.
     fn new(name: &'static str, tracer: T, numbers: usize) -> Self {
         Self { name, tracer, times: vec![Vec::new(); numbers] }
     }
 
-    /// Has a round traced, and keeps its times if it counts, for the number of lights with that index.
+    /// Traces a round, and keeps its times for the number of lights with index `counted`, if it counts.
     fn run(&mut self, counted: Option<usize>, trace: impl FnOnce(&mut T) -> Result<Times>) -> Result<()> {
         let times = trace(&mut self.tracer)?;
         if let Some(number) = counted {
@@ -193,7 +194,7 @@ impl<T> Side<T> {
     }
 }
 
-/// Has everyone trace a scene's frames, in turn with each number of lights, for each of which there is an outcome.
+/// Traces a scene's frames by all sides, in turn with each number of lights; returns an outcome for each number.
 pub(super) fn hold(
     address: &str,
     scene: &Scene,
@@ -218,7 +219,7 @@ pub(super) fn hold(
     let mut differences = vec![Differences::default(); numbers];
     let mut tiny_differences = vec![vec![Differences::default(); numbers]; tiny_sides.len()];
     let mut lights = vec![0; numbers];
-    // Kept until every scene has taken the next one, so that nobody's time counts its release.
+    // Kept until every side has taken the next one, so that no side's time includes its release.
     let mut last_posed = None;
     for number in 0..flags.frames {
         let seconds = scene.duration_seconds() * f64::from(number) / f64::from(flags.frames);

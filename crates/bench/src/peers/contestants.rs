@@ -1,4 +1,4 @@
-//! Whom our structures are compared with: each takes the same triangles, camera and lights, and times its stages.
+//! The compared sides: each takes the same triangles, camera and lights, and times its stages.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use umbrage::Samples;
 #[derive(Debug)]
 pub(crate) struct EmbreeSide {
     scene: Scene,
-    /// Whether packets have rays of one sample, even where our structures trace several together.
+    /// Whether packets have rays of one sample, even if our structures trace several together.
     by_sample: bool,
     pub(crate) image: Image,
 }
@@ -52,7 +52,7 @@ impl TinySide {
         Self { scene: TinyScene::new(library, layout), image: Image::default() }
     }
 
-    /// Copying vertices to where tinybvh reads them isn't timed: who uses it has them there.
+    /// Copying vertices to tinybvh's buffer isn't timed: its users have them there.
     pub(super) fn trace(&mut self, shot: &Shot<'_>, posed: &Arc<Posed>) -> Result<Times> {
         let Self { scene, image } = self;
         let mut times = Times::default();
@@ -65,7 +65,7 @@ impl TinySide {
     }
 }
 
-/// What making Embree's rays takes, without tracing them. `seen` is what a tracer saw at the last sample, which stands for all.
+/// Time to make Embree's rays, without tracing them. `seen` has the last sample's hits, which stand for all samples.
 pub(super) fn make_rays(image: &mut Image, shot: &Shot<'_>, seen: &Image) -> Times {
     let mut times = Times::default();
     let nearest = |_: &_, packet: &mut _| {
@@ -78,8 +78,8 @@ pub(super) fn make_rays(image: &mut Image, shot: &Shot<'_>, seen: &Image) -> Tim
     times
 }
 
-/// Has the rays of `all` samples and lights traced by `nearest` and `occluded`. Shadows are those of what `image` sees, or else of
-/// what `seen` has.
+/// Traces the rays of `all` samples and lights by `nearest` and `occluded`. Shadow rays are those of the hits of
+/// `image`, or else of `seen`.
 fn trace_all(
     shot: &Shot<'_>,
     all: &[Samples],

@@ -72,7 +72,7 @@ enum OurStructure {
 }
 
 impl PeersFlags {
-    /// How everything is measured.
+    /// The conditions of measurement.
     fn conditions(&self, [major, minor, patch]: [u32; 3]) -> String {
         let Self { size: [width, height], samples, frames, rounds, .. } = self;
         let threads = rayon::current_num_threads();
@@ -132,7 +132,7 @@ pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     Ok(())
 }
 
-/// The geometric means over moving scenes with so many lights, in words.
+/// The geometric means over moving scenes with this number of lights, as text.
 fn means(moving: &[(Lights, Ratios, Option<f64>)], lights: Lights) -> String {
     let moving = moving.iter().filter(|(of, ..)| *of == lights);
     let mean = |of: fn(&Ratios) -> f64| geometric_mean(moving.clone().map(|(_, ratios, _)| of(ratios)));

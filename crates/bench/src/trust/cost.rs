@@ -9,7 +9,7 @@ use super::surfaces::choices;
 use super::{Effort, Finding};
 
 pub(super) fn bytes(effort: &Effort) -> Result<Finding> {
-    /// What a structure may hold of a triangle.
+    /// Maximum bytes of a structure for each triangle.
     const GOAL: f64 = 70.0;
     let counts = [20_000, 1_000_000].map(|count| effort.of(count).max(1000));
     let [few, many] = counts;
@@ -106,7 +106,7 @@ pub(super) fn soak(effort: &Effort) -> Result<Finding> {
     Ok(Finding::new(late < early + 8 * frames + 4_000_000, text))
 }
 
-/// What the program holds in memory, where the system says that.
+/// Bytes of the program in memory, if the system tells it.
 fn resident_bytes() -> Option<u64> {
     const PAGE: u64 = 4096;
     let status = std::fs::read_to_string("/proc/self/statm").ok()?;

@@ -1,9 +1,9 @@
-//! The list.
+//! The list of figures.
 
 use super::{Figure, cost, input, rays, repeat, surfaces};
 
-/// Figures that say how much rather than whether, which is nothing for few and small scenes, and those that another program
-/// finds, which isn't built with this one's tests and has its own.
+/// Figures that measure an amount, which means nothing for few and small scenes, and those of another program, which
+/// isn't built with this one's tests and has its own.
 #[cfg(test)]
 pub(super) const NOT_TESTED: [usize; 5] = [12, 14, 15, 21, 22];
 

@@ -1,4 +1,4 @@
-//! What is wrong, or many times the same, is counted and costs little.
+//! Bad or repeated input is counted and costs little.
 
 use std::process::Command;
 use std::time::Instant;
@@ -124,7 +124,7 @@ pub(super) fn command_lines(effort: &Effort) -> Result<Finding> {
     )
 }
 
-/// What the program `fuzz` says of so many mutants of some targets.
+/// Runs the program `fuzz` with this many mutants of some targets.
 fn fuzzed(what: &str, targets: &[&str], mutants: u64, effort: &Effort) -> Result<Finding> {
     let program = std::env::current_exe()?.with_file_name("fuzz");
     if !program.exists() {
@@ -136,7 +136,7 @@ fn fuzzed(what: &str, targets: &[&str], mutants: u64, effort: &Effort) -> Result
     command.args(targets.iter().flat_map(|target| ["--target", target]));
     let output = command.output().context("the program `fuzz`")?;
     let said = String::from_utf8(output.stdout)?;
-    // Each target's line ends with how many mutants were accepted, refused, and are findings.
+    // Each target's line ends with its numbers of accepted and of refused mutants, and of findings.
     let mut rows = String::new();
     for target in targets {
         let line = said.lines().find(|line| line.starts_with(&format!("{target}: --seed")));

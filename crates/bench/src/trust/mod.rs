@@ -1,4 +1,4 @@
-//! What can be trusted: twenty-two figures, each beside what others publish.
+//! Figures of trust: twenty-two, each beside published results of others.
 
 mod cost;
 mod figures;
@@ -36,17 +36,17 @@ pub(crate) struct TrustFlags {
     write: Option<PathBuf>,
 }
 
-/// Something that one may want to know before trusting a ray tracer.
+/// A question to answer before trusting a ray tracer.
 pub(crate) struct Figure {
     title: &'static str,
-    /// What others publish, and where.
+    /// Published results of others, with sources.
     elsewhere: &'static str,
     find: fn(&Effort) -> Result<Finding>,
 }
 
-/// What a figure is here.
+/// Our result for a figure.
 pub(crate) struct Finding {
-    /// Whether it is what it should be.
+    /// Whether it is as it should be.
     holds: bool,
     text: String,
 }
@@ -57,7 +57,7 @@ impl Finding {
     }
 }
 
-/// How much is tried, and by which random numbers.
+/// Number of trials relative to the document's, and their random seed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
     share: f64,
@@ -65,7 +65,7 @@ pub(crate) struct Effort {
 }
 
 impl Effort {
-    /// A share of so many.
+    /// This share of `all`, at least 1.
     fn of(&self, all: u64) -> u64 {
         ((self.share * all as f64) as u64).max(1)
     }
@@ -147,7 +147,7 @@ fn section(number: usize, figure: &Figure, finding: &Finding) -> String {
 mod long {
     use super::*;
 
-    /// What the document says of all of it, of a small part.
+    /// Tests the document's claims with a small part of the effort.
     #[test]
     fn every_figure_is_as_it_should_be() {
         let effort = Effort { share: 2e-4, seed: 3 };

@@ -1,4 +1,4 @@
-//! Rays at closed surfaces and at what triangles share: none may be lost.
+//! Rays at closed surfaces and at shared edges and corners of triangles: none may be lost.
 
 use anyhow::Result;
 use glam::{DVec3, Vec3};
@@ -11,7 +11,7 @@ use umbrage_verify::{Random, SeamTrial, TestMesh};
 
 use super::{Effort, Finding};
 
-/// Where f32 has few bits left: Embree's tests use this point too.
+/// A point where f32 has few bits left; Embree's tests use it too.
 const FAR: Vec3 = Vec3::new(148_376.0, 1_234.0, -223_423.0);
 
 /// The structures that answer rays one at a time, built over a mesh.
@@ -30,12 +30,12 @@ pub(super) fn single_rays(triangles: Triangles<'_>) -> Result<Vec<(&'static str,
     Ok(structures)
 }
 
-/// As single rays, which all of [`single_rays`] are.
+/// Its single rays, which all of [`single_rays`] have.
 pub(super) fn asked(structure: &dyn Structure) -> &dyn SingleRays {
     structure.single_rays().expect("answers single rays")
 }
 
-/// The sum of what `count` says of so many random numbers, for each structure over a mesh.
+/// Sum of `count` over `times` random numbers, for all structures over a mesh.
 pub(super) fn sums(
     mesh: &TestMesh,
     effort: &Effort,
@@ -55,7 +55,7 @@ pub(super) fn is_lost(rays: &dyn SingleRays, triangles: Triangles<'_>, ray: &Ray
     u64::from(rays.nearest(triangles, ray, &|_| true).is_none())
 }
 
-/// So many rays, or other things, in words.
+/// A number with its digits in groups of three.
 pub(super) fn number(count: u64) -> String {
     let digits = count.to_string();
     let groups = digits.as_bytes().rchunks(3).rev().map(|group| String::from_utf8_lossy(group).into_owned());
@@ -88,8 +88,8 @@ pub(super) fn seams(effort: &Effort) -> Result<Finding> {
     Ok(Finding::new(true, format!("No leak and no self-shadowing: {trial}.")))
 }
 
-/// Rays from a point exactly at all corners and middles of edges of a mesh: how many there were, were lost, and met more than
-/// once by going on from hit to hit; and how many further triangles are met at the same t.
+/// Rays from a point exactly at all corners and middles of edges of a mesh: numbers of all rays, of lost ones, and of
+/// those that meet a seam twice when they go on from hit to hit; and of further triangles hit at the same t.
 #[derive(Default)]
 struct SeamRays {
     rays: u64,
@@ -99,7 +99,7 @@ struct SeamRays {
 }
 
 impl SeamRays {
-    /// `is_closed` around the origin: rays have to hit something behind the seam too, if anything.
+    /// Shoots rays from `origin` at all seams. Each ray must hit the mesh.
     fn shoot(&mut self, mesh: &TestMesh, origin: Vec3) -> Result<()> {
         let (triangles, origin) = (mesh.triangles(), origin.as_dvec3());
         let corners = mesh.indices.iter().flat_map(|&[a, b, c]| [(a, a), (b, b), (c, c), (a, b), (b, c), (c, a)]);

@@ -1,4 +1,4 @@
-//! The same question has the same answer: after whatever came before, on every number of threads, by every instruction set,
+//! The same question has the same answer: after any earlier frames, on any number of threads, with any instruction set,
 //! and by the definitions in exact arithmetic.
 
 use std::collections::HashSet;
@@ -146,7 +146,7 @@ pub(super) fn hashes(effort: &Effort) -> Result<Finding> {
     Ok(Finding::new(different.is_empty(), text))
 }
 
-/// Of every bit of what a picture is made of.
+/// Hash of every bit of a picture.
 fn hash(renderer: &Renderer) -> u64 {
     let mut hasher = DefaultHasher::new();
     let film = renderer.film();

@@ -43,7 +43,7 @@ pub(super) fn layers(effort: &Effort) -> Result<Finding> {
     Ok(Finding::new(found_all, text))
 }
 
-/// How many hits a ray has, each asked for behind the last.
+/// Number of hits of a ray, each found behind the last.
 fn met_in_turn(structure: &dyn SingleRays, triangles: Triangles<'_>, mut ray: Ray) -> u64 {
     let mut met = 0;
     while let Some(hit) = structure.nearest(triangles, &ray, &|_| true) {
@@ -162,7 +162,7 @@ pub(super) fn in_planes(effort: &Effort) -> Result<Finding> {
     Ok(Finding::new(wrong == 0, text))
 }
 
-/// The structures that people choose from, by name.
+/// The structures that users choose from, by name.
 pub(super) fn choices() -> impl Iterator<Item = (&'static str, Structure)> {
     Structure::CHOICES.iter().map(|&(name, structure, _)| (name, structure))
 }

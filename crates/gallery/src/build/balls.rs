@@ -1,22 +1,22 @@
-//! Spheres as finely made as a number of triangles allows.
+//! Spheres subdivided as finely as a number of triangles allows.
 
 use glam::Vec3;
 
 use super::MeshBuilder;
 
-/// Triangles of [`MeshBuilder::ball`] of a fineness: 8, 20, 80, 180, 320, …
+/// Triangles of a [`MeshBuilder::ball`] of a fineness: 8, 20, 80, 180, 320, …
 pub(crate) fn ball_triangles(fineness: u32) -> usize {
     if fineness == 0 { 8 } else { 20 * fineness as usize * fineness as usize }
 }
 
-/// How fine balls of `radii` are made in `budget` triangles together, with triangles of about one size; the coarsest
-/// where the budget doesn't reach.
+/// The fineness of balls of `radii` for `budget` triangles in all, with triangles of about one size; the coarsest if
+/// the budget is too small.
 pub(crate) fn fineness_of_balls(radii: &[f32], budget: usize) -> Vec<u32> {
     let mut fineness = vec![0_u32; radii.len()];
     let mut left = budget.saturating_sub(radii.len() * ball_triangles(0));
     let price = |fineness: u32| ball_triangles(fineness + 1) - ball_triangles(fineness);
     loop {
-        // Of the balls that can be refined, the one whose triangles are the largest.
+        // The refinable ball with the largest triangles.
         let affordable = (0..radii.len()).filter(|&ball| price(fineness[ball]) <= left);
         let coarseness = |ball: usize| radii[ball] / (fineness[ball] as f32 + 0.5);
         let Some(next) = affordable.max_by(|&a, &b| coarseness(a).total_cmp(&coarseness(b)).then(b.cmp(&a))) else {

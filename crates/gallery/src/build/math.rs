@@ -24,7 +24,7 @@ pub(crate) fn wave(turns: f32) -> f32 {
     libm::sinf(TAU * (turns - turns.floor()))
 }
 
-/// The point that is `radius` from the y axis and at `height`, so many turns about it.
+/// The point at distance `radius` from the y axis and at `height`, after `turns` turns about the axis.
 pub(crate) fn around(turns: f32, radius: f32, height: f32) -> Vec3 {
     let (sin, cos) = sin_cos(TAU * turns);
     Vec3::new(radius * cos, height, -radius * sin)

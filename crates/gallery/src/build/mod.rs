@@ -1,4 +1,4 @@
-//! What the demos are made of: meshes from simple shapes, random numbers, noise, textures and materials.
+//! Building blocks of the demos: meshes from simple shapes, random numbers, noise, textures and materials.
 
 mod balls;
 pub(crate) mod math;
@@ -28,7 +28,7 @@ pub(crate) use sheet::{Join, Sheet};
 pub(crate) struct MeshBuilder {
     /// Position of each vertex.
     pub(crate) positions: Vec<Vec3>,
-    /// Unit normal of each vertex, or zero where the surface is flat.
+    /// Unit normal of each vertex, or zero if the surface is flat.
     pub(crate) normals: Vec<Vec3>,
     /// Texture coordinates of each vertex.
     pub(crate) tex_coords: Vec<Vec2>,
@@ -38,15 +38,15 @@ pub(crate) struct MeshBuilder {
     pub(crate) material_of_triangle: Vec<u32>,
     /// Tint of each vertex; empty while all are white.
     colors: Vec<Vec4>,
-    /// What the mesh is made of so far.
+    /// Materials of the mesh so far.
     stuff: Vec<Stuff>,
-    /// The first triangle of each part but the first, and which of the frame's parts it is.
+    /// The first triangle of each part but the first, and the part's number in the frame.
     parts: Vec<(usize, u32)>,
     material: u32,
     tint: Vec3,
 }
 
-/// A material that the mesh is finished with.
+/// A material of the finished mesh.
 #[derive(Clone, Debug)]
 enum Stuff {
     Paint(Paint),
@@ -70,34 +70,34 @@ impl MeshBuilder {
         }
     }
 
-    /// What follows moves together, by itself.
+    /// Begins a part that moves by itself.
     pub(crate) fn part(&mut self) -> &mut Self {
         let last = self.parts.iter().map(|(_, part)| *part).max().unwrap_or(0);
         self.parts.push((self.triangles.len(), last + 1));
         self
     }
 
-    /// What follows doesn't move, as what came before the first [`part`](Self::part).
+    /// Begins triangles that don't move, like those before the first [`part`](Self::part).
     pub(crate) fn still(&mut self) -> &mut Self {
         self.parts.push((self.triangles.len(), 0));
         self
     }
 
-    /// What follows is of `paint`, without a tint.
+    /// Sets `paint`, without a tint, for the next shapes.
     pub(crate) fn paint(&mut self, paint: Paint) -> &mut Self {
         self.material = self.index_of(&Stuff::Paint(paint));
         self.tint = Vec3::ONE;
         self
     }
 
-    /// What follows has a material of its own, without a tint.
+    /// Sets a material of its own, without a tint, for the next shapes.
     pub(crate) fn material(&mut self, material: Material) -> &mut Self {
         self.material = self.index_of(&Stuff::Made(Box::new(material)));
         self.tint = Vec3::ONE;
         self
     }
 
-    /// The index of a material, which is the last one where it is new.
+    /// The index of a material, which is added if it is new.
     fn index_of(&mut self, stuff: &Stuff) -> u32 {
         let is_same = |known: &Stuff| match (known, stuff) {
             (Stuff::Paint(known), Stuff::Paint(paint)) => known.name == paint.name,
@@ -110,13 +110,13 @@ impl MeshBuilder {
         index as u32
     }
 
-    /// What follows has its material's colour times the linear colour `tint`.
+    /// Sets a linear colour that multiplies the material's for the next shapes.
     pub(crate) fn tint(&mut self, tint: Vec3) -> &mut Self {
         self.tint = tint;
         self
     }
 
-    /// Gives vertex `index`, which is there already, the linear tint `tint`.
+    /// Gives the existing vertex `index` the linear tint `tint`.
     pub(crate) fn tint_vertex(&mut self, index: usize, tint: Vec3) {
         self.colors.resize(self.positions.len(), Vec4::ONE);
         self.colors[index] = tint.extend(1.0);
@@ -148,7 +148,7 @@ impl MeshBuilder {
         }
     }
 
-    /// Adds what `make` makes, moved from its own space into this one.
+    /// Adds the shapes of `make`, moved from their own space into this one.
     pub(crate) fn place(&mut self, world_from_part: Affine3A, make: impl FnOnce(&mut Self)) -> &mut Self {
         let first = self.positions.len();
         make(self);
@@ -167,7 +167,7 @@ impl MeshBuilder {
         }
     }
 
-    /// Gives the vertices from `first` on texture coordinates that follow from where they are.
+    /// Gives the vertices from `first` on texture coordinates that follow from their positions.
     pub(crate) fn wrap(&mut self, first: usize, coords: impl Fn(Vec3) -> Vec2) {
         for (position, own) in self.positions[first..].iter().zip(&mut self.tex_coords[first..]) {
             *own = coords(*position);
@@ -231,7 +231,7 @@ impl MeshBuilder {
     }
 }
 
-/// What of each part has one material, by that and by the part's number, is an object.
+/// Objects of a frame: the triangles of one material in a part, named by the material and the part's number.
 fn objects(materials: &[Material], material_of_triangle: &[u32], part_of_triangle: &[u32]) -> Objects {
     let mut objects = Objects::default();
     let mut last = None;
@@ -248,7 +248,7 @@ fn objects(materials: &[Material], material_of_triangle: &[u32], part_of_triangl
     objects
 }
 
-/// What turns normals where `world_from_part` moves surfaces; lengths are left to the caller.
+/// Matrix for normals where `world_from_part` moves surfaces; it doesn't keep their length.
 fn normals_matrix(world_from_part: Affine3A) -> Mat3A {
     world_from_part.matrix3.inverse().transpose()
 }

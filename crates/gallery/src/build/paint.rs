@@ -14,7 +14,7 @@ pub(crate) fn srgb(hex: u32) -> Vec3 {
     Vec3::new(linear(hex >> 16), linear(hex >> 8), linear(hex))
 }
 
-/// A material that demos are made of. No two of a demo have the same name.
+/// A material of the demos; the names in a demo are unique.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Paint {
     pub(crate) name: &'static str,
@@ -25,11 +25,11 @@ pub(crate) struct Paint {
 
 #[derive(Clone, Copy, Debug)]
 enum Look {
-    /// Of an sRGB colour.
+    /// An sRGB colour.
     Dull(u32),
-    /// Of what gives a linear colour.
+    /// The function that gives the linear colour.
     Metal(fn() -> Vec3),
-    /// What makes the image, and how many texture coordinates span it once, along both axes.
+    /// The function that makes the image, and the texture coordinates that span it once along both axes.
     Image(fn() -> Texture, Vec2),
     /// An sRGB colour and its strength.
     Glow(u32, f32),
@@ -65,12 +65,12 @@ impl Paint {
         Self::new(name, Look::Glow(srgb, strength), roughness)
     }
 
-    /// The same, only where its texture is.
+    /// The same, cut out by the opacity of its texture.
     pub(crate) const fn masked(self) -> Self {
         Self { masked: true, ..self }
     }
 
-    /// The material itself, which both sides of triangles have. Its texture comes to the others.
+    /// The material itself, with two-sided triangles. Its texture is added to `textures`.
     pub(crate) fn material(self, textures: &mut Vec<Texture>) -> Material {
         let Self { name, look, roughness, masked } = self;
         let mut material = Material { name: name.into(), roughness, double_sided: true, ..Material::default() };

@@ -34,7 +34,7 @@ impl Random {
         mixed.rotate_right((state >> 59) as u32)
     }
 
-    /// A number from 0 up to but not 1.
+    /// A number from 0 up to but not including 1.
     pub(crate) fn unit(&mut self) -> f32 {
         unit(self.next())
     }
@@ -58,7 +58,7 @@ impl Random {
     }
 }
 
-/// 32 bits that depend on a lattice point and on nothing else.
+/// 32 bits that depend on a lattice point alone.
 pub(crate) fn hash(x: i32, y: i32, z: i32) -> u32 {
     let mixed = (x as u32).wrapping_mul(0x8da6_b343)
         ^ (y as u32).wrapping_mul(0xd816_3841)
@@ -68,7 +68,7 @@ pub(crate) fn hash(x: i32, y: i32, z: i32) -> u32 {
     mixed ^ (mixed >> 16)
 }
 
-/// A number from 0 up to but not 1, from 32 random bits.
+/// A number from 0 up to but not including 1, from 32 random bits.
 pub(crate) fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }

@@ -137,8 +137,8 @@ impl MeshBuilder {
         self.lathe(&[Vec2::ZERO, lower, lower, upper, upper, Vec2::new(0.0, height)], columns)
     }
 
-    /// Adds a smooth tube along `path`, two points or more, whose radius is `radius` of the part of the path's
-    /// points passed, 0 … 1. A radius of zero at an end closes it.
+    /// Adds a smooth tube along `path`, two points or more. `radius` gives its radius for the fraction, 0 … 1, of the
+    /// path's points passed. A radius of zero at an end closes it.
     pub(crate) fn tube(&mut self, path: &[Vec3], radius: impl Fn(f32) -> f32 + Sync, columns: u32) -> &mut Self {
         self.any_tube(path, &radius, columns)
     }
@@ -155,8 +155,8 @@ impl MeshBuilder {
         })
     }
 
-    /// Adds a ring around the z axis: the circle of `radius` around `center`, as thick as `thickness` says, half of it
-    /// along the radius and along the axis.
+    /// Adds a ring around the z axis: the circle of `radius` around `center`; `thickness` is half its thickness along
+    /// the radius and along the axis.
     pub(crate) fn ring(&mut self, center: Vec3, radius: f32, thickness: [f32; 2], sheet: [u32; 2]) -> &mut Self {
         let [across, along] = thickness;
         self.sheet(Sheet::ring(sheet[0], sheet[1]), |u, v| {

@@ -1,4 +1,4 @@
-//! Curved rectangles: the one shape that most others are made of.
+//! Curved rectangles: the shape behind most others.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -13,13 +13,13 @@ pub(crate) struct Sheet {
     pub(crate) columns: u32,
     /// Quads along v, above zero.
     pub(crate) rows: u32,
-    /// What the edges at u = 0 and u = 1 are to each other.
+    /// Relation of the edges at u = 0 and u = 1.
     pub(crate) across: Join,
-    /// What the edges at v = 0 and v = 1 are to each other.
+    /// Relation of the edges at v = 0 and v = 1.
     pub(crate) along: Join,
 }
 
-/// What two opposite edges of a sheet are to each other.
+/// Relation of two opposite edges of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Join {
     /// Apart.
@@ -56,7 +56,7 @@ impl Sheet {
         (self.columns as usize + 1) * (self.rows as usize + 1)
     }
 
-    /// Where vertex `index` is on the sheet: u and v from 0 to 1, and the exact ends where edges are joined.
+    /// Position of vertex `index` on the sheet: u and v from 0 to 1, and exactly 0 at the far end of a joined edge.
     pub(crate) fn coords(&self, index: usize) -> Vec2 {
         let stride = self.columns as usize + 1;
         let part = |at: usize, count: u32, join: Join| {
@@ -86,7 +86,7 @@ impl Sheet {
             let [a, b, c, d] = [at, at + 1, at + stride, at + stride + 1].map(|vertex| positions[vertex]);
             (d - a).cross(c - b)
         };
-        // The quads before and after a line, around the join where there is one.
+        // The quads before and after a line, across the join if there is one.
         let beside = |line: usize, count: usize, join: Join| {
             let around = join == Join::Joined && (line == 0 || line == count);
             let before = if around { Some(count - 1) } else { line.checked_sub(1) };

@@ -5,7 +5,7 @@ use umbrage_rays::parallel::Parallel;
 use crate::build::math::{rotation, smoothstep, turned};
 use crate::build::{Sheet, noise};
 
-/// How long the drape lasts.
+/// Duration of the drape.
 pub(super) const SECONDS: f32 = 6.0;
 /// The ball's middle; it rests on the floor, y = 0.
 pub(super) const BALL_CENTER: Vec3 = Vec3::new(0.0, BALL_RADIUS, 0.0);
@@ -23,10 +23,10 @@ const FRAMES_PER_SECOND: f32 = 60.0;
 const STEPS_PER_FRAME: u32 = 6;
 /// Keeps the drawn cloth, which cuts corners between particles, out of the ball and the floor.
 const THICKNESS: f32 = 0.025;
-/// How near the drawn cloth may come.
+/// Minimum distance of the drawn cloth.
 const DRAWN_THICKNESS: f32 = 0.008;
 
-/// How far the ball has turned about the vertical axis: first not at all, then ever faster, then to a stop.
+/// Rotation of the ball about the vertical axis: first none, then ever faster, then to a stop.
 pub(super) fn ball_turn_radians(seconds: f32) -> f32 {
     2.6 * smoothstep(2.4, 5.2, seconds)
 }
@@ -88,7 +88,7 @@ impl Drape {
     }
 }
 
-/// Row `at` of a grid of SIDE rows with a row before it: the first and the last are as if the cloth went straight on.
+/// Row `at` of a grid of SIDE rows with an extra row at each end, which continues the cloth straight.
 fn beyond(at: usize, position: impl Fn(usize) -> Vec3) -> Vec3 {
     match at {
         0 => 2.0 * position(0) - position(1),
@@ -200,7 +200,7 @@ impl Particles {
             }
             let offset = resting - BALL_CENTER;
             let on_floor = resting.y <= THICKNESS;
-            // What the surface below has moved by in this step, and how much of the difference friction takes.
+            // Displacement of the surface below in this step, and the fraction of the difference that friction takes.
             let (surface, normal, friction) = if on_floor {
                 (Vec3::ZERO, Vec3::Y, FLOOR_FRICTION)
             } else {
@@ -209,7 +209,7 @@ impl Particles {
             let moved = resting - *before - surface;
             let along = moved - normal * moved.dot(normal);
             *position = resting;
-            // Speed is the last move: no bounce off the surface, and less along it.
+            // Speed is the last displacement: no bounce off the surface, and less along it.
             *before = resting - surface - along * (1.0 - friction);
         }
     }

@@ -5,9 +5,9 @@ use glam::{Quat, Vec3};
 use crate::build::Random;
 use crate::build::math::rotation;
 
-/// How long the fall lasts.
+/// Duration of the fall.
 pub(super) const SECONDS: f32 = 7.0;
-/// Marbles that fall.
+/// Number of marbles.
 pub(super) const MARBLES: usize = 110;
 /// The tray's boards, as boxes from lowest to highest corner: the bottom first, then the four sides.
 pub(super) const BOARDS: [[Vec3; 2]; 5] = [
@@ -25,7 +25,7 @@ const RIM: f32 = 0.6;
 const FRAMES_PER_SECOND: f32 = 60.0;
 const STEPS_PER_FRAME: u32 = 8;
 
-/// Where the marbles are in every sixtieth of a second.
+/// Positions of the marbles in every sixtieth of a second.
 #[derive(Debug)]
 pub(super) struct Fall {
     /// Radius of each marble.
@@ -159,7 +159,7 @@ fn collide(one: &mut Marble, other: &mut Marble, seconds: f32) {
     }
 }
 
-/// Bounces a marble off something that doesn't move and whose nearest point is `nearest`, if they overlap.
+/// Bounces a marble off a still surface whose nearest point is `nearest`, if they overlap.
 fn meet(marble: &mut Marble, nearest: Vec3, seconds: f32) {
     let offset = marble.middle - nearest;
     let squared = offset.length_squared();
@@ -175,12 +175,12 @@ fn meet(marble: &mut Marble, nearest: Vec3, seconds: f32) {
     roll(marble, seconds);
 }
 
-/// Part of the approaching speed that a bounce gives back.
+/// Fraction of the approaching speed after a bounce.
 const RESTITUTION: f32 = 0.45;
-/// Part of an overlap that each step undoes: less than all, so that piles come to rest.
+/// Fraction of an overlap that each step removes: less than all, so that piles come to rest.
 const PUSH_APART: f32 = 0.5;
 
-/// The impulse on the one that `normal` points to, from the surfaces' relative velocity.
+/// The impulse on the marble that `normal` points to, from the surfaces' relative velocity.
 fn contact_impulse(closing: Vec3, normal: Vec3, inverse_mass: f32) -> Vec3 {
     const FRICTION: f32 = 0.25;
     /// Slower contacts don't bounce, or nothing would ever rest.
@@ -199,7 +199,7 @@ fn contact_impulse(closing: Vec3, normal: Vec3, inverse_mass: f32) -> Vec3 {
     normal * along_normal + friction
 }
 
-/// What rolling loses in `seconds` of contact.
+/// Slows a marble by rolling friction during `seconds` of contact.
 fn roll(marble: &mut Marble, seconds: f32) {
     const LOSS: f32 = 1.0;
     let keep = 1.0 - LOSS * seconds;
@@ -226,7 +226,7 @@ mod tests {
             step(&mut marbles, 1.0 / 480.0);
             highest = highest.max(if marbles[0].velocity.y > 0.0 { marbles[0].middle.y } else { 0.0 });
         }
-        // Restitution squared of the height above the surface.
+        // The height above the surface falls by restitution squared.
         assert!((highest - 0.15 - 2.85 * RESTITUTION * RESTITUTION).abs() < 0.05, "{highest}");
     }
 

@@ -1,5 +1,4 @@
-//! Sculptures: solids modelled like clay, from lumps that melt into each other and are carved, then meshed at any
-//! fineness.
+//! Sculptures: solids modelled like clay, from lumps that melt into each other and are carved, then meshed at any fineness.
 
 mod buddha;
 mod rabbit;
@@ -11,7 +10,7 @@ pub(crate) use buddha::buddha;
 pub(crate) use rabbit::rabbit;
 pub(crate) use surface::mesh;
 
-/// A solid: where [`Sculpture::distance`] is negative.
+/// A solid: the points at which [`Sculpture::distance`] is negative.
 #[derive(Clone, Debug)]
 pub(crate) struct Sculpture {
     lumps: Vec<Lump>,
@@ -19,17 +18,17 @@ pub(crate) struct Sculpture {
     /// Half the side of a cube around the solid and its middle.
     half_size: f32,
     center: Vec3,
-    /// About how large the surface is.
+    /// Approximate area of the surface.
     area: f32,
 }
 
-/// How far a surface stands out from a smooth solid.
+/// Relief of a surface over a smooth solid.
 #[derive(Clone, Copy, Debug)]
 struct Relief {
-    /// At a point; of the order of `greatest` at most, and cheap.
+    /// Height at a point; of the order of `greatest` at most, and cheap.
     height: fn(Vec3) -> f32,
     greatest: f32,
-    /// The finest part, which is asked for only very near the surface.
+    /// The finest part, evaluated only very near the surface.
     tooth: fn(Vec3) -> f32,
     greatest_tooth: f32,
 }
@@ -38,11 +37,11 @@ struct Relief {
 #[derive(Clone, Copy, Debug)]
 struct Lump {
     form: Form,
-    /// Whether the lump is on both sides of the plane x = 0, mirrored.
+    /// Whether the lump is mirrored on both sides of the plane x = 0.
     mirrored: bool,
-    /// Whether the form is taken away instead of added.
+    /// Whether the form is carved out instead of added.
     carved: bool,
-    /// Width of the fillet where the lump meets what was there before.
+    /// Width of the fillet between the lump and the earlier ones.
     blend: f32,
 }
 
@@ -52,7 +51,7 @@ enum Form {
         center: Vec3,
         inverse_radii: Vec3,
         least_radius: f32,
-        /// Takes the ellipsoid, once its middle is at the origin, to the unit sphere.
+        /// Maps the ellipsoid, with its middle at the origin, to the unit sphere.
         sphere_from_world: Mat3,
     },
     /// A rod from one ball to another.
@@ -149,8 +148,8 @@ impl Sculpture {
         lumps.iter().fold(1e3, |distance, &lump| self.lumps[usize::from(lump)].apply(distance, point))
     }
 
-    /// About the distance from the solid, given that only `lumps` matter near `point`; nearer to the surface than
-    /// `exact_within` with all its relief, elsewhere perhaps without.
+    /// Approximate distance from the solid, given that only `lumps` matter near `point`. Within `exact_within` of the
+    /// surface it includes all relief, elsewhere perhaps not.
     fn distance(&self, lumps: &[u16], point: Vec3, exact_within: f32) -> f32 {
         let Relief { height, greatest, tooth, greatest_tooth } = self.relief;
         let smooth = self.smooth_distance(lumps, point);
@@ -161,7 +160,7 @@ impl Sculpture {
         if folded.abs() > greatest_tooth + exact_within { folded } else { folded - tooth(point) }
     }
 
-    /// Those of `lumps` that can matter within `radius` of `point`: leaving out the others changes no bit there.
+    /// The lumps among `lumps` that can matter within `radius` of `point`: leaving out the others changes no bit there.
     fn near(&self, lumps: &[u16], point: Vec3, radius: f32) -> Vec<u16> {
         let lump = |at: usize| &self.lumps[usize::from(lumps[at])];
         let distances: Vec<f32> = (0..lumps.len()).map(|at| lump(at).distance(point)).collect();
@@ -183,5 +182,5 @@ impl Sculpture {
     }
 }
 
-/// By how much distances may be off, as a factor.
+/// Factor by which distances may be off.
 const SLACK: f32 = 1.3;

@@ -19,7 +19,7 @@ pub(crate) struct Surface {
 const SIDE: usize = 4;
 /// Lattice points along each side of a block.
 const POINTS: usize = SIDE + 1;
-/// What a cell without a vertex holds.
+/// Value of a cell without a vertex.
 const NO_VERTEX: u16 = u16::MAX;
 
 /// A cube of cells near the surface.
@@ -30,7 +30,7 @@ struct Block {
     lumps: Vec<u16>,
 }
 
-/// What the surface does in a block.
+/// The surface in a block.
 struct Patch {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -43,8 +43,8 @@ struct Patch {
 /// The surface of `sculpture` in about `triangles` triangles of nearly one size (surface nets, Gibson 1998).
 pub(crate) fn mesh(sculpture: &Sculpture, triangles: usize) -> Surface {
     let triangles = triangles.max(60) as f32;
-    // Every square of the surface has a quad for each axis that it faces, which is about 1.5 of them. The number of
-    // triangles goes with the cell size to the power of −2, but for fine relief: coarse tries correct the estimate.
+    // Each lattice square of the surface has a quad for each axis that it faces, about 1.5 on average. The number of
+    // triangles goes with the cell size to the power of −2, except for fine relief: coarse tries correct the estimate.
     const TRIES: [(f32, f32); 2] = [(1.0, 25_000.0), (0.3, 400_000.0)];
     let mut triangles_per_area = 3.0_f32;
     let cell_for = |triangles: f32, per_area: f32| (per_area * sculpture.area / triangles).sqrt();
@@ -162,7 +162,7 @@ impl Lattice<'_> {
     fn patch(&self, block: &Block) -> Patch {
         let index = |point: [usize; 3]| point[0] + POINTS * (point[1] + POINTS * point[2]);
         let mut distances = vec![0.0_f32; POINTS * POINTS * POINTS];
-        // Farther than a cell from the surface only the sign counts, and the neighbour's tells it.
+        // Farther than a cell from the surface only the sign counts, which a neighbour's distance tells.
         let step = SLACK * self.cell;
         let mut before = 0.0_f32;
         for (at, distance) in distances.iter_mut().enumerate() {
@@ -201,7 +201,7 @@ impl Lattice<'_> {
         patch
     }
 
-    /// Moves a position onto the surface, by at most a cell, and gives the normal there.
+    /// Moves a position onto the surface, by at most a cell, and returns the normal there.
     fn settle(&self, lumps: &[u16], position: Vec3) -> (Vec3, Vec3) {
         let step = 0.3 * self.cell;
         // Differences along a tetrahedron's four corners.

@@ -30,12 +30,12 @@ impl Balance {
         self.tiles = tiles(space.raster.tile_columns) * tiles(space.raster.tile_rows);
     }
 
-    /// The most blocks that there can be for so many pairs.
+    /// Maximum number of blocks for this number of pairs.
     pub(super) fn most_blocks(space: &Space, pairs: u64) -> u64 {
         u64::from(space.raster.tile_columns * space.raster.tile_rows) + pairs / BLOCK_PAIRS
     }
 
-    /// Bytes of so many blocks and what precedes them.
+    /// Bytes of `blocks` blocks and of the words before them.
     pub(super) fn block_bytes(blocks: u64) -> u64 {
         4 * BLOCK_WORDS * (blocks + 1)
     }

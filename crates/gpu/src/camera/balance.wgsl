@@ -16,7 +16,7 @@ fn cell_count() -> u32 {
     return space.raster.tile_columns * space.raster.tile_rows * space.raster.slices;
 }
 
-// How many pairs a sorting tile has, in all its slices.
+// Number of pairs of a sorting tile, in all its slices.
 fn pairs_of(tile: vec2<u32>) -> u32 {
     if tile.x >= space.raster.tile_columns || tile.y >= space.raster.tile_rows {
         return 0u;
@@ -58,7 +58,7 @@ fn balance(at: Invocation) {
     }
 }
 
-// The sizes of the dispatches that trace and merge blocks, and what tracing has to know.
+// Writes the dispatch sizes of `trace` and `merge`, and the numbers that `trace` needs.
 @compute @workgroup_size(1)
 fn size_blocks() {
     let base = cell_count();

@@ -29,15 +29,15 @@ impl Default for CameraOptions {
     }
 }
 
-/// Which of the triangles on a pixel's ray are seen.
+/// Which hit along each pixel's ray is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sight {
-    /// Whether pixels see what is behind the triangle that [`CameraGrid::seen`] has for them, rather than the nearest;
-    /// those that have none see nothing.
+    /// Whether a pixel gets the nearest triangle behind the one that [`CameraGrid::seen`] has for it, instead of the
+    /// nearest of all. Pixels without a triangle there stay without one.
     pub is_behind: bool,
 }
 
-/// What a camera's frame was as work.
+/// Counts of a camera frame's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CameraWork {
     /// Pairs of a triangle and a cell.
@@ -50,7 +50,7 @@ pub struct CameraWork {
     pub undecided_pixels: u32,
 }
 
-/// What each pixel of a camera sees, found through a grid made for its rays.
+/// The triangle that each pixel of a camera sees, found through a grid made for its rays.
 #[derive(Debug)]
 pub struct CameraGrid {
     options: CameraOptions,
@@ -63,17 +63,17 @@ pub struct CameraGrid {
     space: Buffer,
     header: Buffer,
     sizes: Buffer,
-    /// Counts, then ends, of the cells' lists, then blocks of work.
+    /// Counts, then ends, of the cells' lists; after these the blocks of work.
     cells: Buffer,
     /// Cameras have no points.
     no_points: Buffer,
     /// The triangle of each pixel, in [`TileOrder`](umbrage_rays::TileOrder).
     seen: Buffer,
-    /// What pixels showed before, where what is behind that is asked for.
+    /// The triangles that pixels showed before, kept for [`Sight::is_behind`].
     front: Buffer,
     /// Hits that the filter leaves undecided.
     nodes: Buffer,
-    /// What a frame has needed.
+    /// The frame's needs, one record.
     needs: Buffer,
     fetch: Fetch,
     cell_count: u32,
@@ -84,7 +84,7 @@ pub struct CameraGrid {
 }
 
 impl CameraGrid {
-    /// Ready to build.
+    /// Compiles the stages.
     #[must_use]
     pub fn new(gpu: &Gpu, options: CameraOptions) -> Self {
         let (settle, (project, trace)) =
@@ -124,10 +124,10 @@ impl CameraGrid {
         self.options = options;
     }
 
-    /// Makes ready for a frame of all or some rows of an image: parameters and room.
+    /// Prepares a frame of some or all rows of an image: parameters and room.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// If a stage needs more bytes than one buffer of the device can have.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -215,18 +215,18 @@ impl CameraGrid {
         self.fetch = recorder.fetch(&self.needs, NEEDS_WORDS);
     }
 
-    /// What a frame has needed, on the GPU.
+    /// The frame's record of needs, on the GPU.
     pub(crate) fn needs(&self) -> &Buffer {
         &self.needs
     }
 
-    /// What there is room for.
+    /// Capacities of the buffers.
     pub(crate) fn room(&self) -> Room {
         let at_most = |room: u64| room.min(u64::from(u32::MAX)) as u32;
         Room {
             large: at_most(self.list.large_room()),
             pairs: at_most(self.list.pair_room()),
-            // There is room for as many as so many pairs can lead to.
+            // Always enough: the buffer is sized for the most blocks that the pairs can lead to.
             blocks: u32::MAX,
             faces: 1,
             undecided_words: at_most(self.nodes.bytes() / 4),
@@ -236,27 +236,27 @@ impl CameraGrid {
         }
     }
 
-    /// Keeps what pixels show, for a next frame that asks what is [behind](Sight::is_behind).
+    /// Keeps the triangles that pixels show, for a next frame that looks [behind](Sight::is_behind) them.
     ///
     /// # Errors
-    /// Where it needs more than one buffer of the device has room for.
+    /// If it needs more bytes than one buffer of the device can have.
     pub fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError> {
         self.front.reserve(gpu, 4 * self.slots)?;
         recorder.copy_words(&self.seen, &self.front, self.slots);
         Ok(())
     }
 
-    /// Whether the last finished frame, which asked what is behind, saw anything.
+    /// Whether any pixel of the last finished frame, one that looked behind, saw a triangle.
     #[must_use]
     pub fn sees_any(&self) -> bool {
         self.sees_any
     }
 
-    /// Looks at what the frame needed that is done. Where that was more than there was room for, makes room and
-    /// answers false: then the frame has to be done again.
+    /// Reads the needs of a frame that is done. If they exceed the room there was, makes more and returns `false`: the
+    /// frame has to be rendered again.
     ///
     /// # Errors
-    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    /// If the device is lost, or a buffer would need more bytes than the device allows.
     pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         let needs = Needs::from_words(&done.read::<u32>(self.fetch)?);
         let Needs { large, pairs, undecided: undecided_hits, pixels: undecided_pixels, any, .. } = needs;
@@ -271,7 +271,7 @@ impl CameraGrid {
         Ok(fits)
     }
 
-    /// What the last finished frame was as work.
+    /// Counts of the last finished frame's work.
     #[must_use]
     pub fn work(&self) -> CameraWork {
         self.work
@@ -286,7 +286,7 @@ impl CameraGrid {
         &self.seen
     }
 
-    /// How many slots [`CameraGrid::seen`] has.
+    /// Number of slots of [`CameraGrid::seen`].
     #[must_use]
     pub fn slots(&self) -> u64 {
         self.slots

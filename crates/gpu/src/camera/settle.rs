@@ -4,7 +4,7 @@ use super::trace::{NODES_FIRST, NODES_GROUPS, NODES_PIXEL_GROUPS};
 use crate::view::PointView;
 use crate::{Band, Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stage `settle`: what the filter has left undecided, by the predicate.
+/// The stage `settle`: decides hits that the filter has left undecided, by the predicate.
 #[derive(Debug)]
 pub(super) struct Settle {
     nodes: Kernel,

@@ -1,5 +1,6 @@
-// Stage `settle`: decides by the predicate what tracing has left undecided. First an invocation has a node, then a pixel: a
-// pixel may have so many that one alone would take too long, and lavapipe ends an invocation's loops after 65,535 turns.
+// Stage `settle`: decides by the predicate the hits that `trace` has left undecided. First each invocation takes a
+// node, then a pixel: one invocation would take too long for all nodes of a pixel, and lavapipe ends an invocation's
+// loops after 65,535 turns.
 
 import package::camera::nodes::{
     NODES_COUNT, NODES_FIRST, NODES_PIXELS, NODE_CERTAIN, NODE_FRONT, NODE_KEY, NODE_NEXT, NODE_SLOT, NODE_T,
@@ -23,7 +24,7 @@ import package::point_view::{PointView, ray_of_slot};
 
 const F64_INFINITE = F64(0u, 0x7ff00000u);
 
-// Where a pixel's ray meets a node's triangle; infinite where the pixel doesn't see it, or certainly sees another before.
+// Writes t of a node's triangle for its pixel; infinite where the pixel doesn't see it, or certainly sees a nearer one.
 @compute @workgroup_size(64)
 fn settle_nodes(at: Invocation) {
     let number = flat_index(at, 64u);
@@ -41,7 +42,7 @@ fn seen_at(base: u32) -> F64 {
     let ray = ray_of_slot(slot);
     var terms: ExpansionTerms;
 
-    // What was seen already is the first node, and what is seen for certain the first of those to decide about.
+    // The triangle that the pixel has seen already is its first node; one that it certainly sees is the first of the rest.
     let seen_node = NODES_FIRST + seen[slot] * NODE_WORDS;
     let has_front = (nodes[seen_node] & NODE_FRONT) != 0u;
     let next = NODES_FIRST + nodes[seen_node + NODE_NEXT] * NODE_WORDS;
@@ -51,7 +52,8 @@ fn seen_at(base: u32) -> F64 {
         && bitcast<f32>(nodes[base + NODE_KEY]) < bitcast<f32>(nodes[first + NODE_KEY]) {
         return F64_INFINITE;
     }
-    // What was seen already, if anything was, then this node's own: in one loop, since the predicate compiles slowly.
+    // First the triangle seen already, if there is one, then the node's own: in one loop, since the predicate compiles
+    // slowly.
     var farther_than = F64_ZERO;
     var t = F64_ZERO;
     for (var turn = select(1u, 0u, has_front); turn < 2u; turn++) {
@@ -72,7 +74,7 @@ fn seen_at(base: u32) -> F64 {
     return select(F64_INFINITE, t, f64_less(farther_than, t));
 }
 
-// What a pixel sees: the nearest of its nodes.
+// Writes the triangle that a pixel sees: the nearest of its nodes.
 @compute @workgroup_size(64)
 fn settle(at: Invocation) {
     let number = flat_index(at, 64u);

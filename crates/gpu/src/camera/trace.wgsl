@@ -1,8 +1,8 @@
-// Stages `trace` and `merge`: what each pixel sees.
+// Stages `trace` and `merge`: find the triangle that each pixel sees.
 //
-// A workgroup has a tile of 16×16 pixels, one each, and takes its triangles in batches through workgroup memory, from
-// front to back. Hits that the filter can't decide, and hits at equal depth as far as it can tell, become nodes of a
-// list of the pixel's own, which stage `settle` decides.
+// A workgroup has a tile of 16×16 pixels, one for each invocation, and takes the tile's triangles in batches through
+// workgroup memory, from front to back. Hits that the filter can't decide, and hits whose depths it can't tell apart,
+// become nodes of a list for each pixel, which stage `settle` decides.
 
 import package::camera::nodes::{
     NODES_ANY, NODES_COUNT, NODES_FIRST, NODES_GROUPS, NODES_PIXELS, NODES_PIXEL_GROUPS, NODE_CERTAIN, NODE_FRONT,
@@ -23,42 +23,43 @@ import package::tile_order::{slot_of_pixel};
 @group(0) @binding(1) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> vertices: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> positions: array<u32>;
-// Where each cell's list ends, then the blocks.
+// The end of each cell's list, then the blocks.
 @group(0) @binding(4) var<storage, read> cells: array<u32>;
 @group(0) @binding(5) var<storage, read> pairs: array<u32>;
-// What each pixel shows, then the partial results of cut tiles: four words for each of a block's pixels.
+// The triangle of each pixel, then the partial results of cut tiles: four words for each of a block's pixels.
 @group(0) @binding(6) var<storage, read_write> seen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> nodes: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read> masks: array<u32>;
 
 const RECORDS: u32 = 128u;
 
-// Edges and keys in a sorting tile's middle, in a few words; the sign of the edges' error tells whether the winding is certain.
+// Edge functions and key at the sorting tile's middle, packed; the edge error is negative where the winding is uncertain.
 var<workgroup> record_a: array<vec4<f32>, RECORDS>;
 var<workgroup> record_b: array<vec4<f32>, RECORDS>;
 var<workgroup> record_c: array<vec3<f32>, RECORDS>;
 var<workgroup> record_d: array<vec3<f32>, RECORDS>;
-// Its id, and a bit for each column and each row of the tile in which it may be. Integers are no numbers: bits of small ones
-// would be taken for zero.
+// The triangle's id, and a bit for each column and row of the tile that its bounds touch. Integers have arrays of their own:
+// as floats, the bits of small ones could be flushed to zero.
 var<workgroup> record_id: array<u32, RECORDS>;
 var<workgroup> record_pixels: array<u32, RECORDS>;
 var<workgroup> unfinished: atomic<u32>;
 var<workgroup> goes_on: u32;
 
-// Hits count from here on: behind what a pixel has seen already, where that is asked for, or else before the camera.
+// The start of the interval in which hits count: the triangle that the pixel has seen already, if it looks behind, or
+// else the camera.
 struct Front {
     triangle: u32,
     key: f32,
     error: f32,
 }
 
-// What a pixel sees for certain, and what it may see besides.
+// The triangle that a pixel certainly sees so far, and its list of undecided nodes.
 struct Best {
     triangle: u32,
     key: f32,
     error: f32,
     node: u32,
-    // Where the pixel is stored.
+    // The pixel's slot.
     pixel: u32,
 }
 
@@ -74,7 +75,7 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     let edges = edges_near(corners, (tile_first + middle) << vec2<u32>(raster.fraction_bits), f32(reach), raster);
     let shows_nothing = (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster);
     record_pixels[slot] = select(0u, bits_of_rect(first, last), all(first <= last) && !shows_nothing);
-    // From its own middle to the tile's.
+    // Moved from the triangle's own middle to the tile's.
     let shift = half_side() - vec2<f32>(middle);
     let edge_error = edges.edge_error + shift_error(edges.a, edges.b, edges.c);
     record_a[slot] = vec4<f32>(edges.a, select(-edge_error, edge_error, edges.is_oriented));
@@ -85,19 +86,19 @@ fn record(slot: u32, id: u32, tile_first: vec2<i32>, raster: Raster) {
     record_id[slot] = id;
 }
 
-// What a·x + b·y + c loses where it is moved, and asked about, by half a tile at most: three roundings of these terms, then
-// two of them and two of what was moved, which may be as large again.
+// Rounding error of a·x + b·y + c, moved by at most half a tile and then evaluated at most half a tile away: three
+// roundings of these terms, then two of them and two of the moved c, which may be as large again.
 fn shift_error(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> f32 {
     let terms = 7.0 * half_side() * (abs(a) + abs(b)) + 3.0 * abs(c);
     return U * max(max(terms.x, terms.y), terms.z);
 }
 
-// Half the pixels a side of a sorting tile.
+// Half the side of a sorting tile, in pixels.
 fn half_side() -> f32 {
     return 0.5 * f32(TRACING_TILE / MAPPING);
 }
 
-// A bit for each column, then for each row.
+// Bits of the columns from `first.x` to `last.x`, then of the rows from `first.y` to `last.y`.
 fn bits_of_rect(first: vec2<i32>, last: vec2<i32>) -> u32 {
     let bits = (vec2<u32>(2u) << vec2<u32>(last)) - (vec2<u32>(1u) << vec2<u32>(first));
     return bits.x | (bits.y << 16u);
@@ -106,7 +107,7 @@ fn bits_of_rect(first: vec2<i32>, last: vec2<i32>) -> u32 {
 fn push_node(best: ptr<function, Best>, id: u32, key: f32) {
     let node = atomicAdd(&nodes[NODES_COUNT], 1u);
     let base = NODES_FIRST + node * NODE_WORDS;
-    // The first comparison is for counts whose products are beyond 32 bits.
+    // The first comparison guards against products beyond 32 bits.
     if node < arrayLength(&nodes) / NODE_WORDS && base + NODE_WORDS <= arrayLength(&nodes) {
         atomicStore(&nodes[base], id);
         atomicStore(&nodes[base + NODE_NEXT], (*best).node);
@@ -122,7 +123,7 @@ fn are_same_point(a: u32, b: u32) -> bool {
         && positions[3u * a + 2u] == positions[3u * b + 2u]);
 }
 
-// Whether two triangles have the same corners, in whatever order: then they are hit alike.
+// Whether two triangles have the same corners, in any order, and so the same hits.
 fn same_triangle(a: u32, b: u32) -> bool {
     let first = triangles[a].xyz;
     let second = triangles[b].xyz;
@@ -138,7 +139,7 @@ fn same_triangle(a: u32, b: u32) -> bool {
     return false;
 }
 
-// Takes a hit for certain, or a possible one, into what a pixel sees. Whether that is left undecided.
+// Takes a certain or possible hit into a pixel's `Best`. Returns whether the hit stays undecided.
 fn offer(best: ptr<function, Best>, id: u32, key: f32, error: f32, is_hit: bool) -> bool {
     let has_best = (*best).triangle != NONE;
     if has_best && key + error < (*best).key - (*best).error {
@@ -153,7 +154,7 @@ fn offer(best: ptr<function, Best>, id: u32, key: f32, error: f32, is_hit: bool)
     return true;
 }
 
-// A hit that may be the nearest, or not be one at all: left to `settle`, but for a copy of what is seen already.
+// Leaves a possible nearest hit to `settle`, unless its triangle is a copy of the one seen already.
 fn leave_undecided(best: ptr<function, Best>, id: u32, nearest: f32, is_hit: bool) {
     if is_hit && same_triangle(id, (*best).triangle) {
         (*best).triangle = min(id, (*best).triangle);
@@ -175,8 +176,8 @@ fn edges_at(slot: u32, p: vec2<f32>) -> vec3<f32> {
     return record_a[slot].xyz * p.x + record_b[slot].xyz * p.y + record_c[slot];
 }
 
-// Tests records from `first` on against a pixel: first all for whether they may be hit, then those that may. So the rest
-// runs only where some pixel of a few has a hit.
+// Tests records from `first` on against a pixel: first finds all candidates, then tests these. So the longer code runs
+// only where a pixel of the subgroup has a candidate.
 fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, pixel: vec2<u32>) {
     let p = vec2<f32>(pixel) - half_side();
     let bits = (1u << pixel.x) | (0x10000u << pixel.y);
@@ -194,7 +195,7 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
             var is_hit = edge_error > 0.0 && min(min(edge.x, edge.y), edge.z) > edge_error;
             let key = d.x * p.x + d.y * p.y + d.z;
             let id = record_id[slot];
-            // Loops of one turn at most: software adapters skip them where no pixel needs them.
+            // Loops of at most one turn, because software adapters skip a loop where no pixel needs it.
             var is_masked = is_hit && (triangles[id].w & TRIANGLE_MASKED) != 0u;
             var is_cut = false;
             while is_masked {
@@ -217,7 +218,7 @@ fn test_batch(best: ptr<function, Best>, front: Front, first: u32, count: u32, p
     }
 }
 
-// An upper bound on the keys of pairs from `pair` on, in the list of the cell `cell` and the slices behind it.
+// Upper bound on the keys of pairs from `pair` on, in the tile's current slice and the slices behind it.
 fn bound_of_rest(first_cell: u32, pair: u32, slice: ptr<function, u32>) -> f32 {
     let slices = space.raster.slices;
     while *slice < slices && cells[first_cell + *slice] <= pair {
@@ -232,12 +233,12 @@ fn bound_of_rest(first_cell: u32, pair: u32, slice: ptr<function, u32>) -> f32 {
     if first <= last {
         return INFINITE;
     }
-    // Slices are cut by integers, so the bound is exact.
+    // Slice limits are integers, so the bound is exact.
     return from_ordered_bits(first - *slice * slice_depth(first, last, slices));
 }
 
-// A block of work: its tile's first pixel, its number among the tile's blocks, how many these are, and where the first
-// of their partial results is. None where `blocks` is zero.
+// A block of work: its tile's first pixel, its number among the tile's blocks, the number of these, and the index of
+// the first of their partial results. `blocks` is zero if there is no such block.
 struct Block {
     tile_first: vec2<u32>,
     number: u32,
@@ -257,7 +258,7 @@ fn block_at(number: u32) -> Block {
     return Block(tile_first, cells[entry + 1u], cells[entry + 2u], cells[entry + 3u]);
 }
 
-// Where in its tile the pixel of an invocation is: in the order in which pixels are stored.
+// Position in its tile of an invocation's pixel, in storage order.
 fn local_pixel(lane: u32) -> vec2<u32> {
     return vec2<u32>(((lane >> 4u) & 3u) * 4u + (lane & 3u), (lane >> 6u) * 4u + ((lane >> 2u) & 3u));
 }
@@ -275,11 +276,11 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let sub = local / side;
     let pixel = tile_first + local;
     var is_inside = pixel.x < u32(raster.columns) && pixel.y < u32(raster.rows);
-    // Parallel rays start at depth zero; others have edge functions that are positive before the camera alone.
+    // Parallel rays start at depth zero; the edge functions of perspective rays are positive only in front of the camera.
     var front = Front(NONE, select(INFINITE, 0.0, raster.is_orthographic == 1u), 0.0);
     if raster.sees_behind == 1u && is_inside {
         front = front_of(pixel);
-        // What has seen nothing sees nothing behind that.
+        // A pixel without a triangle has none behind it.
         is_inside = front.triangle != NONE;
     }
 
@@ -334,7 +335,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
 }
 
-// What the pixel has seen so far.
+// The triangle that a pixel has seen so far, with its key.
 fn front_of(pixel: vec2<u32>) -> Front {
     let raster = space.raster;
     let id = seen[slot_of_pixel(pixel, u32(raster.columns))];
@@ -347,14 +348,13 @@ fn front_of(pixel: vec2<u32>) -> Front {
     return Front(id, edges.key.z, edges.key_error);
 }
 
-// Where the result of a pixel of a block of a cut tile is.
+// First word of the partial result of a block's pixel.
 fn partial_word(block: u32, lane: u32) -> u32 {
     let slots = (((u32(space.raster.columns) + 63u) >> 6u) * ((u32(space.raster.rows) + 63u) >> 6u)) << 12u;
     return slots + (block * 256u + lane) * 4u;
 }
 
-// The part of a sorting tile's list that is taken by the block of this number: its first and end index, and the tile's
-// first cell.
+// The range of a sorting tile's list that block `number` takes: its first and end index, and the tile's first cell.
 fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
     let raster = space.raster;
     if tile.x >= raster.tile_columns || tile.y >= raster.tile_rows {
@@ -367,7 +367,7 @@ fn list_of(tile: vec2<u32>, number: u32) -> vec3<u32> {
     return vec3<u32>(first, min(first + BLOCK_PAIRS, end), first_cell);
 }
 
-// The triangle that is seen for certain, or a pixel for `settle`.
+// Writes the triangle that is seen for certain, or queues the pixel for `settle`.
 fn write_seen(best: Best, front: u32) {
     if front != NONE && (best.triangle != NONE || best.node != NONE) {
         atomicStore(&nodes[NODES_ANY], 1u);
@@ -384,7 +384,7 @@ fn write_seen(best: Best, front: u32) {
         push_node(&last, front | NODE_FRONT, INFINITE);
     }
     seen[best.pixel] = last.node;
-    // Where nodes and pixels meet, the frame is done again with more room.
+    // If nodes and pixels meet, the frame is rendered again with more room.
     let count = atomicAdd(&nodes[NODES_PIXELS], 1u);
     if count < node_pixel_room(atomicLoad(&nodes[NODES_COUNT]), arrayLength(&nodes)) {
         atomicStore(&nodes[arrayLength(&nodes) - 1u - count], best.pixel);
@@ -396,7 +396,7 @@ fn write_seen(best: Best, front: u32) {
 fn merge(at: Invocation) {
     let raster = space.raster;
     let block = block_at(flat_group(at.group));
-    // The first of a cut tile's blocks.
+    // The first block of a cut tile merges for all of them.
     if block.number != 0u || block.blocks < 2u {
         return;
     }
@@ -418,7 +418,7 @@ fn merge(at: Invocation) {
             break;
         }
         let partial = vec4<u32>(seen[word], seen[word + 1u], seen[word + 2u], seen[word + 3u]);
-        // Its own nodes go before those of the blocks before it.
+        // The block's own nodes go before those of earlier blocks.
         if partial.w != NONE {
             append_nodes(&best, partial.w);
         }
@@ -444,8 +444,8 @@ fn append_nodes(best: ptr<function, Best>, first: u32) {
     atomicStore(&nodes[NODES_FIRST + last * NODE_WORDS + NODE_NEXT], rest);
 }
 
-// The sizes of the dispatches that settle nodes and pixels; zero where there is no room for all, as the frame is done again
-// with more: lists may be broken then.
+// Writes the dispatch sizes for settling nodes and pixels. They are zero if there was too little room: lists may be
+// broken then, and the frame is rendered again.
 @compute @workgroup_size(1)
 fn size_settle() {
     let count = atomicLoad(&nodes[NODES_COUNT]);

@@ -2,11 +2,11 @@
 
 // Pairs that a block takes from each of its sorting tiles.
 const BLOCK_PAIRS: u32 = 2048u;
-// How many blocks there are; the keys' range, in order; a word that nothing uses; then the blocks.
+// Number of blocks; the range of keys, as ordered bits (two words); an unused word; then the blocks.
 const WORK_BLOCKS: u32 = 0u;
 const WORK_KEYS: u32 = 1u;
 const WORK_FIRST_BLOCK: u32 = 4u;
-// Tile, number among the tile's blocks, how many these are, where the first of their partial results is.
+// Words of a block: tile, number among the tile's blocks, number of these, index of the first of their partial results.
 const BLOCK_WORDS: u32 = 4u;
 
 // Sorting tiles on each axis of a tracing tile, whose side is always 16 pixels.

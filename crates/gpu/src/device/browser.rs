@@ -1,4 +1,4 @@
-//! Opening a device and waiting for it where nothing may wait: all of it is asynchronous.
+//! Opens a device and waits for it where no thread may block: all of it is asynchronous.
 
 use futures_channel::oneshot;
 
@@ -9,7 +9,7 @@ impl Gpu {
     /// Opens the adapter that the browser prefers.
     ///
     /// # Errors
-    /// Where the browser has no WebGPU or no adapter, or it can't be opened.
+    /// If the browser has no WebGPU or no adapter, or the adapter can't be opened.
     pub async fn open_in_browser(limits: DeviceLimits) -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let options = wgpu::RequestAdapterOptions {
@@ -22,7 +22,7 @@ impl Gpu {
     }
 }
 
-/// Waits until all that was submitted is done and `buffers` can be read.
+/// Waits until all submitted work is done and `buffers` can be read.
 pub(crate) async fn map_all(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> Result<(), GpuError> {
     let lost = |cause: String| GpuError::Lost(cause);
     let told = buffers.iter().map(|buffer| {
@@ -32,7 +32,7 @@ pub(crate) async fn map_all(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> Result<(), G
     });
     for told in told.collect::<Vec<_>>() {
         let mapped = told.await.map_err(|cause| lost(cause.to_string()))?;
-        // What went wrong before says more.
+        // An earlier error says more.
         mapped.map_err(|cause| gpu.check().err().unwrap_or_else(|| lost(cause.to_string())))?;
     }
     if buffers.is_empty() {
@@ -45,9 +45,9 @@ pub(crate) async fn map_all(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> Result<(), G
     gpu.check()
 }
 
-/// Never: a browser says later whether there was memory, and then the frame fails.
+/// Always `false`: a browser reports later that memory was short, and then the frame fails.
 pub(crate) fn is_refused(memory: wgpu::ErrorScopeGuard) -> bool {
-    // Not caught here, so that the device hears of it.
+    // The scope is dropped, so that the error reaches the device's handler.
     drop(memory);
     false
 }

@@ -7,7 +7,7 @@ use super::{Adapter, DeviceLimits, Gpu};
 use crate::GpuError;
 
 impl Adapter {
-    /// All adapters of this machine, GPUs before software, in an order of the driver's otherwise.
+    /// All adapters of this machine: GPUs before software, each in the driver's order.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let mut all: Vec<_> = enumerate().iter().map(Self::of).collect();
@@ -15,36 +15,36 @@ impl Adapter {
         all
     }
 
-    /// The first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software adapter,
-    /// where `name` is empty.
+    /// The first adapter whose name contains `name`, in any case. If `name` is empty, the first GPU, or else the first
+    /// software adapter.
     ///
     /// # Errors
-    /// Where there is no such adapter.
+    /// If there is no such adapter.
     pub fn find(name: &str) -> Result<Self, GpuError> {
         choose(name).map(|(info, _)| info)
     }
 }
 
 impl Gpu {
-    /// For so long a shared device is asked again and again whether it is done, without sleep in between.
+    /// For this long a shared device is polled without sleep.
     const SHORT_WAIT: Duration = Duration::from_micros(300);
-    /// How often it is asked from then on.
+    /// Interval between polls from then on.
     const STEP_OF_WAITING: Duration = Duration::from_micros(200);
 
-    /// Opens the first adapter whose name contains `name`, whatever the case; the first GPU, or else the first software
-    /// adapter, where `name` is empty.
+    /// Opens the first adapter whose name contains `name`, in any case. If `name` is empty, opens the first GPU, or
+    /// else the first software adapter.
     ///
     /// # Errors
-    /// Where there is no such adapter, or it can't be opened.
+    /// If there is no such adapter, or it can't be opened.
     pub fn open(name: &str, limits: DeviceLimits) -> Result<Self, GpuError> {
         let (info, adapter) = choose(name)?;
         pollster::block_on(Self::of_adapter(info, &adapter, limits))
     }
 
-    /// Waits until all that was submitted is done.
+    /// Waits until all submitted work is done.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     pub fn wait(&self) -> Result<(), GpuError> {
         if self.is_shared {
             return self.wait_beside_others();
@@ -53,7 +53,7 @@ impl Gpu {
         waited.map_err(|cause| GpuError::Lost(cause.to_string())).and_then(|_| self.check())
     }
 
-    /// [`Gpu::wait`] without the locks that wgpu holds while it waits: nobody else could present a window meanwhile.
+    /// [`Gpu::wait`] without the locks that wgpu holds while it waits, so that other threads can present a window meanwhile.
     fn wait_beside_others(&self) -> Result<(), GpuError> {
         let lost = |cause: String| GpuError::Lost(cause);
         let (tell, told) = mpsc::channel();
@@ -62,7 +62,7 @@ impl Gpu {
         });
         let start = Instant::now();
         loop {
-            // With a time limit of wgpu's own, wgpu 30 panics now and then where others poll as well (gfx-rs/wgpu#9958).
+            // With a time limit of wgpu's own, wgpu 30 sometimes panics where other threads poll as well (gfx-rs/wgpu#9958).
             self.device.poll(wgpu::PollType::Poll).map_err(|cause| lost(cause.to_string()))?;
             let is_short = start.elapsed() < Self::SHORT_WAIT;
             match told.recv_timeout(if is_short { Duration::ZERO } else { Self::STEP_OF_WAITING }) {
@@ -77,7 +77,7 @@ impl Gpu {
     }
 }
 
-/// Waits until all that was submitted is done and `buffers` can be read.
+/// Waits until all submitted work is done and `buffers` can be read.
 pub(crate) async fn map_all(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> Result<(), GpuError> {
     let (tell, told) = mpsc::channel();
     for buffer in buffers {
@@ -87,13 +87,13 @@ pub(crate) async fn map_all(gpu: &Gpu, buffers: &[wgpu::Buffer]) -> Result<(), G
     gpu.wait()?;
     let lost = |cause: String| GpuError::Lost(cause);
     for _ in buffers {
-        // Of a device that others use as well, another thread may be the one that finds it mapped.
+        // On a shared device, another thread's poll may be the one that maps the buffer.
         told.recv().map_err(|cause| lost(cause.to_string()))?.map_err(|cause| lost(cause.to_string()))?;
     }
     Ok(())
 }
 
-/// Whether there was no memory for what was made since `memory` was pushed.
+/// Whether an allocation since `memory` was pushed ran out of memory.
 pub(crate) fn is_refused(memory: wgpu::ErrorScopeGuard) -> bool {
     pollster::block_on(memory.pop()).is_some()
 }

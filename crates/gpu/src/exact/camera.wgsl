@@ -4,7 +4,7 @@ import package::exact::double::{F64, f64_add, f64_divide, f64_from_f32_bits, f64
 import package::exact::predicate::{ExactRay};
 import package::exact::vector::{F64Vector, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale};
 
-// A camera and the size of its image in pixels; the rest are bits of f32.
+// A camera, in bits of f32, and the size of its image in pixels.
 struct ExactView {
     position: vec3<u32>,
     // Tangent of half the vertical field of view; of an orthographic camera half the height of its view.
@@ -29,7 +29,7 @@ fn exact_ray(view: ExactView, x_pixels: F64, y_pixels: F64) -> ExactRay {
     return exact_ray_beside(axis, across, view.is_orthographic != 0u);
 }
 
-// How far aside a column of points is, or a row of them.
+// Offset from the camera's axis of a column of points, or of a row.
 fn exact_across(view: ExactView, pixels: F64, is_row: bool) -> F64Vector {
     let height = f64_from_u32(view.height);
     let twice = f64_add(pixels, pixels);
@@ -38,7 +38,7 @@ fn exact_across(view: ExactView, pixels: F64, is_row: bool) -> F64Vector {
     return f64_vector_scale(f64_vector_from_f32_bits(select(view.right, view.up, is_row)), part);
 }
 
-// The ray so far beside a camera's axis.
+// The ray at the offset `across` from a camera's axis.
 fn exact_ray_beside(axis: ExactRay, across: F64Vector, is_orthographic: bool) -> ExactRay {
     if is_orthographic {
         return ExactRay(f64_vector_add(axis.origin, across), axis.direction);

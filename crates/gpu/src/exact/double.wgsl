@@ -10,7 +10,7 @@ alias F64 = vec2<u32>;
 struct F64Terms {
     // The rounded result.
     high: F64,
-    // What the rounding lost; +0 where that is nothing.
+    // The rounding error; +0 if there is none.
     low: F64,
 }
 
@@ -49,16 +49,16 @@ fn bits_leading_zeros(a: vec2<u32>) -> u32 {
     return countLeadingZeros(select(a.y, a.x, a.y == 0u)) + select(0u, 32u, a.y == 0u);
 }
 
-// Shifts by 64 and more leave nothing.
+// Zero for shifts by 64 and more.
 fn bits_shift_left(a: vec2<u32>, count: u32) -> vec2<u32> {
     let within = count & 31u;
-    // In two steps, since a shift by 32 isn't one.
+    // In two steps, since WGSL has no shift by 32.
     let shifted = vec2(a.x << within, (a.y << within) | ((a.x >> 1u) >> (31u - within)));
     let moved = select(shifted, vec2(0u, shifted.x), count >= 32u);
     return select(moved, vec2(0u), count >= 64u);
 }
 
-// Shifts by 64 and more leave nothing.
+// Zero for shifts by 64 and more.
 fn bits_shift_right(a: vec2<u32>, count: u32) -> vec2<u32> {
     let within = count & 31u;
     let shifted = vec2((a.x >> within) | ((a.y << 1u) << (31u - within)), a.y >> within);
@@ -68,7 +68,7 @@ fn bits_shift_right(a: vec2<u32>, count: u32) -> vec2<u32> {
 
 // Shifts to the right; the lowest bit is set as well if a bit that was shifted out was set.
 fn bits_shift_right_sticky(a: vec2<u32>, count: u32) -> vec2<u32> {
-    // With the lowest bit that stays: where that is set, nothing changes.
+    // Includes the lowest bit that stays: if that is set already, setting it changes nothing.
     let within = 31u - (count & 31u);
     let lost = select(a.x << within, (a.y << within) | a.x, count >= 32u);
     let shifted = bits_shift_right(a, count);
@@ -85,9 +85,9 @@ fn bits_product(a: u32, b: u32) -> vec2<u32> {
     return vec2((other << 16u) | (lowest & 0xffffu), first.y * second.y + (middle >> 16u) + (other >> 16u));
 }
 
-// 2⁶³ / a for a word whose highest bit is set, and less than that by 2⁻³⁰ of it at most.
+// 2⁶³ / a for a word whose highest bit is set; too small by at most 2⁻³⁰ of that.
 fn bits_reciprocal(a: u32) -> u32 {
-    // From the upper 16 bits, and less by 2⁻¹⁴ at most; Newton's steps square that.
+    // From the upper 16 bits: too small by at most 2⁻¹⁴ of the quotient, which each of Newton's steps squares.
     var inverse = (0x7fffffffu / ((a >> 16u) + 1u)) << 16u;
     for (var step = 0u; step < 2u; step++) {
         let missing = bits_subtract(vec2(0u, 0x80000000u), bits_product(a, inverse));
@@ -109,15 +109,15 @@ fn f64_parts(a: F64) -> F64Parts {
     return F64Parts(vec2(a.x, (a.y & 0xfffffu) | hidden), i32(max(field, 1u)));
 }
 
-// The parts of a finite number with a significand of 53 bits exactly, also for subnormal numbers but zero.
+// The parts of a finite number other than zero; the significand has exactly 53 bits, even for subnormal numbers.
 fn f64_normal_parts(a: F64) -> F64Parts {
     let parts = f64_parts(a);
     let shift = bits_leading_zeros(parts.significand) - 11u;
     return F64Parts(bits_shift_left(parts.significand, shift), parts.exponent - i32(shift));
 }
 
-// The number whose highest bit is bit 62 of `significand`, whose lowest ten bits are to be rounded away; with an
-// `exponent` of 1 the highest bit may be lower.
+// The number whose highest bit is bit 62 of `significand`; the lowest ten bits are rounded away. With an `exponent` of
+// 1 the highest bit may be lower.
 fn f64_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
     let up = bits_add(significand, vec2(0x200u, 0u));
     let is_tie = (significand.x & 0x3ffu) == 0x200u;
@@ -127,8 +127,8 @@ fn f64_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
     return select(F64(low, sign | high), F64(0u, sign | 0x7ff00000u), exponent >= 0x7ff);
 }
 
-// The number significand · 2^(exponent − 1075) where the significand has at most 53 bits: nothing is rounded, but what
-// is less than the smallest number is cut off. +0 for a significand of zero.
+// The number significand · 2^(exponent − 1075), for a significand of at most 53 bits. It isn't rounded, but bits below
+// the smallest number are cut off. +0 for a significand of zero.
 fn f64_from_parts(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
     let kept_exponent = max(exponent, 1);
     let kept = bits_shift_right(significand, u32(kept_exponent - exponent));
@@ -138,7 +138,7 @@ fn f64_from_parts(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
     return select(number, F64_ZERO, all(kept == vec2(0u)));
 }
 
-// The product or quotient with a `significand` whose highest bit is bit 62 or 61 and whose lowest bit is sticky.
+// Rounds a product or quotient whose `significand` has its highest bit at bit 62 or 61 and a sticky lowest bit.
 fn f64_scaled_and_rounded(sign: u32, exponent: i32, significand: vec2<u32>) -> F64 {
     let is_low = significand.y < 0x40000000u;
     let scaled = select(significand, bits_add(significand, significand), is_low);
@@ -155,7 +155,7 @@ fn f64_from_i32(value: i32) -> F64 {
     return f64_from_parts(u32(value) & F64_SIGN, 1075, vec2(select(u32(value), 0u - u32(value), value < 0), 0u));
 }
 
-// From the bits of an f32: what holds an f32 may lose subnormal numbers.
+// From the bits of an f32, since a variable of type f32 may lose subnormal numbers.
 fn f64_from_f32_bits(bits: u32) -> F64 {
     let sign = bits & F64_SIGN;
     let field = (bits >> 23u) & 0xffu;
@@ -186,7 +186,7 @@ fn f64_to_f32_bits(a: F64) -> u32 {
     return sign | select(number, 0x7f800000u, exponent >= 0xff);
 }
 
-// What kind of number.
+// Kinds of numbers.
 
 fn f64_is_finite(a: F64) -> bool {
     return f64_exponent_field(a) != 0x7ffu;
@@ -237,12 +237,12 @@ fn f64_abs(a: F64) -> F64 {
     return F64(a.x, a.y & ~F64_SIGN);
 }
 
-// Two numbers by their magnitudes.
+// Two numbers in the order of their magnitudes.
 struct F64Ordered {
     large: F64,
     of_large: F64Parts,
     of_small: F64Parts,
-    // Whether their signs differ, and their exponents by how much.
+    // Whether their signs differ, and the difference of their exponents.
     opposite: bool,
     distance: u32,
 }
@@ -260,10 +260,10 @@ fn f64_add(a: F64, b: F64) -> F64 {
     let terms = f64_ordered(a, b);
     let large = terms.large;
     let sign = large.y & F64_SIGN;
-    // The larger one's highest bit at bit 61, so that a carry ends at bit 62.
+    // The larger number's highest bit goes to bit 61, so that a carry ends at bit 62.
     let aligned = bits_shift_right_sticky(bits_shift_left(terms.of_small.significand, 9u), terms.distance);
     let sum = bits_add(bits_shift_left(terms.of_large.significand, 9u), bits_negate_if(terms.opposite, aligned));
-    // At an exponent of 1 it stays where it is: a subnormal number.
+    // The shift stops at an exponent of 1: the result is a subnormal number.
     let shift = min(i32(bits_leading_zeros(sum)) - 1, terms.of_large.exponent);
     let rounded = f64_rounded(sign, terms.of_large.exponent + 1 - shift, bits_shift_left(sum, u32(shift)));
     // Equal magnitudes of opposite signs cancel to +0, or to NaN if they are infinite.
@@ -281,13 +281,13 @@ fn f64_multiply(a: F64, b: F64) -> F64 {
     return f64_product(a, b).rounded;
 }
 
-// The rounded sum and what the rounding lost, exactly, as Knuth's algorithm gives it (which overflows within a factor of
-// two of the largest number; this doesn't). The loss is NaN where the sum isn't finite.
+// The rounded sum and its exact rounding error, as in Knuth's algorithm (which overflows within a factor of two of the
+// largest number; this doesn't). The error is NaN if the sum isn't finite.
 fn two_sum(a: F64, b: F64) -> F64Terms {
     let high = f64_add(a, b);
     let terms = f64_ordered(a, b);
-    // The loss is a multiple of the smaller one's last place, below 2⁵³ of them, so the difference of what was summed and
-    // the sum is right in 64 bits although its terms aren't.
+    // The error is a multiple of the smaller number's last place, below 2⁵³ of them. So the difference of the unrounded
+    // and the rounded sum is right in 64 bits although its terms aren't.
     let of_high = f64_parts(high);
     let rise = of_high.exponent - terms.of_small.exponent;
     let summed = bits_add(
@@ -341,8 +341,8 @@ fn f64_product(a: F64, b: F64) -> F64Product {
         select(number, F64_NAN, is_nan), vec2(lower.x, lower.y | (upper.x << 24u)), exponent);
 }
 
-// The rounded product and what the rounding lost, as Dekker's algorithm gives it wherever that is exact; where the loss
-// has bits below the smallest number, those are cut off. NaN where the product isn't finite.
+// The rounded product and its rounding error, as in Dekker's algorithm wherever that is exact. Bits of the error below
+// the smallest number are cut off. The error is NaN if the product isn't finite.
 fn two_product(a: F64, b: F64) -> F64Terms {
     let product = f64_product(a, b);
     let high = product.rounded;
@@ -351,7 +351,7 @@ fn two_product(a: F64, b: F64) -> F64Terms {
     let rise = of_high.exponent - product.exponent + 58;
     let loss = bits_subtract(product.bits, bits_shift_left(of_high.significand, u32(rise)));
     let magnitude = bits_shift_right(bits_negate_if(loss.y >= F64_SIGN, loss), 6u);
-    // What a subnormal product loses is less than the smallest number.
+    // A subnormal product's error is below the smallest number.
     let is_exact = f64_is_zero(a) || f64_is_zero(b) || f64_exponent_field(high) == 0u;
     let low = f64_from_parts((a.y ^ b.y ^ loss.y) & F64_SIGN, product.exponent - 52, magnitude);
     return F64Terms(high, select(select(low, F64_ZERO, is_exact), F64_NAN, !f64_is_finite(high)));
@@ -380,16 +380,16 @@ fn f64_divide(a: F64, b: F64) -> F64 {
     }
     let of_a = f64_normal_parts(a);
     let of_b = f64_normal_parts(b);
-    // 55 bits: 53, one to round by, and one since the first may be zero. By long division, in digits of 28 and 27 bits: each
-    // comes from the reciprocal of the divisor's upper 32 bits, and is too small by one at most.
+    // The quotient has 55 bits: 53, one to round by, and one since the first may be zero. Long division in digits of 28
+    // and 27 bits: each comes from the reciprocal of the divisor's upper 32 bits, and is too small by at most one.
     let divisor = of_b.significand;
-    // Less by two: the bits that are cut off make the divisor larger.
+    // Less by two, because the divisor's lower bits, which are cut off, make it larger.
     let inverse = bits_reciprocal(bits_shift_left(divisor, 11u).y) - 2u;
     var rest = of_a.significand;
     var quotient = vec2(0u);
     for (var step = 0u; step < 2u; step++) {
         var digit = bits_product(bits_shift_right(rest, 21u).x, inverse).y >> 4u;
-        // Right in 64 bits, since what is left is smaller than the divisor, or twice that.
+        // Right in 64 bits, since the remainder is below the divisor, or below twice the divisor.
         let low = bits_product(digit, divisor.x);
         rest = bits_subtract(bits_shift_left(rest, 27u), vec2(low.x, low.y + digit * divisor.y));
         let fits = !bits_less(rest, divisor);
@@ -402,7 +402,7 @@ fn f64_divide(a: F64, b: F64) -> F64 {
     return f64_scaled_and_rounded(sign, of_a.exponent - of_b.exponent + 1023, significand | vec2(sticky, 0u));
 }
 
-// The larger of |a| and |b|; |b| where they don't compare.
+// The larger of |a| and |b|; |b| if either is NaN.
 fn f64_larger_magnitude(a: F64, b: F64) -> F64 {
     return f64_abs(select(b, a, f64_magnitude_less(b, a)));
 }

@@ -7,7 +7,7 @@ import package::exact::double::{
 };
 import package::exact::vector::{F64Vector, f64_vector_turned};
 
-// high + low, and the sum of the magnitudes of everything that was added up to it.
+// high + low, and the sum of the magnitudes of all added terms.
 struct DoubleDouble {
     high: F64,
     low: F64,
@@ -20,7 +20,7 @@ fn double_from_terms(terms: F64Terms) -> DoubleDouble {
     return DoubleDouble(terms.high, terms.low, f64_abs(terms.high));
 }
 
-// dividend ÷ divisor rounded to an F64: as it would be if it were a little less and a little more, by `error` of itself.
+// dividend ÷ divisor, raised (high) and lowered (low) by the relative `error`, each rounded to an F64.
 fn double_quotient(dividend: DoubleDouble, divisor: DoubleDouble, error: F64) -> F64Terms {
     let first = f64_divide(dividend.high, divisor.high);
     let factor = DoubleDouble(f64_negate(first), F64_ZERO, f64_abs(first));
@@ -54,7 +54,7 @@ struct TermsVector {
     z: F64Terms,
 }
 
-// The same in one term.
+// A vector as such sums, with low terms of zero.
 fn terms_from_vector(a: F64Vector) -> TermsVector {
     return TermsVector(F64Terms(a.x, F64_ZERO), F64Terms(a.y, F64_ZERO), F64Terms(a.z, F64_ZERO));
 }
@@ -72,7 +72,7 @@ fn terms_difference(a: F64Vector, b: F64Vector) -> TermsVector {
     return difference;
 }
 
-// The next axis first.
+// Rotates the axes: y first.
 fn terms_turned(a: TermsVector) -> TermsVector {
     return TermsVector(a.y, a.z, a.x);
 }
@@ -91,8 +91,8 @@ fn double_triples(a: TermsVector, b: TermsVector, c: TermsVector, d: TermsVector
     // A sum that starts from zero has the bits of one that starts with its first term.
     var sums = DoubleTriples(DOUBLE_ZERO, DOUBLE_ZERO);
     for (var axis = 0u; axis < 3u; axis++) {
-        // left.y · right.z − left.z · right.y, then its products with c and d. One loop for all four, since what it calls
-        // compiles slowly.
+        // left.y · right.z − left.z · right.y, then its products with c and d. One loop for all four steps, since the
+        // functions that it calls compile slowly.
         var component = DOUBLE_ZERO;
         for (var step = 0u; step < 4u; step++) {
             var factor = double_from_terms(left.y);
@@ -131,8 +131,8 @@ fn double_triples(a: TermsVector, b: TermsVector, c: TermsVector, d: TermsVector
 const EXPANSION_SUM = 0u;
 const EXPANSION_COMPONENT = 192u;
 
-// The two expansions that `expansion_triple` works on: the sum's 192 terms at most, and a component's 16. Declare it
-// where the answer is known to be needed: WGSL clears it. Words apart: that compiles in half the time (lavapipe).
+// The two expansions of `expansion_triple`: at most 192 terms of the sum, and 16 of a component. Declare it only where
+// the answer is known to be needed: WGSL clears it. Words are apart: that compiles in half the time (lavapipe).
 struct ExpansionTerms {
     low: array<u32, 208>,
     high: array<u32, 208>,
@@ -142,11 +142,11 @@ fn expansion_term(terms: ptr<function, ExpansionTerms>, index: u32) -> F64 {
     return F64((*terms).low[index], (*terms).high[index]);
 }
 
-// Grow-Expansion, leaving out zeros, on the `len` terms from `start` on; returns how many there are now.
+// Grow-Expansion, leaving out zeros, on the `len` terms from `start` on; returns the new number of terms.
 fn expansion_add(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, value: F64) -> u32 {
     var carry = value;
     var kept = start;
-    // One turn more than there are terms, for the last carry.
+    // One turn more than the number of terms, for the last carry.
     for (var index = start; index <= start + len; index++) {
         let is_last = index == start + len;
         let sum = two_sum(carry, expansion_term(terms, index));
@@ -161,7 +161,7 @@ fn expansion_add(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, val
     return kept - start;
 }
 
-// Adds a · b to the `len` terms from `start` on, unless that is zero; returns how many there are now.
+// Adds a · b to the `len` terms from `start` on, unless it is zero; returns the new number of terms.
 fn expansion_add_product(terms: ptr<function, ExpansionTerms>, start: u32, len: u32, a: F64, b: F64) -> u32 {
     if f64_is_zero(a) || f64_is_zero(b) {
         return len;
@@ -174,10 +174,10 @@ fn expansion_add_product(terms: ptr<function, ExpansionTerms>, start: u32, len: 
     return grown;
 }
 
-// (a × b) · c, rounded to two terms, with the exact sign: three products of 2 · 16 · 2 terms at most. Where a component of
-// a × b is above zero, it meets `c_above`, else `c_below`.
+// (a × b) · c, rounded to two terms, with the exact sign: at most three products of 2 · 16 · 2 terms. Components of a ×
+// b above zero are multiplied by `c_above`, the others by `c_below`.
 //
-// A component of a × b is added to the sum as soon as it is known, so that one is held at a time.
+// Each component of a × b is added to the sum at once, so that only one is held at a time.
 fn expansion_triple(
     terms: ptr<function, ExpansionTerms>,
     a: TermsVector,
@@ -192,12 +192,12 @@ fn expansion_triple(
     var len = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
         var component_len = 0u;
-        // The products that make up the component, then those of its terms and c. One loop for both, since what
-        // it calls compiles slowly.
+        // First the products that make up the component, then those of its terms and c. One loop for both, since the
+        // functions that it calls compile slowly.
         for (var index = 0u; index < 8u + 2u * component_len; index++) {
             let is_component = index < 8u;
-            // left.y · right.z − left.z · right.y, for each product the left's terms one by one and within them the
-            // right's, the lower term first.
+            // left.y · right.z − left.z · right.y. For each product, the terms of `left` one by one, and for each of
+            // these the terms of `right`, the lower term first.
             let is_subtracted = (index & 4u) != 0u;
             let is_left_high = (index & 2u) != 0u;
             let is_right_high = (index & 1u) != 0u;

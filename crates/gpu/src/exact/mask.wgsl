@@ -1,8 +1,8 @@
-// Opacity at a point of a triangle: bit for bit what the Rust scene crate's `Frame::is_solid` and `Frame::casts_shadow`
-// compare with the cutoff. Numbers are the bits of f32.
+// Opacity at a point of a triangle: bit for bit the number that the Rust scene crate's `Frame::is_solid` and
+// `Frame::casts_shadow` compare with the cutoff. Numbers are the bits of f32.
 //
-// Texels stay with the caller, who has them in a storage buffer: `mask_texels` says which four to read, and
-// `mask_texture_opacity` mixes their alpha.
+// The caller keeps the texels in a storage buffer: `mask_texels` gives the indices of four, and `mask_texture_opacity`
+// mixes their alpha.
 
 import package::exact::double::{f64_from_u32, f64_to_f32_bits};
 import package::exact::single::{
@@ -12,22 +12,22 @@ import package::wrap::{WRAP_CLAMP_TO_EDGE, WRAP_MIRRORED_REPEAT};
 
 // How a material reads the opacity in a texture.
 struct MaskTexture {
-    // From the mesh's texture coordinates to the image's: the two axes, then the translation.
+    // Matrix from the mesh's texture coordinates to the image's: the two axes, then the translation.
     x_axis: vec2<u32>,
     y_axis: vec2<u32>,
     translation: vec2<u32>,
     // In texels, each at most 65,536.
     size: vec2<u32>,
-    // What lies beyond the edges: one of the `WRAP` constants for each axis.
+    // Wrapping beyond the edges: a `WRAP` constant for each axis.
     wrap: vec2<u32>,
-    // Whether four texels are mixed rather than the nearest one read: 1 or 0.
+    // 1 to mix four texels, 0 to read the nearest.
     is_linear: u32,
-    // Where the full-size image's rows start among the caller's texels.
+    // Index of the full-size image's first texel among the caller's texels.
     first_texel: u32,
 }
 
-// Which texels are mixed: the upper left and right ones, then the lower ones. `part` is how far the point is from the
-// left to the right ones and from the upper to the lower ones.
+// The texels to mix: the upper left and right ones, then the lower ones. `part` is the point's position between them, 0
+// to 1: from left to right, and from upper to lower.
 struct MaskTexels {
     indices: vec4<u32>,
     part: vec2<u32>,
@@ -80,7 +80,7 @@ fn mask_texels_along(image_from_mesh: vec3<u32>, coords: vec2<u32>, side: u32, w
     let turned = f32_add(f32_multiply(image_from_mesh.x, coords.x), f32_multiply(image_from_mesh.y, coords.y));
     let position = f32_multiply(f32_add(turned, image_from_mesh.z), f64_to_f32_bits(f64_from_u32(side)));
     if !is_linear {
-        // Mixing a texel with itself gives it.
+        // Mixing a texel with itself gives that texel.
         let nearest = mask_wrapped(f32_floor(position), side, wrap);
         return MaskSpan(nearest, nearest, F32_ZERO);
     }
@@ -93,7 +93,7 @@ fn mask_texels_along(image_from_mesh: vec3<u32>, coords: vec2<u32>, side: u32, w
     );
 }
 
-// The texel that stands for position `at`, a whole number, on a side of `side` texels; the first for what isn't a number.
+// The texel for position `at`, a whole number, on a side of `side` texels; the first texel for NaN.
 fn mask_wrapped(at: u32, side: u32, wrap: u32) -> u32 {
     let is_negative = at >= F32_SIGN;
     let field = (at >> 23u) & 0xffu;
@@ -121,7 +121,7 @@ fn mask_texture_opacity(bytes: vec4<u32>, part: vec2<u32>) -> u32 {
     var end = f32_from_byte(bytes.y);
     var upper: u32;
     var mixed: u32;
-    // The upper two, the lower two, and what they give.
+    // Mixes the upper two, the lower two, and then the two results.
     for (var step = 0u; step < 3u; step++) {
         upper = mixed;
         mixed = mask_mix(start, end, select(part.x, part.y, step == 2u));
@@ -135,8 +135,8 @@ fn mask_mix(start: u32, end: u32, part: u32) -> u32 {
     return f32_add(f32_multiply(start, f32_subtract(F32_ONE, part)), f32_multiply(end, part));
 }
 
-// The opacity of a point from the material's own, the vertices' (one without vertex colours) and the texture's (one
-// without a texture). What has a mask is there where this is `f32_at_least` the cutoff; what blends casts a shadow where
+// Opacity of a point: the product of the material's, the vertices' (one without vertex colours) and the texture's (one
+// without a texture). A masked triangle is there if this is `f32_at_least` the cutoff; a blended one casts a shadow if
 // it is at least a half.
 fn mask_opacity(material: u32, vertices: u32, texture: u32) -> u32 {
     return f32_multiply(f32_multiply(material, vertices), texture);

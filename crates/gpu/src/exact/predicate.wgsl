@@ -1,7 +1,7 @@
-// The reference predicate: which triangles a ray meets, where, and what shadows a point. Bit for bit what the Rust
-// crate's `predicate` says, and in its order.
+// The reference predicate: which triangles a ray meets, at which t, and from which side. Bit for bit the results of the
+// Rust crate's `predicate`, with its order of operations.
 //
-// Corners come as the bits of their f32 coordinates: what holds an f32 may lose subnormal numbers.
+// Corners are the bits of their f32 coordinates, since variables of type f32 may lose subnormal numbers.
 
 import package::exact::double::{
     F64, f64_abs, f64_add, f64_divide, f64_equal, f64_exponent_field, f64_is_above_zero, f64_is_below_zero, f64_is_finite,
@@ -39,30 +39,30 @@ struct ExactCorners {
 // Corners in canonical order: sorted by x, then y, then z.
 struct SortedCorners {
     corners: CornerBits,
-    // Where each of them stands in the caller's list.
+    // Index of each in the caller's list.
     indices: vec3<u32>,
 }
 
-// A triangle that a line meets, with its corners in canonical order: a triangle gives bit for bit the same result however
-// its corners are listed.
+// A triangle that a line meets, with its corners in canonical order: the result is bit for bit the same for any order
+// of the caller's corners.
 struct ExactEdges {
     // In canonical order.
     corners: ExactCorners,
-    // Where each of `corners` stands in the caller's list.
+    // Index of each of `corners` in the caller's list.
     indices: vec3<u32>,
     // Weights of `corners`, not yet divided by their sum.
     weights: F64Vector,
-    // The common sign of the edge functions: 1 or −1; 0 where the line misses the triangle and nothing else is of use.
+    // The common sign of the edge functions: 1 or −1; 0 if the line misses the triangle, and no other member is valid.
     side: i32,
 }
 
 // 64 times half the distance from one to the next F64: 2⁻⁴⁷.
 const EXACT_ROUNDINGS_64 = F64(0u, 0x3d000000u);
 
-// 2⁻²⁶ of the terms left over from a double-double sum is precise enough.
+// A double-double sum is precise enough if it is above 2⁻²⁶ of the magnitudes of its terms.
 const EXACT_CANCELLATION = F64(0u, 0x3e500000u);
 
-// The relative errors of quotients: 2⁻⁷⁰ of numbers that are precise, 2⁻¹⁰⁰ of those that were rounded to two terms.
+// Relative errors of quotients: 2⁻⁷⁰ of precise numbers, 2⁻¹⁰⁰ of numbers that were rounded to two terms.
 const EXACT_PRECISION = F64(0u, 0x3b900000u);
 const EXACT_ROUNDED = F64(0u, 0x39b00000u);
 
@@ -85,19 +85,19 @@ fn exact_corner(corners: ExactCorners, index: u32) -> F64Vector {
     );
 }
 
-// The next corner first.
+// Rotates the corners: the second first.
 fn exact_corners_turned(corners: ExactCorners) -> ExactCorners {
     return ExactCorners(corners.b, corners.c, corners.a);
 }
 
-// The power of two that brings the largest component of `direction` between one and two, so that products with it don't
-// underflow; one where there is no such normal number.
+// The power of two that scales the largest component of `direction` to between one and two, so that products with it
+// don't underflow; one if that power isn't a normal number.
 fn exact_scale_to_one(direction: F64Vector) -> F64 {
     let field = f64_exponent_field(f64_largest_magnitude(direction));
     return F64(0u, select((2046u - field) << 20u, 0x3ff00000u, field == 0u || field >= 2046u));
 }
 
-// Whether `first` is after `second` when sorted by x, then y, then z. What it says of NaN is of no use.
+// Whether `first` is after `second` when sorted by x, then y, then z; unspecified for NaN.
 fn exact_is_after(first: vec3<u32>, second: vec3<u32>) -> bool {
     let x = vec2(exact_order(first.x), exact_order(second.x));
     let y = vec2(exact_order(first.y), exact_order(second.y));
@@ -105,7 +105,7 @@ fn exact_is_after(first: vec3<u32>, second: vec3<u32>) -> bool {
     return x.x > x.y || (x.x == x.y && (y.x > y.y || (y.x == y.y && z.x > z.y)));
 }
 
-// A number that is ordered as the f32 with these bits; zeros of both signs have the same.
+// An integer in the order of the f32 with these bits; zeros of both signs have the same.
 fn exact_order(bits: u32) -> i32 {
     let magnitude = i32(bits & 0x7fffffffu);
     return select(magnitude, -magnitude, bits >= 0x80000000u);
@@ -128,7 +128,7 @@ fn exact_sorted(corners: CornerBits) -> SortedCorners {
     return sorted;
 }
 
-// The line through `ray` and a triangle.
+// Intersects the line through `ray` with a triangle.
 fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: CornerBits) -> ExactEdges {
     let sorted = exact_sorted(corners);
     var edges: ExactEdges;
@@ -166,13 +166,13 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
         return edges;
     }
     if any(undecided) {
-        // All weights get the scale of the exact ones, so that their ratios are right. Those that are decided are far above
-        // the smallest number, so a power of two changes no bit of theirs.
+        // All weights get the scale of the exact ones, so that their ratios are right. Decided weights are far above
+        // the smallest number, so a power of two changes none of their bits.
         let scale = exact_scale_to_one(ray.direction);
         edges.weights = f64_vector_scale(edges.weights, scale);
         let direction = terms_from_vector(f64_vector_scale(ray.direction, scale));
         while any(undecided) && !(positive && negative) {
-            // Each invocation takes the first corner that it is in doubt about, so that its neighbours needn't wait.
+            // Each invocation takes its first undecided corner, so that its neighbours needn't wait.
             let corner = select(select(2u, 1u, undecided.y), 0u, undecided.x);
             undecided &= vec3(0u, 1u, 2u) != vec3(corner);
             // d · ((p − o) × (q − o)) to within one rounding, with the exact sign.
@@ -194,8 +194,8 @@ fn exact_edges(terms: ptr<function, ExpansionTerms>, ray: ExactRay, corners: Cor
 
 // t, rounded to the nearest F64: n · (A − o) over n · d for the unnormalised normal n.
 //
-// In double-double arithmetic where that can tell, else exactly. What is within 2⁻⁴⁵ units in the last place of the
-// middle between two F64 goes to the even one.
+// In double-double arithmetic if that is precise enough, else exactly. A quotient within 2⁻⁴⁵ units in the last place
+// of the middle between two F64 goes to the even one.
 fn exact_t(terms: ptr<function, ExpansionTerms>, ray: ExactRay, edges: ExactEdges) -> F64 {
     let a = edges.corners.a;
     let ab = terms_difference(edges.corners.b, a);
@@ -235,7 +235,7 @@ fn exact_is_precise(a: DoubleDouble) -> bool {
         && !f64_magnitude_less(a.magnitude, EXACT_SMALLEST_TRUSTED_BOUND);
 }
 
-// The bits of the f32 weights of the second and third of the corners as the caller listed them.
+// Bits of the f32 weights of the caller's second and third corners.
 fn exact_barycentric(edges: ExactEdges) -> vec2<u32> {
     let first = exact_weight_of(edges, 0u);
     let second = exact_weight_of(edges, 1u);
@@ -244,7 +244,7 @@ fn exact_barycentric(edges: ExactEdges) -> vec2<u32> {
     return vec2(f64_to_f32_bits(f64_divide(second, sum)), f64_to_f32_bits(f64_divide(third, sum)));
 }
 
-// The magnitude of the weight of one of the corners as the caller listed them.
+// Magnitude of the weight of one of the caller's corners.
 fn exact_weight_of(edges: ExactEdges, index: u32) -> F64 {
     let first_or_second = select(edges.weights.x, edges.weights.y, edges.indices.y == index);
     return f64_abs(select(first_or_second, edges.weights.z, edges.indices.z == index));

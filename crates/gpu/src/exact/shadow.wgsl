@@ -1,4 +1,4 @@
-// What shadows a point: bit for bit the Rust crate's `predicate::shadow`.
+// Whether a triangle shadows a point: bit for bit the Rust crate's `predicate::shadow`.
 
 import package::exact::double::{
     F64, F64_ZERO, f64_abs, f64_add, f64_is_above_zero, f64_is_below_zero, f64_larger_magnitude, f64_less,
@@ -14,25 +14,25 @@ import package::exact::vector::{
     f64_vector_scale, f64_vector_subtract, f64_vector_turned,
 };
 
-// A point that a ray has hit, with a bound on how far rounding may have moved it on any axis: where the ray really meets
-// the triangle is in the box from `position − error` to `position + error`, both as F64.
+// A point that a ray has hit, with a bound on its rounding error on any axis: the exact hit is in the box from
+// `position − error` to `position + error`, both as F64.
 struct ExactPoint {
     position: F64Vector,
     error: F64,
 }
 
-// From a light to a point with t in (0, 1), or from a point to a light infinitely far away with t in (0, ∞).
+// The ray from a light to a point, with t in (0, 1), or from a point to a directional light, with t in (0, ∞).
 struct ExactShadow {
     ray: ExactRay,
     point: ExactPoint,
     from_point: bool,
 }
 
-// Half the distance from one to the next F64, 2⁻⁵³, four and twenty times.
+// Four and twenty times 2⁻⁵³, half the distance from one to the next F64.
 const EXACT_ROUNDINGS_4 = F64(0u, 0x3cc00000u);
 const EXACT_ROUNDINGS_20 = F64(0u, 0x3ce40000u);
 
-// 2³⁰⁰. Coordinates of points may have bits far below those of corners: products keep them all where they are large.
+// 2³⁰⁰. Coordinates of points may have bits far below those of corners: products of scaled coordinates keep them all.
 const EXACT_SCALE = F64(0u, 0x52b00000u);
 
 // The point at distance `t` along `ray`, `t` being correct to its last bit.
@@ -43,8 +43,8 @@ fn exact_point(ray: ExactRay, t: F64) -> ExactPoint {
     return ExactPoint(position, f64_multiply(EXACT_ROUNDINGS_4, size));
 }
 
-// The segment between a light and a point. `light` has the bits of an f32 vector: the light's position, or for a
-// directional one the direction in which it travels.
+// The segment between a light and a point. `light` has the bits of an f32 vector: the light's position, or a
+// directional light's direction of travel.
 fn exact_shadow(is_directional: bool, light: vec3<u32>, point: ExactPoint) -> ExactShadow {
     let vector = f64_vector_from_f32_bits(light);
     if is_directional {
@@ -53,10 +53,10 @@ fn exact_shadow(is_directional: bool, light: vec3<u32>, point: ExactPoint) -> Ex
     return ExactShadow(ExactRay(vector, f64_vector_subtract(point.position, vector)), point, false);
 }
 
-// Whether a triangle shadows the point: whether the segment's line meets it, the light is strictly on one side of its plane,
-// and the whole box that the point is in strictly on the other. Ask for other triangles than the one that the point is on.
+// Whether a triangle shadows the point: the segment's line meets the triangle, the light is strictly on one side of its
+// plane, and the point's whole box strictly on the other. Not for the point's own triangle.
 //
-// Where it does, `edges` is where the segment crosses it, for `exact_barycentric`.
+// If so, `edges` is the crossing, for `exact_barycentric`.
 fn exact_blocked_by(
     terms: ptr<function, ExpansionTerms>,
     shadow: ExactShadow,
@@ -64,7 +64,7 @@ fn exact_blocked_by(
     edges: ptr<function, ExactEdges>,
 ) -> bool {
     let side = exact_side_of(terms, exact_from_corners(exact_sorted(corners).corners), shadow.point);
-    // Asked first, since it is cheap and the triangles around the point's own mostly end here.
+    // Tested first, since it is cheap and rejects most triangles around the point's own.
     if side == 0 {
         return false;
     }
@@ -80,13 +80,13 @@ fn exact_blocked_by(
     return is_behind && exact_is_ahead(terms, shadow.ray, *edges);
 }
 
-// Whether the plane of a triangle meets the box that a point is in: rays that start at the point pass through it.
+// Whether the plane of a triangle meets a point's box: rays that start at the point pass through the triangle.
 fn exact_is_on(terms: ptr<function, ExpansionTerms>, point: ExactPoint, corners: CornerBits) -> bool {
     return exact_side_of(terms, exact_from_corners(exact_sorted(corners).corners), point) == 0;
 }
 
-// On which side of a triangle's plane the whole box of a point is: 1 where the normal points, else −1, and 0 where the plane
-// meets the box or the triangle has none.
+// The side of a triangle's plane that a point's whole box is on: 1 where the normal points, else −1, and 0 if the plane
+// meets the box or the triangle has no plane.
 fn exact_side_of(terms: ptr<function, ExpansionTerms>, corners: ExactCorners, point: ExactPoint) -> i32 {
     let error = F64Vector(point.error, point.error, point.error);
     let low_corner = f64_vector_subtract(point.position, error);
@@ -97,8 +97,8 @@ fn exact_side_of(terms: ptr<function, ExpansionTerms>, corners: ExactCorners, po
     var high = f64_vector_subtract(high_corner, corners.a);
     var left = ab;
     var right = ac;
-    // Of one component of the normal after the other. Eight roundings of what is added up, and as many for a component
-    // that has the wrong sign and so the other end of the box.
+    // Adds one component of the normal after the other. The bound has eight roundings of the terms, and as many for a
+    // component with the wrong sign, which takes the other end of the box.
     var lowest = F64_ZERO;
     var highest = F64_ZERO;
     var bound = F64_ZERO;

@@ -31,7 +31,7 @@ fn f32_at_least(a: u32, b: u32) -> bool {
     return !f32_is_nan(a) && !f32_is_nan(b) && f32_order(a) >= f32_order(b);
 }
 
-// A number that is ordered as the f32 with these bits, but for NaN; zeros of both signs have the same.
+// An integer in the order of the f32 with these bits, except for NaN; zeros of both signs have the same.
 fn f32_order(bits: u32) -> i32 {
     let magnitude = i32(bits & 0x7fffffffu);
     return select(magnitude, -magnitude, bits >= F32_SIGN);
@@ -51,11 +51,11 @@ fn f32_floor(a: u32) -> u32 {
     return select(a, a + below_point, is_negative) & ~below_point;
 }
 
-// byte ÷ 255. In binary that is the byte again and again behind the point.
+// byte ÷ 255: in binary, the byte repeated behind the point.
 fn f32_from_byte(byte: u32) -> u32 {
     let repeated = byte * 0x01010101u;
     let zeros = countLeadingZeros(repeated);
-    // Rounded by the next bit alone: what follows never ends, so it is no tie.
+    // Rounded by the next bit alone: the digits never end, so there is no tie.
     let shifted = repeated << (zeros & 31u);
     let significand = (shifted >> 8u) + ((shifted >> 7u) & 1u);
     return select(significand + ((125u - zeros) << 23u), F32_ZERO, byte == 0u);

@@ -4,9 +4,9 @@ import package::exact::double::{
     F64, f64_add, f64_from_f32_bits, f64_larger_magnitude, f64_multiply, f64_negate, f64_subtract,
 };
 
-// Loops over axes turn vectors instead of indexing them: what is indexed lies in memory rather than in registers, which
-// made the loops twice as slow (lavapipe). Loops pay where their body is long; shorter ones compile to more than the
-// operations themselves.
+// Loops over axes rotate vectors instead of indexing them: an indexed vector lies in memory rather than in registers,
+// which made the loops twice as slow (lavapipe). A loop pays if its body is long; a short one compiles to more code
+// than the unrolled operations.
 struct F64Vector {
     x: F64,
     y: F64,
@@ -18,7 +18,7 @@ fn f64_vector_from_f32_bits(bits: vec3<u32>) -> F64Vector {
     return F64Vector(f64_from_f32_bits(bits.x), f64_from_f32_bits(bits.y), f64_from_f32_bits(bits.z));
 }
 
-// The next axis first.
+// Rotates the axes: y first.
 fn f64_vector_turned(a: F64Vector) -> F64Vector {
     return F64Vector(a.y, a.z, a.x);
 }
@@ -77,7 +77,7 @@ fn f64_cross(a: F64Vector, b: F64Vector) -> F64Vector {
     return cross;
 }
 
-// The magnitude of the component that is the furthest from zero.
+// Largest magnitude of the three components.
 fn f64_largest_magnitude(a: F64Vector) -> F64 {
     return f64_larger_magnitude(a.x, f64_larger_magnitude(a.y, a.z));
 }

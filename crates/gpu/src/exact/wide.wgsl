@@ -1,6 +1,6 @@
-// Numbers of 64 significant bits, for filters: several times as fast as binary64, and nearer to what is exact, but not what
-// binary64 gives. A sum is wrong by less than 2⁻⁶¹ of its larger term, and exact for two f32 within 2³⁸ of each other; a
-// product by 2⁻⁶⁰ of itself, a quotient by 2⁻⁵⁶.
+// Numbers of 64 significant bits, for filters: several times as fast as binary64 and more precise, but with other
+// results. The error of a sum is below 2⁻⁶¹ of its larger term, and zero for two f32 within 2³⁸ of each other; the
+// relative error of a product is 2⁻⁶⁰, that of a quotient 2⁻⁵⁶.
 
 import package::exact::double::{
     F64, F64_SIGN, bits_add, bits_leading_zeros, bits_less, bits_negate_if, bits_product, bits_reciprocal, bits_shift_left,
@@ -11,7 +11,7 @@ import package::exact::double::{
 struct Wide {
     bits: vec2<u32>,
     exponent: i32,
-    // F64_SIGN, or nothing.
+    // F64_SIGN or zero.
     sign: u32,
 }
 
@@ -21,12 +21,12 @@ struct WideVector {
     z: Wide,
 }
 
-// Of zero: below that of any product.
+// Exponent of zero: below that of any product.
 const WIDE_NOTHING: i32 = -1000000;
 const WIDE_ONE: Wide = Wide(vec2<u32>(0u, F64_SIGN), -63, 0u);
 const WIDE_TWO: Wide = Wide(vec2<u32>(0u, F64_SIGN), -62, 0u);
 
-// A finite number; a subnormal one is zero.
+// From a finite F64; a subnormal one becomes zero.
 fn wide_from_f64(a: F64) -> Wide {
     let field = i32(f64_exponent_field(a));
     let bits = vec2<u32>(a.x << 11u, (a.y << 11u) | (a.x >> 21u) | F64_SIGN);
@@ -34,24 +34,24 @@ fn wide_from_f64(a: F64) -> Wide {
         select(bits, vec2<u32>(0u), field == 0), select(field - (1023 + 63), WIDE_NOTHING, field == 0), a.y & F64_SIGN);
 }
 
-// The bits of a finite f32.
+// From the bits of a finite f32.
 fn wide_from_f32_bits(a: u32) -> Wide {
     let field = (a >> 23u) & 0xffu;
     let significand = (a & 0x7fffffu) | select(0u, 0x800000u, field != 0u);
     let shift = countLeadingZeros(significand);
     let exponent = i32(max(field, 1u)) - (150 + 32) - i32(shift);
-    // No word is shifted by 32: nothing is moved of zero.
+    // WGSL has no shift by 32: zero isn't shifted.
     return Wide(
         vec2<u32>(0u, significand << (shift & 31u)), select(exponent, WIDE_NOTHING, significand == 0u), a & F64_SIGN);
 }
 
-// Any bits, brought into form.
+// Normalises any bits.
 fn wide_from_bits(bits: vec2<u32>, exponent: i32, sign: u32) -> Wide {
     let shift = bits_leading_zeros(bits);
     return Wide(bits_shift_left(bits, shift), select(exponent - i32(shift), WIDE_NOTHING, shift >= 64u), sign);
 }
 
-// Cut off to 53 bits. What isn't in the range of normal numbers is zero.
+// Truncated to 53 bits; zero outside of the range of normal numbers.
 fn wide_to_f64(a: Wide) -> F64 {
     let field = a.exponent + 63 + 1023;
     // The highest bit counts one in the exponent's field.
@@ -60,7 +60,7 @@ fn wide_to_f64(a: Wide) -> F64 {
     return select(F64(0u, a.sign), bits, field > 0 && field < 2047);
 }
 
-// The bits of a nearest f32, zero and infinity among them.
+// Bits of a nearest f32, which may be zero or infinity.
 fn wide_to_f32_bits(a: Wide) -> u32 {
     let field = a.exponent + 63 + 127;
     // A subnormal number has fewer bits.
@@ -82,7 +82,7 @@ fn wide_magnitude_less(a: Wide, b: Wide) -> bool {
     return a.exponent < b.exponent || (a.exponent == b.exponent && bits_less(a.bits, b.bits));
 }
 
-// Times a power of two, unless it is zero.
+// A number other than zero, times a power of two.
 fn wide_scaled(a: Wide, exponent: i32) -> Wide {
     return Wide(a.bits, a.exponent + exponent, a.sign);
 }
@@ -95,13 +95,13 @@ fn wide_add(a: Wide, b: Wide) -> Wide {
     let ordered = a.exponent < b.exponent;
     let exponent = max(a.exponent, b.exponent);
     let distance = u32(exponent - min(a.exponent, b.exponent));
-    // A bit is kept free for the carry.
+    // One bit stays free for the carry.
     let larger = select(a.bits, b.bits, ordered);
     let large = vec2<u32>((larger.x >> 1u) | (larger.y << 31u), larger.y >> 1u);
     let small = bits_shift_right(select(b.bits, a.bits, ordered), distance + 1u);
     let opposite = a.sign != b.sign;
     let sum = bits_add(large, bits_negate_if(opposite, small));
-    // Of equal exponents the second may be the larger one.
+    // If the exponents are equal, the second may be the larger one.
     let is_below = opposite && sum.y >= F64_SIGN;
     let sign = select(a.sign, b.sign, ordered) ^ select(0u, F64_SIGN, is_below);
     return wide_from_bits(bits_negate_if(is_below, sum), exponent + 1, sign);
@@ -118,9 +118,9 @@ fn wide_multiply(a: Wide, b: Wide) -> Wide {
     return Wide(bits, product.exponent - i32(is_low), product.sign);
 }
 
-// A product whose highest bit may be the second one, for sums.
+// A product whose highest bit may be bit 62 instead of bit 63, for sums.
 fn wide_product(a: Wide, b: Wide) -> Wide {
-    // Of four products of words the lowest is left out, and of two more their lower words.
+    // Leaves out the lowest of the four products of words, and the lower words of two more.
     let cross = bits_product(a.bits.y, b.bits.x).y;
     let other = bits_product(a.bits.x, b.bits.y).y;
     let high = bits_product(a.bits.y, b.bits.y);
@@ -128,9 +128,9 @@ fn wide_product(a: Wide, b: Wide) -> Wide {
     return Wide(bits, select(a.exponent + b.exponent + 64, WIDE_NOTHING, bits.y == 0u), a.sign ^ b.sign);
 }
 
-// Of a number that isn't zero.
+// Reciprocal of a number other than zero.
 fn wide_reciprocal(a: Wide) -> Wide {
-    // Wrong by 2⁻²⁹, which Newton's step squares.
+    // The relative error is 2⁻²⁹, which Newton's step squares.
     let upper = max(bits_reciprocal(a.bits.y), F64_SIGN);
     let rough = Wide(vec2<u32>(0u, upper), -127 - a.exponent, a.sign);
     return wide_multiply(rough, wide_subtract(WIDE_TWO, wide_multiply(a, rough)));
@@ -145,7 +145,7 @@ fn wide_vector_subtract(a: WideVector, b: WideVector) -> WideVector {
     return WideVector(wide_subtract(a.x, b.x), wide_subtract(a.y, b.y), wide_subtract(a.z, b.z));
 }
 
-// The point `distance` times a direction from another.
+// origin + distance · direction.
 fn wide_vector_along(origin: WideVector, direction: WideVector, distance: Wide) -> WideVector {
     return WideVector(
         wide_add(origin.x, wide_multiply(direction.x, distance)),
@@ -154,7 +154,7 @@ fn wide_vector_along(origin: WideVector, direction: WideVector, distance: Wide) 
     );
 }
 
-// Brought into form once: wrong by 2⁻⁵⁷ of the largest term.
+// Normalised once: the error is 2⁻⁵⁷ of the largest term.
 fn wide_dot(a: WideVector, b: WideVector) -> Wide {
     let x = wide_product(a.x, b.x);
     let y = wide_product(a.y, b.y);
@@ -165,7 +165,7 @@ fn wide_dot(a: WideVector, b: WideVector) -> Wide {
     return wide_from_bits(bits_negate_if(sign != 0u, sum), exponent + 3, sign);
 }
 
-// An eighth of a number's bits at a larger exponent, in two's complement: the sum of three has room, and a sign.
+// An eighth of a number's bits at a larger exponent, in two's complement: leaves room for the sum of three, and a sign.
 fn wide_term(a: Wide, exponent: i32) -> vec2<u32> {
     return bits_negate_if(a.sign != 0u, bits_shift_right(a.bits, u32(exponent - a.exponent) + 3u));
 }
@@ -178,7 +178,7 @@ fn wide_cross(a: WideVector, b: WideVector) -> WideVector {
     );
 }
 
-// The magnitude of the component that is the furthest from zero.
+// Largest magnitude of the three components.
 fn wide_largest_magnitude(a: WideVector) -> Wide {
     var largest = a.x;
     if wide_magnitude_less(largest, a.y) {

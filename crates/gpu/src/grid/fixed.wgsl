@@ -1,4 +1,4 @@
-// Numbers as fixed-point coordinates.
+// Conversion to fixed-point coordinates.
 
 import package::exact::wide::{Wide};
 
@@ -7,7 +7,7 @@ fn fits_fixed(value: Wide) -> bool {
     return value.exponent + 63 < 30;
 }
 
-// The nearest integer of a number below 2³⁰ in magnitude.
+// Nearest integer to a number below 2³⁰ in magnitude.
 fn fixed(value: Wide) -> i32 {
     let shift = -(value.exponent + 32);
     let rounded = ((value.bits.y >> u32(clamp(shift - 1, 0, 31))) + 1u) >> 1u;

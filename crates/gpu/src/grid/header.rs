@@ -1,4 +1,4 @@
-//! Where a structure's counters are, as in `header.wgsl`.
+//! Word offsets of a structure's counters, as in `header.wgsl`.
 
 use crate::link::shared_constants;
 
@@ -6,20 +6,20 @@ use crate::link::shared_constants;
 pub(crate) const HEADER_WORDS: u64 = 36;
 
 shared_constants! { "grid::header":
-    /// How many chunks of large triangles there are.
+    /// Number of chunks of large triangles.
     HEADER_LARGE: usize = 0;
-    /// The groups that take them.
+    /// Workgroups for these chunks.
     HEADER_LARGE_GROUPS: u32 = 1;
-    /// How many blocks of work there are.
+    /// Number of blocks of work.
     HEADER_BLOCKS: usize = 5;
-    /// The groups that take blocks.
+    /// Workgroups for blocks.
     HEADER_BLOCK_GROUPS: u32 = 6;
-    /// The groups that merge cut tiles.
+    /// Workgroups that merge cut tiles.
     HEADER_SPLIT_GROUPS: u32 = 10;
-    /// How many faces a light has.
+    /// Number of a light's faces.
     HEADER_FACES: usize = 14;
-    /// The groups that take a light's vertices.
+    /// Workgroups for a light's vertices.
     HEADER_VERTEX_GROUPS: u32 = 28;
-    /// The groups that take a light's triangles.
+    /// Workgroups for a light's triangles.
     HEADER_TRIANGLE_GROUPS: u32 = 31;
 }

@@ -3,7 +3,7 @@ use crate::link::shared_constants;
 use crate::primitives::Scan;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stages `count`, `scan` and `scatter`: which triangles each cell may need.
+/// The stages `count`, `scan` and `scatter`: list the triangles that each cell may need.
 #[derive(Debug)]
 pub(crate) struct List {
     kernels: ListKernels,
@@ -11,12 +11,12 @@ pub(crate) struct List {
     size: Buffer,
     /// Chunks of triangles over many cells.
     large: Buffer,
-    /// Triangles, those of each cell behind each other.
+    /// Triangles, grouped by cell.
     pairs: Buffer,
     triangles: u32,
 }
 
-/// What the stages `count` and `scatter` run.
+/// Kernels of the stages `count` and `scatter`.
 #[derive(Debug)]
 pub(crate) struct ListKernels {
     count_small: Kernel,
@@ -27,7 +27,7 @@ pub(crate) struct ListKernels {
 }
 
 impl ListKernels {
-    /// With values for the `override` constants of `list.wgsl`.
+    /// Compiles them with values for the `override` constants of `list.wgsl`.
     pub(crate) fn new(gpu: &Gpu, constants: &[(&str, f64)]) -> Self {
         let entries = ["count_small", "size_large", "count_large", "scatter_small", "scatter_large"];
         let [count_small, size_large, count_large, scatter_small, scatter_large] =
@@ -36,7 +36,7 @@ impl ListKernels {
     }
 }
 
-/// What listing reads and writes besides its own.
+/// Buffers that listing reads and writes besides its own.
 #[derive(Clone, Copy)]
 pub(crate) struct ListBuffers<'a> {
     pub(crate) spaces: &'a Buffer,
@@ -47,9 +47,9 @@ pub(crate) struct ListBuffers<'a> {
     pub(crate) header: &'a Buffer,
     /// A copy of the header, for indirect dispatches.
     pub(crate) sizes: &'a Buffer,
-    /// For lights, how far the points of each cell are.
+    /// For lights, the farthest point of each tile.
     pub(crate) farthest_point: &'a Buffer,
-    /// For lights, how cells are spread over each face.
+    /// For lights, the column or row of each bin of a face.
     pub(crate) spread: &'a Buffer,
 }
 
@@ -72,12 +72,12 @@ impl List {
         }
     }
 
-    /// The groups that take all triangles of one face.
+    /// Workgroups for all triangles of one face.
     pub(crate) fn groups_of_one_face(&self) -> Groups<'static> {
         Groups::Flat(self.triangles.div_ceil(256))
     }
 
-    /// Makes ready for so many triangles, vertices and cells, with room for what they may need at least.
+    /// Prepares for this many triangles, vertices and cells, with room for a first guess of their needs.
     pub(crate) fn prepare(&mut self, gpu: &Gpu, triangles: u32, vertices: u32, cells: u32) -> Result<(), GpuError> {
         self.triangles = triangles;
         self.size.write(gpu, &[triangles, vertices, 0, 0])?;
@@ -87,13 +87,13 @@ impl List {
         self.large.reserve(gpu, (1 << 10) * Self::LARGE_BYTES)
     }
 
-    /// Makes room for what a frame turned out to need.
+    /// Makes room for the needs of a finished frame.
     pub(crate) fn grow(&mut self, gpu: &Gpu, large: u32, pairs: u32) -> Result<(), GpuError> {
         self.large.grow(gpu, u64::from(large) * Self::LARGE_BYTES)?;
         self.pairs.grow(gpu, u64::from(pairs) * 4)
     }
 
-    /// By its own kernels, or by others with the same buffers.
+    /// Records the stages, with the list's own kernels or with others that have the same buffers.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
@@ -125,12 +125,12 @@ impl List {
         &self.pairs
     }
 
-    /// How many pairs there is room for.
+    /// Number of pairs that there is room for.
     pub(crate) fn pair_room(&self) -> u64 {
         self.pairs.bytes() / 4
     }
 
-    /// How many chunks of large triangles there is room for.
+    /// Number of chunks of large triangles that there is room for.
     pub(crate) fn large_room(&self) -> u64 {
         self.large.bytes() / Self::LARGE_BYTES
     }
@@ -139,7 +139,7 @@ impl List {
         self.large.bytes() + self.pairs.bytes() + self.scan.totals().bytes()
     }
 
-    /// Holds how many pairs there are, in the word of [`List::pair_count_word`].
+    /// The buffer and word that hold the number of pairs.
     pub(crate) fn pair_counts(&self) -> (&Buffer, u32) {
         (self.scan.totals(), self.scan.total_word())
     }

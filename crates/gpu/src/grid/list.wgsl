@@ -1,8 +1,8 @@
-// Stages `count` and `scatter`: which triangles each cell may need. `count` counts them; `scatter`, after a prefix sum
-// over the counts, writes them behind each other.
+// Stages `count` and `scatter`: list the triangles that each cell may need. `count` counts them; `scatter`, after a
+// prefix sum over the counts, writes them one cell after the other.
 //
-// Both have to come to the same decisions, and two pipelines may round differently. So decisions are made in integers,
-// or by `count` alone, which notes them for `scatter`.
+// Both must make the same decisions, and two pipelines may round differently. So decisions are made in integers, or by
+// `count` alone, which notes them for `scatter`.
 
 import package::dispatch::{Invocation, flat_group, flat_index, groups_of};
 import package::grid::header::{HEADER_KEYS, HEADER_LARGE, HEADER_LARGE_GROUPS, HEADER_POINT_KEYS};
@@ -21,12 +21,12 @@ struct ListSize {
 // A triangle over more cells than this is taken by workgroups, one for each CHUNK cells.
 const MOST_CELLS_AT_ONCE: u32 = 4u;
 const CHUNK: u32 = 256u;
-// id, face, rectangle of tiles (first, last: row · 2¹⁶ + column), slice, chunk, nearest key, and from LARGE_BITS on
-// a bit for each cell.
+// Words of a chunk: id, face, rectangle of tiles (first, last: row · 2¹⁶ + column), slice, chunk, nearest key, and from
+// LARGE_BITS on a bit for each cell.
 const LARGE_WORDS: u32 = 16u;
 const LARGE_BITS: u32 = 8u;
 
-// Whether cells matter only where they hold points, and up to the farthest of these.
+// Whether only cells with points matter, up to the farthest of these.
 override HAS_POINTS: bool = false;
 // Whether the cells are those of a light that sees by angles.
 override HAS_ANGLES: bool = false;
@@ -36,13 +36,13 @@ override HAS_ANGLES: bool = false;
 // Three vertices, and the material and flags.
 @group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> vertices: array<vec4<u32>>;
-// `count`: how many triangles; `scatter`: where the next one goes.
+// `count`: the number of triangles; `scatter`: the index of the next pair.
 @group(0) @binding(4) var<storage, read_write> cells: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> large: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> header: array<atomic<u32>>;
-// For each tile the complement of its farthest point's key, in order; zero where it has none.
+// For each tile the complement of its farthest point's key, as ordered bits; zero if it has no points.
 @group(0) @binding(7) var<storage, read> farthest_point: array<u32>;
-// For each axis of a face which column each bin is in.
+// For each axis of a face the column of each bin.
 @group(0) @binding(8) var<storage, read> spread: array<u32>;
 @group(0) @binding(9) var<storage, read_write> pairs: array<u32>;
 
@@ -50,10 +50,10 @@ struct Listed {
     // Whether all decisions about it are made in integers.
     is_simple: bool,
     tiles: Rect,
-    // Of angles, further columns and rows beyond the seam.
+    // For angles, more columns and rows beyond the seam.
     beyond: Rect,
     slice: u32,
-    // In order, and not below that of any point of the triangle.
+    // Ordered bits of a key that isn't below the key of any point of the triangle.
     nearest: u32,
 }
 
@@ -83,10 +83,10 @@ fn listed(face: u32, id: u32) -> Listed {
     let tiles = Rect(tile_of(face, pixels.first), tile_of(face, pixels.last));
     var nearest = 0xffffffffu;
     if corners.kind == VERTEX_REGULAR {
-        // Points are wrong by `depth_error` as well.
+        // Points have an error of `depth_error` as well.
         let keys = bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z)) + 2.0 * raster.depth_error;
         let highest = max(max(ordered_bits(keys.x), ordered_bits(keys.y)), ordered_bits(keys.z));
-        // Corners' keys are wrong by one or two units in the last place.
+        // The corners' keys have an error of one or two units in the last place.
         nearest = highest + min(8u, 0xffffffffu - highest);
     }
     return Listed(corners.kind == VERTEX_REGULAR, tiles, RECT_EMPTY, slice_of(face, nearest), nearest);
@@ -111,12 +111,13 @@ fn listed_by_angles(triangle: vec3<u32>) -> Listed {
     return Listed(true, tiles, beyond, slice_of(0u, nearest), nearest);
 }
 
-// The columns, or rows, that a triangle may be in: the first and last before and beyond the seam, none from more to less.
+// The columns, or rows, that a triangle may be in: first and last before the seam, first and last beyond it; none if
+// first > last.
 fn columns_of(plane: u32, corners: vec3<i32>) -> vec4<i32> {
     let seen = seen_angles(plane);
     var columns = bins_of(arc_of(corners, seen), seen);
     for (var end = 0u; end < 4u; end++) {
-        // None stays none.
+        // An empty range stays empty.
         columns[end] = select(columns[end], i32(spread[spread_base(0u, plane) + u32(max(columns[end], 0))]), columns[end] >= 0);
     }
     return merged(columns);
@@ -132,7 +133,7 @@ fn tile_of(face: u32, pixel: vec2<i32>) -> vec2<i32> {
     return pixel >> vec2<u32>(spaces[face].raster.tile_bits);
 }
 
-// The pixels (bins) of a tile: the first, and the end.
+// The pixels (or bins) of a tile: the first, and the end.
 fn pixels_of(face: u32, tile: vec2<i32>) -> vec4<i32> {
     if HAS_POINTS {
         let column = spread_base(face, 0u) + SPREAD_STARTS + u32(tile.x);
@@ -143,7 +144,7 @@ fn pixels_of(face: u32, tile: vec2<i32>) -> vec4<i32> {
     return vec4<i32>(tile * side, tile * side + side);
 }
 
-// Slices are equal parts of what is visible; of lights, of where points are.
+// Slices are equal parts of the visible range; for lights, of the range of points.
 fn slice_of(face: u32, nearest: u32) -> u32 {
     let word = select(HEADER_KEYS + 2u * face, HEADER_POINT_KEYS, HAS_POINTS);
     let first = atomicLoad(&header[word]);
@@ -156,13 +157,13 @@ fn index_of_cell(face: u32, tile: vec2<i32>, slice: u32) -> u32 {
     return raster.first_cell + (u32(tile.y) * raster.tile_columns + u32(tile.x)) * raster.slices + slice;
 }
 
-// Whether the tile of a cell has a point as far away.
+// Whether the tile of a cell has a point farther away than the key `nearest`.
 fn is_wanted(face: u32, cell: u32, nearest: u32) -> bool {
     if !HAS_POINTS {
         return true;
     }
     let farthest = farthest_point[cell / spaces[face].raster.slices];
-    // A tile without points has the key "farther than anything" in no point: zero.
+    // Zero marks a tile without points: no point has that key.
     return farthest != 0u && nearest > ~farthest;
 }
 
@@ -277,7 +278,7 @@ fn reaches(face: u32, id: u32, tile: vec2<i32>) -> bool {
     let triangle = triangles[id].xyz;
     let corners = corners_of(vertices[base + triangle.x], vertices[base + triangle.y], vertices[base + triangle.z]);
     let pixels = pixels_of(face, tile);
-    // From the tile's middle, which may be between two pixels.
+    // Relative to the tile's middle, which may be between two pixels.
     let size = pixels.zw - pixels.xy;
     let origin = (pixels.xy << vec2<u32>(raster.fraction_bits)) + size * (1 << (raster.fraction_bits - 1u));
     let half = 0.5 * vec2<f32>(size) + 0.01;
@@ -310,7 +311,7 @@ fn scatter_large(at: Invocation) {
     list_large(flat_group(at.group), at.lane, true);
 }
 
-// The size of the dispatch that takes the chunks.
+// Writes the size of the dispatch that takes the chunks.
 @compute @workgroup_size(1)
 fn size_large() {
     let groups = groups_of(min(atomicLoad(&header[HEADER_LARGE]), arrayLength(&large) / LARGE_WORDS));

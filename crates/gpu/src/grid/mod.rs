@@ -1,4 +1,4 @@
-//! What the camera's grid and the lights' grids share: pixel space, and the listing of triangles by cell.
+//! Code shared by the camera's grid and the lights' grids: pixel space, and the listing of triangles by cell.
 
 pub(crate) mod header;
 mod list;

@@ -1,6 +1,6 @@
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
 
-/// The stage `project`: each vertex into pixel space.
+/// The stage `project`: maps each vertex to pixel space.
 #[derive(Debug)]
 pub(crate) struct Project {
     kernel: Kernel,
@@ -12,7 +12,7 @@ pub(crate) struct Project {
 impl Project {
     /// Bytes of a vertex in pixel space.
     pub(crate) const VERTEX_BYTES: u64 = 16;
-    /// The shader's.
+    /// Path of the shader's module.
     pub(crate) const MODULE: &str = "grid::project";
 
     pub(crate) fn new(gpu: &Gpu) -> Self {
@@ -30,23 +30,23 @@ impl Project {
         self.vertices.reserve(gpu, u64::from(vertices) * u64::from(faces) * Self::VERTEX_BYTES)
     }
 
-    /// The groups that take all vertices of one face.
+    /// Workgroups for all vertices of one face.
     pub(crate) fn groups_of_one_face(&self) -> Groups<'static> {
         Groups::Flat(self.count.div_ceil(256))
     }
 
-    /// For how many faces there is room.
+    /// Number of faces that there is room for.
     pub(crate) fn face_room(&self) -> u32 {
         let bytes_of_one = u64::from(self.count) * Self::VERTEX_BYTES;
         self.vertices.bytes().checked_div(bytes_of_one).map_or(u32::MAX, |faces| faces as u32)
     }
 
-    /// Makes room for so many faces.
+    /// Makes room for this many faces.
     pub(crate) fn grow(&mut self, gpu: &Gpu, faces: u32) -> Result<(), GpuError> {
         self.vertices.reserve(gpu, u64::from(self.count) * u64::from(faces) * Self::VERTEX_BYTES)
     }
 
-    /// By its own kernel, or by another with the same buffers.
+    /// Records the stage, with its own kernel or with another that has the same buffers.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,

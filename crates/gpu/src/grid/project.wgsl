@@ -1,4 +1,4 @@
-// Stage `project`: each vertex into pixel space, once for every face.
+// Stage `project`: maps each vertex to pixel space, once for every face.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::wide::{
@@ -29,7 +29,7 @@ var<workgroup> farthest_of_group: atomic<u32>;
 
 @compute @workgroup_size(256)
 fn project(at: Invocation) {
-    // Rows of workgroups are faces where there are several.
+    // Each layer of workgroups has a face.
     let face = at.group.z;
     let id = flat_index(at, 256u);
     if HAS_ANGLES && id < project_size.vertices {
@@ -56,8 +56,8 @@ fn project(at: Invocation) {
     }
 }
 
-// Coordinates in relation to the origin are exact to 2⁻⁵³, a row's product with them to 2⁻⁵⁰ of its largest term.
-// `depth_bits` is such that this is below a unit after the division.
+// Coordinates relative to the origin are exact to 2⁻⁵³, their product with a row to 2⁻⁵⁰ of its largest term.
+// `depth_bits` is chosen so that this error is below a unit after the division.
 fn project_vertex(face: u32, id: u32) -> vec4<u32> {
     let raster = spaces[face].raster;
     let bits = vec3<u32>(positions[3u * id], positions[3u * id + 1u], positions[3u * id + 2u]);
@@ -84,7 +84,7 @@ fn project_vertex(face: u32, id: u32) -> vec4<u32> {
         let y_divided = wide_multiply(y, inverse);
         let key = wide_to_f32_bits(inverse);
         let exponent = (key >> 23u) & 0xffu;
-        // Keys near the ends of f32's range are left to the homogeneous form, which ends at the predicate.
+        // Keys near the ends of f32's range use the homogeneous form, which the predicate settles.
         if fits_fixed(x_divided) && fits_fixed(y_divided) && exponent > 27u && exponent < 227u {
             return vec4<u32>(bitcast<u32>(fixed(x_divided)), bitcast<u32>(fixed(y_divided)), key, VERTEX_REGULAR);
         }
@@ -92,7 +92,7 @@ fn project_vertex(face: u32, id: u32) -> vec4<u32> {
     return vec4<u32>(pixels(x, raster), pixels(y, raster), wide_to_f32_bits(depth), VERTEX_HOMOGENEOUS);
 }
 
-// Units of large worlds are beyond the range of f32, where their pixels aren't.
+// In pixels: in large worlds, units are beyond the range of f32 where pixels aren't.
 fn pixels(value: Wide, raster: Raster) -> u32 {
     return wide_to_f32_bits(wide_scaled(value, -i32(raster.fraction_bits)));
 }

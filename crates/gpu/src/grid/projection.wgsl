@@ -1,4 +1,4 @@
-// The origin, the rows and what is added to them, of a space that a stage declares in `spaces`.
+// The projection of a space that a stage declares in `spaces`: origin, matrix rows, and terms added to x and y.
 
 import package::exact::double::{F64};
 import package::exact::vector::{F64Vector};

@@ -1,8 +1,8 @@
-// What a triangle is in pixel space: the pixels that it may touch, and its edge functions and key near some position.
+// Sets up a triangle in pixel space: the pixels that it may touch, and its edge functions and key near a position.
 //
-// A filter: all numbers carry bounds on their errors, and what those leave undecided is settled by the predicate. u is half
+// A filter: all numbers carry error bounds, and the predicate settles the cases that these leave undecided. u is half
 // the distance from one to the next f32; WGSL may contract products and sums, which loses less, not more. Bounds are
-// therefore sums over the magnitudes of terms, and don't depend on an order of operations.
+// therefore sums over the magnitudes of terms, and hold for any order of operations.
 
 import package::grid::space::{Raster, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX_REGULAR, power_of_two};
 
@@ -10,11 +10,11 @@ import package::grid::space::{Raster, VERTEX_HOMOGENEOUS, VERTEX_NOWHERE, VERTEX
 const U: f32 = 5.9604645e-8;
 const INFINITE: f32 = 3.0e38;
 const SMALLEST_KEY: f32 = 1.0e-37;
-// 2⁻⁴⁹: what F64 loses in the product of a matrix row and a position.
+// 2⁻⁴⁹: relative error of F64 in the product of a matrix row and a position.
 const ORTHOGRAPHIC_ROUNDING: f32 = 1.7763568e-15;
 
-// Whether a number isn't negative and is neither infinite nor NaN: nothing is certain by one that is. Its bits say so, since
-// compilers may take it that there are none.
+// Whether a number isn't negative and is neither infinite nor NaN; other numbers decide nothing. Tests the bits, since
+// compilers may assume that there are no infinities and NaNs.
 fn is_finite(number: f32) -> bool {
     return bitcast<u32>(number) < 0x7f000000u;
 }
@@ -46,21 +46,21 @@ struct Edges {
     key: vec3<f32>,
     edge_error: f32,
     key_error: f32,
-    // A bound on the key anywhere.
+    // Upper bound on the key at any position.
     nearest: f32,
     is_oriented: bool,
-    // Whether its area is below zero, where `is_oriented`.
+    // Whether its signed area is negative, if `is_oriented`.
     is_negative: bool,
 }
 
 fn corners_of(a: vec4<u32>, b: vec4<u32>, c: vec4<u32>) -> Corners {
-    // 0 where all are regular; otherwise those that are have to be made homogeneous as well.
+    // 0 if all are regular; otherwise the regular ones have to be made homogeneous as well.
     let any_kind = a.w | b.w | c.w;
     let kind = select(min(any_kind, VERTEX_HOMOGENEOUS), VERTEX_NOWHERE, any_kind >= VERTEX_NOWHERE);
     return Corners(a, b, c, kind);
 }
 
-// The pixels (cells) that a triangle may touch.
+// The pixels (or cells) that a triangle may touch.
 fn rect_of(corners: Corners, raster: Raster) -> Rect {
     if corners.kind == VERTEX_NOWHERE {
         return RECT_EMPTY;
@@ -81,7 +81,7 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
         let b = homogeneous(corners.b, raster);
         let c = homogeneous(corners.c, raster);
         let depths = vec3<f32>(a.z, b.z, c.z);
-        // Beyond the image by a pixel, so that the roundings of x, y and depth don't matter.
+        // Bounds reach beyond the image by a pixel, so that the roundings of x, y and depth don't matter.
         let size = vec2<f32>(f32(raster.columns), f32(raster.rows));
         let before = max(max(a.xy + 1.01 * a.z, b.xy + 1.01 * b.z), c.xy + 1.01 * c.z);
         let behind = min(
@@ -89,11 +89,11 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
         if all(depths <= vec3<f32>(0.0)) || any(before < vec2<f32>(0.0)) || any(behind > vec2<f32>(0.0)) {
             return RECT_EMPTY;
         }
-        // Quotients of numbers beyond f32 aren't any.
+        // Numbers beyond f32's range have no valid quotients.
         if all(depths > vec3<f32>(1e-30)) && all(depths < vec3<f32>(1e30)) {
             let low = min(min(a.xy / a.z, b.xy / b.z), c.xy / c.z);
             let high = max(max(a.xy / a.z, b.xy / b.z), c.xy / c.z);
-            // A quotient up to 2¹⁵ is wrong by less than a hundredth; larger ones are cut off.
+            // A quotient up to 2¹⁵ is wrong by less than a hundredth; larger ones are clamped.
             rect = Rect(
                 vec2<i32>(floor(clamp(low - 1.0, vec2<f32>(-4.0), size))),
                 vec2<i32>(ceil(clamp(high + 1.0, vec2<f32>(-4.0), size))));
@@ -102,19 +102,19 @@ fn rect_of(corners: Corners, raster: Raster) -> Rect {
     return Rect(max(rect.first, whole.first), min(rect.last, whole.last));
 }
 
-// By how many units regular corners, or positions that are asked about, may be wrong in relation to each other.
+// Error bound, in units, of regular corners relative to tested positions.
 fn corner_error(corners: Corners, raster: Raster) -> f32 {
     let error = 1.0 + f32(raster.position_error);
     if raster.is_orthographic == 0u {
         return error;
     }
-    // What parallel rays see from far away is the difference of large numbers.
+    // For parallel rays, coordinates of far corners are differences of large numbers.
     let keys = abs(bitcast<vec3<f32>>(vec3<u32>(corners.a.z, corners.b.z, corners.c.z)));
     let of_depth = ORTHOGRAPHIC_ROUNDING * raster.row_reach * max(max(keys.x, keys.y), keys.z);
     return min(error + ceil(of_depth), 536870912.0);
 }
 
-// Not yet divided x and y in pixels, and depth (1 in an orthographic space).
+// Homogeneous x and y in pixels, and depth (1 in an orthographic space).
 fn homogeneous(vertex: vec4<u32>, raster: Raster) -> vec3<f32> {
     if vertex.w == VERTEX_HOMOGENEOUS {
         let position = bitcast<vec3<f32>>(vertex.xyz);
@@ -130,13 +130,13 @@ fn largest_of(vertex: vec4<u32>, raster: Raster) -> f32 {
     return max(max(position.x, position.y), position.z);
 }
 
-// The power of two that brings a positive number between one and two.
+// The power of two that scales a positive number to between one and two.
 fn inverse_power_of_two(number: f32) -> f32 {
     let exponent = clamp((bitcast<u32>(number) >> 23u) & 0xffu, 1u, 253u);
     return bitcast<f32>((254u - exponent) << 23u);
 }
 
-// The triangle near the fixed-point position `origin`, for p within `reach` pixels of it on each axis.
+// Edges of a triangle near the fixed-point position `origin`, for p within `reach` pixels of it on each axis.
 fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
     let unit = power_of_two(-i32(raster.fraction_bits));
     if corners.kind == VERTEX_REGULAR {
@@ -151,7 +151,7 @@ fn edges_near(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -
         return flat_edges(sides, unit * corner_error(corners, raster), keys, raster.depth_error, reach);
     }
     if raster.is_orthographic == 1u {
-        // Far beside the image; nothing has to be divided.
+        // Far beside the image; an orthographic space needs no division.
         let middle = vec2<f32>(origin) * unit;
         let a = homogeneous(corners.a, raster).xy - middle;
         let b = homogeneous(corners.b, raster).xy - middle;
@@ -172,13 +172,13 @@ fn shows_back(edges: Edges, raster: Raster) -> bool {
     return edges.is_oriented && edges.is_negative == (raster.is_mirrored == 1u);
 }
 
-// Nothing is certain.
+// Edges that decide nothing.
 fn undecided_edges() -> Edges {
     return Edges(
         vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), INFINITE, INFINITE, INFINITE, false, false);
 }
 
-// Corners in relation to the origin, and edges.
+// Corners relative to the origin, and edges.
 struct Sides {
     a: vec2<f32>,
     b: vec2<f32>,
@@ -188,8 +188,8 @@ struct Sides {
     ab: vec2<f32>,
 }
 
-// Of a triangle whose corners are points of the image, wrong by `error` in relation to positions on each axis, and whose keys
-// are wrong by `depth_error` besides their rounding.
+// Edges of a triangle whose corners are points of the image, with an error of `error` relative to positions on each
+// axis. Keys have an error of `depth_error` besides their rounding.
 fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach: f32) -> Edges {
     let a = sides.a;
     let b = sides.b;
@@ -198,9 +198,9 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
     let ca = sides.ca;
     let ab = sides.ab;
     let farthest = max(max(max(abs(a.x), abs(a.y)), max(abs(b.x), abs(b.y))), max(abs(c.x), abs(c.y)));
-    // An edge function is the cross product of two corners in relation to p, each component at most `span` and wrong by
-    // `error`: 4 · error · span. Its three terms are at most 2 · span² together with what they cancel, each with four
-    // roundings on its path, doubled once more.
+    // An edge function is the cross product of two corners relative to p. Each component is at most `span`, with an
+    // error of `error`: 4 · error · span. Its three terms, with the parts that cancel, are at most 2 · span², each with
+    // four roundings on its path, doubled once more.
     let span = farthest + reach;
     let edge_error = 4.0 * error * (span + error) + 32.0 * U * span * span;
 
@@ -226,12 +226,12 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
     edges.edge_error = edge_error;
     edges.is_oriented = is_oriented;
     edges.is_negative = area < 0.0;
-    // Each key has a relative error of one rounding and of the projection. The sum below has four more, in whatever order.
+    // Each key has a relative error of one rounding and of the projection. The sum below has four more, in any order.
     let key_rounding = 8.0 * U * largest_key + depth_error;
     edges.nearest = nearest + key_rounding;
 
-    // key = A + (wb · (B − A) + wc · (C − A)) / area, with weights that are wrong by `edge_error` and at most the area
-    // inside the triangle.
+    // key = A + (wb · (B − A) + wc · (C − A)) / area, with weights that have an error of `edge_error` and are at most
+    // the area inside the triangle.
     let inverse_area = sign / area;
     let plane_error = range * (4.0 * edge_error + 2.0 * area_error) * abs(inverse_area) * 1.25 + key_rounding;
     if is_oriented && plane_error < 0.5 * range + key_rounding {
@@ -243,7 +243,7 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
             keys.x + (edges.c.y * b_step + edges.c.z * c_step));
         edges.key_error = plane_error;
     } else {
-        // Between the corners' keys at any rate.
+        // Between the corners' keys in any case.
         edges.key = vec3<f32>(0.0, 0.0, 0.5 * nearest + 0.5 * farthest_key);
         edges.key_error = 0.5 * range + 2.0 * key_rounding;
     }
@@ -251,10 +251,10 @@ fn flat_edges(sides: Sides, error: f32, keys: vec3<f32>, depth_error: f32, reach
 }
 
 fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Raster) -> Edges {
-    // Origins are whole pixels, so f32 has them exactly.
+    // Origins are whole pixels, which f32 represents exactly.
     let unit = power_of_two(-i32(raster.fraction_bits));
     let middle = vec2<f32>(origin) * unit;
-    // Weights don't depend on a common factor, and products of three coordinates stay in f32's range by one.
+    // Weights don't depend on a common factor; this one keeps products of three coordinates in f32's range.
     let largest = max(largest_of(corners.a, raster), max(largest_of(corners.b, raster), largest_of(corners.c, raster)));
     let factor = inverse_power_of_two(largest);
     let of_a = homogeneous(corners.a, raster) * factor;
@@ -268,7 +268,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     let from_middle = max(max(max(abs(a.x), abs(a.y)), max(abs(b.x), abs(b.y))), max(abs(c.x), abs(c.y)));
     let depth = max(max(abs(a.z), abs(b.z)), abs(c.z));
     let middle_reach = max(abs(middle.x), abs(middle.y));
-    // A quotient has 2.5 units in the last place, fixed-point coordinates one of their own.
+    // A quotient has an error of 2.5 units in the last place, fixed-point coordinates one of their own.
     let depth_error = 10.0 * U * depth;
     let aside_error = 12.0 * U * (aside + middle_reach * depth) + (2.0 + f32(raster.position_error)) * unit * depth;
     // a·x + b·y + c with a, b products of an aside and a depth, c of two asides.
@@ -280,10 +280,11 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
     let of_bc = cross(b, c);
     let of_ca = cross(c, a);
     let of_ab = cross(a, b);
-    // The determinant is the depth times the sum of the edge functions, wherever the triangle is met.
+    // Wherever a ray meets the triangle, the determinant is the depth times the sum of the edge functions.
     let volume = dot(a, of_bc);
-    // What corners may be wrong by moves it by the cross products: of these two or three, times each other, for more than one.
-    // A component of a cross product has four roundings of two products of an aside and a depth, or of two asides.
+    // Errors of corners change the determinant by their products with the cross products, and by products of two or
+    // three errors. A component of a cross product has four roundings of two products of an aside and a depth, or of
+    // two asides.
     let crosses = abs(of_bc) + abs(of_ca) + abs(of_ab);
     let of_corners = aside_error * (crosses.x + crosses.y) + depth_error * crosses.z
         + 24.0 * U * from_middle * (2.0 * aside_error * depth + depth_error * from_middle)
@@ -310,7 +311,7 @@ fn homogeneous_edges(corners: Corners, origin: vec2<i32>, reach: f32, raster: Ra
         edges.a.x + edges.a.y + edges.a.z, edges.b.x + edges.b.y + edges.b.z, edges.c.x + edges.c.y + edges.c.z);
     edges.key = slope * inverse;
     let largest_slope = (abs(slope.x) + abs(slope.y)) * reach + abs(slope.z);
-    // Keys below f32's normal numbers may be lost.
+    // Keys below f32's normal numbers may be flushed to zero.
     edges.key_error = SMALLEST_KEY
         + 1.25 * inverse * (4.0 * edge_error + largest_slope * (2.0 * volume_error / abs(volume) + 8.0 * U));
     return edges;

@@ -4,11 +4,11 @@ use umbrage_rays::{Camera, Projection};
 
 use crate::Band;
 
-/// Where a camera's image, or a face of a light's grid, sees a vertex; as in `space.wgsl`.
+/// Pixel space of a camera's image, or of a face of a light's grid; as in `space.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Space {
-    /// The origin, the rows that give x, y and depth, and what is added to x and y; two words for each f64.
+    /// The origin, the matrix rows for x, y and depth, and the terms added to x and y; two words for each f64.
     projection: [[u32; 2]; 14],
     pub(crate) raster: Raster,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Raster {
 }
 
 impl Space {
-    /// Bytes of one.
+    /// Bytes of a space.
     pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
 
     /// The image of a band whose samples are at `offset_pixels` of each pixel's upper left corner.
@@ -48,7 +48,7 @@ impl Space {
         let [right, up, depth] =
             [up.cross(forward), forward.cross(right), right.cross(up)].map(|row| row / determinant);
         let size = DVec2::new(f64::from(view.width), f64::from(view.height));
-        // Half of the range of i32 is for what is beside the image.
+        // Half of the range of i32 is for positions beside the image.
         let fraction_bits = 29 - view.width.max(view.height).next_power_of_two().trailing_zeros();
         let unit = f64::from(1_u32 << fraction_bits);
         let (half_height, is_orthographic) = match projection {
@@ -65,10 +65,11 @@ impl Space {
             ([right * scale + depth * middle.x, up * -scale + depth * middle.y, depth], DVec2::ZERO)
         };
         let row_reach = rows[0].abs().max_element().max(rows[1].abs().max_element());
-        // Fixed-point positions are below 2³⁰ units on each axis, and depths wrong by 2⁻⁴⁹ of that; twice for comparisons.
+        // Fixed-point positions are below 2³⁰ units on each axis, depths have an error of 2⁻⁴⁹ of that; doubled for
+        // comparisons.
         let depth_error = if is_orthographic { 2.0_f64.powi(32 - 49) / scale } else { 0.0 };
-        // A vertex at most 2ᵏ times as far on some axis as deep is wrong by `row_reach` · 2ᵏ⁻⁴⁹ units: an eighth at most, with
-        // k from 1 to 12; more for telescopes alone.
+        // A vertex whose largest coordinate is at most 2ᵏ times its depth has an error of `row_reach` · 2ᵏ⁻⁴⁹ units: an
+        // eighth at most, with k from 1 to 12; more for telescopes alone.
         let spare_bits = (46.0 - row_reach.log2()).floor();
         let telescope_error = if is_orthographic || spare_bits >= 1.0 { 0.0 } else { (1.0 - spare_bits).exp2() };
         let tile = 1 << tile_bits;
@@ -93,7 +94,7 @@ impl Space {
         Self { projection: packed(position.as_dvec3(), rows, added), raster }
     }
 
-    /// How many cells it has.
+    /// Number of cells.
     pub(crate) fn cells(&self) -> u32 {
         self.raster.tile_columns * self.raster.tile_rows * self.raster.slices
     }

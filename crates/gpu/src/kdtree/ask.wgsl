@@ -1,4 +1,4 @@
-// Stage `ask`: for each slot that shows something in a light's reach, whether anything is between.
+// Stage `ask`: for each slot whose hit is in a light's reach, asks whether a triangle is between the hit and the light.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64};

@@ -1,17 +1,17 @@
-// Stage `fit`: whether there was room for all undecided hits. What follows is dispatched only then.
+// Stage `fit`: decides whether there was room for all undecided hits. Later stages are dispatched only then.
 
 import package::dispatch::{groups_of};
 
 struct KdFit {
-    // How many hits there is room for, each time.
+    // Room for hits, the same for each use.
     room: u32,
     uses: u32,
-    // The workgroups that follow.
+    // The workgroups of the next dispatch.
     groups: u32,
 }
 
 @group(0) @binding(0) var<uniform> kd_fit: KdFit;
-// A header of undecided hits for each use, which begins with how many there are.
+// A header of undecided hits for each use; its first word is their number.
 @group(0) @binding(1) var<storage, read> needs: array<u32>;
 @group(0) @binding(2) var<storage, read_write> sizes: array<u32>;
 

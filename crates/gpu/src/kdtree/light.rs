@@ -4,7 +4,7 @@ use umbrage_rays::{Cone, LightSource};
 use super::records::light_words;
 use crate::grid::words;
 
-/// A light that points are asked about, as in `light.wgsl`.
+/// A light for shadow questions, as in `light.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct KdLight {
@@ -21,8 +21,8 @@ pub(crate) struct KdLight {
 }
 
 impl KdLight {
-    /// `None` for a light that nothing keeps away. Its bits start at the word `mask`, what says how much of lights comes through
-    /// at the word `tints`, and questions go in packets of so many.
+    /// `None` stands for a light without shadows. Its mask starts at the word `mask`, the transmittances at the word
+    /// `tints`, and a packet has `packet` questions.
     pub(crate) fn new(light: Option<&LightSource>, packet: u32, mask: u32, tints: u32) -> Self {
         let cone = light.and_then(Cone::of);
         let [x, y, z, is_directional] = light.map_or([0; 4], light_words);

@@ -1,18 +1,18 @@
-// A light that points are asked about.
+// A light for shadow questions.
 struct KdLight {
-    // Its position, or the direction in which it travels, in bits of f32.
+    // Its position or, if directional, its direction of travel, in bits of f32.
     vector: vec3<u32>,
     is_directional: u32,
-    // A spot's cone: away from the light, in bits of f32, and the squared cosine of its half-angle as F64.
+    // A spot's cone: the axis away from the light, in bits of f32, and the squared cosine of its half-angle as F64.
     axis: vec3<u32>,
     has_cone: u32,
     squared_cosine: vec2<u32>,
-    // Whether anything keeps it away.
+    // Whether triangles shadow it.
     casts_shadow: u32,
-    // How many questions go in a packet.
+    // Questions of a packet.
     packet: u32,
-    // Where its bits start, in words.
+    // First word of its mask.
     mask: u32,
-    // Where the words start that say how much of lights comes through what is before points.
+    // First word of the transmittances of surfaces between points and lights.
     tints: u32,
 }

@@ -1,4 +1,4 @@
-// Stage `line`: rays as the traversals take them, in f32. The derivation is in `mod.rs`.
+// Stage `line`: converts rays to the f32 lines of the traversals. The derivation is in `mod.rs`.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{
@@ -19,16 +19,16 @@ import package::kdtree::shape::{KdShape};
 @group(0) @binding(1) var<storage, read> records: array<u32>;
 @group(0) @binding(2) var<storage, read_write> lines: array<vec4<u32>>;
 
-// Whether records are questions about shadows; else they are rays.
+// Whether records are shadow questions rather than rays.
 override KD_IS_SHADOW: bool = false;
 
 const LINE_ONE = F64(0u, 0x3ff00000u);
 // 2⁻⁴⁸ and 2⁻⁴⁹.
 const LINE_DOUBT = F64(0u, 0x3cf00000u);
 const LINE_BLUR = F64(0u, 0x3ce00000u);
-// 2⁻¹⁰⁰⁰: more than what underflows.
+// 2⁻¹⁰⁰⁰: above anything that underflows.
 const LINE_SMALLEST = F64(0u, 0x01700000u);
-// 2⁻¹⁰⁰: more than what underflows in f32.
+// 2⁻¹⁰⁰: above anything that underflows in f32.
 const LINE_SMALLEST_BLUR = F64(0u, 0x39b00000u);
 // 8: the interval is never longer inside the bounds.
 const LINE_FAR = F64(0u, 0x40200000u);
@@ -37,7 +37,7 @@ const LINE_FAR_BACK = F64(0u, 0xc0200000u);
 const LINE_HEIGHTS = F64(0u, 0x40500000u);
 // Directions below this, beside a largest component of one to two, count as along the plane.
 const LINE_PARALLEL = 9.3132257e-10;
-// Of lines that take everything.
+// Blur of lines that test everything.
 const LINE_EVERYTHING = 1.0995116e12;
 const LINE_MISS = -1.0e30;
 
@@ -62,7 +62,7 @@ fn line_f32(a: F64) -> f32 {
     return bitcast<f32>(f64_to_f32_bits(a));
 }
 
-// Where a line is inside the bounds, from `enter` to `leave` at most.
+// The interval of a line inside the bounds, within `enter` to `leave`.
 fn line_slabs(start: F64Vector, along: F64Vector, enter: F64, leave: F64, scale: F64) -> Slabs {
     var origin = start;
     var direction = along;
@@ -100,8 +100,9 @@ fn write_missed(number: u32, packed_own: u32) {
     lines[to + 3u] = vec4(0u, 0u, packed_own | 2u, 0u);
 }
 
-// Writes a line: where `ray` is in the interval, leaving out the triangle `own`, and of triangles with one side the other one
-// where it `meets_backs`. `error` is how wrong the point is, on any axis, that it ends at or starts from.
+// Writes the line of `ray` in its interval. It ignores the triangle `own`, and of one-sided triangles the front if it
+// `meets_backs`, else the back. `error` bounds the rounding error, on any axis, of the point that the ray starts from
+// or ends at.
 fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, own: u32, meets_backs: bool) {
     let to = 1u + 4u * number;
     let packed_own = own << 2u;
@@ -109,7 +110,7 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
     let turn = exact_scale_to_one(ray.direction);
     let direction = f64_vector_scale(ray.direction, turn);
     let origin = f64_vector_scale(ray.origin, scale);
-    // t in lengths of the turned direction, in scaled space; a power of two has its inverse's exponent.
+    // t in lengths of the scaled direction, in scaled space; a power of two has its inverse's exponent.
     let shortened = F64(0u, 0x7fe00000u - turn.y);
     let first_t = f64_multiply(f64_multiply(t_min, scale), shortened);
     let last_t = f64_multiply(f64_multiply(t_max, scale), shortened);
@@ -196,7 +197,7 @@ fn line(at: Invocation) {
     if KD_IS_SHADOW {
         let point = read_point(word);
         let shadow = read_shadow(word, point);
-        // Nothing shadows a point at the light.
+        // No triangle shadows a point at the light.
         let is_at_light = f64_is_zero(f64_largest_magnitude(shadow.ray.direction));
         if is_at_light || records[word + RECORD_TAG] == NO_TRIANGLE {
             write_missed(number, own << 2u);

@@ -1,4 +1,4 @@
-// Stage `lit`: a bit for each slot that a light reaches.
+// Stage `lit`: writes a bit for each slot that a light reaches.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::light::{KdLight};

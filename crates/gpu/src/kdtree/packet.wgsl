@@ -1,10 +1,10 @@
-// Stages `nearest` and `blocked` for packets: the rays of a workgroup go through the tree together, with one short stack and
-// one trail (Horn et al. 2007, §3.1 and A.5). A node is visited where any ray meets it; each ray keeps its own interval, which
-// is empty where it only comes along.
+// Stages `nearest` and `blocked` for packets: the rays of a workgroup go through the tree together, with one short
+// stack and one trail (Horn et al. 2007, §3.1 and A.5). A node is visited if any ray meets it. Each ray keeps its own
+// interval, which is empty in nodes that it doesn't meet.
 //
-// Rays needn't have directions of like signs: the first ray's say which child is visited first, and a ray that would rather
-// have it the other way round is merely slower. `trail.wgsl` says how the way back is found. Whether both children are
-// visited depends on the rays' lines alone, so coming from above again leads the same way.
+// Rays needn't have directions of like signs: the first ray's signs choose the child that is visited first, and a ray
+// with other signs is merely slower. `trail.wgsl` explains the way back. Whether both children are visited depends on
+// the rays' lines alone, so a restart leads the same way.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
@@ -17,25 +17,25 @@ override KD_PACKET: u32 = 64u;
 override KD_ENTRIES: u32 = 4u;
 override KD_PUSHES_DOWN: bool = true;
 
-// Votes of the packet's rays: some ray meets the left child, some the right one, …
+// Votes of the packet's rays: a ray meets the left child, a ray meets the right one, …
 const WANTS_LEFT: u32 = 1u;
 const WANTS_RIGHT: u32 = 2u;
-// … some ray may still find something in this cell, some in cells that wait.
+// … a ray may still find a hit in this cell, a ray may find one in waiting cells.
 const IS_ACTIVE: u32 = 4u;
 const GOES_ON: u32 = 8u;
 
-// What is decided.
+// The packet's next step.
 const STEP_FINISHED: u32 = 0u;
 const STEP_LEFT: u32 = 1u;
 const STEP_RIGHT: u32 = 2u;
 const STEP_POP: u32 = 3u;
 const STEP_RESTART: u32 = 4u;
-// Besides a step to a child: the other one is pushed to the stack.
+// Flag of a step to a child: the other child is pushed to the stack.
 const STEP_PUSHES: u32 = 8u;
-// Besides any: from now on the packet comes from here again.
+// Flag of any step: from now on this node is where the packet restarts.
 const STEP_ROOT: u32 = 16u;
 
-// The packet, which its first invocation leads.
+// State of the packet, which its first invocation updates.
 struct Packet {
     index: u32,
     level: u32,
@@ -55,10 +55,10 @@ var<workgroup> packet_votes: atomic<u32>;
 var<workgroup> packet_first: atomic<u32>;
 var<workgroup> packet_node: u32;
 var<workgroup> packet_step: u32;
-// Each ray's intervals, entry after entry.
+// Each ray's intervals, for each entry of the stack.
 var<workgroup> packet_ways: array<vec2<f32>, max(KD_ENTRIES, 1u) * KD_PACKET>;
 
-// Gives a vote and has all of them; the same for all invocations.
+// Gives a vote and returns all votes; the same for all invocations.
 fn packet_vote(lane: u32, vote: u32) -> u32 {
     atomicOr(&packet_votes, vote);
     workgroupBarrier();
@@ -68,13 +68,13 @@ fn packet_vote(lane: u32, vote: u32) -> u32 {
     return workgroupUniformLoad(&packet_step);
 }
 
-// Leads the packet on from the inner node where it is, by its rays' votes: by the first invocation alone.
+// Moves the packet on from its inner node, by its rays' votes. Only the first invocation calls it.
 fn packet_descend(node: vec2<u32>, votes: u32) -> u32 {
     let children = kd_children(packet.index, node);
     let is_backward = (packet.backward & (1u << (node.y & 3u))) != 0u;
     let is_both = (votes & (WANTS_LEFT | WANTS_RIGHT)) == (WANTS_LEFT | WANTS_RIGHT);
     let is_far = is_both && has_level(packet.trail, packet.level);
-    // The near child, or the far one where the trail says so, or the only one that any ray meets.
+    // The near child, or the far one if the trail says so, or the only one that a ray meets.
     let is_right = select((votes & WANTS_RIGHT) != 0u, is_backward != is_far, is_both);
     let bit = level_bit(packet.level);
     packet.level += 1u;
@@ -90,7 +90,7 @@ fn packet_descend(node: vec2<u32>, votes: u32) -> u32 {
     return step;
 }
 
-// Leads the packet to what waits next: by the first invocation alone.
+// Moves the packet to the next waiting node. Only the first invocation calls it.
 fn packet_return(goes_on: bool) -> u32 {
     if all(packet.open == vec2(0u)) || !goes_on {
         return STEP_FINISHED;
@@ -112,7 +112,7 @@ fn packet_return(goes_on: bool) -> u32 {
 }
 
 fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
-    // Its first ray is the first that doesn't miss the tree.
+    // The packet's first ray is the first that doesn't miss the tree.
     if lane == 0u {
         atomicStore(&packet_first, KD_PACKET);
         atomicStore(&packet_votes, 0u);
@@ -130,12 +130,12 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
     if packet_vote(lane, u32(!is_missed)) == 0u {
         return;
     }
-    // Whether the packet's order is this ray's own.
+    // Whether the packet's order of children is this ray's own.
     let is_in_order = backward == packet.backward;
     let empty = vec2(KD_BEYOND, -KD_BEYOND);
     var root = select(vec2(-(*ray).margin, (*ray).leave), empty, is_missed);
     var way = root;
-    // Where the ray left the last leaf that it was in, and whether nothing that waits is of use to it.
+    // t where the ray left its last leaf, and whether no waiting cell can change its result.
     var reached = -KD_BEYOND;
     var is_over = is_missed;
     // Nodes and tests of the whole packet.

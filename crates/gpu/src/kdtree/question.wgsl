@@ -1,4 +1,4 @@
-// Questions about shadows of the light `kd_light`, into the buffer `records`; a stage declares both.
+// Writes shadow questions for the light `kd_light` to the buffer `records`; a stage declares both.
 
 import package::exact::cone::{exact_is_in_cone};
 import package::exact::shadow::{ExactPoint};
@@ -8,13 +8,13 @@ import package::kdtree::records::{
 import package::kdtree::write::{put_number, put_vector};
 import stage::{kd_light, records};
 
-// Asks nothing about what isn't there.
+// Writes an empty question, for a slot without a point.
 fn put_no_question(word: u32) {
     records[word + RECORD_OWN] = NO_TRIANGLE;
     records[word + RECORD_TAG] = NO_TRIANGLE;
 }
 
-// Asks about a point of a triangle, unless it is beside the light's cone.
+// Writes the question for a point of a triangle; an empty one if the point is outside of the light's cone.
 fn put_question(word: u32, point: ExactPoint, triangle: u32, tag: u32) {
     records[word + RECORD_OWN] = triangle;
     records[word + RECORD_TAG] = NO_TRIANGLE;
@@ -25,7 +25,7 @@ fn put_question(word: u32, point: ExactPoint, triangle: u32, tag: u32) {
     put_question_to(word, point, triangle, tag, kd_light.vector, kd_light.is_directional);
 }
 
-// Asks about a point of a triangle and a light of any position or direction.
+// Writes the question for a point of a triangle and a light of any position or direction.
 fn put_question_to(word: u32, point: ExactPoint, triangle: u32, tag: u32, light: vec3<u32>, is_directional: u32) {
     records[word + RECORD_OWN] = triangle;
     put_vector(word, point.position);

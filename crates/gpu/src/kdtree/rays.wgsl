@@ -1,4 +1,4 @@
-// Stage `rays`: the camera's rays, one for each slot, so that those of a tile's blocks go together.
+// Stage `rays`: makes the camera's rays, one for each slot, so that the rays of a tile's blocks are neighbours.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
@@ -13,9 +13,9 @@ import package::point_view::{PointView, ray_of_slot};
 import package::tile_order::{pixel_of_slot};
 
 struct KdRays {
-    // How many go in a packet.
+    // Rays of a packet.
     packet: u32,
-    // Whether it is asked what is behind `front`.
+    // Whether rays start behind the triangles of `front`.
     sees_behind: u32,
 }
 
@@ -54,7 +54,7 @@ fn rays(at: Invocation) {
     let word = record_start(slot);
     put_vector(word, ray.origin);
     put_vector(word + RAY_DIRECTION, ray.direction);
-    // Of what isn't asked the interval is empty.
+    // A slot without a ray gets an empty interval.
     if is_asked {
         put_number(word + RAY_T_MIN, t_min);
         put_number(word + RAY_T_MAX, RAYS_INFINITE);

@@ -1,4 +1,4 @@
-// Rays, and questions about shadows, as they lie in `records`.
+// Reads rays and shadow questions from `records`.
 
 import package::exact::double::{F64};
 import package::exact::predicate::{ExactRay};
@@ -24,7 +24,7 @@ fn read_point(word: u32) -> ExactPoint {
     return ExactPoint(read_vector(word), read_number(word + SHADOW_ERROR));
 }
 
-// A question about its point.
+// The shadow ray of a question with its point.
 fn read_shadow(word: u32, point: ExactPoint) -> ExactShadow {
     let light = vec3(
         records[word + SHADOW_LIGHT], records[word + SHADOW_LIGHT + 1u], records[word + SHADOW_LIGHT + 2u],

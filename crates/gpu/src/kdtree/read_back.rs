@@ -1,4 +1,4 @@
-//! What rays were and what they hit, read back one buffer after the other: for tests and experiments.
+//! Reads rays and their hits back, one buffer after the other: for tests and experiments.
 
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, LightSource, Ray};
@@ -8,10 +8,10 @@ use super::tracer::KdTracer;
 use crate::{Gpu, GpuError};
 
 impl KdRecords {
-    /// The rays that the buffer holds, with their own triangles: reads them back.
+    /// Reads back the buffer's rays, with their own triangles.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     pub fn read_rays(&self, gpu: &Gpu) -> Result<Vec<(Ray, Option<u32>)>, GpuError> {
         let words: Vec<u32> = self.read(gpu)?;
         let rays = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
@@ -23,10 +23,10 @@ impl KdRecords {
         Ok(rays.collect())
     }
 
-    /// The questions about shadows of a point light that the buffer holds: its position, a point, the point's triangle.
+    /// Reads back the buffer's shadow questions: the light, the point, and the point's triangle.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     pub fn read_shadows(&self, gpu: &Gpu) -> Result<Vec<(LightSource, HitPoint, u32)>, GpuError> {
         let words: Vec<u32> = self.read(gpu)?;
         let questions = words[Self::HEADER as usize..].chunks_exact(Self::WORDS).map(|words| {
@@ -50,10 +50,10 @@ impl KdRecords {
 }
 
 impl KdTracer {
-    /// What each of `count` rays hit first, read back.
+    /// Reads back the first hit of each of `count` rays.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     pub fn read_hits(&self, gpu: &Gpu, count: usize) -> Result<Vec<Option<Hit>>, GpuError> {
         let words: Vec<u32> = self.hits().read(gpu, Self::HIT_WORDS * count)?;
         let hits = words.chunks_exact(Self::HIT_WORDS).map(|words| {
@@ -64,10 +64,10 @@ impl KdTracer {
         Ok(hits.collect())
     }
 
-    /// Whether each of `count` points is shadowed, read back.
+    /// Reads back whether each of `count` points is shadowed.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     pub fn read_shadows(&self, gpu: &Gpu, count: usize) -> Result<Vec<bool>, GpuError> {
         let words: Vec<[u32; 4]> = self.shadows().read(gpu, count)?;
         Ok(words.into_iter().map(|[is_blocked, ..]| is_blocked != 0).collect())

@@ -5,12 +5,12 @@ use umbrage_rays::{LightSource, Ray};
 use crate::kernel::GROUPS_OF_ROW;
 use crate::{Buffer, Gpu, GpuError, Recorder};
 
-/// Rays, or questions about shadows, in a buffer on the GPU: 80 bytes each.
+/// Rays or shadow questions in a GPU buffer: 80 bytes each.
 #[derive(Debug)]
 pub struct KdRecords {
     records: Buffer,
     sizes: Buffer,
-    /// What was uploaded last; kept for its memory.
+    /// The last uploaded words; kept to reuse the memory.
     words: Vec<u32>,
 }
 
@@ -18,17 +18,17 @@ impl KdRecords {
     /// Words of the header, as in `records.wgsl`.
     pub const HEADER: u64 = 8;
     pub(super) const WORDS: usize = 20;
-    /// Where a record has the error of a ray's start, as in `records.wgsl`.
+    /// Word of a record with the error of the ray's start, as in `records.wgsl`.
     const ERROR: usize = 18;
     const LANES: u32 = 64;
-    /// The word where workgroups for records are …
+    /// Header word of the workgroups for records, …
     pub const GROUPS: u32 = 1;
-    /// … and for packets of them.
+    /// … and of those for packets of records.
     pub(super) const PACKETS: u32 = 4;
     /// Stands for no triangle.
     pub const NO_TRIANGLE: u32 = u32::MAX;
 
-    /// Nothing yet.
+    /// Makes an empty buffer.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
@@ -38,11 +38,11 @@ impl KdRecords {
         }
     }
 
-    /// Takes over rays, each with the triangle that it goes through without hitting it, if any. `packet` is how many go
-    /// together where they go in packets.
+    /// Uploads rays, each with the triangle that it passes through without hitting it, if any. `packet` is the number
+    /// of rays that are traced together, if packets are used.
     ///
     /// # Errors
-    /// Where there are more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write_rays(
         &mut self,
         gpu: &Gpu,
@@ -56,12 +56,12 @@ impl KdRecords {
         })
     }
 
-    /// Takes over rays that start at points of triangles, each with its direction. They go through that triangle, and through
-    /// all whose planes the [point is on](HitPoint::is_on), without hitting them: for a tracer of rays
-    /// [from triangles](super::KdTracerOptions::from_triangles).
+    /// Uploads rays that start at points of triangles, each with its direction. They pass through that triangle, and
+    /// through all whose planes the [point is on](HitPoint::is_on), without hitting them: for a tracer of rays [from
+    /// triangles](super::KdTracerOptions::from_triangles).
     ///
     /// # Errors
-    /// Where there are more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write_rays_from(
         &mut self,
         gpu: &Gpu,
@@ -78,10 +78,10 @@ impl KdRecords {
         })
     }
 
-    /// Takes over questions whether anything but a point's own triangle is between a light and the point.
+    /// Uploads questions whether any triangle other than a point's own is between a light and the point.
     ///
     /// # Errors
-    /// Where there are more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write_shadows(
         &mut self,
         gpu: &Gpu,
@@ -118,19 +118,19 @@ impl KdRecords {
         self.records.write(gpu, &self.words)
     }
 
-    /// Makes room for `count` records that a stage writes.
+    /// Makes room for `count` records, which a stage writes.
     ///
     /// # Errors
-    /// Where there are more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn reserve(&mut self, gpu: &Gpu, count: u32) -> Result<(), GpuError> {
         self.sizes.reserve(gpu, 4 * Self::HEADER)?;
         self.records.reserve(gpu, 4 * (Self::HEADER + Self::WORDS as u64 * u64::from(count)))
     }
 
-    /// Says how many records there are that a stage writes or has written, and how many go together in packets.
+    /// Writes the header for records that a stage writes or has written: their number, and the size of packets.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     pub(crate) fn write_count(&mut self, gpu: &Gpu, count: u32, packet: u32) -> Result<(), GpuError> {
         self.records.write_at(gpu, 0, &Self::header(count, packet))
     }
@@ -145,25 +145,25 @@ impl KdRecords {
         header
     }
 
-    /// Lets dispatches take their sizes from what the header says now.
+    /// Updates the dispatch sizes from the header.
     pub fn record_sizes(&self, recorder: &mut Recorder<'_>) {
         recorder.copy_words(&self.records, &self.sizes, Self::HEADER);
     }
 
-    /// What dispatches take their sizes from.
+    /// Sizes for indirect dispatches.
     #[must_use]
     pub fn sizes(&self) -> &Buffer {
         &self.sizes
     }
 
-    /// Eight words with how many records there are at first, then twenty for each (`records.wgsl`).
+    /// Eight words of header, first the number of records, then twenty for each record (`records.wgsl`).
     #[must_use]
     pub fn buffer(&self) -> &Buffer {
         &self.records
     }
 }
 
-/// Low word, high word.
+/// Appends the low word, then the high word.
 fn push(words: &mut Vec<u32>, number: f64) {
     words.extend([number.to_bits() as u32, (number.to_bits() >> 32) as u32]);
 }
@@ -179,7 +179,7 @@ pub fn light_words(light: &LightSource) -> [u32; 4] {
     [x, y, z, is_directional]
 }
 
-/// As in `dispatch.wgsl`.
+/// Workgroups in rows, as in `dispatch.wgsl`.
 fn groups(count: u32) -> [u32; 3] {
     [count.min(GROUPS_OF_ROW), count.div_ceil(GROUPS_OF_ROW), 1]
 }

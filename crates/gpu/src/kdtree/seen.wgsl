@@ -1,4 +1,4 @@
-// Stage `seen`: what each slot's ray has hit, and whether any has.
+// Stage `seen`: writes the triangle that each slot's ray has hit, and whether any ray has hit one.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_LANES};

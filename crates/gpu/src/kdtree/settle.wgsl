@@ -1,6 +1,6 @@
-// Stage `settle`: what traversals have left undecided, by the predicate, and where the nearest hits are. First an invocation has a
-// listed hit, then a ray: a ray may have so many that one alone would take too long, and lavapipe ends an invocation's loops
-// after 65,535 turns.
+// Stage `settle`: decides the undecided hits of traversals by the predicate, and finds t of the nearest hits. First
+// each invocation takes a listed hit, then a ray: one invocation would take too long for all hits of a ray, and
+// lavapipe ends an invocation's loops after 65,535 turns.
 
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
@@ -35,12 +35,12 @@ const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
 // Whether rays may start at points of triangles.
 override KD_FROM_TRIANGLES: bool = false;
 
-// How many hits there was room for.
+// Number of listed hits, at most the room for them.
 fn undecided_count() -> u32 {
     return min(undecided_hits[UNDECIDED_COUNT], (arrayLength(&undecided_hits) - UNDECIDED_FIRST) / UNDECIDED_WORDS);
 }
 
-// Whether the point where a triangle is met is there, and on a side that the triangle has.
+// Whether a triangle is there at the point of a hit, and on a side that it has.
 fn is_there(id: u32, edges: ExactEdges, meets_backs: bool, is_shadow: bool) -> bool {
     let kind = triangles[id].w;
     if (kind & TRIANGLE_ONE_SIDED) != 0u && exact_is_front(edges) == meets_backs {
@@ -59,7 +59,7 @@ fn size_undecided() {
     undecided_hits[UNDECIDED_RAYS] = records[RECORDS_COUNT];
 }
 
-// Where a ray meets the triangle of a listed hit; infinite where it doesn't, or certainly meets another before.
+// t of a listed hit; infinite if the ray misses the triangle, or certainly hits a nearer one.
 @compute @workgroup_size(64)
 fn settle_hits(at: Invocation) {
     let index = flat_index(at, RECORD_LANES);
@@ -94,7 +94,7 @@ fn settle_hits(at: Invocation) {
     undecided_hits[base + 5u] = t.y;
 }
 
-// Each ray's nearest hit.
+// Writes each ray's nearest hit.
 @compute @workgroup_size(64)
 fn settle_nearest(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
@@ -146,8 +146,8 @@ fn settle_blocked(at: Invocation) {
     }
 }
 
-// Whether light to a point passes through the triangle of a listed hit, where, and how far from the point, below zero where the
-// back is on the light's side.
+// For a listed hit on the way of light to a point: whether light passes through the triangle, the weights of the
+// crossing, and its distance from the point, negative if the back is on the light's side.
 @compute @workgroup_size(64)
 fn settle_passed(at: Invocation) {
     let index = flat_index(at, RECORD_LANES);
@@ -165,7 +165,7 @@ fn settle_passed(at: Invocation) {
     if !exact_blocked_by(&terms, shadow, corners, &edges) {
         return;
     }
-    // From the light.
+    // As seen from the light.
     let is_front = exact_is_front(edges) != shadow.from_point;
     if !is_front && (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u {
         return;

@@ -1,15 +1,15 @@
-// The tree's bounds, and the power of two that brings them within one.
+// The tree's bounds, and the power of two that scales them to at most one.
 struct KdShape {
     // Bits of f32.
     min: vec3<u32>,
-    // Of the power of two as an f32.
+    // Bits of the power of two as an f32.
     scale: u32,
     max: vec3<u32>,
-    // The same power of two as an F64, high word.
+    // High word of the power of two as an F64.
     scale_high: u32,
-    // All ones where a node's left child follows it.
+    // All ones if a node's left child follows it, else zero.
     left_follows: u32,
-    // Whether coordinates are too small or too large to be scaled: then all rays take everything.
+    // Whether coordinates are too small or too large to be scaled: then all rays test everything.
     is_lost: u32,
     is_empty: u32,
     unused: u32,

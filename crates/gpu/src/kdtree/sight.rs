@@ -9,8 +9,8 @@ use super::tree::KdNodes;
 use crate::view::PointView;
 use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder, Sight};
 
-/// What each pixel of a camera sees, and which lights reach that, found through a kd-tree: what a
-/// [`CameraGrid`](crate::CameraGrid) and a [`LightGrid`](crate::LightGrid) find.
+/// The triangle that each pixel of a camera sees, and the lights that reach it, found through a kd-tree: the answers of
+/// a [`CameraGrid`](crate::CameraGrid) and a [`LightGrid`](crate::LightGrid).
 #[derive(Debug)]
 pub struct KdSight {
     tracer: KdTracer,
@@ -22,14 +22,14 @@ pub struct KdSight {
     fit: Kernel,
     point_view: Buffer,
     ray_parameters: Buffer,
-    /// One for each light: all are in use in one submission.
+    /// A buffer for each light: all are in use in one submission.
     lights: Vec<Buffer>,
-    /// For each light whether anything keeps it away.
+    /// For each light whether triangles shadow it.
     casts_shadow: Vec<bool>,
-    /// The camera's rays, then the questions of one light after the other.
+    /// The camera's rays, then the shadow questions of one light after the other.
     records: KdRecords,
     seen: Buffer,
-    /// What pixels showed before, where what is behind that is asked for.
+    /// The triangles that pixels showed before, kept for [`Sight::is_behind`].
     front: Buffer,
     lit: Buffer,
     sees_any: Buffer,
@@ -41,7 +41,7 @@ pub struct KdSight {
     has_seen_any: bool,
 }
 
-/// As in `rays.wgsl`.
+/// Uniform of `rays.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct KdRays {
@@ -49,7 +49,7 @@ struct KdRays {
     sees_behind: u32,
 }
 
-/// As in `fit.wgsl`.
+/// Uniform of `fit.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct KdFit {
@@ -59,10 +59,10 @@ struct KdFit {
 }
 
 impl KdSight {
-    /// The most that it holds for a pixel in one buffer: a ray, and its share of a header.
+    /// The most bytes per pixel in one buffer: a ray, and its share of a header.
     pub const PIXEL_BYTES: u64 = 96;
 
-    /// Ready to build.
+    /// Compiles the stages; there is no tree yet.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
@@ -92,24 +92,24 @@ impl KdSight {
         }
     }
 
-    /// Says how rays are led from now on.
+    /// Sets the traversal for the next frames.
     pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
         self.tracer.set_options(gpu, options);
     }
 
-    /// Takes over the tree of a frame.
+    /// Uploads a frame's tree.
     ///
     /// # Errors
-    /// Where it needs more than one buffer of the device has room for.
+    /// If it needs more bytes than one buffer of the device can have.
     pub fn build(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
         self.nodes.write(gpu, tree)
     }
 
-    /// Makes ready for a frame of all or some rows of an image: parameters and room. `None` stands for a light that nothing
-    /// keeps away. `groups` workgroups follow if all fits.
+    /// Prepares a frame of some or all rows of an image: parameters and room. `None` stands for a light without
+    /// shadows. `groups` is the size of the dispatch that follows if everything fits.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// If a stage needs more bytes than one buffer of the device can have.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -172,34 +172,34 @@ impl KdSight {
         self.fetch = recorder.fetch(&self.sees_any, 1);
     }
 
-    /// As many workgroups as were prepared if all fits, else none.
+    /// The prepared number of workgroups if everything fits, else none.
     #[must_use]
     pub fn groups(&self) -> Groups<'_> {
         Groups::Indirect(&self.sizes, 0)
     }
 
-    /// Keeps what pixels show, for a next frame that asks what is [behind](Sight::is_behind).
+    /// Keeps the triangles that pixels show, for a next frame that looks [behind](Sight::is_behind) them.
     pub fn keep(&self, recorder: &mut Recorder<'_>) {
         recorder.copy_words(&self.seen, &self.front, u64::from(self.slots));
     }
 
-    /// Looks at what the frame needed that is done. Where that was more than there was room for, makes room and answers
-    /// false: then the frame has to be done again.
+    /// Reads the needs of a frame that is done. If they exceed the room there was, makes more and returns `false`: the
+    /// frame has to be rendered again.
     ///
     /// # Errors
-    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    /// If the device is lost, or a buffer would need more bytes than the device allows.
     pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         self.has_seen_any = done.read::<u32>(self.fetch)? != [0];
         self.tracer.finish(gpu, done)
     }
 
-    /// Whether the last finished frame saw anything.
+    /// Whether any pixel of the last finished frame saw a triangle.
     #[must_use]
     pub fn sees_any(&self) -> bool {
         self.has_seen_any
     }
 
-    /// What the last finished frame took: its camera's rays, then each light that casts shadows.
+    /// Work of the last finished frame: its camera's rays, then each light that casts shadows.
     #[must_use]
     pub fn work(&self) -> &[KdTracerWork] {
         self.tracer.work()
@@ -217,13 +217,13 @@ impl KdSight {
         &self.lit
     }
 
-    /// How many slots [`KdSight::seen`] has.
+    /// Number of slots of [`KdSight::seen`].
     #[must_use]
     pub fn slots(&self) -> u64 {
         self.slots.into()
     }
 
-    /// How many lights the last prepared frame has.
+    /// Number of lights of the last prepared frame.
     #[must_use]
     pub fn light_count(&self) -> u32 {
         self.lights.len() as u32
@@ -235,7 +235,7 @@ impl KdSight {
         self.nodes.bytes()
     }
 
-    /// Bytes on the GPU for pixels, and for rays under way.
+    /// Bytes on the GPU for pixels and rays.
     #[must_use]
     pub fn pixel_bytes(&self) -> u64 {
         [self.records.buffer(), &self.seen, &self.front, &self.lit].into_iter().map(Buffer::bytes).sum::<u64>()

@@ -1,4 +1,4 @@
-// Stages `nearest` and `blocked` with a stack of all far children that wait: a ray an invocation.
+// Stages `nearest` and `blocked` with a stack of all waiting far children; each invocation has a ray.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::records::{RECORD_LANES};
@@ -7,7 +7,7 @@ import package::kdtree::tester::{
     kd_is_missed, kd_leaf, kd_nodes, kd_ray, kd_ways,
 };
 
-// As many inner nodes as a leaf has above it at most.
+// Maximum number of inner nodes above a leaf.
 const KD_DEPTH: u32 = 48u;
 
 fn walk_with_stack(ray: ptr<function, KdRay>) {

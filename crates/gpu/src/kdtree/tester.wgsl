@@ -1,4 +1,4 @@
-// What all traversals share: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
+// Code shared by all traversals: the tree, lines through it, and the tests of leaves. The bounds are derived in `mod.rs`.
 
 import package::kdtree::records::{RECORD_LANES};
 import package::kdtree::shape::{KdShape};
@@ -10,25 +10,25 @@ import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHAD
 @group(0) @binding(3) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> positions: array<u32>;
 @group(0) @binding(5) var<storage, read> lines: array<vec4<u32>>;
-// For each ray: whether it is shadowed for certain, the first of its listed hits, and beyond which t there is nothing to ask.
+// For each ray: whether it is certainly shadowed, the first of its listed hits, and the t beyond which hits don't matter.
 @group(0) @binding(6) var<storage, read_write> traced: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> undecided_hits: array<atomic<u32>>;
 
 // Whether nodes, leaves, tests, restarts and steps are counted.
 override KD_COUNTS: bool = false;
-// Whether it is asked what blocks the way to a light; else, what is hit first.
+// Whether rays look for any shadowing triangle; else, for the nearest hit.
 override KD_IS_SHADOW: bool = false;
-// Whether it is asked what is on that way of a tree of what lets light through: all of it is listed.
+// Whether shadow rays list all triangles that they meet, in a tree of surfaces that transmit light.
 override KD_IS_PASSED: bool = false;
 
 const UNDECIDED_COUNT: u32 = 0u;
-// How many of them are certain: the predicate only has to say where.
+// Number of certain ones among them: the predicate only has to find their t.
 const UNDECIDED_CERTAIN: u32 = 4u;
-// Pairs of words: low, high. Steps are those of invocations that wait for each other.
+// Pairs of words: low, high. Steps include those of invocations that wait for others.
 const UNDECIDED_STEPS: u32 = 6u;
 const UNDECIDED_VISITS: u32 = 8u;
 const UNDECIDED_FIRST: u32 = 16u;
-// Of a hit: its triangle, its ray, the next of the ray's, from which t on it may be, and four words for the stage `settle`.
+// Words of a hit: its triangle, its ray, the ray's next hit, a lower bound on t, and four words for the stage `settle`.
 const UNDECIDED_WORDS: u32 = 8u;
 const NOTHING: u32 = 0xffffffffu;
 const KD_LEAF: u32 = 3u;
@@ -37,37 +37,37 @@ const KD_UNIT: f32 = 5.9604645e-8;
 const KD_BEYOND: f32 = 3.0e38;
 const KD_MAILBOX: u32 = 8u;
 
-// A ray on its way through the tree.
+// State of a ray in a traversal.
 struct KdRay {
     origin: vec3<f32>,
     blur: f32,
     inverse: vec3<f32>,
     heights: f32,
     slope: vec2<f32>,
-    // The interval in the bounds begins at zero, but for `margin`.
+    // The interval inside the bounds begins at zero, minus `margin`.
     leave: f32,
     most_doubt: f32,
     first: f32,
     last: f32,
     own: u32,
     axis: u32,
-    // Of triangles with one side: whether rays meet the back and not the front, as those from points to a light do.
+    // Whether the ray hits the backs of one-sided triangles instead of the fronts, as rays from points to a light do.
     meets_backs: bool,
     number: u32,
-    // What planes' t may be wrong by, on each axis.
+    // Error bound of t at planes across each axis.
     doubt: vec3<f32>,
-    // What a coordinate may be wrong by.
+    // Error bound of a coordinate.
     margin: f32,
 
-    // The hit that isn't in the list yet: the only one, as a rule.
+    // The hit that isn't in the list yet; usually the only one.
     held: u32,
     held_lower: f32,
     held_upper: f32,
     is_held_certain: bool,
-    // The list of all other hits that may be the nearest, and its last one's triangle.
+    // The list of all other candidates for the nearest hit, and the triangle last listed.
     list: u32,
     listed: u32,
-    // Certainly not before the nearest hit.
+    // Upper bound on the t of the nearest hit.
     best: f32,
     is_blocked: bool,
     mailbox: array<u32, KD_MAILBOX>,
@@ -135,8 +135,8 @@ fn kd_is_backward(ray: ptr<function, KdRay>, axis: u32) -> bool {
     return kd_component((*ray).inverse, axis) < 0.0;
 }
 
-// The intervals in which a ray may be in the left and in the right child of an inner node, in whose cell it is from `enter`
-// to `leave`. One that ends before it begins is empty.
+// Intervals of t in which a ray may be in the left and the right child of an inner node, given its interval in the
+// node. An interval is empty if it ends before it begins.
 struct KdWays {
     left: vec2<f32>,
     right: vec2<f32>,
@@ -150,7 +150,7 @@ fn kd_ways(ray: ptr<function, KdRay>, node: vec2<u32>, enter: f32, leave: f32) -
     let whole = vec2(enter, leave);
     let empty = vec2(KD_BEYOND, -KD_BEYOND);
     if inverse == 0.0 {
-        // Along the plane: on one side, or near enough to be on both.
+        // Parallel to the plane: on one side, or near enough to be on both.
         let margin = (*ray).margin;
         return KdWays(select(whole, empty, ahead < -margin), select(whole, empty, ahead > margin));
     }
@@ -165,8 +165,8 @@ fn kd_is_empty(way: vec2<f32>) -> bool {
     return way.y < way.x;
 }
 
-// Whether nothing that waits behind a cell that the ray leaves at `leave` can hold the nearest hit: what waits begins where a
-// nearer cell that holds this one ends, or up to twice the doubt before.
+// Whether no waiting cell can hold the nearest hit, for a ray that leaves its cell at `leave`: waiting cells begin
+// where the nearer cell around this one ends, or up to twice the doubt before.
 fn kd_is_over(ray: ptr<function, KdRay>, leave: f32) -> bool {
     return leave - 2.0 * (*ray).most_doubt > (*ray).best;
 }
@@ -183,19 +183,19 @@ fn kd_corner(vertex: u32) -> vec3<f32> {
 // A triangle that a line may meet.
 struct KdMeeting {
     is_missed: bool,
-    // Whether it meets it for certain, and inside its interval.
+    // Whether the line certainly meets it inside its interval.
     is_certain: bool,
-    // Between which t it does if it does.
+    // Bounds on t of the meeting, if there is one.
     lower: f32,
     upper: f32,
-    // By how much the line certainly runs through the plane, a length of its normal being one.
+    // Lower bound on the product of the line's direction and the triangle's unnormalised normal, in the sheared space.
     steepness: f32,
-    // Above zero where the line certainly comes from the back, below zero where it comes from the front.
+    // Positive if the line certainly comes from the back, negative if from the front.
     turn: f32,
 }
 
-// Tests a triangle as Woop, Benthin and Wald do ("Watertight ray/triangle intersection", 2013): in a space sheared so that the
-// line is an axis, where the edge functions are those of two dimensions.
+// Tests a triangle as Woop, Benthin and Wald do ("Watertight ray/triangle intersection", 2013): in a space sheared so
+// that the line is an axis, where edge functions are two-dimensional.
 fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
     let corners = triangles[id].xyz;
     let axis = (*ray).axis;
@@ -217,7 +217,7 @@ fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
 
     var inverse = kd_component((*ray).inverse, axis);
     if inverse == 0.0 {
-        // Of a line that takes everything.
+        // For a line that tests everything.
         inverse = 1.0;
     }
     let t = vec3(a.z, b.z, c.z) * inverse;
@@ -245,11 +245,11 @@ fn kd_meet(ray: ptr<function, KdRay>, id: u32) -> KdMeeting {
     return meeting;
 }
 
-// Adds to the list of a ray's hits.
+// Appends a hit to a ray's list.
 fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
     let index = atomicAdd(&undecided_hits[UNDECIDED_COUNT], 1u);
     let base = UNDECIDED_FIRST + index * UNDECIDED_WORDS;
-    // What there is no room for is noticed by the count, and the whole is done again.
+    // If there is no room, the count tells, and the whole submission is repeated.
     if index < arrayLength(&undecided_hits) / UNDECIDED_WORDS && base + UNDECIDED_WORDS <= arrayLength(&undecided_hits) {
         atomicStore(&undecided_hits[base], id);
         atomicStore(&undecided_hits[base + 1u], (*ray).number);
@@ -260,18 +260,18 @@ fn kd_list(ray: ptr<function, KdRay>, id: u32, lower: f32) {
     (*ray).listed = id;
 }
 
-// Whether the plane of a triangle that the ray meets so is certainly away from the points that the ray starts from and ends at.
+// Whether the plane of the triangle is certainly off the points that the ray starts from and ends at.
 fn kd_is_clear(ray: ptr<function, KdRay>, meeting: KdMeeting) -> bool {
     let from_end = min((*ray).last - meeting.upper, meeting.lower - (*ray).first) - 8.0 * KD_UNIT - 2.0 * (*ray).blur;
-    // The direction's largest component is one at least, and the inverse's then one half.
+    // The direction's largest component is at least one, so the inverse's is at least one half.
     return from_end > 0.0 && 0.5 * meeting.steepness * from_end > (*ray).heights;
 }
 
-// Notes a triangle that may be the nearest hit.
+// Takes a triangle as a candidate for the nearest hit.
 fn kd_note_nearest(ray: ptr<function, KdRay>, id: u32, tested: KdMeeting) {
     var meeting = tested;
     if (*ray).heights > 0.0 && !kd_is_clear(ray, meeting) {
-        // The ray may start on it.
+        // The ray may start on the triangle.
         meeting.is_certain = false;
     }
     if meeting.lower > (*ray).best || id == (*ray).held || id == (*ray).listed {
@@ -291,7 +291,7 @@ fn kd_note_nearest(ray: ptr<function, KdRay>, id: u32, tested: KdMeeting) {
     }
 }
 
-// Notes a triangle that may shadow the ray's point.
+// Takes a triangle that may shadow the ray's point.
 fn kd_note_shadow(ray: ptr<function, KdRay>, id: u32, meeting: KdMeeting) {
     if meeting.is_certain && kd_is_clear(ray, meeting) {
         (*ray).is_blocked = true;
@@ -308,7 +308,7 @@ fn kd_leaf(ray: ptr<function, KdRay>, node: vec2<u32>) {
     let end = node.x + (node.y >> 2u);
     for (var index = node.x; index < end; index++) {
         let id = kd_ids[index];
-        // Kirk and Arvo's ray tags, a few of them.
+        // A few of Kirk and Arvo's ray tags.
         let slot = id % KD_MAILBOX;
         if (*ray).mailbox[slot] == id || (id & 0x3fffffffu) == (*ray).own {
             continue;
@@ -353,7 +353,7 @@ fn kd_add(word: u32, count: u32) {
     }
 }
 
-// Writes what has become of a ray.
+// Writes a ray's results.
 fn kd_finish(ray: ptr<function, KdRay>) {
     if KD_IS_SHADOW {
         traced[(*ray).number] = vec4(u32((*ray).is_blocked), (*ray).list, bitcast<u32>(KD_BEYOND), 0u);
@@ -373,13 +373,13 @@ fn kd_finish(ray: ptr<function, KdRay>) {
     }
 }
 
-// As many invocations go in step on most GPUs.
+// Number of invocations that run in lockstep on most GPUs.
 const KD_LOCKSTEP: u32 = 32u;
 
 var<workgroup> kd_most_steps: array<atomic<u32>, RECORD_LANES / KD_LOCKSTEP>;
 
-// Counts the steps, nodes and tests, that invocations in step take, each as many as the one that takes the most. All of a
-// workgroup call it.
+// Counts the steps (nodes and tests) of invocations in lockstep: each counts as many as the one with the most. All
+// invocations of a workgroup must call it.
 fn kd_count_steps(lane: u32, visits: vec4<u32>) {
     if KD_COUNTS {
         let group = lane / KD_LOCKSTEP;

@@ -4,13 +4,13 @@ use super::records::KdRecords;
 use super::tree::KdNodes;
 use crate::{Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// How rays are led through the tree.
+/// How rays traverse the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KdTracerOptions {
-    /// How the way back is found. Of a short stack no more than [`KdTracerOptions::MOST_ENTRIES`] entries are used; packets
-    /// have no whole stack, but one of so many.
+    /// The way back up the tree. A short stack has at most [`KdTracerOptions::MOST_ENTRIES`] entries; packets have no
+    /// full stack, but one of that many.
     pub traversal: KdTraversal,
-    /// How many rays go together: a power of two up to 64. `None` for each on its own.
+    /// Rays of a packet: a power of two up to 64. `None` traces each ray alone.
     pub packet: Option<u32>,
     /// Whether visits are counted, which takes time.
     pub counts: bool,
@@ -39,7 +39,7 @@ impl Default for KdTracerOptions {
     }
 }
 
-/// What is asked about rays.
+/// The kind of question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Question {
     Nearest,
@@ -47,14 +47,14 @@ enum Question {
     Passed,
 }
 
-/// What finds all that light passes through, compiled for the first who asks.
+/// Kernels that find all surfaces that light passes through, compiled at their first use.
 #[derive(Debug)]
 struct PassedKernels {
     walk: Kernel,
     settle: Kernel,
 }
 
-/// Answers rays on the GPU: the stages `line`, `nearest` or `blocked`, and `settle`.
+/// Traces rays on the GPU: the stages `line`, `nearest` or `blocked`, and `settle`.
 #[derive(Debug)]
 pub struct KdTracer {
     options: KdTracerOptions,
@@ -70,7 +70,7 @@ pub struct KdTracer {
     undecided: Buffer,
     undecided_sizes: Buffer,
     hits: Buffer,
-    /// What each use since [`KdTracer::prepare`] has needed.
+    /// Needs of each use since [`KdTracer::prepare`].
     needs: Buffer,
     /// The same, for the CPU.
     fetched: Vec<Fetch>,
@@ -79,24 +79,25 @@ pub struct KdTracer {
     work: Vec<KdTracerWork>,
 }
 
-/// What one question about all rays took.
+/// Work of one use of the tracer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KdTracerWork {
     /// Whether it was about shadows.
     pub is_shadow: bool,
-    /// Hits that the predicate had to decide about.
+    /// Hits that the predicate had to decide.
     pub undecided_hits: u32,
-    /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may still
-    /// find something in the node's cell, and a restart for one of its rays.
+    /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may
+    /// still find a hit in the node's cell, and a restart for one of its rays.
     pub visits: Counts,
-    /// Steps, which are nodes and tests, of all invocations with those that they wait for: of 32 that go in step, each has as
-    /// many as the one that takes the most; of a packet, each has all of the packet's. Zero unless counted.
+    /// Steps (nodes and tests) of all invocations, including the time that they wait for others. Of 32 invocations in
+    /// lockstep, each counts as many as the one with the most; in a packet, each counts all of the packet's. Zero
+    /// unless counted.
     pub steps: u64,
 }
 
 impl KdTracerWork {
-    /// The share of its invocations' steps in which a ray visits a node or is tested; the others wait (Horn et al. 2007,
-    /// §5.2.1). `None` where nothing was counted.
+    /// The share of its invocations' steps, 0 to 1, in which a ray visits a node or is tested; in the others it waits
+    /// (Horn et al. 2007, §5.2.1). `None` if nothing was counted.
     #[must_use]
     pub fn share_in_use(&self) -> Option<f64> {
         let used = self.visits.nodes + self.visits.tests;
@@ -105,13 +106,13 @@ impl KdTracerWork {
 }
 
 impl KdTracer {
-    /// As in `tester.wgsl`.
+    /// Words, as in `tester.wgsl`.
     const UNDECIDED_HEADER: u64 = 16;
     const UNDECIDED_WORDS: u64 = 8;
     const UNDECIDED_GROUPS: u32 = 1;
     pub(super) const HIT_WORDS: usize = 8;
 
-    /// Ready to answer.
+    /// Compiles the stages.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let settle = |entry| Kernel::new(gpu, "kdtree::settle", entry, &[]);
@@ -138,7 +139,7 @@ impl KdTracer {
         }
     }
 
-    /// Says how rays are led from now on; where they start stays.
+    /// Sets the traversal for the next uses; `from_triangles` stays.
     pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
         let options = KdTracerOptions { from_triangles: self.options.from_triangles, ..options };
         if options != self.options {
@@ -148,16 +149,16 @@ impl KdTracer {
         }
     }
 
-    /// How rays are led.
+    /// The options.
     #[must_use]
     pub fn options(&self) -> KdTracerOptions {
         self.options
     }
 
-    /// Makes ready for one submission in which up to `rays` rays are asked about up to `uses` times.
+    /// Prepares one submission with up to `uses` uses of up to `rays` rays each.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// If a stage needs more bytes than one buffer of the device can have.
     pub fn prepare(&mut self, gpu: &Gpu, rays: u32, uses: u32) -> Result<(), GpuError> {
         let rays = u64::from(rays);
         self.asked.clear();
@@ -175,7 +176,7 @@ impl KdTracer {
         4 * (Self::UNDECIDED_HEADER + Self::UNDECIDED_WORDS * hits)
     }
 
-    /// Records the question what each of `rays` hits first; [`KdTracer::hits`] has the answers.
+    /// Records a use that finds the nearest hit of each of `rays`; [`KdTracer::hits`] has the answers.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.
@@ -190,7 +191,7 @@ impl KdTracer {
         self.record(gpu, recorder, geometry, tree, rays, Question::Nearest);
     }
 
-    /// Records the questions whether points are shadowed; [`KdTracer::shadows`] has the answers.
+    /// Records a use that finds whether points are shadowed; [`KdTracer::shadows`] has the answers.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.
@@ -205,7 +206,8 @@ impl KdTracer {
         self.record(gpu, recorder, geometry, tree, questions, Question::Blocked);
     }
 
-    /// Records the questions what of a tree's triangles is between points and a light: a list for each, in [`KdTracer::passed`], that begins where the second word of [`KdTracer::shadows`] says.
+    /// Records a use that lists the tree's triangles between points and a light. [`KdTracer::passed`] has the lists;
+    /// the second word of a point's entry in [`KdTracer::shadows`] is the index of its list's first hit.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.
@@ -246,7 +248,7 @@ impl KdTracer {
         let groups = Groups::Indirect(rays.sizes(), KdRecords::GROUPS);
         let packets = Groups::Indirect(rays.sizes(), KdRecords::PACKETS);
         recorder.clear_words(&self.undecided, Self::UNDECIDED_HEADER);
-        // Where there are no rays no invocation says so.
+        // With no rays, no invocation writes the count.
         recorder.clear_words(&self.line_words, 4);
         let buffers = [tree.shape(), rays.buffer(), &self.line_words];
         recorder.stage("line", |pass| line.dispatch(gpu, pass, &buffers, groups));
@@ -278,11 +280,11 @@ impl KdTracer {
         self.fetched.push(recorder.fetch(&self.undecided, Self::UNDECIDED_HEADER));
     }
 
-    /// Looks at what all uses needed, which are done. Where that was more than there was room for, makes room and answers
-    /// false: then all has to be done again.
+    /// Reads the needs of all uses, which are done. If they exceed the room there was, makes more and returns `false`:
+    /// the submission has to be repeated.
     ///
     /// # Errors
-    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    /// If the device is lost, or a buffer would need more bytes than the device allows.
     pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         self.work.clear();
         let mut most = 0;
@@ -313,42 +315,42 @@ impl KdTracer {
         Ok(fits)
     }
 
-    /// What the last finished uses took, one after the other. Rays that mirrors send on aren't in the same order each time, so
-    /// packets of them may take more or less.
+    /// Work of the last finished uses, in order. Rays from mirrors come in a different order each time, so packets of
+    /// them may take more or fewer steps.
     #[must_use]
     pub fn work(&self) -> &[KdTracerWork] {
         &self.work
     }
 
-    /// What each ray hit first: eight words, of which the first is the triangle or `u32::MAX` (`settle.wgsl`).
+    /// First hit of each ray: eight words, the first of them the triangle or `u32::MAX` (`settle.wgsl`).
     #[must_use]
     pub fn hits(&self) -> &Buffer {
         &self.hits
     }
 
-    /// Four words for each question about a shadow, of which the first isn't zero where the point is shadowed.
+    /// Four words for each shadow question; the first isn't zero if the point is shadowed.
     #[must_use]
     pub fn shadows(&self) -> &Buffer {
         &self.traced
     }
 
-    /// What [`KdTracer::record_passed`] lists: 16 words, then eight for each (`settle.wgsl`).
+    /// The hits of [`KdTracer::record_passed`]: 16 words, then eight for each (`settle.wgsl`).
     pub(crate) fn passed(&self) -> &Buffer {
         &self.undecided
     }
 
-    /// What each use has needed: how many hits were left undecided, at the start of its header.
+    /// Needs of each use: its header begins with the number of undecided hits.
     pub(super) fn needs(&self) -> &Buffer {
         &self.needs
     }
 
-    /// How many undecided hits there is room for.
+    /// Number of undecided hits that there is room for.
     pub(super) fn room(&self) -> u32 {
         let hits = (self.undecided.bytes() / 4).saturating_sub(Self::UNDECIDED_HEADER) / Self::UNDECIDED_WORDS;
         hits.min(u64::from(u32::MAX)) as u32
     }
 
-    /// Bytes on the GPU for rays under way: 112 a ray, and 32 for each hit that is listed.
+    /// Bytes on the GPU for rays: 112 for each, and 32 for each listed hit.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         [&self.line_words, &self.traced, &self.undecided, &self.hits].into_iter().map(Buffer::bytes).sum()
@@ -360,7 +362,7 @@ fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
     both(|is_shadow| walk(gpu, options, &[is_shadow]))
 }
 
-/// The kernel for what constants say is asked.
+/// The kernel for a kind of question, given as constants.
 fn walk(gpu: &Gpu, options: KdTracerOptions, asked: &[(&str, f64)]) -> Kernel {
     let (entries, pushes_down) = match options.traversal {
         KdTraversal::Stack => (KdTracerOptions::MOST_ENTRIES, true),
@@ -379,7 +381,7 @@ fn walk(gpu: &Gpu, options: KdTracerOptions, asked: &[(&str, f64)]) -> Kernel {
     Kernel::new(gpu, path, entry, &[constants, &[counts], asked].concat())
 }
 
-/// What `kernel` makes for nearest hits and for shadows, given the constant that says which.
+/// Kernels for nearest hits and for shadows, made by `kernel` from the constant that tells them apart.
 fn both(kernel: impl Fn((&'static str, f64)) -> Kernel) -> [Kernel; 2] {
     [0.0, 1.0].map(|is_shadow| kernel(("KD_IS_SHADOW", is_shadow)))
 }

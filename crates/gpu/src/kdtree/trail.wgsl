@@ -1,9 +1,10 @@
-// Stages `nearest` and `blocked` with a stack of the last few far children that wait, or with none: restart, push-down and
-// short stack, a ray an invocation. Where the stack has lost what is next the ray comes from above again.
+// Stages `nearest` and `blocked` with a stack of the last few waiting far children, or with none: restart, push-down
+// and short stack; each invocation has a ray. If the stack has lost the next node, the ray starts again from above.
 //
-// The paper finds the way back by moving the ray's start to where it left the last leaf. Intervals of neighbours overlap here,
-// so that may lead to the same leaf again, or past one. Instead a bit for each level says whether the ray is in the farther
-// one of two children that it meets (Laine, "Restart trail for stackless BVH traversal", 2010), as in the Rust crate's `trail`.
+// The paper finds the way back by moving the ray's start to the point where it left the last leaf. Intervals of
+// neighbours overlap here, so that could lead to the same leaf again, or past one. Instead a bit for each level says
+// whether the ray is in the farther one of two children that it meets (Laine, "Restart trail for stackless BVH
+// traversal", 2010), as in the Rust crate's `trail`.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
@@ -13,7 +14,7 @@ import package::kdtree::tester::{
     kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
 };
 
-// Entries of the stack, and how many there is room for.
+// Entries of the stack, and whether restarts push down.
 override KD_ENTRIES: u32 = 4u;
 override KD_PUSHES_DOWN: bool = true;
 
@@ -21,7 +22,7 @@ override KD_PUSHES_DOWN: bool = true;
 var<workgroup> short_stack: array<vec4<u32>, max(KD_ENTRIES, 1u) * RECORD_LANES>;
 
 fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
-    // Where the ray comes from again: nothing waits above.
+    // The node of the next restart: no node above it waits.
     var root_node = 0u;
     var root_level = 0u;
     var root = vec2(-(*ray).margin, (*ray).leave);
@@ -32,12 +33,12 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
     var trail = vec2(0u);
     // … and whether that child still waits.
     var open = vec2(0u);
-    // Of the stack: where the next entry goes, and how many there are.
+    // Of the stack: index of the next entry, and number of entries.
     var top = 0u;
     var held = 0u;
     loop {
         let node = kd_nodes[index];
-        // Whether nothing of the node is left to visit.
+        // Whether all of the node has been visited.
         var is_done = kd_is_leaf(node);
         if is_done {
             kd_leaf(ray, node);

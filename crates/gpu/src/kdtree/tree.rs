@@ -5,19 +5,19 @@ use super::words::{KdTreeForm, write_words};
 
 use crate::{Buffer, Gpu, GpuError};
 
-/// A kd-tree that the CPU has built, on the GPU: 8 bytes a node and 4 a reference, as there.
+/// A kd-tree from the CPU, on the GPU: 8 bytes for a node and 4 for a reference, as on the CPU.
 #[derive(Debug)]
 pub struct KdNodes {
     shape: Buffer,
     nodes: Buffer,
     ids: Buffer,
-    /// What was uploaded last; kept for its memory.
+    /// The last uploaded words; kept to reuse the memory.
     words: Vec<[u32; 2]>,
-    /// The largest coordinate of the bounds.
+    /// The largest magnitude of a coordinate of the bounds.
     reach: f32,
 }
 
-/// As in `line.wgsl` and `tester.wgsl`.
+/// Uniform of `line.wgsl` and `tester.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 struct KdShape {
@@ -34,14 +34,14 @@ struct KdShape {
 impl KdShape {
     /// Exponents of the largest coordinates that can be scaled to one.
     const EXPONENTS: std::ops::RangeInclusive<i32> = -90..=125;
-    /// A scale for all others: it keeps the largest below eight.
+    /// Scale for all other exponents: it keeps the largest coordinate below eight.
     const LOST_EXPONENT: i32 = -126;
 
     fn new(form: KdTreeForm) -> Self {
         let KdTreeForm { left_follows, min, max } = form;
         let is_empty = (0..3).any(|axis| min[axis] > max[axis]);
         let largest = largest(form);
-        // The exponent of the next power of two above; exponent bits tell it exactly.
+        // The exponent of the next power of two above, exactly, from the exponent bits.
         let exponent = (f64::from(largest).to_bits() >> 52) as i32 - 1022;
         let is_lost = !is_empty && !Self::EXPONENTS.contains(&exponent);
         let scaling = match (is_empty, is_lost) {
@@ -63,13 +63,13 @@ impl KdShape {
     }
 }
 
-/// The largest coordinate of the bounds; infinite where there are none.
+/// The largest magnitude of a coordinate of the bounds; infinite if they are empty.
 fn largest(KdTreeForm { min, max, .. }: KdTreeForm) -> f32 {
     min.into_iter().chain(max).fold(0.0_f32, |largest, at| largest.max(at.abs()))
 }
 
 impl KdNodes {
-    /// No tree yet.
+    /// Makes an empty tree.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
@@ -81,16 +81,16 @@ impl KdNodes {
         }
     }
 
-    /// Takes over a tree. Buffers are reused, and grow where they must.
+    /// Uploads a tree. Buffers are reused, and grow if they must.
     ///
     /// # Errors
-    /// Where it needs more than one buffer of the device has room for.
+    /// If it needs more bytes than one buffer of the device can have.
     pub fn write(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
         self.write_nodes(gpu, tree)?;
         self.ids.write(gpu, tree.ids())
     }
 
-    /// As [`KdNodes::write`], of a tree of some triangles, which have these ids in the whole scene.
+    /// As [`KdNodes::write`], for a tree of a subset of triangles: `ids` are their ids in the whole scene.
     ///
     /// # Errors
     /// As [`KdNodes::write`].
@@ -114,7 +114,7 @@ impl KdNodes {
         self.shape.bytes() + self.nodes.bytes() + self.ids.bytes()
     }
 
-    /// The largest coordinate of any triangle that can be hit, or zero.
+    /// The largest magnitude of a coordinate of any triangle that can be hit, or zero.
     #[must_use]
     pub fn reach(&self) -> f32 {
         self.reach

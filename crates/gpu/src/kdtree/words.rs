@@ -1,25 +1,25 @@
-//! The tree as plain words, as shaders walk it.
+//! The tree as plain words, the form that shaders traverse.
 
 use umbrage_rays::KdTree;
 use umbrage_rays::internals::Plane;
 
-/// What [`write_words`] doesn't write: how nodes find their children, and the bounds.
+/// The rest of the form that [`write_words`] writes: the rule for finding children, and the bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KdTreeForm {
-    /// Whether an inner node's left child is the node that follows it and its own word tells the index of the right one;
-    /// else the word tells the index of the left child, which the right one follows.
+    /// Whether an inner node's left child follows it and its own word has the index of the right child; else the word
+    /// has the index of the left child, and the right child follows that.
     pub(super) left_follows: bool,
-    /// Lower corner of the box around all triangles that can be hit; above `max` where there are none.
+    /// Lower corner of the bounds of all triangles that can be hit; above `max` if there are none.
     pub(super) min: [f32; 3],
-    /// Upper corner of that box.
+    /// Upper corner of these bounds.
     pub(super) max: [f32; 3],
 }
 
 /// Replaces `nodes` by the tree's nodes, two words each, the root first; none before the first build.
 ///
-/// The lowest two bits of a node's second word are the axis of an inner node's plane, whose coordinate has the bits of
-/// the first word, and the bits above are a child's index. For a leaf both bits are set: the first word is where its
-/// ids start in [`KdTree::ids`], and the bits above are how many it has.
+/// The lowest two bits of a node's second word are the axis of an inner node's plane; the first word has the bits of
+/// its coordinate, and the bits above the axis are a child's index. For a leaf both bits are set: the first word is the
+/// index of its first id in [`KdTree::ids`], and the bits above are the number of its ids.
 pub(super) fn write_words(tree: &KdTree, words: &mut Vec<[u32; 2]>) -> KdTreeForm {
     words.clear();
     let (nodes, extent) = (tree.nodes(), tree.extent());
@@ -33,7 +33,7 @@ pub(super) fn write_words(tree: &KdTree, words: &mut Vec<[u32; 2]>) -> KdTreeFor
         }
     }));
     let root = (nodes.len() > 0).then(|| nodes.get(0)).filter(|root| !root.is_leaf());
-    // Else the second slot stays empty.
+    // Otherwise the second slot stays empty.
     let left_follows = root.is_some_and(|root| nodes.children(0, root)[0] == 1);
     KdTreeForm { left_follows, min: extent.min, max: extent.max }
 }
@@ -46,7 +46,7 @@ mod tests {
 
     use super::write_words;
 
-    /// The ids below a node of the words, and how many nodes there are.
+    /// Collects the ids below a node of the words, and returns the number of nodes.
     fn ids_below(nodes: &[[u32; 2]], ids: &[u32], left_follows: bool, index: u32, found: &mut Vec<u32>) -> usize {
         let [first, second] = nodes[index as usize];
         if second & 3 == 3 {

@@ -1,4 +1,4 @@
-// Rays, and questions about shadows, into the buffer `records`, which a stage declares.
+// Writes rays and shadow questions to the buffer `records`, which a stage declares.
 
 import package::dispatch::{groups_of};
 import package::exact::double::{F64};
@@ -6,7 +6,7 @@ import package::exact::vector::{F64Vector};
 import package::kdtree::records::{RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_LANES};
 import stage::{records};
 
-// How many there are, and the workgroups for them, of which packets have so many.
+// Writes the number of records, and the workgroups for them and for packets of `packet` records.
 fn put_header(count: u32, packet: u32) {
     let groups = groups_of((count + RECORD_LANES - 1u) / RECORD_LANES);
     let packets = groups_of((count + packet - 1u) / packet);

@@ -1,6 +1,6 @@
-// Stage `balance`: blocks of work for the light's cells. A cell with R points, and T triangles in its slice of the tile and
-// those before it, makes ⌈R/r⌉ · ⌈T/t⌉ of them: cells don't share blocks (the paper's hard boundaries), blocks of one cell
-// are interchangeable (its soft ones), and crowds of triangles are split as well.
+// Stage `balance`: cuts the light's cells into blocks of work. A cell with R points, and T triangles in its slice of
+// the tile and the slices before it, makes ⌈R/r⌉ · ⌈T/t⌉ blocks: cells don't share blocks (the paper's hard
+// boundaries), blocks of one cell are interchangeable (its soft ones), and long lists of triangles are split as well.
 
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::grid::header::{HEADER_BLOCKS, HEADER_BLOCK_GROUPS, HEADER_FACES};
@@ -64,13 +64,13 @@ fn points_of(tile: u32, slice: u32) -> vec2<u32> {
     return vec2<u32>(select(point_cells[max(cell, 1u) - 1u], 0u, cell == 0u), point_cells[cell]);
 }
 
-// The pairs of a slice and of those before it, where all that shadows its points is.
+// The pairs of a slice and of the slices before it, which include every triangle that shadows its points.
 fn pairs_of(tile: u32, slice: u32) -> vec2<u32> {
     let first = tile * light.slices;
     return vec2<u32>(select(cells[max(first, 1u) - 1u], 0u, first == 0u), cells[first + slice]);
 }
 
-// How many blocks of points there are, and of pairs.
+// Number of blocks of points, and of pairs.
 fn blocks_of(tile: u32, slice: u32) -> vec2<u32> {
     let points = points_of(tile, slice);
     let pairs = pairs_of(tile, slice);
@@ -79,7 +79,7 @@ fn blocks_of(tile: u32, slice: u32) -> vec2<u32> {
         (pairs.y - pairs.x + LIGHT_BLOCK_PAIRS - 1u) / LIGHT_BLOCK_PAIRS);
 }
 
-// The size of the dispatch that traces blocks.
+// Writes the size of the dispatch that traces blocks.
 @compute @workgroup_size(1)
 fn size_blocks() {
     let room = (arrayLength(&blocks) - LIGHT_BLOCKS_FIRST) / LIGHT_BLOCK_WORDS;

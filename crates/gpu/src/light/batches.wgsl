@@ -1,9 +1,8 @@
-// What `trace` does with a block, however the light sees points and triangles: up to 64 points of a cell, one an
-// invocation, and triangles that come in batches through workgroup memory. What the filter leaves undecided is noted for
-// `settle`.
+// Traces a block, for lights that see by faces or by angles: up to 64 points of a cell, one for each invocation, and
+// triangles that come in batches through workgroup memory. Pairs that the filter leaves undecided are noted for `settle`.
 //
-// A stage says what a `Cell` and a `Point` (`own` is the triangle that it is on) are to its filter, and which points a
-// triangle that was `record`ed may shadow, and does for certain.
+// A stage defines `Cell` and `Point` (`own` is the triangle that it is on) for its filter, and two tests of points
+// against `record`ed triangles: whether one may shadow the point, and whether it certainly does.
 
 import package::dispatch::{flat_group};
 import package::light::blocks::{LIGHT_BLOCKS_FIRST, LIGHT_BLOCK_WORDS};
@@ -17,15 +16,15 @@ import stage::{
 
 const BATCH: u32 = 64u;
 
-// An id is no number: the bits of a small one would be taken for zero.
+// An id is kept as an integer: as a float, the bits of a small one could be flushed to zero.
 var<workgroup> record_id: array<u32, BATCH>;
 var<workgroup> still_lit: atomic<u32>;
 var<workgroup> goes_on: u32;
 
-// Whether the point is in shadow for certain, as far as these triangles go.
+// Whether a triangle of the batch certainly shadows the point.
 fn test_batch(point: Point, slot: u32, count: u32, cell: Cell) -> bool {
     for (var start = 0u; start < count; start += 32u) {
-        // First which may be before it: the rest runs only where some point of a few has one.
+        // First finds candidates, so that the longer code runs only where a point of the subgroup has one.
         var candidates = 0u;
         for (var i = 0u; i < min(count - start, 32u); i++) {
             candidates |= u32(may_shadow(start + i, point) && record_id[start + i] != point.own) << i;
@@ -36,7 +35,7 @@ fn test_batch(point: Point, slot: u32, count: u32, cell: Cell) -> bool {
             let id = record_id[number];
             let is_certain = does_shadow(number, point);
             var answer = select(MASK_UNDECIDED, MASK_THERE, is_certain);
-            // A loop of one turn at most: software adapters skip it where no point needs it.
+            // A loop of at most one turn, because software adapters skip it where no point needs it.
             var is_masked = is_certain && (triangles[id].w & TRIANGLE_SHADOW_MASKED) != 0u;
             while is_masked {
                 answer = mask_filter(triangles[id], point_on(number, id, point, cell), true);

@@ -2,7 +2,7 @@
 
 // Bins of an axis of a face.
 const BINS: u32 = 2048u;
-// Of fixed-point coordinates on faces.
+// Fraction bits of fixed-point coordinates on faces.
 const BIN_FRACTION_BITS: u32 = 18u;
 const BIN_UNIT: f32 = 3.8146973e-6;
 // For each axis of a face: the points of each bin, then its column; then the first bin of each column, and the end.

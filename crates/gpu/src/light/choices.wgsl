@@ -1,4 +1,4 @@
-// What `choose` reads and writes, however a light sees points.
+// Inputs and outputs of `choose`, for lights that see by faces or by angles.
 
 import package::dispatch::{groups_of};
 import package::exact::double::{f64_from_f32_bits};
@@ -13,7 +13,7 @@ struct Axes {
     forward: vec3<f32>,
 }
 
-// A corner of the box around all points.
+// A corner of the bounds of all points.
 fn from_bounds(word: u32, is_complement: bool) -> vec3<f32> {
     var corner: vec3<f32>;
     for (var axis = 0u; axis < 3u; axis++) {
@@ -25,7 +25,7 @@ fn from_bounds(word: u32, is_complement: bool) -> vec3<f32> {
 
 // Axes with the third along `vector`.
 fn axes_along(vector: vec3<f32>) -> Axes {
-    // Scaled first: the squares of very large or small numbers aren't.
+    // Scaled first, because squares of very large or small numbers leave f32's range.
     let largest = max(max(abs(vector.x), abs(vector.y)), abs(vector.z));
     let forward = select(vec3<f32>(0.0, 0.0, 1.0), normalize(vector / largest), largest > 1e-30 && largest < 1e30);
     let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(forward.x) > 0.7);
@@ -33,7 +33,7 @@ fn axes_along(vector: vec3<f32>) -> Axes {
     return Axes(right, cross(forward, right), forward);
 }
 
-// The origin, the rows for x, y and depth, and what is added to x and y.
+// Writes the origin, the rows for x, y and depth, and the terms added to x and y.
 fn write_projection(number: u32, numbers: array<f32, 14>) {
     var of_space = numbers;
     for (var pair = 0u; pair < 7u; pair++) {

@@ -1,5 +1,5 @@
-// Stage `choose`: the faces of a light's grid, from the box around all points. One around a spot's cone, or where the light
-// sees the box well from outside, else the six of a cube around it.
+// Stage `choose`: chooses the faces of a light's grid from the bounds of all points. One face around a spot's cone, or
+// if the light sees the bounds well from outside; else the six of a cube around the light.
 
 import package::exact::double::{f64_to_f32_bits};
 import package::grid::space::{Raster, Space, power_of_two};
@@ -22,9 +22,9 @@ struct Face {
     high: vec2<f32>,
 }
 
-// Points may be beside the face by rounding, not by more.
+// Points may be outside of the face by rounding, not by more.
 const MARGIN: f32 = 1e-3;
-// A single face goes no farther aside than this, in depths.
+// Largest extent of a single face from its axis, at depth one.
 const WIDEST: f32 = 3.0;
 
 @compute @workgroup_size(1)
@@ -32,7 +32,7 @@ fn choose() {
     let low = from_bounds(BOUNDS_LOW, true);
     let high = from_bounds(BOUNDS_LOW + 3u, false);
     var faces = 1u;
-    // Nothing is seen: nothing has to be done.
+    // No point is seen, so there is nothing to do.
     if !all(low <= high) {
         faces = 0u;
     } else if light.is_directional == 1u {
@@ -55,18 +55,18 @@ fn choose() {
     write_faces(faces);
 }
 
-// Of a spot's half-angle; very large where there is none.
+// Tangent of a spot's half-angle; very large if there is no cone.
 fn tangent_of_cone() -> f32 {
     let largest = max(max(abs(light.axis.x), abs(light.axis.y)), abs(light.axis.z));
     if !(largest > 1e-15 && largest < 1e15) {
         return 1e30;
     }
-    // Rounded down by far more than f32 loses, or the cone's own edge does.
+    // Rounded down by far more than the error of f32 or of the cone's own edge.
     let squared_cosine = bitcast<f32>(f64_to_f32_bits(light.squared_cosine)) / dot(light.axis, light.axis) - 4e-5;
     return select(1e30, sqrt(max(1.0 / squared_cosine - 1.0, 0.0)), squared_cosine > 1e-3);
 }
 
-// The face around a spot's cone, of which no more than the box of all points covers.
+// The face around a spot's cone, cut to the part that the bounds of all points cover.
 fn around_cone(low: vec3<f32>, high: vec3<f32>) -> Face {
     let axes = along(light.axis);
     let widest = vec2<f32>(tangent_of_cone() * (1.0 + MARGIN));
@@ -76,7 +76,7 @@ fn around_cone(low: vec3<f32>, high: vec3<f32>) -> Face {
     face.high = widest;
     let cut_low = max(face.low, of_box.low);
     let cut_high = min(face.high, of_box.high);
-    // Where the box isn't before the light, or is wholly outside, the cone remains.
+    // If the bounds aren't in front of the light, or are wholly outside, the whole cone remains.
     if all(abs(of_box.low) <= vec2<f32>(WIDEST)) && all(abs(of_box.high) <= vec2<f32>(WIDEST))
         && all(cut_low + 1e-5 < cut_high) {
         face.low = cut_low;
@@ -91,7 +91,7 @@ fn along(vector: vec3<f32>) -> Face {
     return Face(axes.right, axes.up, axes.forward, vec2<f32>(0.0), vec2<f32>(0.0));
 }
 
-// The rectangle that a box covers; a very large one where the box isn't wholly before the light.
+// The rectangle that a box covers; a very large one if the box isn't wholly in front of the light.
 fn fitted(axes: Face, origin: vec3<f32>, low: vec3<f32>, high: vec3<f32>, is_parallel: bool) -> Face {
     var face = axes;
     face.low = vec2<f32>(1e30);
@@ -141,12 +141,12 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     raster.slices = light.slices;
     raster.first_cell = number * side * side * light.slices;
     raster.is_orthographic = light.is_directional;
-    // As `map` allows, and a rounding.
+    // The error that `map` allows, and a rounding.
     raster.position_error = 6u;
-    // Rows go up here; axes are right-handed, as a camera's are with rows that go down.
+    // Rows go up here, so axes are right-handed, like a camera's with rows that go down.
     raster.is_mirrored = u32(dot(cross(face.right, face.up), face.forward) < 0.0);
 
-    // (x − low · depth) · scale; of parallel light (x − low) · scale.
+    // (x − low · depth) · scale; for parallel light (x − low) · scale.
     let shift = -face.low * scale;
     let of_depth = select(shift, vec2<f32>(0.0), light.is_directional == 1u);
     let x = face.right * scale.x + face.forward * of_depth.x;
@@ -154,10 +154,10 @@ fn write_space(number: u32, face: Face, origin: vec3<f32>, side: u32) {
     let added = select(vec2<f32>(0.0), shift, light.is_directional == 1u);
     let reach = max(abs(x), abs(y));
     raster.row_reach = max(max(reach.x, reach.y), reach.z);
-    // As for cameras; half a unit at most, since faces are at least 2⁻¹⁹ wide and `row_reach` is below 2⁴⁸.
+    // As for cameras; at most half a unit, since faces are at least 2⁻¹⁹ wide and `row_reach` is below 2⁴⁸.
     raster.depth_bits = u32(clamp(48.0 - ceil(log2(raster.row_reach)), 0.0, 12.0));
     if light.is_directional == 1u {
-        // Depths are wrong by 2⁻⁴⁹ of what fixed-point positions reach besides.
+        // Depths also have an error of 2⁻⁴⁹ of the range of fixed-point positions.
         let found_from = abs(origin) + light.reach;
         let aside = face.high - face.low;
         raster.depth_error = 4.0 * POINT_ERROR * (found_from.x + found_from.y + found_from.z + aside.x + aside.y);

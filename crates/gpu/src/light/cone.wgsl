@@ -1,5 +1,5 @@
-// Stage `cone`: what is outside of a spot's cone isn't lit, whatever is in between, and is no point of its grid. An
-// invocation has a slot.
+// Stage `cone`: clears the bits of points outside of a spot's cone. They aren't lit, and aren't points of its grid.
+// Each invocation has a slot.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::cone::{exact_is_in_cone};

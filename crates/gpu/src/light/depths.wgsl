@@ -1,10 +1,10 @@
-// How near and how far points are, for slices between: gathered by a workgroup, which writes them in the end.
+// Finds the nearest and farthest points, which bound the depth slices: each workgroup gathers keys, then writes them.
 
 import package::grid::header::{HEADER_POINT_KEYS};
 import package::grid::space::{ordered_bits};
 import stage::{header, light};
 
-// As in the header.
+// Same words as in the header.
 var<workgroup> keys_of_group: array<atomic<u32>, 2>;
 
 fn note_key(key: u32) {
@@ -15,7 +15,7 @@ fn note_key(key: u32) {
     }
 }
 
-// After a barrier.
+// Call it after a barrier.
 fn write_keys(lane: u32) {
     if light.slices > 1u && lane < 2u {
         atomicMax(&header[HEADER_POINT_KEYS + lane], atomicLoad(&keys_of_group[lane]));

@@ -1,4 +1,4 @@
-// Stage `map`: where each point is on the light's faces, and how many points each bin of their axes has.
+// Stage `map`: finds each point's position on the light's faces, and counts the points of each bin of their axes.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64};
@@ -20,7 +20,7 @@ import package::light::undecided::{compare_with_all};
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;
 @group(0) @binding(2) var<storage, read_write> header: array<atomic<u32>>;
-// Which points there are: of a spot those in its cone.
+// Bits of slots with points; for a spot, those in its cone.
 @group(0) @binding(3) var<storage, read> lit: array<u32>;
 @group(0) @binding(4) var<storage, read> points: array<u32>;
 // Fixed-point x and y, key and face of each slot.
@@ -48,8 +48,8 @@ fn word_pair(word: u32) -> Wide {
     return wide_from_f64(F64(points[word], points[word + 1u]));
 }
 
-// The face of a point, after noting it there; none for a point at the light, which nothing shadows, and for one whose
-// position isn't certain, which is compared with all triangles.
+// Maps a point and returns its face. None for a point at the light, which nothing shadows, and for one whose position
+// isn't certain, which is compared with all triangles.
 fn map_point(slot: u32) -> u32 {
     let point = WideVector(word_pair(6u * slot), word_pair(6u * slot + 2u), word_pair(6u * slot + 4u));
     let offset = wide_vector_subtract(point, wide_projection_vector(0u, 0u));
@@ -65,7 +65,7 @@ fn map_point(slot: u32) -> u32 {
     var y = wide_dot(wide_projection_vector(face, 6u), offset);
     let depth = wide_dot(wide_projection_vector(face, 9u), offset);
     var key = wide_to_f32_bits(wide_negate(depth));
-    // In units: below what `choose` expects where this is below 4.
+    // In units: below the error that `choose` expects if this is below 4.
     let reach = light.reach + bitcast<f32>(wide_to_f32_bits(wide_largest_magnitude(point)));
     var error = 4.0 * POINT_ERROR * reach * raster.row_reach;
     if light.is_directional == 1u {

@@ -1,6 +1,6 @@
-//! A light's grid, rebuilt for every frame and light: `survey` for all lights, then for each one `cone`, `choose`, `map`, `spread`,
-//! `sort`, `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`. Some of these are others for lights that see by
-//! angles ([`Sphere`]).
+//! A light's grid, rebuilt for every frame and light: `survey` for all lights, then for each one `cone`, `choose`,
+//! `map`, `spread`, `sort`, `project`, `count`, `scan`, `scatter`, `balance`, `trace`, `settle`. Lights that see by
+//! angles replace some of these ([`Sphere`]).
 
 mod parameters;
 mod points;
@@ -20,14 +20,14 @@ use points::Points;
 use shadows::{Shadows, UNDECIDED_FIRST};
 use sphere::Sphere;
 
-/// How lights see points and triangles: this changes how much work they are, and nothing that is found.
+/// How lights see points and triangles: this changes the work, not the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightOptions {
-    /// Through faces, or by two angles around them; suns always have a face.
+    /// Through faces, or by two angles around them; directional lights always have a face.
     pub map: LightMapping,
-    /// The angles that get cells of their own where lights see by angles; by default those at which there are points.
+    /// The angles that get cells of their own, for lights that see by angles; by default the range of the points' angles.
     pub clamp: Option<LightClamp>,
-    /// Depth slices of a tile, 1 or more: points look for triangles in theirs and in those before it.
+    /// Depth slices of a tile, 1 or more: points are tested against triangles in their slice and in those before it.
     pub slices: u32,
 }
 
@@ -37,10 +37,10 @@ impl Default for LightOptions {
     }
 }
 
-/// What a light was as work.
+/// Counts of a light's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightWork {
-    /// Faces of its grid: 1 or 6, and 0 where nothing is seen.
+    /// Faces of its grid: 1 or 6, or 0 if no point is seen.
     pub faces: u32,
     /// Pairs of a triangle and a cell.
     pub pairs: u32,
@@ -48,37 +48,37 @@ pub struct LightWork {
     pub large: u32,
     /// Blocks of points and triangles.
     pub blocks: u32,
-    /// Pairs of a point and a triangle that were left to the predicate.
+    /// Pairs of a point and a triangle that the predicate had to decide.
     pub undecided: u32,
 }
 
-/// Which of the points that pixels show each light reaches, found through grids made for its rays.
+/// Masks of the pixels' points that each light reaches, found through grids made for its rays.
 #[derive(Debug)]
 pub struct LightGrid {
     options: LightOptions,
-    /// Compiled when it is first asked for.
+    /// Compiled at its first use.
     sphere: Option<Sphere>,
     points: Points,
     project: Project,
     list: List,
     shadows: Shadows,
     point_view: Buffer,
-    /// One for each light: all are in use in one submission.
+    /// A buffer for each light: all are in use in one submission.
     parameters: Vec<Buffer>,
-    /// For each light whether anything keeps it away.
+    /// For each light whether triangles shadow it.
     casts_shadow: Vec<bool>,
-    /// Which lights reach no farther than a cone.
+    /// For each light whether it has a cone.
     have_cones: Vec<bool>,
-    /// Which lights see by angles.
+    /// For each light whether it sees by angles.
     have_angles: Vec<bool>,
     spaces: Buffer,
     header: Buffer,
     sizes: Buffer,
     /// Counts, then ends, of the cells' lists of triangles.
     cells: Buffer,
-    /// For each light a bit for each slot.
+    /// For each light one bit for each slot.
     lit: Buffer,
-    /// What each light has needed: its header, pairs and undecided ones.
+    /// Needs of each light: its header, and the numbers of pairs and of undecided pairs.
     needs: Buffer,
     fetch: Fetch,
     tile_count: u32,
@@ -87,13 +87,13 @@ pub struct LightGrid {
     work: Vec<LightWork>,
 }
 
-/// The pixels for which a light has a tile: its points are spread unevenly, so that some tiles have many more.
+/// Pixels for each tile of a light: points are spread unevenly, so some tiles have many more.
 const PIXELS_PER_TILE: f64 = 24.0;
-/// Tiles a side of a face, at most, where they have one slice; and the root of how many cells it has.
+/// Maximum number of tiles on a side of a face with one slice; the square root of its number of cells.
 const MOST_CELLS: f64 = 1024.0;
 
 impl LightGrid {
-    /// Ready to build.
+    /// Compiles the stages; those for angles at their first use.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let ((shadows, points), (project, list)) = rayon::join(
@@ -126,7 +126,7 @@ impl LightGrid {
         }
     }
 
-    /// Has lights see so from the next frame on.
+    /// Sets the options for the next frames.
     pub fn set_options(&mut self, gpu: &Gpu, options: LightOptions) {
         self.options = options;
         if options.map == LightMapping::Spherical && self.sphere.is_none() {
@@ -134,11 +134,10 @@ impl LightGrid {
         }
     }
 
-    /// Makes ready for a frame of all or some rows of an image: parameters and room. `None` stands for a light that nothing
-    /// keeps away.
+    /// Prepares a frame of some or all rows of an image: parameters and room. `None` stands for a light without shadows.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// If a stage needs more bytes than one buffer of the device can have.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -199,7 +198,7 @@ impl LightGrid {
         let mask_words = u64::from(self.mask_words);
         let kinds = self.casts_shadow.iter().zip(&self.have_cones);
         for ((light, (casts_shadow, has_cone)), number) in self.parameters.iter().zip(kinds).zip(0..) {
-            // Lit as long as nothing is found that keeps the light away.
+            // Points are lit until a stage finds them shadowed.
             recorder.copy_range((self.points.bits(), 0), (&self.lit, number * mask_words), mask_words);
             if *has_cone {
                 let lit = (&self.lit, self.mask_words * 32);
@@ -272,11 +271,11 @@ impl LightGrid {
         recorder.copy_range((shadows.undecided(), 0), (needs, first + NEEDS_UNDECIDED), 1);
     }
 
-    /// Looks at what the frame needed that is done. Where that was more than there was room for, makes room and
-    /// answers false: then the frame has to be done again.
+    /// Reads the needs of a frame that is done. If they exceed the room there was, makes more and returns `false`: the
+    /// frame has to be rendered again.
     ///
     /// # Errors
-    /// Where the device is lost, or more is needed than one of its buffers has room for.
+    /// If the device is lost, or a buffer would need more bytes than the device allows.
     pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         self.work.clear();
         let mut fits = true;
@@ -295,18 +294,18 @@ impl LightGrid {
         Ok(fits)
     }
 
-    /// What each light has needed, on the GPU.
+    /// Needs of each light, on the GPU.
     pub(crate) fn needs(&self) -> &Buffer {
         &self.needs
     }
 
-    /// How many lights the last prepared frame has.
+    /// Number of lights of the last prepared frame.
     #[must_use]
     pub fn light_count(&self) -> u32 {
         self.parameters.len() as u32
     }
 
-    /// What there is room for, for each light.
+    /// Capacities of the buffers, the same for each light.
     pub(crate) fn room(&self) -> Room {
         let at_most = |room: u64| room.min(u64::from(u32::MAX)) as u32;
         let (blocks, undecided_words) = self.shadows.room();
@@ -322,14 +321,14 @@ impl LightGrid {
         }
     }
 
-    /// What each light of the last finished frame was as work.
+    /// Work of each light of the last finished frame.
     #[must_use]
     pub fn work(&self) -> &[LightWork] {
         &self.work
     }
 
-    /// For each light one bit a slot, in [`TileOrder`](umbrage_rays::TileOrder), 32 in a word from the lowest bit up: whether nothing stands
-    /// between the light and what the pixel shows.
+    /// For each light one bit for each slot, in [`TileOrder`](umbrage_rays::TileOrder), 32 in a word from the lowest
+    /// bit up: set if no triangle is between the light and the pixel's point.
     #[must_use]
     pub fn lit(&self) -> &Buffer {
         &self.lit
@@ -347,7 +346,7 @@ impl LightGrid {
         self.project.vertices().bytes() + self.list.bytes() + self.cells.bytes() + self.shadows.block_bytes()
     }
 
-    /// Bytes on the GPU for the points that pixels show.
+    /// Bytes on the GPU for the pixels' points.
     #[must_use]
     pub fn point_bytes(&self) -> u64 {
         self.points.bytes() + self.shadows.undecided().bytes() + self.lit.bytes()

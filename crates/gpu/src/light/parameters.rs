@@ -5,7 +5,7 @@ use umbrage_rays::{Cone, LightSource, View};
 use super::LightOptions;
 use crate::Geometry;
 
-/// A light, as in `light.wgsl`.
+/// A light's parameters, as in `light.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct LightParameters {
@@ -45,7 +45,7 @@ impl LightParameters {
         };
         let everywhere = Cone { apex: DVec3::ZERO, axis: DVec3::ZERO, squared_cosine: 0.0 };
         let cone = Cone::of(light).unwrap_or(everywhere);
-        // Of an orthographic camera, rays start beside it.
+        // An orthographic camera's rays start beside it.
         let beside = match view.camera.projection {
             umbrage_rays::Projection::Perspective { .. } => 0.0,
             umbrage_rays::Projection::Orthographic { half_height } => {
@@ -76,7 +76,7 @@ impl LightParameters {
     }
 }
 
-/// An angle as `sphere/turn.wgsl` counts it.
+/// Converts an angle to the units of `sphere/turn.wgsl`.
 fn angle_units(degrees: f32) -> i32 {
     let (across, along) = f64::from(degrees).to_radians().sin_cos();
     let part = across / (across.abs() + along.abs());

@@ -2,7 +2,7 @@ use super::sphere::Sphere;
 use crate::primitives::Scan;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stages `survey`, `choose`, `map` and `sort`: where points are, and in which cells of a light's grid.
+/// The stages `survey`, `choose`, `map` and `sort`: find points and their cells in a light's grid.
 #[derive(Debug)]
 pub(super) struct Points {
     survey: Kernel,
@@ -12,20 +12,20 @@ pub(super) struct Points {
     assign: Kernel,
     sort: Kernel,
     scan: Scan,
-    /// Where each slot's point is, as three f64.
+    /// Position of each slot's point, as three f64.
     points: Buffer,
-    /// Which slots have one.
+    /// Bits of slots with points.
     bits: Buffer,
-    /// The box around all.
+    /// Bounds of all points.
     bounds: Buffer,
-    /// Where each slot's point is in the light's grid.
+    /// Position of each slot's point in the light's grid.
     mapped: Buffer,
     sorted: Buffer,
-    /// For each axis of each face which column of cells each bin is in, and which bin each column starts with.
+    /// For each axis of each face the column of cells of each bin, and the first bin of each column.
     spread: Buffer,
     /// Counts, then ends, of the cells' points.
     cells: Buffer,
-    /// How far the points of each tile are.
+    /// The farthest point of each tile.
     farthest: Buffer,
     slots: u32,
     cell_count: u32,

@@ -1,4 +1,4 @@
-// Where pixels see triangles, to the last bit.
+// The points of triangles that pixels show, to the last bit.
 
 import package::exact::corners::{corner_bits};
 import package::exact::expansion::{ExpansionTerms};

@@ -1,4 +1,4 @@
-// Stage `settle` of a light: decides by the predicate what tracing has left undecided. An invocation has a pair.
+// Stage `settle` of a light: decides undecided pairs by the predicate. Each invocation has a pair.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
@@ -52,7 +52,7 @@ fn settle(at: Invocation) {
             || !exact_blocked_by(&terms, shadow, corner_bits(id), &edges) {
             continue;
         }
-        // From the point, the segment comes to the side that the light doesn't fall on.
+        // A ray from the point meets the side that faces away from the light.
         if (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && exact_is_front(edges) == shadow.from_point {
             continue;
         }

@@ -3,7 +3,7 @@ use crate::grid::header::HEADER_BLOCK_GROUPS;
 use crate::link::shared_constants;
 use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stages `cone`, `balance`, `trace` and `settle` of a light: which points have a triangle before them.
+/// The stages `cone`, `balance`, `trace` and `settle` of a light: find the points that triangles shadow.
 #[derive(Debug)]
 pub(super) struct Shadows {
     cone: Kernel,
@@ -13,7 +13,7 @@ pub(super) struct Shadows {
     size_settle: Kernel,
     settle: Kernel,
     blocks: Buffer,
-    /// What the filter leaves undecided.
+    /// Undecided pairs of a point and a triangle.
     undecided: Buffer,
     undecided_sizes: Buffer,
 }
@@ -25,7 +25,7 @@ shared_constants! { "light::trace":
     LIGHT_BLOCK_WORDS: u64 = 12;
     /// Words before the first undecided pair.
     UNDECIDED_FIRST: u64 = 8;
-    /// The word of the groups that settle them.
+    /// The word of the workgroups that settle them.
     UNDECIDED_GROUPS: u32 = 2;
 }
 
@@ -64,13 +64,13 @@ impl Shadows {
         self.undecided_sizes.reserve(gpu, 4 * UNDECIDED_FIRST)
     }
 
-    /// Makes room for so much.
+    /// Makes room for this many blocks and undecided pairs.
     pub(super) fn grow(&mut self, gpu: &Gpu, blocks: u32, undecided: u32) -> Result<(), GpuError> {
         self.blocks.grow(gpu, Self::bytes_of_blocks(blocks.into()))?;
         self.undecided.grow(gpu, Self::bytes_of_undecided(undecided.into()))
     }
 
-    /// For how many blocks, and how many words of undecided pairs, there is room.
+    /// Number of blocks, and of words of undecided pairs, that there is room for.
     pub(super) fn room(&self) -> (u64, u64) {
         ((self.blocks.bytes() / 4 - LIGHT_BLOCKS_FIRST) / LIGHT_BLOCK_WORDS, self.undecided.bytes() / 4)
     }
@@ -79,7 +79,7 @@ impl Shadows {
         recorder.clear_words(&self.undecided, UNDECIDED_FIRST);
     }
 
-    /// Of a light that has a cone.
+    /// Records the stage `cone`, for a light that has a cone.
     pub(super) fn record_cone(
         &self,
         gpu: &Gpu,

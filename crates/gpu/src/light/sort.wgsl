@@ -1,4 +1,4 @@
-// Stage `sort`: points by cell. The ends of cells come from counts by a prefix sum.
+// Stage `sort`: sorts points by cell. A prefix sum has turned counts into the ends of cells.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64};
@@ -10,9 +10,9 @@ import package::light::sphere::angles::{f32_bits_of, scaled_offset};
 
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> mapped: array<vec4<u32>>;
-// Where each cell's next point goes; in the end, where its points end.
+// Index of each cell's next point; in the end, the end of its points.
 @group(0) @binding(2) var<storage, read_write> point_cells: array<atomic<u32>>;
-// Fixed-point x and y, key and slot, or offset from the light and slot; then, four to an element, the triangles that points are on.
+// Fixed-point x and y, key and slot, or offset from the light and slot; then the points' own triangles, four to an element.
 @group(0) @binding(3) var<storage, read_write> sorted: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
 @group(0) @binding(5) var<storage, read> points: array<u32>;

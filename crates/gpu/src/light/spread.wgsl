@@ -1,5 +1,5 @@
-// Stage `spread`: columns and rows of cells are narrow where points are dense. Each axis of a face is cut into bins of
-// equal width; a bin's column follows from how many points are before it, and a little from how far along it is.
+// Stage `spread`: makes columns and rows of cells narrow where points are dense. Each axis of a face is cut into bins
+// of equal width; a bin's column follows from the number of points before it, and a little from its position.
 //
 // A workgroup has an axis of a face.
 
@@ -13,7 +13,7 @@ import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_shared, scan_workg
 @group(0) @binding(2) var<storage, read_write> spread: array<u32>;
 
 const SPREAD_DEPTH: u32 = BINS / SCAN_WIDTH;
-// Of all columns, how many are spread evenly: 1 / 2 ^ this.
+// Log2 of the inverse share of columns that are spread evenly.
 const EVEN_BITS: u32 = 2u;
 
 @compute @workgroup_size(256)
@@ -38,7 +38,7 @@ fn spread_columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     } else {
         previous = column(before - spread[base + first - 1u], step, first - 1u, side);
     }
-    // Counts are replaced by columns only after all have been read.
+    // Columns replace counts only after all counts have been read.
     var columns: array<u32, SPREAD_DEPTH>;
     for (var i = 0u; i < SPREAD_DEPTH; i++) {
         columns[i] = column(before, step, first + i, side);
@@ -48,7 +48,7 @@ fn spread_columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     storageBarrier();
     for (var i = 0u; i < SPREAD_DEPTH; i++) {
         spread[base + first + i] = columns[i];
-        // Columns without bins start, and end, where the next one does.
+        // A column without bins starts, and ends, where the next one starts.
         for (var next = previous + 1u; next <= columns[i]; next++) {
             spread[base + SPREAD_STARTS + next] = first + i;
         }

@@ -1,6 +1,6 @@
-// Stage `survey`: where the points are that pixels show, once for all lights.
+// Stage `survey`: finds the points that pixels show, once for all lights.
 //
-// Points are wrong by at most `POINT_ERROR` of their distance from the ray's origin, and by the rounding of F64.
+// Points have an error of at most `POINT_ERROR` of their distance from the ray's origin, and the rounding of F64.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::camera::{exact_across, exact_ray_beside};
@@ -24,18 +24,18 @@ import package::tile_order::{BLOCK_SIDE, TILE_SIDE, pixel_of_slot};
 @group(0) @binding(3) var<storage, read> seen: array<u32>;
 // Six words a slot: x, y and z as F64.
 @group(0) @binding(4) var<storage, read_write> points: array<u32>;
-// A bit for each slot that shows something.
+// A bit for each slot that shows a triangle.
 @group(0) @binding(5) var<storage, read_write> point_bits: array<u32>;
 @group(0) @binding(6) var<storage, read_write> bounds: array<atomic<u32>>;
 
-// A workgroup has the pixels of a row of blocks, all across a tile.
+// A workgroup has the pixels of a row of blocks across a whole tile.
 const SURVEYED: u32 = TILE_SIDE * BLOCK_SIDE;
 
 var<workgroup> bits_of_group: array<atomic<u32>, SURVEYED / 32u>;
-// How far aside its columns are, then its rows; and the camera's axis.
+// Offsets from the axis of its columns, then of its rows; and the camera's axis.
 var<workgroup> across_of_group: array<F64Vector, TILE_SIDE + BLOCK_SIDE>;
 var<workgroup> axis_of_group: ExactRay;
-// Complements of the lowest, then the highest coordinates, in order.
+// Complements of the lowest, then the highest coordinates, as ordered bits.
 var<workgroup> bounds_of_group: array<atomic<u32>, 6>;
 
 @compute @workgroup_size(SURVEYED)
@@ -80,7 +80,7 @@ fn store(word: u32, coordinate: F64, axis: u32) {
     atomicMax(&bounds_of_group[3u + axis], key);
 }
 
-// How far aside a column is, or one of the rows behind, of those that begin with a pixel.
+// Offset from the camera's axis of a column, or of one of the rows after it in the list, counted from the pixel `first`.
 fn across_of(first: vec2<u32>, index: u32) -> F64Vector {
     let is_row = index >= TILE_SIDE;
     let number = select(first.x + index, point_view.first_row + first.y + index - TILE_SIDE, is_row);
@@ -88,7 +88,7 @@ fn across_of(first: vec2<u32>, index: u32) -> F64Vector {
     return exact_across(point_view.view, f64_add(f64_from_u32(number), offset), is_row);
 }
 
-// Where a ray meets its triangle.
+// The point where a ray meets its triangle.
 fn point_on(id: u32, ray: ExactRay) -> F64Vector {
     let bits = corner_bits(id);
     let origin = wide_vector(ray.origin);
@@ -100,9 +100,10 @@ fn point_on(id: u32, ray: ExactRay) -> F64Vector {
     let slope = wide_dot(normal, direction);
     let to_plane = wide_vector_subtract(a, origin);
     let t = wide_multiply(wide_dot(normal, to_plane), wide_reciprocal(slope));
-    // The slope is wrong by less than 2⁻⁵⁵ of the product of the largest sides and direction, and what it divides by as much of
-    // that with the largest offset: so are points, as a part of their distance, times what the slope has lost of the first
-    // product and the distance of the second offset, in powers of two.
+    // The error of the slope is less than 2⁻⁵⁵ of the product of the largest sides and direction, that of its dividend
+    // 2⁻⁵⁵ of the product with the largest offset. So the relative error of a point's distance is that times the ratio
+    // of the first product to the slope, and the ratio of the second offset to the distance; both are rounded up to
+    // powers of two.
     let of_direction = wide_largest_magnitude(direction).exponent;
     let lost = wide_largest_magnitude(ab).exponent + wide_largest_magnitude(ac).exponent + of_direction
         + (3 * 64 - 63) - slope.exponent;

@@ -1,5 +1,5 @@
-// Stage `trace` of a light with faces: which points have a triangle before them, as edge functions and keys near where a
-// triangle is in a cell tell.
+// Stage `trace` of a light with faces: finds points that triangles shadow, by edge functions and keys near the
+// triangle's part of a cell.
 
 import package::grid::set_up::{U, corner_error, corners_of, edges_near, shows_back};
 import package::grid::space::{Space, VERTEX_REGULAR, power_of_two};
@@ -26,7 +26,7 @@ var<workgroup> record_a: array<vec4<f32>, BATCH>;
 var<workgroup> record_b: array<vec4<f32>, BATCH>;
 var<workgroup> record_c: array<vec3<f32>, BATCH>;
 var<workgroup> record_d: array<vec3<f32>, BATCH>;
-// The middle of where a triangle is in the cell, and how far that reaches, in fixed-point.
+// The middle of the triangle's bounds in the cell, and their half extents, in fixed-point.
 var<workgroup> record_box: array<vec4<i32>, BATCH>;
 
 // In fixed-point.
@@ -73,12 +73,12 @@ fn record(slot: u32, id: u32, cell: Cell) {
         high = max(min(high, max(max(a, b), c) + error), low);
     }
     let middle = low + (high - low) / 2;
-    // Empty where the triangle is beside the cell, or shows a side that isn't there.
+    // Empty if the triangle is beside the cell, or shows a side that it doesn't have.
     let half = select(vec2<i32>(-1), high - middle, all(high > low));
     let reach = f32(max(half.x, half.y)) * power_of_two(-i32(raster.fraction_bits));
     let edges = edges_near(corners, middle, max(reach, 0.0), raster);
     let is_gone = (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u && shows_back(edges, raster);
-    // The sign of the error tells whether the triangle's winding is certain.
+    // The error is negative where the triangle's winding is uncertain.
     record_a[slot] = vec4<f32>(edges.a, select(-edges.edge_error, edges.edge_error, edges.is_oriented));
     record_b[slot] = vec4<f32>(edges.b, edges.key_error);
     record_c[slot] = edges.c;
@@ -98,7 +98,7 @@ fn key_at(slot: u32, p: vec2<f32>) -> f32 {
     return record_d[slot].x * p.x + record_d[slot].y * p.y + record_d[slot].z;
 }
 
-// Whether a triangle may be before a point.
+// Whether a triangle may shadow a point.
 fn may_shadow(slot: u32, point: Point) -> bool {
     let p = offset_in_record(slot, point);
     let is_in_box = all(abs(point.position - record_box[slot].xy) <= record_box[slot].zw);
@@ -117,7 +117,7 @@ fn does_shadow(slot: u32, point: Point) -> bool {
     return min(min(edge.x, edge.y), edge.z) > record_a[slot].w && record_a[slot].w > 0.0 && is_before;
 }
 
-// Where the point's ray meets a triangle that shadows it.
+// The point where the shadow ray meets a triangle.
 fn point_on(slot: u32, id: u32, point: Point, cell: Cell) -> RoughPoint {
     let edges = edges_at(slot, offset_in_record(slot, point));
     let corners = triangles[id].xyz + cell.face * light.vertices;
@@ -129,7 +129,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     trace_block(group, lane);
 }
 
-// The size of the dispatch that settles what is undecided.
+// Writes the size of the dispatch that settles undecided pairs.
 @compute @workgroup_size(1)
 fn size_settle() {
     write_settle_groups();

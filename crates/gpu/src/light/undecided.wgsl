@@ -1,4 +1,4 @@
-// What is left to the predicate: pairs of a slot and a triangle, or a page of triangles.
+// Undecided pairs, left to the predicate: a slot and a triangle, or a page of triangles.
 
 import package::dispatch::{groups_of};
 import package::light::points::{
@@ -27,7 +27,7 @@ fn compare_with_all(slot: u32) {
     }
 }
 
-// The size of the dispatch that settles all of it.
+// Writes the size of the dispatch that settles all pairs.
 fn write_settle_groups() {
     let room = (arrayLength(&undecided) - UNDECIDED_FIRST) / 2u;
     let groups = groups_of((min(atomicLoad(&undecided[UNDECIDED_COUNT]), room) + 63u) / 64u);

@@ -1,6 +1,6 @@
-//! What each kernel costs whoever compiles it, as a table that is kept beside the crate, so that changes are seen in reviews.
+//! Compile cost of each kernel, as a table that is kept beside the crate, so that reviews show changes.
 //!
-//! Shader compilers inline every call: what a function costs counts once for each way that leads to it.
+//! Shader compilers inline every call: a function's cost counts once for each path of calls that leads to it.
 
 use std::fmt::Write;
 
@@ -10,20 +10,20 @@ use naga::{AddressSpace, EntryPoint, Expression, Function, Module, Statement};
 
 use super::{MODULES, link};
 
-/// The table, and where it is written anew.
+/// The kept table, and the path to which it is written anew.
 const KEPT: &str = include_str!("../../budgets.tsv");
 const KEPT_PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/budgets.tsv");
 
-/// Of a function, all calls inlined.
+/// Cost of a function with all calls inlined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cost {
     /// Operations and statements.
     operations: usize,
-    /// Bytes of variables in functions.
+    /// Bytes of function-scope variables.
     variables: u32,
 }
 
-/// A module, and what its functions cost, in their order.
+/// A module, and the costs of its functions, in order.
 struct Costs {
     module: Module,
     info: ModuleInfo,
@@ -38,7 +38,7 @@ impl Costs {
         let mut layouter = Layouter::default();
         layouter.update(module.to_ctx()).expect("valid types");
         let mut costs = Self { module, info, layouter, of_functions: Vec::new() };
-        // A function stands behind those that it calls.
+        // A function comes after the functions that it calls.
         for (_, function) in costs.module.functions.iter() {
             let cost = costs.of(function);
             costs.of_functions.push(cost);
@@ -144,7 +144,7 @@ fn a_function_costs_once_for_each_way_to_it() {
         (costs.of_functions[0], costs.of(&costs.module.entry_points[0].function))
     });
     let (function, main) = once;
-    // Besides, the second comes with a call and a sum.
+    // The second also has a call and a sum.
     assert!(function.operations >= 4, "{function:?}");
     assert_eq!(twice.1.operations, main.operations + function.operations + 2);
     assert_eq!([function.variables, main.variables, twice.1.variables], [4, 4, 8]);

@@ -1,10 +1,10 @@
-//! Compares what modules import with what they use.
+//! Compares the imports of modules with the names that they use.
 
 use std::collections::HashSet;
 
 use super::{Module, STAGE};
 
-/// What is wrong with the imports of modules that are linked, the root last: each names a module and an item.
+/// Faults of the imports of linked modules, the root last: each fault names a module and an item.
 pub(super) fn faults(linked: &[Module<'_>]) -> Vec<String> {
     let names: Vec<_> = linked.iter().map(|module| Names::of(&module.body)).collect();
     let Some(of_root) = names.last() else { return Vec::new() };
@@ -42,11 +42,11 @@ pub(super) fn faults(linked: &[Module<'_>]) -> Vec<String> {
     faults
 }
 
-/// The names that a module's text has at module scope.
+/// Names at module scope in a module's text.
 #[derive(Debug, Default)]
 struct Names<'a> {
     declared: HashSet<&'a str>,
-    /// What isn't a member, nor a parameter or variable of the function that it stands in.
+    /// Names that are neither members nor parameters or variables of the function around them.
     used: HashSet<&'a str>,
 }
 
@@ -69,11 +69,11 @@ impl<'a> Names<'a> {
         names
     }
 
-    /// Takes in a declaration at module scope.
+    /// Adds the names of a declaration at module scope.
     fn take(&mut self, item: &[&'a str]) {
         const KEYWORDS: [&str; 6] = ["alias", "const", "fn", "override", "struct", "var"];
         let Some(keyword) = item.iter().position(|token| KEYWORDS.contains(token)) else { return };
-        // Behind an address space and an access mode.
+        // The name comes after an address space and an access mode.
         let before_type = item[keyword..].iter().take_while(|token| !matches!(**token, ":" | "=" | "(" | "{"));
         let Some(&name) = before_type.filter(|token| is_name(token)).last() else { return };
         self.declared.insert(name);
@@ -95,7 +95,7 @@ fn is_name(token: &str) -> bool {
     token.starts_with(|first: char| first.is_alphabetic() || first == '_')
 }
 
-/// Words and numbers, and each other character by itself, without comments, spaces and what built-in values are called.
+/// Words, numbers and single other characters of a text, without comments, spaces and names of built-in values.
 fn tokens(text: &str) -> Vec<&str> {
     let mut tokens = Vec::new();
     for line in text.lines() {

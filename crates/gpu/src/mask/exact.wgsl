@@ -1,4 +1,4 @@
-// Whether a point of a masked triangle is there, as the CPU decides it, bit for bit.
+// Exact mask test of a point of a masked triangle: bit for bit the CPU's answer.
 
 import package::exact::mask::{mask_interpolated, mask_opacity, mask_texels, mask_texture_opacity};
 import package::exact::single::{F32_ONE, f32_at_least};

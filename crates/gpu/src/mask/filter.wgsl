@@ -1,4 +1,4 @@
-// Whether a point of a masked triangle is there, as far as a point that is roughly known tells.
+// Filter for masked triangles: whether a point is there, from a rough position.
 
 import package::grid::set_up::{U};
 import package::mask::table::{MASKS_HAS_VERTEX_OPACITY, mask_bytes, mask_material, mask_texture_at, mask_vertices};
@@ -9,7 +9,7 @@ const MASK_CUT: u32 = 0u;
 const MASK_THERE: u32 = 1u;
 const MASK_UNDECIDED: u32 = 2u;
 
-// Weights of the second and third vertex, and how wrong each may be.
+// Weights of the second and third vertex, and the error bound of each.
 struct RoughPoint {
     weights: vec2<f32>,
     error: f32,
@@ -48,7 +48,7 @@ fn mask_filter(triangle: vec4<u32>, point: RoughPoint, is_shadow: bool) -> u32 {
         let coords_error = point.error * steps + 16.0 * U * largest;
         let texel_error = size * (abs(x_axis) * coords_error.x + abs(y_axis) * coords_error.y
             + 16.0 * U * (abs(x_axis) * largest.x + abs(y_axis) * largest.y + abs(shift))) + 16.0 * U * abs(texel);
-        // Texels far from the first one, and what isn't a number, are left to the exact answer.
+        // Texels far from the first one, and NaN, are left to the exact answer.
         if !all(abs(texel) < vec2<f32>(1e6)) || !all(texel_error < vec2<f32>(0.25)) {
             return MASK_UNDECIDED;
         }

@@ -1,17 +1,17 @@
-//! Which points of masked triangles are there: tables for the stages that ask.
+//! Opacity masks of triangles: the tables that stages test points against.
 
 use crate::{Buffer, Gpu, GpuError};
 
-/// What has to be asked about the sides and points of a triangle; or it together with the triangle's material.
+/// Flags of a triangle's sides and mask, which share a word with the triangle's material.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TriangleFlags {
-    /// A camera's ray may go through it.
+    /// A camera's ray may pass through it.
     pub is_masked: bool,
-    /// Light may go through it.
+    /// Light may pass through it.
     pub is_shadow_masked: bool,
-    /// Light always goes through it.
+    /// Light always passes through it.
     pub is_shadowless: bool,
-    /// Rays of either kind go through its back.
+    /// Rays of either kind pass through its back.
     pub is_one_sided: bool,
 }
 
@@ -25,37 +25,37 @@ impl TriangleFlags {
     }
 }
 
-/// How opaque a material is.
+/// Opacity of a material.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MaskMaterial {
-    /// Its own opacity, which those of vertices and of the texture multiply.
+    /// The material's own opacity, multiplied by those of vertices and of the texture.
     pub opacity: f32,
-    /// A point is there for camera rays where the opacity is at least this.
+    /// A point is there for camera rays if the opacity is at least this.
     pub cutoff: f32,
-    /// A point casts a shadow where the opacity is at least this.
+    /// A point casts a shadow if the opacity is at least this.
     pub shadow_cutoff: f32,
     /// The texture, if there is one.
     pub texture: Option<MaskTexture>,
 }
 
-/// How a material reads opacities from an image.
+/// A texture from which a material reads opacities.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MaskTexture {
-    /// Which set of texture coordinates: 0 or 1.
+    /// The set of texture coordinates: 0 or 1.
     pub tex_coord_set: u32,
-    /// From the mesh's texture coordinates to the image's: two columns, then what is added.
+    /// Matrix from the mesh's texture coordinates to the image's: two columns, then the translation.
     pub image_from_mesh: [f32; 6],
     /// Width and height of the image.
     pub size: [u32; 2],
-    /// What lies beyond the edges on each axis, as in [`ShadeTexture::wrap`](crate::shade::ShadeTexture::wrap).
+    /// Wrapping beyond the edges on each axis, as in [`ShadeTexture::wrap`](crate::shade::ShadeTexture::wrap).
     pub wrap: [u32; 2],
-    /// Whether four texels are mixed rather than the nearest read.
+    /// Whether four texels are mixed; else the nearest is read.
     pub is_linear: bool,
-    /// The image's index among those that were added.
+    /// The image's index in the list of images.
     pub image: usize,
 }
 
-/// What a vertex of a scene with masks has: both sets of texture coordinates, and its opacity.
+/// A vertex of a scene with masks: both sets of texture coordinates, and its opacity.
 pub type MaskVertex = [f32; 5];
 
 /// Tables of materials, vertices and opacities, as `table.wgsl` reads them.
@@ -71,10 +71,10 @@ impl Masks {
         Self { words: Buffer::storage(gpu, "masks") }
     }
 
-    /// Takes over a scene's materials, images (a byte of opacity for each texel, in rows) and vertices.
+    /// Uploads a scene's materials, images (a byte of opacity for each texel, in rows) and vertices.
     ///
     /// # Errors
-    /// Where they are more than one buffer of the device has room for.
+    /// If they exceed the largest buffer of the device.
     pub fn write(
         &mut self,
         gpu: &Gpu,

@@ -1,15 +1,15 @@
-// Where a ray meets a triangle in pixel space, roughly.
+// Rough position of the point where a ray meets a triangle in pixel space.
 
 import package::grid::set_up::{U};
 import package::grid::space::{VERTEX_REGULAR};
 import package::mask::filter::{RoughPoint};
 import stage::{vertices};
 
-// Where edge functions, each wrong by `edge_error`, say that a ray meets the triangle of three vertices in pixel space.
+// The meeting point of a ray and a triangle in pixel space, from edge functions that each have an error of `edge_error`.
 fn rough_point(corners: vec3<u32>, edges: vec3<f32>, edge_error: f32, are_parallel: bool) -> RoughPoint {
     let of_corners = vec3<u32>(vertices[corners.x].z, vertices[corners.y].z, vertices[corners.z].z);
     let kinds = vertices[corners.x].w | vertices[corners.y].w | vertices[corners.z].w;
-    // Parallel rays divide nothing, and homogeneous edge functions are weights already.
+    // Parallel rays need no division, and homogeneous edge functions are weights already.
     let is_divided = !are_parallel && kinds == VERTEX_REGULAR;
     let keys = select(vec3<f32>(1.0), bitcast<vec3<f32>>(of_corners), is_divided);
     let weights = edges * keys;

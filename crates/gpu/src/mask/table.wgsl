@@ -1,7 +1,7 @@
-// Which points of masked triangles are there: tables in `masks`, which a stage declares as a buffer of u32.
+// Opacity masks: tables in `masks`, which a stage declares as a buffer of u32.
 //
-// Words: where vertices start, where bytes of opacity start, where materials start, whether vertices have an opacity of
-// their own. As `masks.rs` writes them.
+// Words of the header: start of vertices, of bytes of opacity, and of materials; whether vertices have an opacity of
+// their own. `mask/mod.rs` writes them.
 
 import package::exact::mask::{MaskTexture};
 import package::mask::flags::{TRIANGLE_MATERIAL};

@@ -1,11 +1,11 @@
-//! What expressions and statements cost, one by one.
+//! Cost of each expression and statement.
 
 use naga::proc::TypeResolution;
 use naga::valid::FunctionInfo;
 use naga::{AddressSpace, BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, Statement};
 use naga::{TypeInner, VectorSize};
 
-/// What is added to an invocation's counters, in their order.
+/// Amounts that are added to an invocation's counters, in their order.
 pub(super) type Cost = [u32; 6];
 
 const FLOATS: usize = 0;
@@ -15,11 +15,11 @@ const SHARED: usize = 3;
 const READ: usize = 4;
 const WRITTEN: usize = 5;
 
-/// What costs more than an operation: of f32 and of integers.
+/// Costs above one operation: long functions of f32, and integer division.
 const LONG_FLOAT: u32 = 8;
 const INTEGER_DIVISION: u32 = 20;
 
-/// A function whose parts are asked for their cost.
+/// A function whose expressions and statements are counted.
 pub(super) struct Costs<'a> {
     pub(super) module: &'a Module,
     pub(super) info: &'a FunctionInfo,
@@ -27,7 +27,7 @@ pub(super) struct Costs<'a> {
 }
 
 impl Costs<'_> {
-    /// Of an expression where it is evaluated.
+    /// Adds the cost of evaluating an expression.
     pub(super) fn add_expression(&self, expression: Handle<Expression>, cost: &mut Cost) {
         match &self.function.expressions[expression] {
             Expression::Load { pointer } => self.add_access(*pointer, Some(expression), READ, cost),
@@ -40,7 +40,7 @@ impl Costs<'_> {
                     BinaryOperator::Divide | BinaryOperator::Modulo => INTEGER_DIVISION,
                     _ => 1,
                 };
-                // A vector may stand on either side.
+                // Either side may be a vector.
                 let components = of.components.max(self.arithmetic(expression).components);
                 cost[if of.is_float { FLOATS } else { INTEGERS }] += each * components;
             }
@@ -51,7 +51,7 @@ impl Costs<'_> {
         }
     }
 
-    /// Of a statement, without the blocks in it.
+    /// Adds the cost of a statement, without the blocks in it.
     pub(super) fn add_statement(&self, statement: &Statement, cost: &mut Cost) {
         match statement {
             Statement::If { .. } | Statement::Loop { .. } | Statement::Switch { .. } => cost[INTEGERS] += 1,
@@ -67,7 +67,7 @@ impl Costs<'_> {
         cost[if of.is_float { FLOATS } else { INTEGERS }] += each * of.components;
     }
 
-    /// Of reading or writing `value`, or the four bytes of an atomic.
+    /// Adds the cost of reading or writing `value`, or the four bytes of an atomic.
     fn add_access(
         &self,
         pointer: Handle<Expression>,
@@ -82,7 +82,7 @@ impl Costs<'_> {
                 cost[direction] += bytes;
             }
             Some(AddressSpace::WorkGroup) => cost[SHARED] += bytes.div_ceil(16),
-            // Of all invocations the same, from a cache for it.
+            // The same for all invocations, from a constant cache.
             Some(AddressSpace::Uniform) => cost[INTEGERS] += 1,
             _ => {}
         }
@@ -106,7 +106,7 @@ impl Costs<'_> {
     }
 }
 
-/// On what is computed.
+/// Type of an operation.
 struct Arithmetic {
     is_float: bool,
     components: u32,

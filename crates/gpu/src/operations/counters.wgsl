@@ -1,4 +1,4 @@
-// What an invocation has done so far, in the order of `Counters`.
+// Counts of an invocation so far, in the order of `Counters`.
 var<private> counted_floats: u32;
 var<private> counted_integers: u32;
 var<private> counted_accesses: u32;
@@ -6,10 +6,10 @@ var<private> counted_shared: u32;
 var<private> counted_read: u32;
 var<private> counted_written: u32;
 
-// What all invocations have done: two words a counter, the lower ones first.
+// Sums over all invocations: two words for each counter, the lower first.
 @group(1) @binding(0) var<storage, read_write> counted_sums: array<atomic<u32>, 16>;
 
-// Of each 32 invocations that go together, the arithmetic of the busiest.
+// Arithmetic of the busiest invocation in each group of 32 that run together.
 var<workgroup> counted_most: array<atomic<u32>, 32>;
 
 fn add_counted(counter: u32, amount: u32) {
@@ -19,7 +19,7 @@ fn add_counted(counter: u32, amount: u32) {
     }
 }
 
-// What each invocation does at its end.
+// Adds an invocation's counts to the sums; every invocation calls it at its end.
 fn sum_counted(lane: u32) {
     add_counted(0u, 1u);
     add_counted(1u, counted_floats);

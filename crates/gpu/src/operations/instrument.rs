@@ -8,17 +8,17 @@ use naga::{
 
 use super::cost::{Cost, Costs};
 
-/// What counts, and what each invocation does at its end.
+/// WGSL of the counters, and the function that each invocation calls at its end.
 const COUNTERS: &str = include_str!("counters.wgsl");
 
 /// An invocation's counters, in the order of [`Cost`].
 const NAMES: [&str; 6] =
     ["counted_floats", "counted_integers", "counted_accesses", "counted_shared", "counted_read", "counted_written"];
 
-/// The functions that count, which aren't counted.
+/// The functions of the counters, which aren't counted.
 const OWN: [&str; 2] = ["add_counted", "sum_counted"];
 
-/// A shader whose blocks count what they do, and whose entry points sum that up.
+/// A shader whose blocks count their operations, and whose entry points sum the counts.
 ///
 /// # Panics
 /// If the shader isn't valid.
@@ -49,7 +49,7 @@ pub(crate) fn instrument(text: &str) -> Module {
     module
 }
 
-/// A function whose blocks each begin with what they count.
+/// A function whose blocks each begin with their counts.
 fn counted(module: &Module, info: &FunctionInfo, of: &Function, counters: [Handle<GlobalVariable>; 6]) -> Function {
     let mut function = of.clone();
     let costs = Costs { module, info, function: of };
@@ -64,7 +64,7 @@ fn counted_block(
     counters: [Handle<GlobalVariable>; 6],
 ) -> Block {
     let mut statements = Vec::new();
-    // What always runs together: up to a statement that may leave the function or the loop.
+    // Statements that always run together: up to one that may leave the function or the loop.
     let mut rest = &block[..];
     while !rest.is_empty() {
         let end = rest.iter().position(has_blocks).map_or(rest.len(), |last| last + 1);
@@ -90,7 +90,7 @@ fn has_blocks(statement: &Statement) -> bool {
     matches!(statement, Statement::Block(_) | Statement::If { .. } | Statement::Loop { .. } | Statement::Switch { .. })
 }
 
-/// A statement with what becomes of the blocks in it.
+/// A statement with each of its blocks replaced by `inner`.
 fn with_blocks(statement: &Statement, inner: &mut dyn FnMut(&Block) -> Block) -> Statement {
     match statement {
         Statement::Block(block) => Statement::Block(inner(block)),
@@ -119,7 +119,7 @@ fn add_to(function: &mut Function, counter: Handle<GlobalVariable>, amount: u32,
     to.push(Statement::Store { pointer, value });
 }
 
-/// An entry point that calls its former self, then sums up.
+/// An entry point that calls its former body, then sums up.
 fn around(module: &mut Module, entry: &EntryPoint, inner: Handle<Function>, sum: Handle<Function>) -> Function {
     let (mut arguments, mut expressions) = (entry.function.arguments.clone(), naga::Arena::new());
     let lane = lane_of(module, &mut arguments);
@@ -142,7 +142,7 @@ fn around(module: &mut Module, entry: &EntryPoint, inner: Handle<Function>, sum:
     Function { arguments, expressions, body: Block::from_vec(body), ..Function::default() }
 }
 
-/// Which argument is the number of an invocation in its workgroup, or which member of which one; added where none is.
+/// The argument with an invocation's index in its workgroup, and the member if it is a struct; added if there is none.
 fn lane_of(module: &mut Module, arguments: &mut Vec<FunctionArgument>) -> (usize, Option<u32>) {
     let is_lane = |binding: &Option<Binding>| *binding == Some(Binding::BuiltIn(BuiltIn::LocalInvocationIndex));
     for (number, argument) in arguments.iter().enumerate() {

@@ -1,7 +1,7 @@
-//! How much kernels do: operations and bytes, counted while they run, on any device.
+//! Work of kernels: operations and bytes, counted while they run, on any device.
 //!
-//! Unlike times these are the same on every machine, so they tell what a GPU would have to do where there is none. Every
-//! kernel is compiled with counters added to each of its blocks, which makes it slower and changes no answer.
+//! Unlike times, counts are the same on every machine, so they predict the work of a GPU that isn't at hand. Every
+//! kernel is compiled with counters in each of its blocks, which makes it slower and changes no answer.
 
 mod cost;
 mod instrument;
@@ -12,37 +12,38 @@ use instrument::instrument;
 
 use crate::{Buffer, DeviceLimits, Gpu, GpuError, Recorder, platform};
 
-/// What a kernel has done, all its invocations together.
+/// Counts of a kernel, over all its invocations.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct KernelOperations {
-    /// Its module's path and its entry point, such as `camera::trace::trace`.
+    /// The module's path and the entry point, such as `camera::trace::trace`.
     pub kernel: String,
-    /// How often it was dispatched.
+    /// Number of dispatches.
     pub dispatches: u64,
-    /// Invocations, those without work too.
+    /// Invocations, including those without work.
     pub invocations: u64,
-    /// Operations on f32, a component each: comparisons too. Divisions, roots and transcendental functions count as 8.
+    /// Operations on f32, counted for each component; includes comparisons. Divisions, roots and transcendental
+    /// functions count as 8.
     pub floats: u64,
-    /// Operations on integers and booleans, a component each, conversions, computed indices and branches. A division counts
-    /// as 20.
+    /// Operations on integers and booleans, counted for each component; conversions, computed indices and branches. A
+    /// division counts as 20.
     pub integers: u64,
     /// Loads and stores of up to 16 bytes, and atomics, in buffers.
     pub accesses: u64,
-    /// The same in workgroups' memory.
+    /// The same in workgroup memory.
     pub shared: u64,
-    /// Bytes loaded from storage buffers, as often as they are.
+    /// Bytes loaded from storage buffers, counted at each load.
     pub bytes_read: u64,
-    /// Bytes stored there.
+    /// Bytes stored to storage buffers.
     pub bytes_written: u64,
-    /// `floats` and `integers` of the busiest of each 32 invocations, which most GPUs run together, times 32. Where these go
-    /// different ways, a GPU waits for more than that.
+    /// `floats` and `integers` of the busiest of each 32 invocations, which most GPUs run together, times 32. If their
+    /// branches diverge, a GPU waits longer than that.
     pub lockstep: u64,
 }
 
 /// The counters of all kernels of a device.
 #[derive(Debug, Default)]
 pub(crate) struct Operations {
-    /// `None` unless they are counted.
+    /// `None` unless kernels are counted.
     kernels: Mutex<Option<Vec<Counted>>>,
 }
 
@@ -64,7 +65,7 @@ pub(crate) struct Counter {
 }
 
 impl Counter {
-    /// Those of a new kernel.
+    /// Makes the counters of a new kernel.
     pub(crate) fn new(gpu: &Gpu, kernel: String, layout: &wgpu::BindGroupLayout) -> Self {
         let mut sums = Buffer::storage(gpu, "counted operations");
         sums.reserve(gpu, 8 * COUNTERS as u64).expect("some bytes");
@@ -79,7 +80,7 @@ impl Counter {
         Self { index: kernels.len() - 1, group }
     }
 
-    /// Has a dispatch count.
+    /// Binds the counters for a dispatch.
     pub(crate) fn bind(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>) {
         pass.set_bind_group(1, &self.group, &[]);
         if let Some(kernels) = gpu.operations.lock().as_mut() {
@@ -89,10 +90,10 @@ impl Counter {
 }
 
 impl Gpu {
-    /// As [`Gpu::open`], a device whose kernels count what they do.
+    /// As [`Gpu::open`], for a device whose kernels count their operations.
     ///
     /// # Errors
-    /// As [`Gpu::open`]. Where kernels can't bind one buffer more than the portable eight, the first frame says so.
+    /// As [`Gpu::open`]. If kernels can't bind one buffer more than the portable eight, the first frame fails.
     pub fn open_counting(name: &str) -> Result<Self, GpuError> {
         let (info, adapter) = platform::choose(name)?;
         let mut descriptor = Self::descriptor(&adapter, DeviceLimits::Adapter)?;
@@ -103,10 +104,10 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// What all kernels have done since this was last asked, those that did nothing left out.
+    /// Takes the counts of all kernels since the last call; kernels without any are left out.
     ///
     /// # Errors
-    /// Where the device is lost.
+    /// If the device is lost.
     pub fn take_operations(&self) -> Result<Vec<KernelOperations>, GpuError> {
         let mut kernels = self.operations.lock();
         let kernels = kernels.as_mut().map_or(&mut [][..], Vec::as_mut_slice);
@@ -141,11 +142,11 @@ impl Gpu {
 
 impl Operations {
     fn lock(&self) -> MutexGuard<'_, Option<Vec<Counted>>> {
-        // Nobody panics while it is locked.
+        // No code panics while it holds the lock.
         self.kernels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A shader that counts, where kernels of the device do.
+    /// The shader with counters, if the device counts.
     pub(crate) fn instrumented(&self, text: &str) -> Option<naga::Module> {
         self.lock().is_some().then(|| instrument(text))
     }

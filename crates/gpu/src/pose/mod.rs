@@ -1,4 +1,4 @@
-//! Vertices that move: what they are made from stays on the GPU, and matrices and weights move them there.
+//! Animated vertices: shapes stay on the GPU, and matrices and weights pose them there.
 
 #[allow(clippy::module_inception, reason = "the stage has the name of what it does, as all stages have")]
 mod pose;

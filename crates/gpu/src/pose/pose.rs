@@ -4,9 +4,9 @@ use glam::Affine3A;
 use super::{PoseShape, RigTables};
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel};
 
-/// The stage `pose`: each vertex of a rig, where a pose has it.
+/// The stage `pose`: computes each vertex of a rig in a pose.
 ///
-/// Positions have the bits that the CPU gives them, at the price of arithmetic in integers.
+/// Positions have the same bits as on the CPU, at the price of integer arithmetic.
 #[derive(Debug)]
 pub struct Pose {
     kernel: Kernel,
@@ -27,36 +27,36 @@ pub struct Pose {
     is_still_posed: bool,
 }
 
-/// Where in a buffer a pose's normals and tangents belong: the words of the first vertex.
+/// Words of a buffer for a pose's normals and tangents: those of the first vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PosedAttributes {
-    /// Of normals, three words each; `None` where the scene has none.
+    /// Of normals, three words each; `None` if the scene has none.
     pub normal_word: Option<u32>,
-    /// Of tangents, four words each; `None` where the scene has none. There are none without normals.
+    /// Of tangents, four words each; `None` if the scene has none. A scene without normals has no tangents.
     pub tangent_word: Option<u32>,
 }
 
-/// What a dispatch poses, as in `pose.wgsl`.
+/// Sizes of a dispatch, as in `pose.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct PoseSize {
-    /// How many vertices.
+    /// Number of vertices to pose.
     pub(crate) vertices: u32,
-    /// How many parts there are.
+    /// Number of parts.
     pub(crate) parts: u32,
-    /// Where the matrices start.
+    /// First word of the matrices.
     pub(crate) matrix_word: u32,
-    /// Where normals go, or [`PoseShape::NO_ATTRIBUTE`].
+    /// First word of the normals, or [`PoseShape::NO_ATTRIBUTE`].
     pub(crate) normal_word: u32,
-    /// Where tangents go, or [`PoseShape::NO_ATTRIBUTE`].
+    /// First word of the tangents, or [`PoseShape::NO_ATTRIBUTE`].
     pub(crate) tangent_word: u32,
 }
 
 impl Pose {
-    /// Vertices that a workgroup takes.
+    /// Vertices of a workgroup.
     const WIDTH: u32 = 64;
 
-    /// Without a rig.
+    /// Makes a stage without a rig.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
@@ -76,10 +76,10 @@ impl Pose {
         }
     }
 
-    /// Takes over a rig. The next pose is one of all vertices, later ones are of those that move.
+    /// Uploads a rig. The next pose computes all vertices, later ones only those of moving parts.
     ///
     /// # Errors
-    /// Where one of its tables is larger than a buffer of the device may be; there is no rig then.
+    /// If one of its tables exceeds the largest buffer of the device; there is no rig then.
     pub fn set_rig(&mut self, gpu: &Gpu, rig: &RigTables) -> Result<(), GpuError> {
         (self.part_count, self.all_posed, self.moving_posed, self.vertex_count) = (0, 0, 0, 0);
         self.is_still_posed = false;
@@ -93,17 +93,17 @@ impl Pose {
         Ok(())
     }
 
-    /// How many vertices the rig has.
+    /// Number of vertices of the rig.
     #[must_use]
     pub fn vertex_count(&self) -> u32 {
         self.vertex_count
     }
 
-    /// Takes over a pose: the weights of all morph targets, and matrices, of which only the first `moving` may be others
-    /// than in the rig's last pose.
+    /// Uploads a pose: the weights of all morph targets, and matrices. Only the first `moving` matrices may differ from
+    /// the rig's last pose.
     ///
     /// # Errors
-    /// Where they are more than a buffer of the device may hold.
+    /// If they exceed the largest buffer of the device.
     ///
     /// # Panics
     /// If there are fewer than `moving` matrices.
@@ -135,7 +135,7 @@ impl Pose {
         Ok(())
     }
 
-    /// Poses vertices: three f32 of each into `positions`, normals and tangents into `attributes`.
+    /// Records the stage: three f32 of each vertex go to `positions`, normals and tangents to `attributes`.
     pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, positions: &Buffer, attributes: &Buffer) {
         let Self { size, parts, shapes, vertices, deltas, motion, .. } = self;
         let buffers = [size, parts, shapes, vertices, deltas, motion, positions, attributes];

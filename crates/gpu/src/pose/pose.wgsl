@@ -1,7 +1,7 @@
-// Stage `pose`: each vertex of a rig, where a pose has it.
+// Stage `pose`: computes each vertex of a rig in a pose.
 //
-// Positions are what visibility depends on, so they have the bits that the CPU's f32 gives. Normals and tangents, on which
-// only colours depend, are plain f32.
+// Visibility depends on positions, so they have the bits of the CPU's f32. Only colours depend on normals and tangents,
+// so these are plain f32.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::single::{F32_ONE, F32_SIGN, f32_add, f32_multiply};
@@ -10,9 +10,9 @@ struct PoseSize {
     // Vertices to pose: all of them, or those of moving parts, which come first.
     vertices: u32,
     parts: u32,
-    // Where matrices start in `pose_motion`, behind the weights.
+    // First word of the matrices in `pose_motion`, behind the weights.
     matrix_word: u32,
-    // Where normals and tangents start in `pose_attributes`; NO_ATTRIBUTE where the scene has none.
+    // First words of normals and tangents in `pose_attributes`; NO_ATTRIBUTE if the scene has none.
     normal_word: u32,
     tangent_word: u32,
 }
@@ -28,22 +28,22 @@ struct PosePart {
     is_skinned: u32,
 }
 
-// Where a shape's vertices are in `pose_vertices`; NO_ATTRIBUTE for normals and tangents that it doesn't have.
+// First words of a shape's vertices in `pose_vertices`; NO_ATTRIBUTE for normals and tangents that it doesn't have.
 struct PoseShape {
     position_word: u32,
     normal_word: u32,
     tangent_word: u32,
-    // Of the first set; the next one is `influence_words` words further on.
+    // First word of the first set; the next set is `influence_words` words further on.
     influence_word: u32,
     influence_words: u32,
     influence_sets: u32,
-    // Where its morph targets start in `pose_deltas`: for each what it adds to positions, to normals and to tangents.
+    // First word of its morph targets in `pose_deltas`: for each target the deltas of positions, of normals and of tangents.
     target_word: u32,
     targets: u32,
 }
 
 const NO_ATTRIBUTE = 0xffffffffu;
-// The number of differences where every vertex has one.
+// The number of deltas if every vertex has one.
 const DENSE_DELTAS = 0xffffffffu;
 // The differences' first word and number for positions, normals and tangents.
 const TARGET_WORDS = 6u;
@@ -67,13 +67,13 @@ struct PoseMatrix {
     columns: array<vec3<u32>, 4>,
 }
 
-// What a morph target adds to a vertex; zero where that is nothing.
+// Delta of a vertex in a morph target; zero if it has none.
 struct PoseDelta {
     is_there: bool,
     bits: vec3<u32>,
 }
 
-// How normals turn where vertices move by a matrix.
+// Transform of normals for vertices that a matrix transforms.
 struct NormalTransform {
     // The inverse transpose times the determinant's absolute value, which exists for flattening matrices too.
     matrix: mat3x3<f32>,
@@ -126,9 +126,9 @@ fn part_of(index: u32) -> u32 {
     return first;
 }
 
-// What the CPU's matrices do to a point: axis by axis, then the translation.
+// A point transformed as on the CPU: axis by axis, then the translation.
 fn transformed_point(matrix: PoseMatrix, point: vec3<u32>) -> vec3<u32> {
-    // Negative zero is the one number that changes no other when it is added.
+    // Adding negative zero changes no number.
     var sum = vec3<u32>(F32_SIGN);
     var columns = matrix.columns;
     var factors = vec4<u32>(point, F32_ONE);
@@ -151,7 +151,7 @@ fn matrix_of(part: PosePart, shape: PoseShape, vertex_in_shape: u32) -> PoseMatr
             let joint = (pose_vertices[word + influence / 2u] >> (16u * (influence & 1u))) & 0xffffu;
             let weight = pose_vertices[word + 2u + influence];
             let matrix = matrix_at(part.matrix + joint);
-            // Zeros change no sum that started at +0.
+            // Adding zeros doesn't change a sum that starts at +0.
             if (weight & ~F32_SIGN) != 0u || !is_finite(matrix) {
                 sum = add_scaled_matrix(sum, matrix, weight);
             }
@@ -198,14 +198,14 @@ fn add_scaled(sum: vec3<u32>, vector: vec3<u32>, factor: u32) -> vec3<u32> {
     return result;
 }
 
-// The delta of a vertex among those that `record` in `pose_deltas` describes.
+// Delta of a vertex, from the list of deltas at `record` in `pose_deltas`.
 fn delta_of(record: u32, vertex_in_shape: u32) -> PoseDelta {
     let first = pose_deltas[record];
     let count = pose_deltas[record + 1u];
     if count == DENSE_DELTAS {
         return PoseDelta(true, three_words_of_deltas(first + 3u * vertex_in_shape));
     }
-    // Numbers of vertices, rising, then their differences.
+    // Ascending vertex numbers, then their deltas.
     var found = 0u;
     var end = count;
     while found < end {
@@ -243,7 +243,7 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, vertex_in_shape: u3
         let word = shape.tangent_word + 4u * vertex_in_shape;
         let bind = bitcast<vec3<f32>>(three_words_of_vertices(word));
         tangent = unit_or_zero(axes * (bind + morphed(part, shape, vertex_in_shape, TANGENT_DELTAS)));
-        // The bitangent is made from the normal and the tangent in the world, where a mirror turns their cross product.
+        // The bitangent is made from the world's normal and tangent, whose cross product a mirror reverses.
         sign = bitcast<f32>(pose_vertices[word + 3u]) * normals.side;
     }
     let word = pose_size.tangent_word + 4u * vertex;
@@ -251,7 +251,7 @@ fn pose_normal_and_tangent(part: PosePart, shape: PoseShape, vertex_in_shape: u3
     pose_attributes[word + 3u] = bitcast<u32>(select(sign, 0.0, all(tangent == vec3<f32>(0.0))));
 }
 
-// What all morph targets together add to a vertex's normal or tangent.
+// Weighted sum of all morph targets' deltas to a vertex's normal or tangent.
 fn morphed(part: PosePart, shape: PoseShape, vertex_in_shape: u32, first_word: u32) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     for (var target_index = 0u; target_index < shape.targets; target_index++) {
@@ -281,7 +281,7 @@ fn unit_or_zero(vector: vec3<f32>) -> vec3<f32> {
     if !(largest > 0.0) {
         return vec3<f32>(0.0);
     }
-    // Of a largest component of one, so that no square leaves the range of f32.
+    // Scaled to a largest component of one, so that no square leaves the range of f32.
     return normalize(vector / largest);
 }
 

@@ -1,10 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-/// What vertices are made from, in a mesh's own space.
+/// A shape: vertices in a mesh's own space.
 #[derive(Clone, Debug, Default)]
 pub struct RigShape<'a> {
-    /// Of vertices before anything moves them.
+    /// Positions of vertices in the rest pose.
     pub positions: &'a [Vec3],
     /// Of unit length or zero; empty, or one for each position.
     pub normals: &'a [Vec3],
@@ -12,27 +12,27 @@ pub struct RigShape<'a> {
     pub tangents: &'a [Vec4],
     /// Sets of four influences for each position.
     pub influences: Vec<Vec<Influences>>,
-    /// What weights add to vertices.
+    /// Morph targets, scaled by weights.
     pub targets: Vec<RigTarget<'a>>,
 }
 
-/// What a morph target adds at weight one.
+/// Deltas of a morph target at weight one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RigTarget<'a> {
-    /// To positions.
+    /// Of positions.
     pub positions: Deltas<'a>,
-    /// To normals.
+    /// Of normals.
     pub normals: Deltas<'a>,
-    /// To tangents' directions.
+    /// Of tangents' directions.
     pub tangents: Deltas<'a>,
 }
 
-/// Differences, for all vertices or for some.
+/// Deltas for all vertices or for some.
 #[derive(Clone, Copy, Debug)]
 pub enum Deltas<'a> {
     /// One for each vertex.
     Dense(&'a [Vec3]),
-    /// One for each of the vertices in the first list, which rise; nothing for the others.
+    /// One for each vertex in the first list, which is ascending; zero for the others.
     Sparse(&'a [u32], &'a [Vec3]),
 }
 
@@ -42,7 +42,7 @@ impl Default for Deltas<'_> {
     }
 }
 
-/// Four joints that a vertex follows, and how much.
+/// Four joints that a vertex follows, and their weights.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Influences {
@@ -61,11 +61,11 @@ pub struct RigPart {
     pub first_vertex: u32,
     /// Index of the weight of its first morph target.
     pub first_weight: u32,
-    /// Index of its matrix, or of joint 0's where `is_skinned`.
+    /// Index of its matrix, or of joint 0's if `is_skinned`.
     pub matrix: u32,
     /// Whether its vertices follow their influences.
     pub is_skinned: bool,
-    /// Whether it may look otherwise in the next pose.
+    /// Whether it may change in the next pose.
     pub moves: bool,
 }
 
@@ -87,43 +87,43 @@ pub struct PosePart {
     pub is_skinned: u32,
 }
 
-/// Where a shape's vertices are, as in `pose.wgsl`.
+/// First words of a shape's tables, as in `pose.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct PoseShape {
-    /// The first position's word.
+    /// Word of the first position.
     pub position_word: u32,
-    /// The first normal's word, or [`PoseShape::NO_ATTRIBUTE`].
+    /// Word of the first normal, or [`PoseShape::NO_ATTRIBUTE`].
     pub normal_word: u32,
-    /// The first tangent's word, or [`PoseShape::NO_ATTRIBUTE`].
+    /// Word of the first tangent, or [`PoseShape::NO_ATTRIBUTE`].
     pub tangent_word: u32,
-    /// The word of the first influences of the first set.
+    /// Word of the first influences of the first set.
     pub influence_word: u32,
     /// Words of a set.
     pub influence_words: u32,
-    /// How many sets there are.
+    /// Number of sets.
     pub influence_sets: u32,
-    /// The first target's word.
+    /// Word of the first target.
     pub target_word: u32,
-    /// How many morph targets there are.
+    /// Number of morph targets.
     pub targets: u32,
 }
 
 impl PoseShape {
-    /// An index where nothing is.
+    /// Stands for an attribute that a shape or scene doesn't have.
     pub const NO_ATTRIBUTE: u32 = u32::MAX;
-    /// The number of differences where every vertex has one.
+    /// The number of deltas if every vertex has one.
     pub const DENSE_DELTAS: u32 = u32::MAX;
-    /// Words that say where a target's differences are.
+    /// Words of a target's record of deltas.
     pub const TARGET_WORDS: u32 = 6;
     /// Words of an [`Influences`].
     pub const INFLUENCE_WORDS: u32 = (size_of::<Influences>() / 4) as u32;
 }
 
-/// A rig, as `pose.wgsl` reads it: made once for a scene.
+/// A rig in the form that `pose.wgsl` reads, made once for a scene.
 ///
 /// Bytes: for a shape's vertex 12, with a normal 12 more, with a tangent 16, for each set of influences 24, for each
-/// morph target and attribute 12 (16 where it is sparse, for the vertices that it moves); 24 for a part.
+/// morph target and attribute 12 (sparse: 16 for each vertex with a delta); 24 for a part.
 #[derive(Clone, Debug, Default)]
 pub struct RigTables {
     pub(super) parts: Vec<PosePart>,
@@ -139,10 +139,10 @@ pub struct RigTables {
 }
 
 impl RigTables {
-    /// The tables of copies of shapes.
+    /// The tables of parts, which are copies of shapes.
     ///
     /// # Panics
-    /// If a part's shape isn't there.
+    /// If a part's shape doesn't exist.
     #[must_use]
     pub fn new<'a>(shapes: impl IntoIterator<Item = RigShape<'a>>, parts: &[RigPart]) -> Self {
         let mut tables = Self::default();
@@ -201,14 +201,14 @@ impl RigTables {
         });
     }
 
-    /// Where they are; `None` where there are none.
+    /// Appends elements and returns their first word; `None` if there are none.
     fn add_vertices<T: Pod>(&mut self, elements: &[T]) -> Option<u32> {
         let word = self.vertices.len() as u32;
         self.vertices.extend(words(elements));
         (!elements.is_empty()).then_some(word)
     }
 
-    /// Where they are, and how many there are.
+    /// Appends deltas and returns their first word and their number.
     fn add_deltas(&mut self, deltas: Deltas<'_>) -> (u32, u32) {
         let word = self.deltas.len() as u32;
         match deltas {

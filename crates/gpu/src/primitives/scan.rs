@@ -12,10 +12,10 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Values that a workgroup takes.
+    /// Values of a workgroup.
     const PAGE: u32 = 2048;
 
-    /// Ready to scan.
+    /// Compiles the stage.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let entries = ["scan_reduce", "scan_starts", "scan_spread"];
@@ -30,17 +30,17 @@ impl Scan {
         }
     }
 
-    /// Makes ready for `count` values, until it is called again.
+    /// Prepares for `count` values, until the next call.
     ///
     /// # Errors
-    /// Where there are more than the device has room for.
+    /// If they exceed the device's memory.
     pub fn prepare(&mut self, gpu: &Gpu, count: u32) -> Result<(), GpuError> {
         self.count = count;
         self.size.write(gpu, &[count, 0, 0, 0])?;
         self.pages.reserve(gpu, (u64::from(count.div_ceil(Self::PAGE)) + 1) * 4)
     }
 
-    /// Replaces each of the first values by the sum of those before it, modulo 2³².
+    /// Replaces each of the first `count` values by the sum of those before it, modulo 2³².
     pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, values: &Buffer) {
         let pages = self.count.div_ceil(Self::PAGE);
         let buffers = [&self.size, values, &self.pages];
@@ -49,13 +49,13 @@ impl Scan {
         self.spread.dispatch(gpu, pass, &buffers, Groups::Flat(pages));
     }
 
-    /// Holds the sum of all values, in the word at [`Scan::total_word`].
+    /// The buffer with the sum of all values, in the word [`Scan::total_word`].
     #[must_use]
     pub fn totals(&self) -> &Buffer {
         &self.pages
     }
 
-    /// Where the sum of all values is in [`Scan::totals`].
+    /// Word of the sum of all values in [`Scan::totals`].
     #[must_use]
     pub fn total_word(&self) -> u32 {
         self.count.div_ceil(Self::PAGE)

@@ -4,18 +4,18 @@
 import package::dispatch::{Invocation, flat_group};
 import package::primitives::workgroup_scan::{SCAN_WIDTH, scan_shared, scan_workgroup};
 
-// Values that an invocation takes one after the other.
+// Consecutive values of an invocation.
 const SCAN_DEPTH: u32 = 8u;
 const SCAN_PAGE: u32 = SCAN_WIDTH * SCAN_DEPTH;
 
 struct ScanSize {
-    // How many values there are.
+    // Number of values.
     count: u32,
 }
 
 @group(0) @binding(0) var<uniform> scan_size: ScanSize;
 @group(0) @binding(1) var<storage, read_write> scan_values: array<u32>;
-// The sum of each page, then where it starts; behind the last page's the sum of all.
+// The sum of each page, then its start; after the last page the sum of all.
 @group(0) @binding(2) var<storage, read_write> scan_pages: array<u32>;
 
 // Sums each page.

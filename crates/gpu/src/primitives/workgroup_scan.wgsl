@@ -1,12 +1,12 @@
 // Prefix sums over the invocations of a workgroup.
 
-// Invocations of such a workgroup.
+// Invocations of a workgroup.
 const SCAN_WIDTH: u32 = 256u;
 
-// Afterwards the sums up to and with each invocation.
+// After a scan, the sums up to and including each invocation.
 var<workgroup> scan_shared: array<u32, SCAN_WIDTH>;
 
-// The sum of what the invocations before this one gave (Hillis and Steele).
+// The sum of the values of earlier invocations (Hillis and Steele).
 fn scan_workgroup(lane: u32, value: u32) -> u32 {
     scan_shared[lane] = value;
     workgroupBarrier();

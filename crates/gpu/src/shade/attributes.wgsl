@@ -1,4 +1,4 @@
-// What vertices and triangles are painted with: crates/scene/src/frame.rs.
+// Attributes of vertices and triangles: crates/scene/src/frame.rs.
 
 import package::shade::tables::{NO_WORD, shade_attributes, shade_scene};
 
@@ -19,7 +19,7 @@ fn tex_coords_of(vertices: vec3<u32>, set_of_two: u32) -> array<vec2<f32>, 3> {
     );
 }
 
-// The vertices' own colour and opacity at a point of a triangle; white where there is none.
+// The vertices' own colour and opacity at a point of a triangle; white if the scene has none.
 fn vertex_color_at(vertices: vec3<u32>, weights: vec3<f32>) -> vec4<f32> {
     let first = shade_scene.color_word;
     if first == NO_WORD {
@@ -41,7 +41,7 @@ fn vertex_normal_at(vertices: vec3<u32>, weights: vec3<f32>) -> vec3<f32> {
         + attribute_three(first + 3u * vertices.z) * weights.z;
 }
 
-// The vertices' tangents at a point of a triangle, of any length, and the sign of the bitangent; zero where there is none.
+// The vertices' tangents at a point of a triangle, of any length, and the sign of the bitangent; zero if there is none.
 fn vertex_tangent_at(vertices: vec3<u32>, weights: vec3<f32>) -> vec4<f32> {
     let first = shade_scene.tangent_word;
     if first == NO_WORD {

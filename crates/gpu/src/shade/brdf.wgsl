@@ -1,4 +1,4 @@
-// Lambert below a GGX microfacet layer: crates/umbrage/src/shade/brdf.rs, which says where it comes from.
+// Lambert below a GGX microfacet layer: crates/umbrage/src/shade/brdf.rs, which has the sources.
 
 import package::shade::grooves::{grooves_lobe};
 import package::shade::layers::{LAYERS, Layers};
@@ -17,17 +17,17 @@ struct Reflectance {
     roughness: f32,
 }
 
-// What of a reflectance depends on the view alone.
+// The terms of a reflectance that depend on the view alone.
 struct ReflectanceView {
     n_v: f32,
-    // Directional albedo of the specular layer, and what it lets through to the diffuse one.
+    // Directional albedo of the specular layer, and the fraction that it transmits to the diffuse layer.
     specular: vec3<f32>,
     entering: vec3<f32>,
-    // What light that bounces several times between microfacets adds to the single bounce, as a factor.
+    // Factor for light that bounces several times between microfacets, relative to a single bounce.
     scattered_again: vec3<f32>,
 }
 
-// How much of light a small mirror reflects that meets it with such a cosine.
+// Reflectance of a microfacet for light at this cosine of incidence.
 fn reflectance_of_facet(reflectance: Reflectance, seen: ReflectanceView, cosine: f32, layers: Layers) -> vec3<f32> {
     var fresnel = fresnel_schlick(reflectance.f0, reflectance.f90, cosine);
     if LAYERS && layers.film > 0.0 {
@@ -36,7 +36,7 @@ fn reflectance_of_facet(reflectance: Reflectance, seen: ReflectanceView, cosine:
     return fresnel * seen.scattered_again;
 }
 
-// `transmission` is the part of the diffuse reflection that passes through instead.
+// `transmission` is the fraction of the diffuse reflection that is transmitted instead.
 fn reflectance_of(base_color: vec3<f32>, metallic: f32, roughness: f32, ior: f32, transmission: f32) -> Reflectance {
     let ratio = (ior - 1.0) / (ior + 1.0);
     let bounded = clamp(roughness, BRDF_SMOOTHEST, 1.0);
@@ -60,7 +60,7 @@ fn reflectance_view(reflectance: Reflectance, n_v: f32, layers: Layers) -> Refle
     let scattered_again = 1.0 + f0 * max(1.0 / (albedo.x + albedo.y) - 1.0, 0.0);
     let specular = once * scattered_again;
     if LAYERS && layers.is_there {
-        // What is mirrored in a colour would leave the opposite colour to what is below.
+        // Coloured mirroring would give the diffuse layer the opposite colour.
         let most = max(specular.x, max(specular.y, specular.z));
         let entering = select(1.0 - specular, vec3<f32>(max(1.0 - most, 0.0)), layers.is_tinting);
         return ReflectanceView(n_v, specular * layers.below, entering * layers.below, scattered_again * layers.below);

@@ -1,4 +1,4 @@
-// A clear lacquer: crates/umbrage/src/shade/coat.rs, which says where it comes from.
+// Clear coat: crates/umbrage/src/shade/coat.rs, which has the sources.
 
 import package::shade::microfacet::{BRDF_SMOOTHEST, ggx_distribution, half_vector};
 import package::shade::specular_albedo::{smith_visibility, specular_albedo};
@@ -8,7 +8,7 @@ struct Coat {
     n_v: f32,
     a2: f32,
     roughness: f32,
-    // How much of the light it takes from what is below.
+    // Fraction of the light that it takes from the layers below.
     part: f32,
 }
 
@@ -24,7 +24,7 @@ fn coat_of(factor: f32, roughness: f32, normal: vec3<f32>, view: vec3<f32>) -> C
     return Coat(normal, max(cosine, 1e-4), alpha * alpha, bounded, part);
 }
 
-// Reflected radiance for each unit that a light sends to surfaces that face it.
+// Reflected radiance for each unit of irradiance of a surface that faces the light.
 fn coat_lit(coat: Coat, view: vec3<f32>, light: vec3<f32>) -> f32 {
     let n_l = dot(coat.normal, light);
     if n_l <= 0.0 {
@@ -34,12 +34,12 @@ fn coat_lit(coat: Coat, view: vec3<f32>, light: vec3<f32>) -> f32 {
     return coat.part * (ggx_distribution(coat.a2, n_h) * smith_visibility(coat.a2, n_l, coat.n_v) * n_l);
 }
 
-// Where it is so smooth that what is around is seen in it sharply.
+// Whether it is smooth enough for sharp reflections of the surroundings.
 fn coat_is_mirror(coat: Coat) -> bool {
     return coat.roughness <= BRDF_SMOOTHEST && coat.part > 0.0;
 }
 
-// How much of what is in its mirror direction it shows.
+// Weight of the radiance from its mirror direction.
 fn coat_albedo(coat: Coat) -> f32 {
     let albedo = specular_albedo(coat.roughness, coat.n_v);
     return coat.part * (albedo.x + albedo.y);

@@ -2,13 +2,13 @@ use super::FilmPlanes;
 use super::tables::DevelopSettings;
 use crate::{Buffer, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// From linear radiance to what a screen can show.
+/// Mapping from linear radiance to display light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneMap {
     /// Khronos PBR Neutral: colours up to 0.8 keep their hue and contrast, brighter ones are compressed towards white.
     #[default]
     PbrNeutral,
-    /// Everything above one is cut off.
+    /// Values above one are clamped.
     Clip,
 }
 
@@ -23,16 +23,15 @@ pub struct Develop {
 }
 
 impl Develop {
-    /// Pixels that a workgroup takes.
+    /// Pixels of a workgroup.
     const WIDTH: u32 = 256;
-    /// Rows of images begin at multiples of so many pixels, as copies to textures want it.
+    /// Rows of images begin at multiples of this many pixels, as copies to textures require.
     const ROW_STEP: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4;
 
-    /// Ready to develop. `levels` has the least linear value of each level of an sRGB-encoded channel; they ascend from
-    /// zero.
+    /// Makes the stage. `levels` has the least linear value of each level of an sRGB-encoded channel, ascending from zero.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     pub fn new(gpu: &Gpu, levels: &[f32; 256]) -> Result<Self, GpuError> {
         let mut develop = Self {
             kernel: Kernel::new(gpu, "shade::develop", "develop", &[]),
@@ -45,10 +44,10 @@ impl Develop {
         Ok(develop)
     }
 
-    /// Makes ready for a film of so many samples, until it is called again.
+    /// Prepares for a film of `samples` samples, until the next call.
     ///
     /// # Errors
-    /// Where the device has no room for the image.
+    /// If the device has no room for the image.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -70,13 +69,13 @@ impl Develop {
         self.image.reserve(gpu, u64::from(row_pixels) * u64::from(height) * 4)
     }
 
-    /// Develops the film.
+    /// Records the stage.
     pub fn record(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, film: &FilmPlanes) {
         let groups = Groups::Flat((self.size[0] * self.size[1]).div_ceil(Self::WIDTH));
         self.kernel.dispatch(gpu, pass, &[&self.settings, film.planes(), &self.levels, &self.image], groups);
     }
 
-    /// Records a copy of the image to rows of a texture from its row `first` on.
+    /// Records a copy of the image to the rows of a texture from `first` on.
     pub fn copy(&self, recorder: &mut Recorder<'_>, texture: &wgpu::Texture, first: u32) {
         recorder.copy_rows((&self.image, self.row_pixels()), (texture, first), self.size);
     }
@@ -85,7 +84,7 @@ impl Develop {
     /// left corner.
     ///
     /// # Errors
-    /// Where the device is lost or has reported an error.
+    /// If the device is lost or has reported an error.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_image(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         let [width, height] = self.size.map(|side| side as usize);
@@ -100,7 +99,7 @@ impl Develop {
         self.image.bytes()
     }
 
-    /// From one row of the image to the next.
+    /// Distance between rows of the image, in pixels.
     fn row_pixels(&self) -> u32 {
         self.size[0].next_multiple_of(Self::ROW_STEP)
     }

@@ -6,31 +6,31 @@ import package::shade::tone_map::{tone_map_neutral};
 const TONE_MAP_NEUTRAL: u32 = 0u;
 const TONE_MAP_CLIP: u32 = 1u;
 const NO_PLANE: u32 = 0xffffffffu;
-// A pixel less of which isn't shown as it is, is.
+// A pixel whose remaining fraction, 0 to 1, is below this counts as wholly unlit.
 const LEAST_REST: f32 = 0.0009765625;
 
 struct DevelopSettings {
-    // What makes means of the film's sums.
+    // One over the number of samples, which turns the film's sums into means.
     weight: f32,
     exposure: f32,
     tone_map: u32,
     width: u32,
     height: u32,
-    // From one row of the image to the next.
+    // Distance between rows of the image, in pixels.
     row_pixels: u32,
-    // Where the film's plane of what is shown as it is starts, in pixels; NO_PLANE where there is none.
+    // First pixel of the film's plane of unlit colour, which is shown without tone mapping; NO_PLANE if there is none.
     flat_plane: u32,
 }
 
 @group(0) @binding(0) var<uniform> develop_settings: DevelopSettings;
 @group(0) @binding(1) var<storage, read> develop_film: array<vec4<f32>>;
-// The least linear value of each level of an sRGB-encoded channel: the same numbers as on the CPU, since no two adapters
-// have the same powers.
+// The least linear value of each level of an sRGB-encoded channel: the same numbers as on the CPU, since `pow` differs
+// between adapters.
 @group(0) @binding(2) var<storage, read> develop_levels: array<f32>;
 // RGBA8, red in the lowest byte, alpha full.
 @group(0) @binding(3) var<storage, read_write> develop_image: array<u32>;
 
-// So bright that nothing brighter looks different, and finite.
+// Finite, and so bright that brighter values look the same.
 const DEVELOP_BRIGHTEST: f32 = 1e30;
 
 // The highest level whose least value is reached.
@@ -45,7 +45,7 @@ fn develop_level(linear: f32) -> u32 {
 }
 
 fn tone_mapped(radiance: vec3<f32>) -> vec3<f32> {
-    // What isn't above zero is black, and so is what is no number.
+    // Zero, negative numbers and NaN are black.
     let bounded = select(vec3<f32>(0.0), min(radiance, vec3<f32>(DEVELOP_BRIGHTEST)), radiance > vec3<f32>(0.0));
     if develop_settings.tone_map == TONE_MAP_NEUTRAL {
         return tone_map_neutral(bounded);
@@ -66,7 +66,7 @@ fn develop(at: Invocation) {
         let flat_color = develop_film[develop_settings.flat_plane + pixel] * develop_settings.weight;
         as_it_is = flat_color.xyz;
         rest = 1.0 - flat_color.w;
-        // Where nothing is left, what is added there is.
+        // Without a remainder, light on top of unlit surfaces is added in full.
         rest = select(rest, 1.0, rest < LEAST_REST);
         color = (color - as_it_is) / rest;
     }

@@ -1,11 +1,11 @@
 use crate::memory::Taken;
 use crate::{Gpu, GpuError, platform};
 
-/// Pictures as textures, two in turn: one is shown while the next is made.
+/// Pictures as two alternating textures: one is shown while the next is made.
 #[derive(Debug, Default)]
 pub struct Turns {
     pictures: [Option<Picture>; 2],
-    /// Which of the two is made next.
+    /// Index of the texture that is made next.
     next: usize,
 }
 
@@ -16,18 +16,18 @@ struct Picture {
 }
 
 impl Turns {
-    /// The format of the textures. Their values are sRGB-encoded and meant as they are.
+    /// The format of the textures. Their values are already sRGB-encoded.
     pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-    /// The texture that is made next, in this size. The one before it stays as it is.
+    /// The next texture to make, in this size. The one before it stays unchanged.
     ///
     /// # Errors
-    /// Where the device has no textures of that size, or no room for one.
+    /// If the device has no textures of that size, or no room for one.
     pub fn next(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<wgpu::Texture, GpuError> {
         let picture_slot = &mut self.pictures[self.next];
         let is_new = picture_slot.as_ref().is_none_or(|old| [old.texture.width(), old.texture.height()] != size);
         if is_new {
-            // Released first: there may be no room for both. Whoever still draws it holds it.
+            // Released first: there may be no room for both. A caller that still draws it holds it.
             *picture_slot = None;
             *picture_slot = Some(Picture::new(gpu, size)?);
         }
@@ -35,7 +35,7 @@ impl Turns {
         picture.ok_or_else(|| GpuError::OutOfMemory("a picture".to_owned()))
     }
 
-    /// Says that the texture is made: the other one is next.
+    /// Ends a texture: the other one is next.
     pub fn turn(&mut self) {
         self.next = 1 - self.next;
     }

@@ -1,13 +1,13 @@
-// Points that are drawn for paths: crates/umbrage/src/points.rs, which says where they come from.
+// Random points for paths: crates/umbrage/src/points.rs, which has the sources.
 
 import package::shade::tables::{shade_sample};
 
-// What each bounce draws points for: which small mirror is met, and in which direction it is looked around.
+// Purposes of a bounce's points: the microfacet that is hit, and the direction of ambient occlusion.
 const DRAWN_FACET: u32 = 0u;
 const DRAWN_AROUND: u32 = 1u;
 const DRAWN_PURPOSES: u32 = 2u;
 
-// A point of the unit square for a pixel of the rows that are shaded, after so many bounces, at this sample.
+// A point of the unit square for a pixel of the shaded rows, after `bounces` bounces, at this sample.
 fn drawn_point(pixel: u32, bounces: u32, purpose: u32) -> vec2<f32> {
     let dimension = drawn_mixed(pixel + shade_sample.first_pixel) + bounces * DRAWN_PURPOSES + purpose;
     let number = drawn_scrambled(shade_sample.number, drawn_seed(dimension, 0u));
@@ -20,7 +20,7 @@ fn drawn_seed(dimension: u32, purpose: u32) -> u32 {
     return drawn_mixed(dimension * 3u + purpose + 1u);
 }
 
-// Below one.
+// At least zero and below one.
 fn drawn_unit(bits: u32) -> f32 {
     return min((f32(bits) + 0.5) / 4294967296.0, 0.99999994);
 }

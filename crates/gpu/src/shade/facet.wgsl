@@ -1,11 +1,11 @@
-// A triangle as the ray sees it, its textures and normals: crates/umbrage/src/shade/surface.rs and paint.rs.
+// A triangle as seen by a ray, its textures and normals: crates/umbrage/src/shade/surface.rs and paint.rs.
 
 import package::shade::attributes::{tex_coords_of, vertex_normal_at, vertex_tangent_at};
 import package::shade::hit::{Triangle, perp_dot};
 import package::shade::tables::{shade_materials, shade_sample};
 import package::shade::texture::{texture_at};
 
-// A triangle as the ray sees it.
+// A triangle as seen by a ray.
 struct Facet {
     triangle: Triangle,
     // Of the three vertices.
@@ -14,21 +14,21 @@ struct Facet {
     view: vec3<f32>,
     // On the side of `view`.
     geometric_normal: vec3<f32>,
-    // 1 where the ray comes from the front of the triangle, −1 from its back.
+    // 1 if the ray comes from the front of the triangle, −1 from its back.
     facing: f32,
     // Area of the ray's cone on the surface, in triangle areas.
     covered_triangles: f32,
 }
 
-// The least squared length of a vector that has a direction.
+// Minimum squared length of a vector that has a direction.
 const LEAST_SQUARED: f32 = 1e-37;
-// Stands for the area of a cone on a triangle that has none.
+// Stands for the cone's area in triangle areas, if the triangle has no area.
 const COVERS_ALL: f32 = 1e30;
 
 fn facet_of(triangle: Triangle, barycentric: vec2<f32>, view: vec3<f32>, depth: f32) -> Facet {
     let doubled_area = cross(triangle.to_second, triangle.to_third);
     let squared = dot(doubled_area, doubled_area);
-    // A sliver whose area vanishes in f32 is seen as if from the front.
+    // A sliver whose area vanishes in f32 counts as seen from the front.
     var front = view;
     if squared > LEAST_SQUARED {
         front = doubled_area * inverseSqrt(squared);
@@ -44,8 +44,8 @@ fn facet_of(triangle: Triangle, barycentric: vec2<f32>, view: vec3<f32>, depth: 
     return Facet(triangle, weights, view, front * facing, facing, covered_triangles);
 }
 
-// What a texture of the material says here; one where there is none. As many texels are averaged as the pixel's cone
-// covers on the surface.
+// Value of one of the material's textures here; one if it has none. Averages the texels that the pixel's cone covers on
+// the surface.
 fn texel_at(material: u32, slot: u32, facet: Facet) -> vec4<f32> {
     let texture = shade_materials[material].textures[slot];
     if texture.levels == 0u {
@@ -59,24 +59,24 @@ fn texel_at(material: u32, slot: u32, facet: Facet) -> vec4<f32> {
     return texture_at(texture, matrix * coords + texture.translation, sqrt(triangle_texels * facet.covered_triangles));
 }
 
-// The normal that is interpolated between the vertices, on the front of the surface.
+// The vertices' interpolated normal, on the front of the surface.
 fn smooth_normal(facet: Facet) -> vec3<f32> {
     let mean = vertex_normal_at(facet.triangle.vertices, facet.weights);
     let squared = dot(mean, mean);
-    // Also where it is no number.
+    // Also for NaN.
     if !(squared > LEAST_SQUARED) {
         return facet.geometric_normal * facet.facing;
     }
     return mean * inverseSqrt(squared);
 }
 
-// A normal on the front of the surface, turned to where the ray comes from.
+// A normal on the front of the surface, flipped to the ray's side.
 fn on_the_side_of_the_ray(facet: Facet, smooth_normal: vec3<f32>, bent: vec3<f32>) -> vec3<f32> {
-    // Normals say which side is the front, also in files whose winding disagrees with them.
+    // Normals define the front, also in files whose winding disagrees with them.
     return select(bent, -bent, dot(smooth_normal, facet.geometric_normal) < 0.0);
 }
 
-// `normal` bent by a normal texture in one of the material's slots, whose texel is known.
+// `normal` bent by a normal texture in one of the material's slots, given its texel.
 fn bent_by_texture(
     material: u32,
     slot: u32,

@@ -1,19 +1,21 @@
-// A film so thin that light interferes in it: crates/umbrage/src/shade/film.rs, which says where it comes from.
+// A film thin enough for interference: crates/umbrage/src/shade/film.rs, which has the sources.
 
 const FILM_TURN: f32 = 6.28318530717959;
 
-// Heights of the eye's answers X, Y and Z to path lengths, in Fourier space; positions a metre, variances a square metre.
+// Gaussians of the eye's responses X, Y and Z to path lengths, in Fourier space: heights, positions in 1/m, variances
+// in 1/m².
 const FILM_HEIGHT: vec3<f32> = vec3<f32>(5.4856e-13, 4.4201e-13, 5.2481e-13);
 const FILM_POSITION: vec3<f32> = vec3<f32>(1.6810e6, 1.7953e6, 2.2084e6);
 const FILM_VARIANCE: vec3<f32> = vec3<f32>(4.3278e9, 9.3046e9, 6.6121e9);
-// What X has beside, in the blue.
+// The second Gaussian of X, in the blue.
 const FILM_BLUE_HEIGHT: f32 = 9.7470e-14;
 const FILM_BLUE_POSITION: f32 = 2.2399e6;
 const FILM_BLUE_VARIANCE: f32 = 4.5282e9;
-// What light of all wavelengths makes of Y is one.
+// Scale by which light of all wavelengths has Y = 1.
 const FILM_WHOLE: f32 = 1.0685e-7;
 
-// What a film mirrors, of some index and so many nanometres on a surface that mirrors `f0` straight ahead, together with it.
+// Reflectance of a film with this index and thickness in nanometres, together with a surface of reflectance `f0` at
+// normal incidence.
 fn film_reflected(ior: f32, nanometers: f32, f0: vec3<f32>, n_v: f32) -> vec3<f32> {
     let cosine = min(n_v, 1.0);
     let cosine_inside = sqrt(max(1.0 - (1.0 - cosine * cosine) / (ior * ior), 0.0));
@@ -34,7 +36,7 @@ fn film_reflected(ior: f32, nanometers: f32, f0: vec3<f32>, n_v: f32) -> vec3<f3
     return clamp(sum, vec3<f32>(0.0), vec3<f32>(1.0));
 }
 
-// What is reflected straight ahead between two media of these indices.
+// Reflectance at normal incidence between two media of these indices.
 fn film_ahead(behind: vec3<f32>, before: f32) -> vec3<f32> {
     let ratio = (behind - before) / (behind + before);
     return ratio * ratio;
@@ -55,7 +57,7 @@ fn film_answer(phase: f32) -> vec3<f32> {
     return waves + vec3<f32>(blue, 0.0, 0.0);
 }
 
-// Within half a turn, where adapters promise how exact their cosines are.
+// Reduced to half a turn, where WGSL bounds the error of cosines.
 fn film_cosine(radians: vec3<f32>) -> vec3<f32> {
     let turns = radians / FILM_TURN;
     return cos((turns - floor(turns + 0.5)) * FILM_TURN);

@@ -1,14 +1,14 @@
-// Light at smooth surfaces between two media, and inside of these: crates/umbrage/src/shade/glass.rs, which says where it comes
-// from.
+// Light at smooth surfaces between two media, and inside these media: crates/umbrage/src/shade/glass.rs, which has the
+// sources.
 
 import package::onward::media::{Media, OPEN_AIR, media_across, media_innermost};
 import package::shade::tables::{shade_materials};
 
-// Stands for an index without end.
+// Stands for an infinite ratio of indices.
 const ALL_IS_REFLECTED: f32 = 1e30;
 
-// What a surface reflects of light that comes to it with this cosine, from a medium whose index is `ratio` times that of the
-// medium behind it. All of it beyond the critical angle.
+// Fresnel reflectance, 0 to 1, for light at this cosine of incidence from a medium whose index is `ratio` times that of
+// the medium behind the surface. One beyond the critical angle.
 fn reflected_part(cosine: f32, ratio: f32) -> f32 {
     let squared = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
     if !(squared > 0.0) {
@@ -20,8 +20,8 @@ fn reflected_part(cosine: f32, ratio: f32) -> f32 {
     return clamp(0.5 * (across * across + along * along), 0.0, 1.0);
 }
 
-// Where light goes behind a surface whose unit normal is on the side from which it comes in a unit direction; zero beyond the
-// critical angle.
+// Direction of refracted light behind a surface; `normal` is on the side from which the unit `direction` comes. Zero
+// beyond the critical angle.
 fn refracted(direction: vec3<f32>, normal: vec3<f32>, ratio: f32) -> vec3<f32> {
     let cosine = -dot(direction, normal);
     let behind = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -31,7 +31,7 @@ fn refracted(direction: vec3<f32>, normal: vec3<f32>, ratio: f32) -> vec3<f32> {
     return normalize(direction * ratio + normal * (ratio * cosine - sqrt(behind)));
 }
 
-// Whether colours are refracted apart at a surface of this material.
+// Whether a surface of this material disperses colours.
 fn media_disperse(media: Media, material: u32) -> bool {
     let around = media_innermost(media);
     var is_apart = shade_materials[material].dispersion != 0.0;
@@ -41,8 +41,8 @@ fn media_disperse(media: Media, material: u32) -> bool {
     return is_apart;
 }
 
-// The index of refraction before a surface of this material in parts of that behind it, for red, green or blue light as −1, 0
-// and 1.
+// Ratio of the indices of refraction before and behind a surface of this material, for red, green or blue light as −1,
+// 0 and 1.
 fn media_ratio(media: Media, material: u32, from_front: bool, color: f32) -> f32 {
     let own = index_of(material, color);
     var before = own;
@@ -66,7 +66,7 @@ fn index_of(material: u32, color: f32) -> f32 {
     return ior + (ior - 1.0) * 0.025 * shade_materials[material].dispersion * color;
 }
 
-// What is left of light after a distance in a material.
+// Transmittance of a distance in a material.
 fn attenuation(material: u32, distance: f32) -> vec3<f32> {
     let after = shade_materials[material].attenuation_distance;
     if after == 0.0 {
@@ -77,7 +77,7 @@ fn attenuation(material: u32, distance: f32) -> vec3<f32> {
         return vec3<f32>(1.0);
     }
     let left = max(shade_materials[material].attenuation_color, vec3<f32>(0.0));
-    // A power of zero is none on some devices.
+    // `pow` of zero isn't zero on some devices.
     let powers = select(vec3<f32>(0.0), pow(max(left, vec3<f32>(1e-37)), vec3<f32>(part)), left > vec3<f32>(0.0));
     return min(powers, vec3<f32>(1.0));
 }

@@ -1,5 +1,5 @@
-// Mirrors too small to be seen, whose normals are spread as GGX says: crates/umbrage/src/shade/gloss.rs, which says where it comes
-// from.
+// Microfacets, invisible mirrors with normals in GGX's distribution: crates/umbrage/src/shade/gloss.rs, which has the
+// sources.
 
 import package::shade::layers::{LAYERS, Layers};
 import package::shade::microfacet::{BRDF_PI};
@@ -13,7 +13,7 @@ struct Facets {
     widths: vec2<f32>,
 }
 
-// Equally wide all around a unit normal.
+// Isotropic microfacets around a unit normal.
 fn facets_round(normal: vec3<f32>, alpha: f32) -> Facets {
     let side = select(1.0, -1.0, normal.z < 0.0);
     let a = -1.0 / (side + normal.z);
@@ -26,7 +26,7 @@ fn facets_round(normal: vec3<f32>, alpha: f32) -> Facets {
     );
 }
 
-// Those of a surface with such a GGX width, or with grooves.
+// Microfacets of a surface with this GGX width, or with grooves.
 fn facets_of(normal: vec3<f32>, alpha: f32, layers: Layers) -> Facets {
     if LAYERS && layers.grooves.is_there {
         let widths = vec2<f32>(layers.grooves.alpha_along, layers.grooves.alpha_across);
@@ -35,12 +35,12 @@ fn facets_of(normal: vec3<f32>, alpha: f32, layers: Layers) -> Facets {
     return facets_round(normal, alpha);
 }
 
-// The width of a round surface whose facets are as many.
+// GGX width of an isotropic surface with the same spread.
 fn facets_mean_width(facets: Facets) -> f32 {
     return sqrt(facets.widths.x * facets.widths.y);
 }
 
-// The normal of one, as often as such mirrors are seen from a unit direction on the side of the normal.
+// Samples a microfacet's normal in proportion to those visible from a unit direction on the side of the normal.
 fn facets_visible(facets: Facets, view: vec3<f32>, point: vec2<f32>) -> vec3<f32> {
     let scale = vec3<f32>(facets.widths, 1.0);
     let seen = facets_inside(facets, view);
@@ -54,13 +54,14 @@ fn facets_visible(facets: Facets, view: vec3<f32>, point: vec2<f32>) -> vec3<f32
     return facets.right * facet.x + facets.up * facet.y + facets.normal * facet.z;
 }
 
-// How much of what leaves facets that are seen isn't kept back by others.
+// Smith's masking-shadowing G2 over the masking G1 of the view: the fraction of light from visible facets that isn't
+// shadowed.
 fn facets_unshadowed(facets: Facets, view: vec3<f32>, light: vec3<f32>) -> f32 {
     let before = 1.0 + facets_hidden(facets, view);
     return before / (before + facets_hidden(facets, light));
 }
 
-// The same of light that goes through facets of glass.
+// The same for light that is transmitted through facets.
 fn facets_unshadowed_behind(facets: Facets, light: vec3<f32>) -> f32 {
     return 1.0 / (1.0 + facets_hidden(facets, light));
 }

@@ -1,4 +1,4 @@
-// A highlight that is stretched along the surface: crates/umbrage/src/shade/grooves.rs, which says where it comes from.
+// Anisotropic highlights: crates/umbrage/src/shade/grooves.rs, which has the sources.
 
 import package::shade::microfacet::{BRDF_PI};
 
@@ -13,11 +13,11 @@ struct Grooves {
     strength: f32,
     // Perceptual roughness across the stretch.
     roughness: f32,
-    // How long the view is in the ellipse of the widths.
+    // Length of the view in the ellipse of the widths.
     view: f32,
 }
 
-// The least squared length of a vector that has a direction.
+// Minimum squared length of a vector that has a direction.
 const GROOVES_LEAST_SQUARED: f32 = 1e-37;
 
 fn grooves_of(direction: vec3<f32>, strength: f32, roughness: f32, normal: vec3<f32>, view: vec3<f32>) -> Grooves {
@@ -38,7 +38,7 @@ fn grooves_of(direction: vec3<f32>, strength: f32, roughness: f32, normal: vec3<
     return grooves;
 }
 
-// The perceptual roughness of a round highlight that covers as much.
+// Perceptual roughness of an isotropic highlight that covers the same area.
 fn grooves_mean_roughness(grooves: Grooves) -> f32 {
     return sqrt(sqrt(grooves.alpha_along * grooves.alpha_across));
 }
@@ -55,14 +55,14 @@ fn grooves_lobe(grooves: Grooves, half_way: vec3<f32>, light: vec3<f32>, n_h: f3
     return area * width * width / BRDF_PI * 0.5 / (n_l * grooves.view + n_v * grooves_length(grooves, light, n_l));
 }
 
-// How long a direction is in the ellipse of the widths.
+// Length of a direction in the ellipse of the widths.
 fn grooves_length(grooves: Grooves, direction: vec3<f32>, cosine: f32) -> f32 {
     let along = grooves.alpha_along * dot(grooves.along, direction);
     let across = grooves.alpha_across * dot(grooves.across, direction);
     return sqrt(along * along + across * across + cosine * cosine);
 }
 
-// Where light comes from that stands for all that is mirrored.
+// The single direction that stands for all mirrored light.
 fn grooves_mirrored(grooves: Grooves, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
     var bent = grooves_unit(cross(cross(grooves.across, view), grooves.across), normal);
     let straight = 1.0 - grooves.strength * (1.0 - grooves.roughness);

@@ -1,4 +1,4 @@
-// Where the ray of a pixel meets the triangle that it is known to show.
+// Hits of pixels' rays on triangles that they are known to show.
 
 import package::shade::tables::{PROJECTION_ORTHOGRAPHIC, shade_positions, shade_sample, shade_triangles};
 
@@ -28,9 +28,9 @@ fn position_of(vertex: u32) -> vec3<f32> {
     return vec3<f32>(shade_positions[3u * vertex], shade_positions[3u * vertex + 1u], shade_positions[3u * vertex + 2u]);
 }
 
-// How far right and up of the camera's axis a pixel's ray is: at depth 1 for a perspective, else everywhere.
+// Offset of a pixel's ray from the camera's axis, to the right and up: at depth 1 for a perspective, else at any depth.
 fn ray_across(pixel: vec2<u32>) -> vec2<f32> {
-    // Whole numbers first, so that they stay exact.
+    // Integers first, so that they stay exact.
     let in_image = vec2<i32>(pixel) + vec2<i32>(0, i32(shade_sample.first_row));
     let image = vec2<i32>(i32(shade_sample.size_pixels.x), i32(shade_sample.image_height));
     let doubled = vec2<f32>(2 * in_image - image) + 2.0 * shade_sample.offset_pixels;
@@ -46,9 +46,8 @@ fn ray_direction(across: vec2<f32>) -> vec3<f32> {
     return normalize(shade_sample.forward + (shade_sample.right * across.x + shade_sample.up * across.y));
 }
 
-// The edge functions are those of a reader who looks along the ray: corners are given by how far they are from the ray,
-// so what cancels is no larger than the triangle. The point is kept inside of the triangle, which it can miss by a
-// rounding.
+// Edge functions are evaluated in a view along the ray, from the corners' offsets to the ray, so the terms that cancel
+// are no larger than the triangle. The point is clamped to the triangle, which it can miss by a rounding.
 fn hit_of(triangle: Triangle, across: vec2<f32>) -> Hit {
     let a = in_camera(triangle.corners[0] - shade_sample.position);
     let b = in_camera(triangle.corners[1] - shade_sample.position);
@@ -64,7 +63,7 @@ fn hit_of(triangle: Triangle, across: vec2<f32>) -> Hit {
     let side = select(1.0, -1.0, weights.x + weights.y + weights.z < 0.0);
     let inside = max(weights * side, vec3<f32>(0.0));
     let sum = inside.x + inside.y + inside.z;
-    // Seen so exactly from its edge that all of it is one line.
+    // The triangle is seen exactly edge-on.
     var barycentric = vec2<f32>(1.0 / 3.0);
     if sum > 0.0 {
         barycentric = inside.yz / sum;
@@ -72,12 +71,12 @@ fn hit_of(triangle: Triangle, across: vec2<f32>) -> Hit {
     return Hit(barycentric, a.z + barycentric.x * (b.z - a.z) + barycentric.y * (c.z - a.z));
 }
 
-// A world vector along the camera's axes.
+// Components of a world vector along the camera's axes.
 fn in_camera(vector: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(vector, shade_sample.right), dot(vector, shade_sample.up), dot(vector, shade_sample.forward));
 }
 
-// How far apart at a depth rays are that start, or at depth 1 are, one unit apart.
+// Distance at a depth between rays that start one unit apart, or for a perspective are one unit apart at depth 1.
 fn ray_spread(depth: f32) -> f32 {
     return select(depth, 1.0, shade_sample.projection == PROJECTION_ORTHOGRAPHIC);
 }

@@ -1,4 +1,4 @@
-// Lights as they arrive at a point: crates/umbrage/src/shade/irradiance.rs.
+// Light that arrives at a point: crates/umbrage/src/shade/irradiance.rs.
 
 import package::shade::tables::{LIGHT_DIRECTIONAL, LIGHT_FLAT, LIGHT_SPOT, ShadeLight};
 
@@ -9,8 +9,8 @@ struct Arriving {
     irradiance: vec3<f32>,
 }
 
-// What a light sends to a point, which is given in two parts: a corner of its triangle, and from there. So lights near a
-// triangle far from the origin keep their direction.
+// Direction and irradiance of a light at a point, which is given as a corner of its triangle and an offset from there.
+// So lights near a triangle far from the origin keep their direction.
 fn arriving_light(light: ShadeLight, corner: vec3<f32>, from_corner: vec3<f32>) -> Arriving {
     if light.kind == LIGHT_DIRECTIONAL {
         return Arriving(-light.direction, light.emitted);
@@ -36,7 +36,7 @@ fn arriving_light(light: ShadeLight, corner: vec3<f32>, from_corner: vec3<f32>) 
     return Arriving(towards, light.emitted * (part / squared));
 }
 
-// How much of a light is left at a distance, given in ranges (KHR_lights_punctual).
+// Fraction of a light that remains at a distance, in units of its range (KHR_lights_punctual).
 fn light_fade(distance: f32) -> f32 {
     let squared = distance * distance;
     return clamp(1.0 - squared * squared, 0.0, 1.0);

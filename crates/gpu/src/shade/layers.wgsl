@@ -1,4 +1,4 @@
-// What few materials have beyond metal, colour and roughness, as it is seen from one side: crates/umbrage/src/shade/layers.rs.
+// Layers that few materials have, as seen from one side: crates/umbrage/src/shade/layers.rs.
 
 import package::shade::coat::{Coat, coat_albedo, coat_lit};
 import package::shade::grooves::{Grooves, grooves_mirrored};
@@ -11,24 +11,24 @@ override LAYERS: bool = false;
 
 struct Layers {
     is_there: bool,
-    // Whether it mirrors in a colour of its own.
+    // Whether its specular reflection has a colour of its own.
     is_tinting: bool,
     has_sheen: bool,
     has_coat: bool,
-    // How much of what is mirrored a film colours, and what it makes of it.
+    // Fraction of the specular reflection that a film colours, and the reflectance there.
     film: f32,
     film_reflected: vec3<f32>,
     grooves: Grooves,
     sheen: Sheen,
     coat: Coat,
-    // What sheen and coat leave of the light of what is below them, and what the coat alone does.
+    // Fraction of light that sheen and coat together leave to the layers below, and the fraction that the coat alone leaves.
     below: f32,
     below_coat: f32,
-    // Perceptual roughness of the specular layer; with grooves, of a round highlight that covers as much.
+    // Perceptual roughness of the specular layer; with grooves, that of an isotropic highlight of the same area.
     roughness: f32,
 }
 
-// What the layers on top reflect of a light, for each unit that it sends to surfaces that face it.
+// Reflectance of the top layers, for each unit of irradiance of a surface that faces the light.
 fn layers_lit(layers: Layers, view: vec3<f32>, light: vec3<f32>) -> vec3<f32> {
     var reflected = vec3<f32>(0.0);
     if layers.has_sheen {
@@ -40,7 +40,7 @@ fn layers_lit(layers: Layers, view: vec3<f32>, light: vec3<f32>) -> vec3<f32> {
     return reflected;
 }
 
-// What the layers on top scatter of light from all around, for each unit of irradiance.
+// Radiance that the top layers scatter, for each unit of ambient irradiance.
 fn layers_scattered(layers: Layers) -> vec3<f32> {
     if !layers.has_sheen {
         return vec3<f32>(0.0);
@@ -48,8 +48,7 @@ fn layers_scattered(layers: Layers) -> vec3<f32> {
     return layers.sheen.color * (layers.sheen.albedo * layers.below_coat / BRDF_PI);
 }
 
-// What the layers on top reflect of what is around the scene, of which so much comes to the surface; without the coat where
-// that is followed.
+// Reflection of the surroundings by the top layers, for this irradiance; without the coat if its reflection is followed.
 fn layers_ambient(layers: Layers, view: vec3<f32>, irradiance: vec3<f32>, is_coat_followed: bool) -> vec3<f32> {
     var reflected = layers_scattered(layers) * irradiance;
     if layers.has_coat && !is_coat_followed {
@@ -59,7 +58,7 @@ fn layers_ambient(layers: Layers, view: vec3<f32>, irradiance: vec3<f32>, is_coa
     return reflected;
 }
 
-// The mean radiance around where light comes from that stands for all that the specular layer mirrors.
+// Mean radiance around the direction that stands for all light mirrored by the specular layer.
 fn layers_surrounding(layers: Layers, roughness: f32, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
     if LAYERS && layers.grooves.is_there {
         return surroundings_blurred(grooves_mirrored(layers.grooves, normal, view), layers.grooves.roughness);

@@ -1,4 +1,4 @@
-//! What Rust writes for the shading kernels is what they read.
+//! Tests that the structs that Rust writes are those that the shading kernels read.
 
 use super::tables::DevelopSettings;
 use super::{ShadeLayers, ShadeLight, ShadeMaterial, ShadeSample, ShadeScene, ShadeSurroundings, ShadeTexture, Texels};

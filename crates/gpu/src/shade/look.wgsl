@@ -1,5 +1,5 @@
-// Stages `look` and `look_onward`: in which direction it is looked whether anything near keeps light from all around away, of what
-// the camera's rays and those that go on have met: crates/umbrage/src/cpu/onward.rs. The film has a direction for each.
+// Stages `look` and `look_onward`: choose the direction of ambient occlusion for hits of the camera's rays, and of rays
+// that go on: crates/umbrage/src/cpu/onward.rs. The film has a direction for each hit.
 
 import package::dispatch::{Invocation, flat_index};
 import package::shade::drawn::{DRAWN_AROUND, drawn_point};
@@ -47,7 +47,7 @@ fn look_onward(at: Invocation) {
     }
 }
 
-// A unit direction around a normal, as often as light from there is scattered by a rough surface.
+// A cosine-distributed unit direction around a normal.
 fn scattered(normal: vec3<f32>, point: vec2<f32>) -> vec3<f32> {
     let axes = facets_round(normal, 1.0);
     let turn = 2.0 * BRDF_PI * point.y;

@@ -1,4 +1,4 @@
-// What rays that go on have met, as `shade_seen` has it.
+// Reads the hits of rays that go on from `shade_seen`.
 
 import package::shade::tables::{shade_seen};
 

@@ -1,5 +1,5 @@
-//! The shade stage: what each pixel's surface sends to the camera, as the CPU engine finds it, summed into a film that
-//! stays on the GPU until it is developed.
+//! The shade stage: computes each pixel's radiance as the CPU engine does, and sums it in a film that stays on the GPU
+//! until it is developed.
 
 mod develop;
 mod develop_turns;

@@ -1,5 +1,5 @@
-// Shades what rays have met that go on: crates/umbrage/src/cpu/shade.rs. `shade_seen` has the meetings, and the film is that of
-// the rays, with a colour and planes of ways from what they have met.
+// Shades the hits of rays that go on: crates/umbrage/src/cpu/shade.rs. `shade_seen` has the hits, and the film is that
+// of the rays: a colour and planes of ways for each hit.
 
 import package::dispatch::{Invocation, flat_index};
 import package::onward::media::{Media, OPEN_AIR, media_innermost};
@@ -27,7 +27,7 @@ fn onward(at: Invocation) {
     let id = shade_seen[word];
     let view = meeting_vector(word + MEETING_VIEW);
     let bounces = shade_seen[word + MEETING_BOUNCES];
-    // What is seen in mirrors hides nothing of the background.
+    // Reflections in mirrors hide nothing of the background.
     let is_straight = bounces == 0u;
     var through = meeting_vector(word + MEETING_THROUGH);
     var travelled = meeting_number(word + MEETING_TRAVELLED);
@@ -39,7 +39,7 @@ fn onward(at: Invocation) {
     var material = 0u;
     var color = around * through;
     var coverage = 0.0;
-    // How much of the pixel is shown as it is.
+    // Fraction of the pixel that is shown without tone mapping.
     var flat_part = 0.0;
     if id == NO_TRIANGLE {
         flat_part = select(0.0, mean_of(through), surroundings_are_flat());
@@ -62,7 +62,7 @@ fn onward(at: Invocation) {
             let blur = meeting_number(word + MEETING_BLUR);
             ways = ways_of(surface, Route(through, bounces, blur, shade_seen[word + MEETING_PIXEL], media));
             material = surface.material;
-            // Of narrower highlights, few paths would find much light, which makes bright specks.
+            // Few paths would find the light of narrower highlights, which makes bright specks.
             surface.reflectance.alpha = max(surface.reflectance.alpha, blur);
             color = reflected(surface, number, ways) * part;
             coverage = mean_of(through - ways.passing);

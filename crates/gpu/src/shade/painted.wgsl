@@ -1,4 +1,4 @@
-// What the layers of a material say at a point, textures included: crates/umbrage/src/shade/layer_paint.rs.
+// A material's layers at a point, textures included: crates/umbrage/src/shade/layer_paint.rs.
 
 import package::shade::brdf::{Reflectance};
 import package::shade::coat::{coat_of};
@@ -13,10 +13,10 @@ import package::shade::tables::{
     TEXTURE_SHEEN_ROUGHNESS, TEXTURE_SPECULAR, TEXTURE_SPECULAR_COLOR, shade_materials,
 };
 
-// A film of more interferes with no light that the eye tells apart.
+// A thicker film's interference averages out for the eye.
 const THICKEST_NANOMETERS: f32 = 1e5;
 
-// The same reflectance with the material's strength and colour of what isn't metal mirrors.
+// The reflectance with the material's strength and colour of dielectric reflection.
 fn specular_at(
     material: u32,
     facet: Facet,
@@ -39,7 +39,7 @@ fn specular_at(
     return reflectance;
 }
 
-// `smooth_one` is the normal on the front of the surface without bumps, `normal` the one that shading has.
+// `smooth_one` is the normal on the front of the surface without bumps, `normal` the shading normal.
 fn layers_at(
     material: u32,
     facet: Facet,

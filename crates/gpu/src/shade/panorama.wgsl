@@ -32,7 +32,7 @@ fn panorama_level_at(level: u32, coords: vec2<f32>) -> vec3<f32> {
         let right = vec2<u32>(step & 1u, step >> 1u);
         let share = select(1.0 - part, part, right == vec2<u32>(1u));
         let at = vec2<i32>(corner) + vec2<i32>(right);
-        // Once around in x, and no further than the poles in y.
+        // Wraps around in x, and clamps at the poles in y.
         let x = u32((at.x + i32(size.x)) % i32(size.x));
         let y = u32(clamp(at.y, 0, i32(size.y) - 1));
         let word = first + 3u * (y * size.x + x);
@@ -42,7 +42,7 @@ fn panorama_level_at(level: u32, coords: vec2<f32>) -> vec3<f32> {
     return radiance;
 }
 
-// Where a unit direction is in the image: (0, 0) at its upper left, (1, 1) at its lower right.
+// Image coordinates of a unit direction: (0, 0) at the upper left, (1, 1) at the lower right.
 fn panorama_coords(direction: vec3<f32>) -> vec2<f32> {
     let longitude = panorama_angle(direction.x, -direction.z);
     let height = clamp(direction.y, -1.0, 1.0);
@@ -50,8 +50,8 @@ fn panorama_coords(direction: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(0.5 + longitude / (2.0 * PANORAMA_PI), from_zenith / PANORAMA_PI);
 }
 
-// The angle of (x, y) from the x axis, −π … π: WGSL's own atan2 may be wrong by 4,096 units in the last place, half a
-// texel of a large image; this one is by about two (Moshier, Cephes library, atanf, 1989).
+// The angle of (x, y) from the x axis, −π … π. WGSL's own atan2 may be wrong by 4,096 units in the last place, half a
+// texel of a large image; this one is wrong by about two (Moshier, Cephes library, atanf, 1989).
 fn panorama_angle(y: f32, x: f32) -> f32 {
     let least = min(abs(x), abs(y));
     let most = max(abs(x), abs(y));

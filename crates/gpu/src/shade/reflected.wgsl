@@ -1,4 +1,4 @@
-// What surfaces send along a ray: crates/umbrage/src/cpu/met.rs.
+// Radiance that surfaces send along a ray: crates/umbrage/src/cpu/met.rs.
 
 import package::shade::brdf::{reflectance_ambient, reflectance_diffuse, reflectance_evaluate, reflectance_view};
 import package::shade::irradiance::{arriving_light};
@@ -8,12 +8,12 @@ import package::shade::surface::{Surface};
 import package::shade::surroundings::{surroundings_irradiance};
 import package::shade::tables::{NO_WORD, shade_lights, shade_lit, shade_sample, shade_scene};
 
-// In place of no light at all, so that the darkest surfaces are whole.
+// Added to all light, so that a surface without any light counts as fully lit.
 const LEAST_IRRADIANCE: f32 = 1e-30;
-// So that sums are finite.
+// Clamp that keeps sums finite.
 const MOST_IRRADIANCE: f32 = 1e30;
 
-// Radiance that a surface sends along the ray, by itself and from the lights that reach it, without what is followed.
+// Radiance that a surface sends along the ray: emission and direct light, without followed rays.
 fn reflected(surface: Surface, slot: u32, ways: Ways) -> vec3<f32> {
     if surface.is_unlit {
         return surface.base_color;
@@ -42,7 +42,7 @@ fn reflected(surface: Surface, slot: u32, ways: Ways) -> vec3<f32> {
         }
         var arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
         arriving.irradiance *= tint_of(light, slot);
-        // Light from behind the triangle lights its other side, whatever the bent normal says.
+        // Light from behind the triangle lights its other side, for any bent normal.
         if dot(surface.geometric_normal, arriving.towards) > 0.0 {
             let irradiance = arriving.irradiance * max(dot(normal, arriving.towards), 0.0);
             if is_of_sky(light) {
@@ -71,10 +71,10 @@ fn emitted_at(surface: Surface) -> vec3<f32> {
     return surface.emitted;
 }
 
-// Which part of its light reaches a surface of which only shadows are seen: crates/umbrage/src/cpu/caught.rs.
+// Fraction of its light that reaches a shadow catcher: crates/umbrage/src/cpu/caught.rs.
 fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
     var light_sum = ambient_irradiance(surface.normal, slot) + vec3<f32>(LEAST_IRRADIANCE);
-    // The sky's lights have as much in all.
+    // The sky's lights have the same total.
     var all_light = surroundings_irradiance(surface.normal) + vec3<f32>(LEAST_IRRADIANCE);
     for (var light = 0u; light < shade_scene.light_count; light++) {
         let arriving = arriving_light(shade_lights[light], surface.corner, surface.from_corner);
@@ -90,7 +90,7 @@ fn caught_light(surface: Surface, slot: u32) -> vec3<f32> {
     return light_sum / all_light;
 }
 
-// From all around, unless it comes by lights, or something near keeps it away.
+// Ambient irradiance; zero if lights carry it, or if a near surface occludes it.
 fn ambient_irradiance(normal: vec3<f32>, slot: u32) -> vec3<f32> {
     if shade_scene.sky_light_count > 0u {
         return vec3<f32>(0.0);
@@ -99,14 +99,14 @@ fn ambient_irradiance(normal: vec3<f32>, slot: u32) -> vec3<f32> {
     if shade_sample.looks_around == 0u {
         return irradiance;
     }
-    // Asked about as one light more.
+    // Its visibility has the mask behind those of all lights.
     if !is_lit(shade_scene.light_count, slot) {
         return vec3<f32>(0.0);
     }
     return irradiance * tint_of(shade_scene.light_count, slot);
 }
 
-// Whether a light is that from all around in one direction.
+// Whether a light carries the sky's light from one direction.
 fn is_of_sky(light: u32) -> bool {
     return light + shade_scene.sky_light_count >= shade_scene.light_count;
 }
@@ -116,7 +116,7 @@ fn is_lit(light: u32, slot: u32) -> bool {
     return ((word >> (slot % 32u)) & 1u) == 1u;
 }
 
-// How much of a light comes through what is before a surface that it reaches, of red, green and blue.
+// Transmittance of surfaces between a light and a lit point, for red, green and blue.
 fn tint_of(light: u32, slot: u32) -> vec3<f32> {
     if shade_sample.tints_word == NO_WORD {
         return vec3<f32>(1.0);

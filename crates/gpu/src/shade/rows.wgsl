@@ -1,4 +1,4 @@
-// Puts what each slot shows into the image's rows.
+// Copies each slot's triangle to the image's rows.
 
 import package::dispatch::{Invocation, flat_index};
 import package::tile_order::{pixel_of_slot};

@@ -1,7 +1,7 @@
 // Adds each pixel's radiance at the current sample to the film: crates/umbrage/src/cpu/shade.rs.
 //
-// A dispatch takes one layer of surfaces. Layers come front to back: what those so far let through is kept for each
-// pixel, and after the last one the surroundings are seen through them.
+// A dispatch takes one layer of surfaces. Layers come front to back: the film keeps each pixel's transmittance so far,
+// and after the last layer the surroundings are seen through it.
 
 import package::dispatch::{Invocation, flat_index};
 import package::shade::hit::{ray_across, ray_direction};
@@ -13,7 +13,7 @@ import package::shade::tables::{NO_TRIANGLE, NO_WORD, shade_film, shade_sample, 
 import package::shade::ways::{Route, Ways, keep_ways, passing_at, ways_of};
 import package::tile_order::{pixel_of_slot};
 
-// Whether rays go on from what is seen, so that what is behind isn't seen in another layer.
+// Whether rays go on from visible surfaces, so that surfaces behind them aren't another layer.
 override FOLLOWS: bool = false;
 
 @compute @workgroup_size(64)
@@ -28,13 +28,13 @@ fn shade(at: Invocation) {
     let across = ray_across(column_and_row);
     let id = shade_seen[slot];
     var color = vec3<f32>(0.0);
-    // What of it is shown as it is, and of how much of the pixel.
+    // The part of the colour that is shown without tone mapping, and the fraction of the pixel that it covers.
     var flat_color = vec4<f32>(0.0);
     var through = vec3<f32>(1.0);
     if shade_sample.is_first_layer == 0u {
         through = shade_film[shade_sample.through_plane + pixel].xyz;
     }
-    // Whether what is behind is seen, rather than the surroundings alone.
+    // Whether surfaces behind are seen, rather than the surroundings alone.
     var is_through = any(through != vec3<f32>(0.0));
     // Normal and depth.
     var first = vec4<f32>(0.0, 0.0, 0.0, shade_sample.miss_depth);
@@ -72,7 +72,7 @@ fn shade(at: Invocation) {
     }
     var coverage = 0.0;
     if shade_sample.is_last_layer != 0u {
-        // Where a surface is seen through whose ways are followed, they lead to what is around.
+        // The ways of a followed, transparent surface lead to the surroundings too.
         if any(through != vec3<f32>(0.0)) && ways.bits == 0u {
             let around = surroundings_radiance(ray_direction(across)) * through;
             color += around;

@@ -1,4 +1,4 @@
-// Fibres that stand up from cloth: crates/umbrage/src/shade/sheen.rs, which says where they come from.
+// Sheen of fibres that stand up from cloth: crates/umbrage/src/shade/sheen.rs, which has the sources.
 
 import package::shade::microfacet::{BRDF_PI, half_vector};
 import package::shade::tables::{SHEEN_ALBEDO_WORD, SPECULAR_ALBEDO_SIDE, shade_texels};
@@ -6,18 +6,18 @@ import package::shade::tables::{SHEEN_ALBEDO_WORD, SPECULAR_ALBEDO_SIDE, shade_t
 struct Sheen {
     normal: vec3<f32>,
     color: vec3<f32>,
-    // How much of the light white fibres reflect.
+    // Albedo of white fibres.
     albedo: f32,
     // Exponent of the squared sine between normal and half vector.
     exponent: f32,
-    // What makes a distribution of the power, over 4 n·v.
+    // Normalisation of the distribution, over 4 n·v.
     scale: f32,
     // One more than the masking of the view.
     of_view: f32,
     masking: SheenMasking,
 }
 
-// The fit of how much fibres hide each other: the curve's numbers, and twice the curve at one half.
+// The fit of the fibres' masking: the curve's parameters, and twice the curve at one half.
 struct SheenMasking {
     curve: array<f32, 5>,
     middle: f32,
@@ -51,7 +51,7 @@ fn sheen_of(color: vec3<f32>, factor: f32, normal: vec3<f32>, view: vec3<f32>) -
     );
 }
 
-// Reflected radiance for each unit that a light sends to surfaces that face it.
+// Reflected radiance for each unit of irradiance of a surface that faces the light.
 fn sheen_lit(sheen: Sheen, view: vec3<f32>, light: vec3<f32>) -> vec3<f32> {
     let n_l = min(dot(sheen.normal, light), 1.0);
     if n_l <= 0.0 {
@@ -62,7 +62,7 @@ fn sheen_lit(sheen: Sheen, view: vec3<f32>, light: vec3<f32>) -> vec3<f32> {
     return sheen.color * (sheen.scale * power / (sheen.of_view + sheen_masking_at(sheen.masking, n_l)));
 }
 
-// How much it leaves of the light to what is below.
+// Fraction of light that it leaves to the layers below.
 fn sheen_below(sheen: Sheen) -> f32 {
     return 1.0 - max(sheen.color.x, max(sheen.color.y, sheen.color.z)) * sheen.albedo;
 }
@@ -77,7 +77,7 @@ fn sheen_masking_at(masking: SheenMasking, cosine: f32) -> f32 {
     return exp(select(masking.middle - at, at, cosine < 0.5));
 }
 
-// How much of the light from all around white fibres reflect.
+// Directional albedo of white fibres.
 fn sheen_table_albedo(roughness: f32, n_v: f32) -> f32 {
     let position = clamp(vec2<f32>(sqrt(n_v), roughness), vec2<f32>(0.0), vec2<f32>(1.0));
     let scaled = position * f32(SPECULAR_ALBEDO_SIDE - 1u);

@@ -2,7 +2,7 @@ use umbrage_rays::TileOrder;
 
 use crate::{Buffer, Done, Fetch, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// The stage `shown`: how many pixels show a triangle, for whoever doesn't fetch them.
+/// The stage `shown`: counts the pixels that show a triangle, for callers that don't fetch them.
 #[derive(Debug)]
 pub struct Shown {
     kernel: Kernel,
@@ -13,10 +13,10 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Slots that a workgroup takes.
+    /// Slots of a workgroup.
     const WIDTH: u32 = 64;
 
-    /// Ready to count.
+    /// Compiles the stage.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
@@ -28,10 +28,10 @@ impl Shown {
         }
     }
 
-    /// Makes ready for an image of so many pixels, until it is called again.
+    /// Prepares for an image of this many pixels, until the next call.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     pub fn prepare(&mut self, gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
         self.slots = TileOrder::new(width, height).slots() as u32;
         self.size.write(gpu, &[width, height, 0, 0])?;
@@ -46,10 +46,10 @@ impl Shown {
         self.fetch = recorder.fetch(&self.count, 1);
     }
 
-    /// The count that is done.
+    /// The count of a finished stage.
     ///
     /// # Errors
-    /// Where the device is lost or has reported an error.
+    /// If the device is lost or has reported an error.
     pub fn read(&self, done: &Done) -> Result<u32, GpuError> {
         let mut count = [0];
         done.read_into(self.fetch, &mut count)?;

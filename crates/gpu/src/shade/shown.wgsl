@@ -1,4 +1,4 @@
-// How many pixels show a triangle.
+// Stage `shown`: counts the pixels that show a triangle.
 
 import package::dispatch::{Invocation, flat_index};
 import package::tile_order::{pixel_of_slot};
@@ -7,7 +7,7 @@ struct ShownSize {
     size_pixels: vec2<u32>,
 }
 
-// What a slot without a triangle holds.
+// Value of a slot without a triangle.
 const SHOWN_NONE: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> shown_size: ShownSize;

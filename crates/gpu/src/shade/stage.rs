@@ -9,19 +9,19 @@ use crate::{Buffer, Geometry, Gpu, GpuError, Groups, Kernel, Onward, OnwardLight
 /// The shade stage: adds each pixel's radiance at a sample to the film.
 #[derive(Debug)]
 pub struct Shade {
-    /// The kernels for what the camera sees, without layers and with them, for films with each kind of ways, compiled where they
-    /// are needed.
+    /// Kernels for the camera's hits, without layers and with them, for films with each kind of ways; compiled at their
+    /// first use.
     seen: [[Option<Kernel>; 3]; 2],
-    /// The same of what rays meet that go on.
+    /// The same for hits of rays that go on.
     onward: [[Option<Kernel>; 3]; 2],
-    /// Whether any material has layers, and what the film has ways for.
+    /// Whether any material has layers, and the kind of the film's ways.
     is_layered: bool,
     follows: Follows,
-    /// What is left of light that passes through something, compiled where any does.
+    /// Kernel for the transmittance of surfaces before lights, compiled at its first use.
     tint: Option<Kernel>,
-    /// In which directions it is looked around, from what the camera sees and from what rays meet that go on.
+    /// Kernels that choose directions of ambient occlusion, for the camera's hits and for those of rays that go on.
     look: Option<[Kernel; 2]>,
-    /// What a kernel gets that writes no film.
+    /// The film of kernels that write no film.
     nothing: Buffer,
     rows: Kernel,
     sample: Buffer,
@@ -31,14 +31,14 @@ pub struct Shade {
     materials: Buffer,
     texels: Buffer,
     size: Buffer,
-    /// Where attributes are, and what surrounds the scene.
+    /// Words of attributes, and the scene's surroundings.
     of_scene: ShadeScene,
     slots: u32,
     is_start_of_film: bool,
 }
 
-/// What triangles and vertices are painted with. A slice that nothing has is empty; the others have one value for each
-/// triangle or vertex.
+/// Attributes of triangles and vertices. A slice is empty if the scene doesn't have the attribute; the others have one
+/// value for each triangle or vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Attributes<'a> {
     /// Index of each triangle's material.
@@ -47,18 +47,18 @@ pub struct Attributes<'a> {
     pub tex_coords: [&'a [Vec2]; 2],
     /// Linear colour and opacity of each vertex.
     pub colors: &'a [Vec4],
-    /// Unit normal of each vertex, or zero where the surface is flat.
+    /// Unit normal of each vertex, or zero if the surface is flat.
     pub normals: Moving<'a, Vec3>,
-    /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where there is none.
+    /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero if there is none.
     pub tangents: Moving<'a, Vec4>,
 }
 
-/// What may be other in every frame.
+/// Attributes that may change in every frame.
 #[derive(Clone, Copy, Debug)]
 pub enum Moving<'a, T> {
     /// One for each vertex, or none.
     Uploaded(&'a [T]),
-    /// So many, which the stage `pose` writes.
+    /// This many, which the stage `pose` writes.
     Posed(usize),
 }
 
@@ -76,7 +76,7 @@ impl<T: Pod> Moving<'_, T> {
         }
     }
 
-    /// What is to be uploaded.
+    /// Bytes to upload.
     fn uploaded(&self) -> &[u8] {
         match self {
             Self::Uploaded(elements) => bytemuck::cast_slice(elements),
@@ -85,32 +85,32 @@ impl<T: Pod> Moving<'_, T> {
     }
 }
 
-/// What earlier stages leave on the GPU.
+/// Results of earlier stages on the GPU.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeInputs<'a> {
     /// The triangle that each slot shows, in [`TileOrder`](umbrage_rays::TileOrder); `0xffffffff` for none.
     pub seen: &'a Buffer,
-    /// Which slots each light reaches: one bit a slot, the first in the lowest bit, light after light.
+    /// Slots that each light reaches: one bit for each slot, the first in the lowest bit, light after light.
     pub lit: &'a Buffer,
     /// World position of each vertex: three f32.
     pub positions: &'a Buffer,
-    /// Four u32 of each triangle: its vertices and its number.
+    /// Four u32 for each triangle: its vertices and its number.
     pub triangles: &'a Buffer,
 }
 
-/// Which of a pixel's surfaces are shaded. Layers of a sample come front to back, samples one after the other.
+/// A layer of a pixel's surfaces. Layers of a sample come front to back, samples one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layer {
     /// Whether the sample is the first one, which starts the film.
     pub is_of_first_sample: bool,
     /// Whether it is the layer nearest to the camera.
     pub is_first: bool,
-    /// Whether the surroundings are what is seen behind it.
+    /// Whether the surroundings are behind it.
     pub is_last: bool,
 }
 
 impl Layer {
-    /// The one layer of a scene that isn't seen through.
+    /// The one layer of a scene without transparent surfaces.
     #[must_use]
     pub fn only(is_of_first_sample: bool) -> Self {
         Self { is_of_first_sample, is_first: true, is_last: true }
@@ -118,13 +118,13 @@ impl Layer {
 }
 
 impl Shade {
-    /// Slots that a workgroup takes.
+    /// Slots of a workgroup.
     const WIDTH: u32 = 64;
 
-    /// Ready to shade black surroundings.
+    /// Makes the stage, with black surroundings.
     ///
     /// # Errors
-    /// Where the device has no memory for the tables.
+    /// If the device has no memory for the tables.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let mut shade = Self {
             seen: Default::default(),
@@ -156,22 +156,22 @@ impl Shade {
     /// Replaces the materials and the images that they and the surroundings use.
     ///
     /// # Errors
-    /// Where they are more than the device allows in one buffer.
+    /// If they exceed the largest buffer of the device.
     pub fn set_materials(&mut self, gpu: &Gpu, materials: &[ShadeMaterial], texels: &Texels) -> Result<(), GpuError> {
         self.is_layered = materials.iter().any(|material| material.layer_bits != 0);
         self.materials.write(gpu, materials)?;
         self.texels.write(gpu, texels.words())
     }
 
-    /// Replaces what is around the scene. A panorama is among the texels of [`Shade::set_materials`].
+    /// Replaces the scene's surroundings. A panorama is among the texels of [`Shade::set_materials`].
     pub fn set_surroundings(&mut self, surroundings: ShadeSurroundings) {
         self.of_scene.surroundings = surroundings;
     }
 
-    /// Replaces the lights, of which the last `sky_lights` are [light from all around](ShadeScene::sky_light_count).
+    /// Replaces the lights; the last `sky_lights` carry [the sky's light](ShadeScene::sky_light_count).
     ///
     /// # Errors
-    /// Where there are more than [`ShadeLight::MOST`].
+    /// If there are more than [`ShadeLight::MOST`].
     pub fn set_lights(&mut self, gpu: &Gpu, lights: &[ShadeLight], sky_lights: usize) -> Result<(), GpuError> {
         if lights.len() > ShadeLight::MOST {
             let [bytes, limit] = [lights.len(), ShadeLight::MOST].map(|count| (count * size_of::<ShadeLight>()) as u64);
@@ -182,12 +182,12 @@ impl Shade {
         self.lights.write(gpu, lights)
     }
 
-    /// Replaces what triangles and vertices are painted with. Where `is_same_mesh`, materials of triangles, texture
-    /// coordinates and colours are those of the last call, and only normals and tangents are uploaded. Those that the stage
-    /// `pose` has written stay where the mesh is the same and they are as many.
+    /// Replaces the attributes of triangles and vertices. If `is_same_mesh`, materials of triangles, texture
+    /// coordinates and colours are those of the last call, and only normals and tangents are uploaded. Those that the
+    /// stage `pose` has written stay if the mesh is the same and their number hasn't changed.
     ///
     /// # Errors
-    /// Where they are more than the device allows in one buffer.
+    /// If they exceed the largest buffer of the device.
     pub fn set_attributes(
         &mut self,
         gpu: &Gpu,
@@ -195,7 +195,7 @@ impl Shade {
         is_same_mesh: bool,
     ) -> Result<(), GpuError> {
         let Attributes { material_of_triangle, tex_coords: [first_set, second_set], colors, .. } = *attributes;
-        // What stays comes first, so that what moves may come and go.
+        // Static attributes come first, so that moving ones may come and go.
         let still: [&[u8]; 4] = [
             bytemuck::cast_slice(material_of_triangle),
             bytemuck::cast_slice(first_set),
@@ -231,7 +231,7 @@ impl Shade {
         Ok(())
     }
 
-    /// Where the stage `pose` writes normals and tangents: the buffer, and where they are in it.
+    /// The buffer to which the stage `pose` writes normals and tangents, and their words in it.
     #[must_use]
     pub fn posed_attributes(&self) -> (&Buffer, PosedAttributes) {
         let word = |word: u32| (word != ShadeScene::NO_WORD).then_some(word);
@@ -239,13 +239,13 @@ impl Shade {
         (&self.attributes, PosedAttributes { normal_word, tangent_word })
     }
 
-    /// Makes ready for one layer of one sample, until it is called again: a submission has one.
+    /// Prepares for one layer of one sample, until the next call: a submission has one.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     ///
     /// # Panics
-    /// If the film isn't of the sample's size, or has no plane for what layers let through although there are several.
+    /// If the film isn't of the sample's size, or has no plane for transmittance although there are several layers.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -279,11 +279,11 @@ impl Shade {
         self.size.write(gpu, &[width, height, 0, 0])
     }
 
-    /// Makes ready for what a generation of a sample's rays meets that go on, and for the colours of light on its way there, until
-    /// it is called again.
+    /// Prepares for a generation of hits of rays that go on, and for the colours of light on its way to them, until the
+    /// next call.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     pub fn prepare_onward(&mut self, gpu: &Gpu, sample: &ShadeSample, onward: &Onward) -> Result<(), GpuError> {
         let OnwardPlanes { rays, ways_plane, ways, flat_plane } = onward.shaded();
         let Self { is_layered, follows, .. } = *self;
@@ -303,10 +303,10 @@ impl Shade {
         self.sample.write(gpu, &[sample])
     }
 
-    /// Makes ready for what is asked of what the camera sees of a band before it is shaded.
+    /// Prepares for the questions about the camera's hits in a band that come before shading.
     ///
     /// # Errors
-    /// Where the device has reported an error.
+    /// If the device has reported an error.
     pub fn prepare_first(&mut self, gpu: &Gpu, sample: &ShadeSample, light: OnwardLight) -> Result<(), GpuError> {
         self.prepare_asked(gpu, light);
         let [width, height] = sample.size_pixels;
@@ -324,7 +324,7 @@ impl Shade {
         }
     }
 
-    /// Shades what rays have met that go on, for the rays' own planes.
+    /// Shades the hits of rays that go on, into the rays' own planes.
     ///
     /// # Panics
     /// If it wasn't prepared for that.
@@ -337,7 +337,8 @@ impl Shade {
         kernel.dispatch(gpu, pass, &buffers, Groups::Flat(rays.div_ceil(Self::WIDTH)));
     }
 
-    /// Records what is left of light that has passed through something: a list of that, and where each point's begins.
+    /// Records the transmittance of light to points: `passed` lists the surfaces, and `of_points` has the start of each
+    /// point's list.
     pub(crate) fn record_tint(
         &self,
         gpu: &Gpu,
@@ -352,7 +353,7 @@ impl Shade {
         kernel.dispatch(gpu, pass, &buffers, Groups::Flat(points.div_ceil(Self::WIDTH)));
     }
 
-    /// Records in which directions it is looked around from so many points.
+    /// Records the choice of a direction of ambient occlusion for each of `points` points.
     pub(crate) fn record_look(
         &self,
         gpu: &Gpu,
@@ -373,13 +374,13 @@ impl Shade {
         [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film]
     }
 
-    /// How many workgroups the prepared layer takes.
+    /// Number of workgroups of the prepared layer.
     #[must_use]
     pub fn groups(&self) -> u32 {
         self.slots / Self::WIDTH
     }
 
-    /// Shades the layer with [as many](Self::groups) `groups`, or not at all with none.
+    /// Shades the layer if `groups` is the [prepared number](Self::groups), or does nothing if it is none.
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -392,7 +393,7 @@ impl Shade {
         let Self { sample, scene, lights, attributes, materials, texels, .. } = self;
         let buffers =
             [sample, scene, lights, seen, lit, positions, triangles, attributes, materials, texels, film.planes()];
-        // First, since shading empties slots that are done.
+        // First, since shading empties finished slots.
         if self.is_start_of_film && film.first_plane().is_some() {
             self.rows.dispatch(gpu, pass, &[&self.size, seen, film.triangle()], groups);
         }
@@ -403,7 +404,7 @@ impl Shade {
     }
 }
 
-/// What a film has ways for.
+/// Kind of a film's ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Follows {
     Nothing,
@@ -433,7 +434,7 @@ fn kernel(gpu: &Gpu, path: &str, entry: &'static str, is_layered: bool, follows:
         constant("GLOSS", follows == Follows::Glossy),
         constant("FOLLOWS", follows != Follows::Nothing),
     ];
-    // What the camera sees may be followed; rays that go on are.
+    // The camera's hits may be followed; hits of rays that go on always are.
     let count = if entry == "shade" { constants.len() } else { constants.len() - 1 };
     Kernel::new(gpu, path, entry, &constants[..count])
 }

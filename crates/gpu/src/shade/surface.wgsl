@@ -1,4 +1,4 @@
-// A point of a surface with everything that shading needs: crates/umbrage/src/shade/surface.rs.
+// A point of a surface with all inputs of shading: crates/umbrage/src/shade/surface.rs.
 
 import package::shade::attributes::{material_of, vertex_color_at};
 import package::shade::brdf::{Reflectance, reflectance_of};
@@ -12,7 +12,7 @@ import package::shade::tables::{
 };
 
 struct Surface {
-    // Where it is: a corner of its triangle, and from there.
+    // Its position: a corner of its triangle, and the offset from there.
     corner: vec3<f32>,
     from_corner: vec3<f32>,
     // Along the camera's forward axis.
@@ -25,32 +25,32 @@ struct Surface {
     normal: vec3<f32>,
     reflectance: Reflectance,
     base_color: vec3<f32>,
-    // How much of what is behind the surface hides; 1 but for blended materials.
+    // Fraction, 0 to 1, of the light from behind that the surface hides; 1 except for blended materials.
     opacity: f32,
-    // What passes through of the light from behind, where the surface is opaque otherwise, but for what it mirrors.
+    // Transmittance of the opaque part of the surface, before its mirroring is subtracted.
     transmitted: vec3<f32>,
     emitted: vec3<f32>,
-    // How much of the light from all around arrives, 0 … 1.
+    // Fraction of ambient light that arrives, 0 to 1.
     ambient_occlusion: f32,
     material: u32,
-    // Whether a volume of glass begins or ends, and whether the front of the triangle is seen.
+    // Whether it bounds a volume of glass, and whether the front of the triangle is seen.
     is_volume: bool,
     is_front: bool,
     is_unlit: bool,
-    // Whether only the shadows on it are seen.
+    // Whether it is a shadow catcher.
     catches_shadows: bool,
     layers: Layers,
 }
 
-// `across` is the ray's position in the image, as ray_across gives it.
+// `across` is the ray's position in the image, from `ray_across`.
 fn surface_at(id: u32, across: vec2<f32>) -> Surface {
     let triangle = triangle_of(id);
     let hit = hit_of(triangle, across);
     return surface_of(id, triangle, hit.barycentric, hit.depth, -ray_direction(across));
 }
 
-// At a point with these weights of the second and the third corner, `depth` away from the camera by the way that light goes,
-// as it is seen from a unit direction.
+// The surface at a point with these weights of the second and the third corner, `depth` away from the camera along the
+// path of light, seen from a unit direction.
 fn surface_of(id: u32, triangle: Triangle, barycentric: vec2<f32>, depth: f32, view: vec3<f32>) -> Surface {
     let material = material_of(id);
     let facet = facet_of(triangle, barycentric, view, depth);

@@ -1,16 +1,16 @@
-// What is around the scene, as it is seen, as it lights and as it is mirrored: crates/umbrage/src/background.rs.
+// The scene's surroundings: as seen, as light, and as mirrored: crates/umbrage/src/background.rs.
 
 import package::shade::panorama::{panorama_radiance};
 import package::shade::tables::{
     SURROUNDINGS_COLOR, SURROUNDINGS_IMAGE, SURROUNDINGS_TRANSPARENT, shade_scene,
 };
 
-// Whether pictures show them as they are, whatever exposure and tone map do to the scene.
+// Whether pictures show the surroundings without exposure and tone mapping.
 fn surroundings_are_flat() -> bool {
     return shade_scene.surroundings.kind == SURROUNDINGS_COLOR;
 }
 
-// What is seen in a unit direction.
+// Radiance seen in a unit direction.
 fn surroundings_radiance(direction: vec3<f32>) -> vec3<f32> {
     if shade_scene.surroundings.kind == SURROUNDINGS_TRANSPARENT {
         return vec3<f32>(0.0);
@@ -18,7 +18,7 @@ fn surroundings_radiance(direction: vec3<f32>) -> vec3<f32> {
     return surroundings_mirrored(direction);
 }
 
-// What is seen in a unit direction in a mirror: a transparent background is one of pictures alone.
+// Radiance seen by mirrors in a unit direction: only pictures have transparent backgrounds.
 fn surroundings_mirrored(direction: vec3<f32>) -> vec3<f32> {
     return surroundings_around(direction, 0.05, 0.0);
 }

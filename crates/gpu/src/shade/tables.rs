@@ -1,4 +1,4 @@
-//! What shading reads, as `tables.wgsl` and `develop.wgsl` declare it; a test compares the layouts.
+//! Inputs of shading, as `tables.wgsl` and `develop.wgsl` declare them; a test compares the layouts.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec3};
@@ -6,7 +6,7 @@ use umbrage_rays::{LightSource, Projection};
 
 use crate::Band;
 
-/// The camera rays of one sample, and which layer of surfaces they meet: 176 bytes.
+/// The camera rays of one sample, and the layer of surfaces that they see: 176 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeSample {
@@ -26,11 +26,11 @@ pub struct ShadeSample {
     pub forward: [f32; 3],
     /// How much wider the cone becomes for each unit of depth.
     pub footprint_per_depth: f32,
-    /// Where in the pixel the sample is, from (0, 0) at its upper left to (1, 1).
+    /// Position of the sample in the pixel, from (0, 0) at its upper left to (1, 1).
     pub offset_pixels: [f32; 2],
     /// Width and height of the rows that are shaded at once.
     pub size_pixels: [u32; 2],
-    /// The depth of a pixel that shows nothing.
+    /// Depth of a pixel without a triangle.
     pub miss_depth: f32,
     /// Words from one light's mask to the next one's.
     pub words_per_light: u32,
@@ -40,34 +40,33 @@ pub struct ShadeSample {
     pub is_first_layer: u32,
     /// 1 for the layer behind which the surroundings are seen, else 0.
     pub is_last_layer: u32,
-    /// Where the film's plane of normals and depths starts, in pixels; [`ShadeScene::NO_WORD`] for none.
+    /// First pixel of the film's plane of normals and depths; [`ShadeScene::NO_WORD`] for none.
     pub first_plane: u32,
-    /// Where the film's plane of what layers let through starts, in pixels; [`ShadeScene::NO_WORD`] for none.
+    /// First pixel of the film's plane of transmittance; [`ShadeScene::NO_WORD`] for none.
     pub through_plane: u32,
-    /// Where the film's plane of what is shown as it is starts, in pixels; [`ShadeScene::NO_WORD`] for none.
+    /// First pixel of the film's plane of colour without tone mapping; [`ShadeScene::NO_WORD`] for none.
     pub flat_plane: u32,
     /// The first of the rows that are shaded at once.
     pub first_row: u32,
-    /// How many rows the whole image has.
+    /// Number of rows of the whole image.
     pub image_height: u32,
-    /// How many mirrors and surfaces of glass in a row are followed.
+    /// Maximum number of mirrors and glass surfaces in a row.
     pub bounces: u32,
-    /// Less of what they show isn't followed.
+    /// Minimum throughput, 0 to 1: paths that contribute no more are cut.
     pub least_contribution: f32,
-    /// Where the planes of where light comes from start, in pixels; [`ShadeScene::NO_WORD`] for none.
+    /// First pixel of the planes of followed rays; [`ShadeScene::NO_WORD`] for none.
     pub ways_plane: u32,
-    /// How many these are.
+    /// Number of these planes.
     pub ways_count: u32,
-    /// Where it is in the lights' masks what of each comes through what is before surfaces; [`ShadeScene::NO_WORD`] where all of
-    /// it does.
+    /// First word of the transmittances before lights, in the lights' masks; [`ShadeScene::NO_WORD`] if all of them are one.
     pub tints_word: u32,
-    /// The number of the first of these pixels among all of the image, row by row: what is drawn for a pixel depends on it …
+    /// Number of the first of these pixels in the image, row by row: random points depend on it …
     pub first_pixel: u32,
     /// … and on the number of the sample.
     pub number: u32,
-    /// How many points lights are asked about before they are shaded.
+    /// Number of points whose visibility from lights is found before they are shaded.
     pub points: u32,
-    /// 1 where masks say behind those of all lights whether light from all around arrives, else 0.
+    /// 1 if a mask of ambient visibility follows the masks of lights, else 0.
     pub looks_around: u32,
     #[doc(hidden)]
     pub padding: u32,
@@ -79,8 +78,8 @@ impl ShadeSample {
     /// `projection` of parallel rays.
     pub const ORTHOGRAPHIC: u32 = 1;
 
-    /// The rays of some rows of a view through one point in each pixel. What belongs to the film and its layers is set by
-    /// [`Shade::prepare`](super::Shade::prepare), the cone's width by the caller.
+    /// The rays of some rows of a view through one point in each pixel. [`Shade::prepare`](super::Shade::prepare) sets
+    /// the members that depend on the film and its layers, the caller the cone's width.
     #[must_use]
     pub fn new(band: impl Into<Band>, offset_pixels: DVec2) -> Self {
         let band = band.into();
@@ -108,12 +107,12 @@ impl ShadeSample {
     }
 }
 
-/// What is around the scene: 176 bytes.
+/// The scene's surroundings: 176 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeSurroundings {
     /// Irradiance by direction: coefficients of the real spherical harmonics of bands 0 to 2, convolved with the cosine
-    /// lobe; the fourth number is nothing.
+    /// lobe; the fourth number is unused.
     pub irradiance: [[f32; 4]; 9],
     /// Radiance of [`ShadeSurroundings::COLOR`].
     pub color: [f32; 3],
@@ -122,48 +121,48 @@ pub struct ShadeSurroundings {
     pub kind: u32,
     /// Width and height of the panorama's full image.
     pub panorama_size: [u32; 2],
-    /// How many levels it has.
+    /// Number of its levels.
     pub panorama_levels: u32,
-    /// Where its list of levels is among the [`Texels`](super::Texels).
+    /// Index of its list of levels in the [`Texels`](super::Texels).
     pub panorama_word: u32,
 }
 
 impl ShadeSurroundings {
     /// `kind` of one colour everywhere.
     pub const COLOR: u32 = 0;
-    /// `kind` of the sky that is made by a formula.
+    /// `kind` of the procedural sky.
     pub const SKY: u32 = 1;
     /// `kind` of a latitude–longitude image.
     pub const IMAGE: u32 = 2;
-    /// `kind` of the sky that lights and is mirrored, but isn't seen.
+    /// `kind` of a sky that lights and is mirrored, but isn't seen.
     pub const TRANSPARENT: u32 = 3;
 }
 
-/// What is the same for all pixels of a frame: 208 bytes.
+/// Parameters of a frame, the same for all pixels: 208 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ShadeScene {
-    /// What is around it.
+    /// The surroundings.
     pub surroundings: ShadeSurroundings,
-    /// Where the attributes have the triangles' materials.
+    /// First word of the triangles' materials in the attributes.
     pub material_word: u32,
-    /// Where they have the vertices' normals; this and the next are [`ShadeScene::NO_WORD`] for none.
+    /// First word of the vertices' normals; this and the next are [`ShadeScene::NO_WORD`] for none.
     pub normal_word: u32,
-    /// Where they have the vertices' tangents.
+    /// First word of the vertices' tangents.
     pub tangent_word: u32,
-    /// Where they have the vertices' colours.
+    /// First word of the vertices' colours.
     pub color_word: u32,
-    /// Where they have both sets of the vertices' texture coordinates.
+    /// First words of both sets of the vertices' texture coordinates.
     pub tex_coord_words: [u32; 2],
-    /// How many lights there are.
+    /// Number of lights.
     pub light_count: u32,
-    /// How many of these, which are the last ones, are light from all around in a single direction, which is only scattered:
-    /// then there is none from everywhere.
+    /// Number of lights, the last ones, that carry the sky's light from a single direction and are only scattered: then
+    /// there is no ambient light.
     pub sky_light_count: u32,
 }
 
 impl ShadeScene {
-    /// Stands for what isn't there.
+    /// Stands for a missing attribute or plane.
     pub const NO_WORD: u32 = u32::MAX;
 }
 
@@ -185,19 +184,19 @@ impl Default for ShadeScene {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeLight {
-    /// World position; nothing for a directional light.
+    /// World position; unused for a directional light.
     pub position: [f32; 3],
     /// [`ShadeLight::POINT`], [`ShadeLight::SPOT`], [`ShadeLight::DIRECTIONAL`] or [`ShadeLight::FLAT`].
     pub kind: u32,
-    /// In which the light travels, of unit length; nothing for a point light.
+    /// Direction of travel, of unit length; unused for a point light.
     pub direction: [f32; 3],
-    /// Distance at which it has faded to nothing, in world units; 0 for never.
+    /// Distance at which it has faded to zero, in world units; 0 for never.
     pub range: f32,
     /// Colour times intensity: candela, or lux for a directional light.
     pub emitted: [f32; 3],
     /// Cosine of a spot light's outer half-angle.
     pub outer_cosine: f32,
-    /// How much greater the cosine of its inner half-angle is; above zero.
+    /// Cosine of the inner half-angle minus that of the outer; above zero.
     pub cosine_span: f32,
     #[doc(hidden)]
     pub padding: [u32; 3],
@@ -210,12 +209,12 @@ impl ShadeLight {
     pub const SPOT: u32 = 1;
     /// `kind` of parallel light.
     pub const DIRECTIONAL: u32 = 2;
-    /// `kind` of a point of a flat light, which sends as much as the cosine says to the side.
+    /// `kind` of a point of a flat light, whose radiance falls off with the cosine to the side.
     pub const FLAT: u32 = 3;
-    /// The most lights that are shaded at once.
+    /// Maximum number of lights.
     pub const MOST: usize = 1024;
 
-    /// A light that sends `emitted` and fades to nothing at `range`; `None` for never. A flat one is a spot as well.
+    /// A light of intensity `emitted` that fades to zero at `range`; `None` for never. A flat light is a spot as well.
     #[must_use]
     pub fn new(source: &LightSource, is_flat: bool, emitted: Vec3, range: Option<f32>) -> Self {
         let light = Self { emitted: emitted.to_array(), range: range.unwrap_or(0.0), ..Self::default() };
@@ -250,76 +249,76 @@ pub struct ShadeMaterial {
     pub roughness: f32,
     /// Index of refraction.
     pub ior: f32,
-    /// How much light passes through instead of being scattered, 0 … 1.
+    /// Fraction of light that is transmitted instead of being scattered, 0 to 1.
     pub transmission: f32,
     /// Scale of the normal texture's x and y.
     pub normal_scale: f32,
-    /// How much of the occlusion texture applies, 0 … 1.
+    /// Strength of the occlusion texture, 0 to 1.
     pub occlusion_strength: f32,
-    /// 1 where opacity mixes with what is behind, else 0.
+    /// 1 if opacity blends it with the surfaces behind, else 0.
     pub is_blended: u32,
-    /// 1 where the base colour is shown whatever the light, else 0.
+    /// 1 if the base colour is shown without light, else 0.
     pub is_unlit: u32,
-    /// 1 where only the shadows on it are seen, else 0.
+    /// 1 for a shadow catcher, else 0.
     pub catches_shadows: u32,
-    /// 1 where it is the surface of a body of glass, else 0.
+    /// 1 if it bounds a volume of glass, else 0.
     pub bounds_volume: u32,
-    /// How far apart colours are refracted there: `KHR_materials_dispersion`.
+    /// Dispersion: `KHR_materials_dispersion`.
     pub dispersion: f32,
-    /// After how far in it light has its colour, in world units; 0 where it never does.
+    /// Distance after which white light has the attenuation colour, in world units; 0 for never.
     pub attenuation_distance: f32,
-    /// The least opacity that is there, where that depends on it; else 0.
+    /// Minimum opacity of a masked material's points; 0 without a mask.
     pub mask_cutoff: f32,
-    /// The colour that is left of white light then.
+    /// Colour that is left of white light after that distance.
     pub attenuation_color: [f32; 3],
-    /// Which of the layers it has: a sum of [`ShadeLayers::SPECULAR`] …
+    /// Bits of its layers: a sum of [`ShadeLayers::SPECULAR`] …
     pub layer_bits: u32,
-    /// What lies on its surface and in it.
+    /// Layers on its surface and in it.
     pub layers: ShadeLayers,
     /// By use: [`ShadeMaterial::BASE_COLOR`] …
     pub textures: [ShadeTexture; 16],
 }
 
-/// What few materials have: 80 bytes.
+/// Layers that few materials have: 80 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeLayers {
-    /// What mirroring straight ahead is multiplied by.
+    /// Factor of the reflectance at normal incidence.
     pub specular_color: [f32; 3],
-    /// How much of what isn't metal mirrors, 0 … 1.
+    /// Strength of dielectric reflection, 0 to 1.
     pub specular: f32,
-    /// What fibres reflect, 0 … 1.
+    /// Reflectance of the fibres, 0 to 1.
     pub sheen_color: [f32; 3],
-    /// How far fibres lean, 0 … 1.
+    /// Roughness of the fibres, 0 to 1.
     pub sheen_roughness: f32,
-    /// How much of the surface is lacquered, 0 … 1.
+    /// Fraction of the surface with a clear coat, 0 to 1.
     pub coat: f32,
-    /// Perceptual roughness of the lacquer.
+    /// Perceptual roughness of the coat.
     pub coat_roughness: f32,
     /// Scale of its normal texture's x and y.
     pub coat_normal_scale: f32,
-    /// How strongly highlights are stretched, 0 … 1.
+    /// Strength of anisotropy, 0 to 1.
     pub stretch: f32,
-    /// Cosine and sine of what the direction of the stretch is turned by.
+    /// Cosine and sine of the rotation of the anisotropy's direction.
     pub stretch_turn: [f32; 2],
-    /// How much of what is mirrored a thin film colours, 0 … 1.
+    /// Fraction of specular reflection that a thin film colours, 0 to 1.
     pub film: f32,
     /// The film's index of refraction, at least 1.
     pub film_ior: f32,
-    /// Its thickness where its texture has 0 and 1.
+    /// Its thickness in nanometres where its texture is 0 and 1.
     pub film_nanometers: [f32; 2],
     #[doc(hidden)]
     pub padding: [u32; 2],
 }
 
 impl ShadeLayers {
-    /// Bit of another strength or colour of mirroring.
+    /// Bit of a specular strength or colour.
     pub const SPECULAR: u32 = 1;
-    /// Bit of lacquer.
+    /// Bit of a clear coat.
     pub const COAT: u32 = 2;
-    /// Bit of fibres.
+    /// Bit of sheen.
     pub const SHEEN: u32 = 4;
-    /// Bit of stretched highlights.
+    /// Bit of anisotropy.
     pub const GROOVES: u32 = 8;
     /// Bit of a thin film.
     pub const FILM: u32 = 16;
@@ -360,26 +359,26 @@ impl ShadeMaterial {
     pub const FILM_THICKNESS: usize = 15;
 }
 
-/// A texture as a material uses it: 64 bytes. All zero where there is none.
+/// A texture as a material uses it: 64 bytes. All zero if there is none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShadeTexture {
-    /// From the mesh's texture coordinates to the image's, (0, 0) being its upper left corner: two columns.
+    /// Matrix from the mesh's texture coordinates to the image's, (0, 0) being its upper left corner: two columns.
     pub matrix: [f32; 4],
-    /// What is added then.
+    /// Translation after the matrix.
     pub translation: [f32; 2],
     /// Width and height of the full image.
     pub size: [u32; 2],
-    /// What lies beyond the image's edges in x and in y: [`ShadeTexture::REPEAT`], [`ShadeTexture::MIRRORED_REPEAT`] or
+    /// Wrapping beyond the image's edges in x and in y: [`ShadeTexture::REPEAT`], [`ShadeTexture::MIRRORED_REPEAT`] or
     /// [`ShadeTexture::CLAMP_TO_EDGE`].
     pub wrap: [u32; 2],
-    /// How many levels it has: the full image and its smaller copies; 0 where there is no texture.
+    /// Number of levels: the full image and its smaller copies; 0 if there is no texture.
     pub levels: u32,
-    /// Where its list of levels is among the [`Texels`](super::Texels).
+    /// Index of its list of levels in the [`Texels`](super::Texels).
     pub levels_word: u32,
-    /// Which set of texture coordinates: 0 or 1.
+    /// The set of texture coordinates: 0 or 1.
     pub tex_coord_set: u32,
-    /// 1 where the nearest texel is read, 0 where the four nearest are mixed.
+    /// 1 to read the nearest texel, 0 to mix the four nearest.
     pub is_nearest: u32,
     /// 1 for colours encoded by the sRGB transfer function, 0 for quantities.
     pub is_srgb: u32,
@@ -388,7 +387,7 @@ pub struct ShadeTexture {
 }
 
 impl ShadeTexture {
-    /// `wrap`: the image again.
+    /// `wrap`: the image repeats.
     pub const REPEAT: u32 = 0;
     /// `wrap`: the image mirrored, then the image again.
     pub const MIRRORED_REPEAT: u32 = 1;
@@ -396,31 +395,31 @@ impl ShadeTexture {
     pub const CLAMP_TO_EDGE: u32 = 2;
 }
 
-/// How a film is developed: 28 bytes.
+/// Parameters of developing a film: 28 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct DevelopSettings {
-    /// What makes means of the film's sums: one over the number of samples.
+    /// One over the number of samples, which turns the film's sums into means.
     pub(crate) weight: f32,
-    /// What the means are multiplied by.
+    /// Factor of the means.
     pub(crate) exposure: f32,
     /// [`DevelopSettings::NEUTRAL`] or [`DevelopSettings::CLIP`].
     pub(crate) tone_map: u32,
-    /// Of the image in pixels.
+    /// Width of the image in pixels.
     pub(crate) width: u32,
-    /// Of the image in pixels.
+    /// Height of the image in pixels.
     pub(crate) height: u32,
-    /// From one row of the image to the next.
+    /// Distance between rows of the image, in pixels.
     pub(crate) row_pixels: u32,
-    /// Where the film's plane of what is shown as it is starts, in pixels; [`DevelopSettings::NO_PLANE`] for none.
+    /// First pixel of the film's plane of colour without tone mapping; [`DevelopSettings::NO_PLANE`] for none.
     pub(crate) flat_plane: u32,
 }
 
 impl DevelopSettings {
     /// `tone_map`: Khronos PBR Neutral.
     pub(crate) const NEUTRAL: u32 = 0;
-    /// `tone_map`: everything above one is cut off.
+    /// `tone_map`: values above one are clamped.
     pub(crate) const CLIP: u32 = 1;
-    /// `flat_plane`: nothing is shown as it is.
+    /// `flat_plane`: all colours are tone mapped.
     pub(crate) const NO_PLANE: u32 = u32::MAX;
 }

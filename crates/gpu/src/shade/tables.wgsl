@@ -1,7 +1,7 @@
-// What shading reads, as tables.rs writes it, and the film.
+// Inputs of shading, as tables.rs writes them, and the film.
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
-// Stands for attributes that no vertex has.
+// Stands for missing attributes.
 const NO_WORD: u32 = 0xffffffffu;
 
 const PROJECTION_PERSPECTIVE: u32 = 0u;
@@ -24,7 +24,7 @@ const TEXTURE_NORMAL: u32 = 2u;
 const TEXTURE_OCCLUSION: u32 = 3u;
 const TEXTURE_EMISSIVE: u32 = 4u;
 const TEXTURE_TRANSMISSION: u32 = 5u;
-// So many, and behind them those of layers.
+// Number of these; the textures of layers come after them.
 const TEXTURES: u32 = 6u;
 const TEXTURE_SPECULAR: u32 = 6u;
 const TEXTURE_SPECULAR_COLOR: u32 = 7u;
@@ -45,14 +45,14 @@ const LAYER_SHEEN: u32 = 4u;
 const LAYER_GROOVES: u32 = 8u;
 const LAYER_FILM: u32 = 16u;
 
-// Where fixed tables are in shade_texels.
+// First words of fixed tables in shade_texels.
 const LINEAR_FROM_SRGB_WORD: u32 = 0u;
 const SPECULAR_ALBEDO_WORD: u32 = 256u;
 const SPECULAR_ALBEDO_SIDE: u32 = 24u;
-// As large as the other.
+// As large as the table of specular albedo.
 const SHEEN_ALBEDO_WORD: u32 = 1408u;
 
-// The camera rays of one sample, and which layer of surfaces they meet.
+// The camera rays of one sample, and the layer of surfaces that they see.
 struct ShadeSample {
     position: vec3<f32>,
     projection: u32,
@@ -65,51 +65,51 @@ struct ShadeSample {
     forward: vec3<f32>,
     footprint_per_depth: f32,
     offset_pixels: vec2<f32>,
-    // Of the rows that are shaded at once.
+    // Size of the rows that are shaded at once.
     size_pixels: vec2<u32>,
-    // What the film's first plane says of a pixel that shows nothing.
+    // Depth in the film's first plane for a pixel without a triangle.
     miss_depth: f32,
     words_per_light: u32,
     is_first_sample: u32,
     is_first_layer: u32,
     is_last_layer: u32,
-    // Where planes of the film are, in pixels; NO_WORD for one that isn't kept.
+    // First pixels of the film's planes; NO_WORD for one that isn't kept.
     first_plane: u32,
     through_plane: u32,
     flat_plane: u32,
-    // The first of these rows, and how many the whole image has.
+    // The first of these rows, and the number of rows of the whole image.
     first_row: u32,
     image_height: u32,
-    // How many mirrors and surfaces of glass in a row are followed, and what isn't of what they show since it is less.
+    // Maximum number of mirrors and glass surfaces in a row, and minimum throughput of a followed path.
     bounces: u32,
     least_contribution: f32,
-    // Where the film's planes of ways are, in pixels, and how many; NO_WORD where they aren't kept.
+    // First pixel of the film's planes of ways, and their number; NO_WORD if they aren't kept.
     ways_plane: u32,
     ways_count: u32,
-    // Where in shade_lit it says how much of lights comes through what is before surfaces; NO_WORD where all of it does.
+    // First word of the transmittances before lights in shade_lit; NO_WORD if all of them are one.
     tints_word: u32,
-    // The first of these pixels among all of the image, and the number of the sample: what is drawn depends on them.
+    // Number of the first of these pixels in the image, and of the sample: random points depend on both.
     first_pixel: u32,
     number: u32,
-    // How many points lights are asked about, and whether light from all around is too.
+    // Number of points whose visibility from lights is found, and whether ambient visibility is too.
     points: u32,
     looks_around: u32,
 }
 
 struct ShadeSurroundings {
-    // Coefficients of spherical harmonics; w is nothing.
+    // Coefficients of spherical harmonics; w is unused.
     irradiance: array<vec4<f32>, 9>,
     color: vec3<f32>,
     kind: u32,
     panorama_size: vec2<u32>,
     panorama_levels: u32,
-    // Where in shade_texels each level's first texel is listed.
+    // Index in shade_texels of the list of each level's first texel.
     panorama_word: u32,
 }
 
 struct ShadeScene {
     surroundings: ShadeSurroundings,
-    // Where attributes are in shade_attributes.
+    // First words of attributes in shade_attributes.
     material_word: u32,
     normal_word: u32,
     tangent_word: u32,
@@ -122,12 +122,12 @@ struct ShadeScene {
 struct ShadeLight {
     position: vec3<f32>,
     kind: u32,
-    // In which the light travels.
+    // Direction of travel.
     direction: vec3<f32>,
-    // 0 for a light that never fades to nothing.
+    // 0 for a light that never fades to zero.
     range: f32,
     emitted: vec3<f32>,
-    // Of a spot light's outer half-angle, and how much greater that of its inner one is.
+    // Cosine of a spot light's outer half-angle, and the difference to that of its inner one.
     outer_cosine: f32,
     cosine_span: f32,
 }
@@ -144,21 +144,21 @@ struct ShadeMaterial {
     is_blended: u32,
     is_unlit: u32,
     catches_shadows: u32,
-    // Whether it is the surface of a body of glass; how far apart colours are refracted there, and what colour is left of
-    // light after some distance, which is 0 where all is.
+    // Whether it bounds a volume of glass; the dispersion there, and the distance after which light has the attenuation
+    // colour, 0 for never.
     bounds_volume: u32,
     dispersion: f32,
     attenuation_distance: f32,
-    // Less opaque points aren't there, unless it is 0.
+    // Less opaque points are cut out, unless it is 0.
     mask_cutoff: f32,
     attenuation_color: vec3<f32>,
-    // Which layers it has: LAYER_SPECULAR …
+    // Bits of its layers: LAYER_SPECULAR …
     layer_bits: u32,
     layers: ShadeLayers,
     textures: array<ShadeTexture, ALL_TEXTURES>,
 }
 
-// What lies on a material's surface and in it, as far as its bits say.
+// Layers on a material's surface and in it, as far as its bits are set.
 struct ShadeLayers {
     specular_color: vec3<f32>,
     specular: f32,
@@ -167,25 +167,25 @@ struct ShadeLayers {
     coat: f32,
     coat_roughness: f32,
     coat_normal_scale: f32,
-    // How strongly highlights are stretched, and the cosine and sine of what the direction is turned by.
+    // Strength of anisotropy, and the cosine and sine of the rotation of its direction.
     stretch: f32,
     stretch_turn: vec2<f32>,
     film: f32,
     film_ior: f32,
-    // Where its texture has 0 and 1.
+    // Thickness where its texture is 0 and 1.
     film_nanometers: vec2<f32>,
 }
 
 // A texture as a material uses it.
 struct ShadeTexture {
-    // From the mesh's texture coordinates to the image's: two columns, then what is added.
+    // Matrix from the mesh's texture coordinates to the image's: two columns, then the translation.
     matrix: vec4<f32>,
     translation: vec2<f32>,
     size: vec2<u32>,
     wrap: vec2<u32>,
-    // 0 where there is no texture.
+    // 0 if there is no texture.
     levels: u32,
-    // Where in shade_texels each level's first texel is listed.
+    // Index in shade_texels of the list of each level's first texel.
     levels_word: u32,
     tex_coord_set: u32,
     is_nearest: u32,
@@ -195,10 +195,9 @@ struct ShadeTexture {
 @group(0) @binding(0) var<uniform> shade_sample: ShadeSample;
 @group(0) @binding(1) var<uniform> shade_scene: ShadeScene;
 @group(0) @binding(2) var<uniform> shade_lights: array<ShadeLight, MOST_LIGHTS>;
-// What each slot shows.
-// Slots that later layers needn't look at are emptied.
+// The triangle of each slot. Slots that later layers needn't shade are emptied.
 @group(0) @binding(3) var<storage, read_write> shade_seen: array<u32>;
-// One bit a slot for each light, light after light.
+// One bit for each slot and light, light after light.
 @group(0) @binding(4) var<storage, read> shade_lit: array<u32>;
 @group(0) @binding(5) var<storage, read> shade_positions: array<f32>;
 // Three vertices and the number of each triangle.
@@ -208,6 +207,6 @@ struct ShadeTexture {
 @group(0) @binding(8) var<storage, read> shade_materials: array<ShadeMaterial>;
 // Fixed tables, then texels of textures (RGBA8) and of the panorama (three f32).
 @group(0) @binding(9) var<storage, read> shade_texels: array<u32>;
-// Planes of pixels in rows: colour and coverage summed over the samples; normal and depth at the first sample; what the
-// layers so far let through.
+// Planes of pixels in rows: colour and coverage summed over the samples; normal and depth at the first sample; the
+// layers' transmittance so far.
 @group(0) @binding(10) var<storage, read_write> shade_film: array<vec4<f32>>;

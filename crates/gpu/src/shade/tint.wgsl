@@ -1,7 +1,7 @@
-// Stage `tint`: what is left of light that passes through triangles on its straight way to a point: crates/umbrage/src/cpu/tint.rs.
+// Stage `tint`: transmittance of triangles on the straight path of light to a point: crates/umbrage/src/cpu/tint.rs.
 //
-// `shade_seen` has the kd-tree's list of what light to each point passes, and `shade_lit` where each point's part of it begins
-// (`kdtree/settle.wgsl`). What is left goes to the first of a point's.
+// `shade_seen` has the kd-tree's lists of the surfaces between each point and its light, and `shade_lit` the start of
+// each point's list (`kdtree/settle.wgsl`). The transmittance replaces the first entry of a point's list.
 
 import package::dispatch::{Invocation, flat_index};
 import package::shade::attributes::{material_of, tex_coords_of, vertex_color_at};
@@ -14,7 +14,7 @@ import package::shade::texture::{texture_at};
 
 const LIST_FIRST: u32 = 16u;
 const LIST_WORDS: u32 = 8u;
-// Of more different bodies of glass, one in the other, the last ones take no colour.
+// With more nested bodies of glass than this, the last ones take no colour.
 const MOST_BODIES: u32 = 8u;
 const COAT_AHEAD: f32 = 0.04;
 
@@ -63,7 +63,7 @@ fn tint(at: Invocation) {
     shade_seen[base + 5u] = pack2x16unorm(vec2<f32>(left.z, 0.0));
 }
 
-// Leaves of the tree share triangles.
+// Whether a triangle is listed twice: leaves of the tree share triangles.
 fn is_listed_before(first: u32, base: u32, room: u32) -> bool {
     var next = first;
     while next < room {
@@ -79,7 +79,7 @@ fn is_listed_before(first: u32, base: u32, room: u32) -> bool {
     return false;
 }
 
-// How much of the light behind a point of a triangle comes straight through: crates/scene/src/opacity.rs.
+// Straight transmittance of a triangle at a point: crates/scene/src/opacity.rs.
 fn passing_through(id: u32, barycentric: vec2<f32>) -> vec3<f32> {
     let material = material_of(id);
     let vertices = shade_triangles[id].xyz;
@@ -117,7 +117,7 @@ fn passing_through(id: u32, barycentric: vec2<f32>) -> vec3<f32> {
     return vec3<f32>(1.0 - opacity) + color.xyz * (opacity * transmission * entering);
 }
 
-// What a texture of a material says at a point, in its full size; one where there is none.
+// Value of a material's texture at a point, at full size; one if it has none.
 fn whole_texel(material: u32, slot: u32, vertices: vec3<u32>, weights: vec3<f32>) -> vec4<f32> {
     let texture = shade_materials[material].textures[slot];
     if texture.levels == 0u {

@@ -1,4 +1,4 @@
-// From linear radiance to linear display light: crates/umbrage/src/tone_map.rs.
+// Maps linear radiance to linear display light: crates/umbrage/src/tone_map.rs.
 
 // The Khronos PBR Neutral tone mapper.
 const NEUTRAL_F0: f32 = 0.04;

@@ -1,4 +1,4 @@
-// From where light comes to a surface that is followed: crates/umbrage/src/cpu/met.rs and onward.rs.
+// Directions from which light comes to a followed surface: crates/umbrage/src/cpu/met.rs and onward.rs.
 
 import package::onward::media::{Media};
 import package::onward::way::{
@@ -16,54 +16,54 @@ import package::shade::microfacet::{BRDF_SMOOTHEST};
 import package::shade::surface::{Surface};
 import package::shade::tables::{shade_film, shade_sample};
 
-// Whether rough surfaces mirror as well: one direction of their highlights each.
+// Whether rough surfaces mirror as well: one direction of each highlight.
 override GLOSS: bool = false;
 
 struct Ways {
-    // WAY_… added up.
+    // Sum of WAY_… bits.
     bits: u32,
-    // Unit vector towards what is seen in a mirror, and how much of that reaches the camera.
+    // Unit vector of the mirrored ray, and its throughput to the camera.
     direction: vec3<f32>,
     through: vec3<f32>,
-    // Whether that is in place of what is around the surface, and of what is around its coat.
+    // Whether the mirrored ray replaces the surroundings' reflection in the surface, and in its coat.
     is_of_surface: bool,
     is_of_coat: bool,
-    // Whether light comes only from where it is followed to.
+    // Whether the surface is seen from inside of a volume, so that it has no other light.
     is_inside: bool,
-    // The largest GGX width of rough surfaces by which light comes along them.
+    // Largest GGX width of rough surfaces along the ways.
     blur: f32,
-    // How much of what is straight behind reaches the camera.
+    // Throughput of light from straight behind to the camera.
     passing: vec3<f32>,
-    // Where light is refracted to, of red, green and blue, and how much of it reaches the camera.
+    // Directions of refracted light, of red, green and blue, and its throughput to the camera.
     refracted: array<vec3<f32>, 3>,
     refracted_through: vec3<f32>,
 }
 
-// How much of what is straight behind a surface it shows.
+// Straight transmittance of a surface.
 fn passing_at(surface: Surface) -> vec3<f32> {
     var transmitted = surface.transmitted;
     if any(transmitted != vec3<f32>(0.0)) {
-        // What the surface mirrors doesn't pass.
+        // Mirrored light isn't transmitted.
         let n_v = max(dot(surface.normal, surface.view), 1e-4);
         transmitted *= reflectance_view(surface.reflectance, n_v, surface.layers).entering;
     }
     return mix(vec3<f32>(1.0), transmitted, surface.opacity);
 }
 
-// How light from a surface comes to the camera.
+// Path of light from a surface to the camera.
 struct Route {
-    // How much of it does.
+    // Throughput to the camera.
     through: vec3<f32>,
-    // By how many mirrors and surfaces of glass, and the largest GGX width of rough ones among them.
+    // Number of mirrors and glass surfaces, and the largest GGX width of rough ones among them.
     bounces: u32,
     blur: f32,
-    // The pixel that shows it.
+    // The path's pixel.
     pixel: u32,
-    // Through what it goes behind the surface that it comes from.
+    // Media behind the surface.
     media: Media,
 }
 
-// Where what a surface shows comes from.
+// Directions from which a surface gets its visible light.
 fn ways_of(surface: Surface, route: Route) -> Ways {
     var ways: Ways;
     let through = route.through;
@@ -82,7 +82,7 @@ fn ways_of(surface: Surface, route: Route) -> Ways {
     if any(ways.passing > vec3<f32>(0.0)) {
         ways.bits |= WAY_BEHIND;
         if surface.is_volume && route.media.count > 0u {
-            // Where glass isn't followed any further, it is as thin as a pane.
+            // Glass that isn't followed any further counts as a thin pane.
             ways.bits |= WAY_CROSSES;
         }
     }
@@ -110,7 +110,7 @@ fn go_by_mirror(surface: Surface, part: vec3<f32>, route: Route, ways: ptr<funct
         if is_of_coat {
             through = select(vec3<f32>(0.0), through, is_of_surface) + of_coat;
             most = most_of(through);
-            // Where both are mirrors, both are seen in one.
+            // If both are mirrors, one direction serves both.
             if !is_of_surface {
                 direction = reflect(-surface.view, surface.layers.coat.normal);
             }
@@ -141,8 +141,8 @@ fn go_by_mirror(surface: Surface, part: vec3<f32>, route: Route, ways: ptr<funct
     }
 }
 
-// By the coat of a surface or what is below it, as often as they mirror much, and there by one of the small mirrors that it is
-// made of. The ways have the mirror that is smooth.
+// Chooses the coat of a surface or the layer below it, in proportion to their reflection, and one of its microfacets.
+// `ways` has the smooth mirror on entry.
 fn go_by_one_of_many(
     surface: Surface,
     part: vec3<f32>,
@@ -161,7 +161,7 @@ fn go_by_one_of_many(
         if !(is_smooth && coat_is_mirror(coat)) {
             let of_coat = coat.part / (coat.part + most_of(seen.specular));
             takes_coat = point.x < of_coat;
-            // What is left of the number is as evenly spread.
+            // The rest of the number is as evenly distributed.
             share = select(1.0 - of_coat, of_coat, takes_coat);
             point.x = select((point.x - of_coat) / (1.0 - of_coat), point.x / of_coat, takes_coat);
             if takes_coat {
@@ -186,7 +186,7 @@ fn go_by_one_of_many(
     let kept = facets_unshadowed(facets, surface.view, direction);
     let height = dot(direction, surface.geometric_normal);
     if height <= 0.0 {
-        // A bent normal mirrors it into the triangle: what is above stands for that, or rims would be black.
+        // A bent normal mirrors it into the triangle: the direction above it stands in, or rims would be black.
         direction -= surface.geometric_normal * (2.0 * height);
     }
     var reflected = reflectance_of_facet(surface.reflectance, seen, cosine, surface.layers);
@@ -248,7 +248,7 @@ fn go_through_glass(surface: Surface, part: vec3<f32>, route: Route, ways: ptr<f
     }
 }
 
-// Keeps ways of a surface that is so far from the camera, in planes of so many pixels or rays.
+// Writes the ways of a surface at distance `travelled` from the camera, in planes of `stride` pixels or rays.
 fn keep_ways(ways: Ways, material: u32, travelled: f32, index: u32, stride: u32) {
     var to = shade_sample.ways_plane + index;
     var bits = ways.bits;

@@ -19,22 +19,22 @@ pub(super) struct FilterArguments {
     width: u32,
 }
 
-/// Refuses hits where an alpha mask has cut the triangle away.
+/// Refuses hits at points that an alpha mask has cut away.
 pub(super) unsafe extern "C" fn keep_solid(arguments: *const FilterArguments) {
     // SAFETY: Embree calls this with arguments that are valid for the call.
     unsafe { keep(arguments, Frame::camera_opacity) }
 }
 
-/// Refuses hits on what casts no shadow there.
+/// Refuses hits at points that cast no shadow.
 pub(super) unsafe extern "C" fn keep_casting(arguments: *const FilterArguments) {
     // SAFETY: Embree calls this with arguments that are valid for the call.
     unsafe { keep(arguments, Frame::shadow_opacity) }
 }
 
-/// Clears the flags of hits where a triangle stops no rays, as `opacity` says.
+/// Clears the flags of hits at which, by `opacity`, the triangle lets the ray pass.
 ///
 /// # Safety
-/// `arguments` and what they point to must be valid, with the [`Asked`] of a posed frame as the geometry's user data.
+/// `arguments` and the pointers in it must be valid, with the [`Asked`] of a posed frame as the geometry's user data.
 unsafe fn keep(arguments: *const FilterArguments, opacity: impl Fn(&Frame) -> FrameOpacity<'_>) {
     // SAFETY: the caller's. A hit packet of N rays has arrays of N numbers: three of normals, u, v and ids.
     unsafe {

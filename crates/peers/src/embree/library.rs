@@ -16,11 +16,11 @@ pub struct Embree {
     pub(super) trace: Trace,
     pub(super) device: Handle,
     version: [u32; 3],
-    /// Never unloaded: its build threads may still be on their way out when the device is gone.
+    /// Never unloaded: its build threads may still be ending after the device is released.
     _library: ManuallyDrop<Library>,
 }
 
-/// Functions that both versions have alike.
+/// Functions that are the same in both versions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Functions {
     pub(super) new_device: unsafe extern "C" fn(*const c_char) -> Option<Handle>,
@@ -46,14 +46,14 @@ pub(super) struct Functions {
 /// `RTC_DEVICE_PROPERTY_VERSION`.
 const VERSION: i32 = 0;
 
-/// File names of the versions that are known, the newest first.
+/// File names of the supported versions, the newest first.
 const FILE_NAMES: [&str; 2] = ["libembree4.so.4", "libembree3.so.3"];
 
 impl Embree {
-    /// Loads the library at `path`, or else one that the system knows, with `threads` threads to build with.
+    /// Loads the library at `path`, or else one from the system's search path, with `threads` threads to build with.
     ///
     /// # Errors
-    /// If there is none, or it isn't version 3 or 4.
+    /// If there is none, or if its version is neither 3 nor 4.
     pub fn load(path: Option<&Path>, threads: usize) -> Result<Arc<Self>, Error> {
         let paths = path.map_or_else(|| FILE_NAMES.map(PathBuf::from).to_vec(), |path| vec![path.to_owned()]);
         for path in &paths {
@@ -98,7 +98,7 @@ impl Embree {
         self.version
     }
 
-    /// The device's last error, if there is one since it was last asked.
+    /// Returns the device's last error, if there was one since the last call.
     pub(super) fn check(&self, what: &'static str) -> Result<(), Error> {
         // SAFETY: the device lives as long as `self`.
         match unsafe { (self.functions.device_error)(Some(self.device)) } {
@@ -110,7 +110,7 @@ impl Embree {
 
 impl Functions {
     fn find(library: &Library) -> Result<Self, libloading::Error> {
-        /// The function of a name, as the type that is asked for.
+        /// Looks up a function by name, as type `F`.
         fn named<F: Copy>(library: &Library, name: &CStr) -> Result<F, libloading::Error> {
             // SAFETY: the caller's type is the header's, and the library outlives the function: both are in `Embree`.
             unsafe { library.get::<F>(name.to_bytes_with_nul()).map(|symbol| *symbol) }

@@ -1,14 +1,15 @@
 //! Embree, through the functions of its shared library: versions 3 and 4.
 //!
 //! # Safety
-//! Everything unsafe of this crate is here, for three reasons. Functions are looked up by name and given the types of
-//! the headers `rtcore_*.h`; the two versions differ in the two functions that trace, and which one it is the library
-//! itself says. Buffers are shared, not copied: a [`Scene`] keeps the [`Posed`](crate::Posed) that owns them, unchanged behind an
-//! [`Arc`](std::sync::Arc), until its geometry is given other ones or released; indices were checked, and positions have the padding
-//! that 16-byte reads need. Packets have the layouts of the headers, which tests compare with the headers' numbers.
+//! All unsafe code of this crate is here, for three reasons. Functions are looked up by name and given the types of the
+//! headers `rtcore_*.h`; the two versions differ in the two functions that trace, and the library reports its version.
+//! Buffers are shared, not copied: a [`Scene`] keeps the [`Posed`](crate::Posed) that owns them, unchanged behind an
+//! [`Arc`](std::sync::Arc), until its geometry gets other buffers or is released; indices were checked, and positions have
+//! the padding for 16-byte reads. Packets have the layouts of the headers, which tests compare with the headers' numbers.
 //!
-//! Embree's manual recommends to trace with denormal numbers taken for zero. Calls that switched to that mode and back
-//! took as long as others (no difference above the noise on the gallery's cloth and shatter), so the mode is left as Rust needs it.
+//! Embree's manual recommends to trace with denormal numbers flushed to zero. Switching that mode on and off for each
+//! call saved no time (no difference above the noise on the gallery's cloth and shatter), so the mode is left as Rust
+//! needs it.
 #![allow(unsafe_code, reason = "calls a C library")]
 
 mod filter;
@@ -38,26 +39,26 @@ pub enum Error {
         /// File names and paths.
         tried: String,
     },
-    /// The library is not one that is known.
+    /// The library can't be used.
     #[error("{}: {cause}", path.display())]
     Unusable {
         /// The library.
         path: PathBuf,
-        /// What it lacks.
+        /// Missing function, or other reason.
         cause: String,
     },
     /// Embree reports an error.
     #[error("Embree could not {what}: error {code}")]
     Failed {
-        /// What was tried.
+        /// Failed operation.
         what: &'static str,
         /// `RTCError`.
         code: i32,
     },
-    /// Triangles that tinybvh can't trace.
+    /// Triangles that tinybvh can't trace: none at all, or some that aren't opaque.
     #[error("tinybvh takes opaque triangles only, and at least one")]
     NotOpaque,
-    /// A triangle that Embree must not be given.
+    /// A triangle with a vertex index that is out of range.
     #[error("triangle {triangle} has a vertex that is out of range")]
     IndexOutOfRange {
         /// Its id.

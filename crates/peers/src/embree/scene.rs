@@ -6,24 +6,24 @@ use super::{Embree, Error, Handle};
 use crate::packet::{RayHitPacket, SingleRay, Valid};
 use crate::posed::Posed;
 
-/// How a scene is built anew for each frame.
+/// Method to rebuild a scene for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildMethod {
-    /// What the hierarchy is built with.
+    /// Builder of the hierarchy.
     pub quality: Quality,
-    /// Whether the scene is a dynamic one that is kept, so that its memory is used again; else it is a new one.
+    /// Whether one dynamic scene is kept, so that its memory is reused; otherwise each frame has a new scene.
     pub kept: bool,
 }
 
-/// What a hierarchy is built with.
+/// Builder of a hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// By Morton codes.
     Low,
     /// By the binned surface area heuristic.
     Medium,
-    /// As `Medium` in the first frame; in others, boxes of that hierarchy are fitted to where the triangles are. For a scene that is
-    /// kept, whose triangles stay joined to the same vertices.
+    /// As `Medium` in the first frame; later frames refit that hierarchy's boxes to the moved triangles. For a kept
+    /// scene, whose triangles keep their vertex indices.
     Refit,
 }
 
@@ -39,10 +39,10 @@ pub struct Scene {
 struct Built {
     scene: Handle,
     opaque: Handle,
-    /// The triangles that are asked about, where there are any.
+    /// Geometry of the triangles with filters, if there are any.
     asked: Option<Handle>,
     posed: Arc<Posed>,
-    /// What Embree has the indices of, where it fits boxes: others would have it build.
+    /// The frame whose indices Embree has, if it refits: other indices would make it build.
     joined: Option<Arc<Posed>>,
 }
 
@@ -54,7 +54,7 @@ const FORMAT_UINT3: i32 = 0x5003;
 const FORMAT_FLOAT3: i32 = 0x9003;
 const DYNAMIC: i32 = 1;
 
-// SAFETY: many threads may trace through a scene at once; what changes it takes `&mut self`.
+// SAFETY: many threads may trace through a scene at once; methods that change it take `&mut self`.
 unsafe impl Send for Scene {}
 // SAFETY: as above.
 unsafe impl Sync for Scene {}
@@ -66,7 +66,7 @@ impl Scene {
         Self { embree: Arc::clone(embree), method, built: None }
     }
 
-    /// Releases what the next build makes anew, so that it needn't be timed there; nothing for a scene that is kept.
+    /// Releases the old scene, so that the next build's time excludes that; does nothing if the scene is kept.
     pub fn clear(&mut self) {
         if !self.method.kept {
             self.release();
@@ -76,7 +76,7 @@ impl Scene {
     /// Builds the hierarchy over a frame's triangles, on Embree's own threads.
     ///
     /// # Errors
-    /// Where Embree reports one; the scene is then empty.
+    /// If Embree reports one; the scene is then empty.
     pub fn build(&mut self, posed: &Arc<Posed>) -> Result<(), Error> {
         self.clear();
         if self.built.as_ref().is_some_and(|built| built.asked.is_some() != posed.asked().is_some()) {
@@ -89,9 +89,8 @@ impl Scene {
         if let Some(built) = &mut self.built {
             let positions = posed.positions();
             let is_joined = built.joined.is_some();
-            // SAFETY: the handles are alive. The buffers have as many items as is said and are kept by `built.posed`, or
-            // the indices by `built.joined`, as is what the filters are given; old ones are released only after Embree was
-            // given these.
+            // SAFETY: the handles are alive. The buffers have the given lengths and are kept by `built.posed`, or the
+            // indices by `built.joined`, as are the filters' data; old ones are released only after Embree has the new ones.
             unsafe {
                 let share = |geometry, indices: &[[u32; 3]]| {
                     let share = functions.set_shared_buffer;
@@ -118,7 +117,7 @@ impl Scene {
         self.embree.check("build a scene").inspect_err(|_| self.release())
     }
 
-    /// An empty scene with one empty geometry or two.
+    /// Makes an empty scene with one or two empty geometries.
     fn make(&self, posed: &Arc<Posed>) -> Result<Built, Error> {
         let Embree { functions, device, .. } = &*self.embree;
         let quality = match self.method.quality {
@@ -140,7 +139,7 @@ impl Scene {
             let opaque = geometry();
             let asked = if posed.asked().is_some() { geometry().map(Some) } else { Some(None) };
             let Some((opaque, asked)) = opaque.zip(asked) else {
-                // The scene holds what is attached to it.
+                // The scene holds its attached geometries.
                 opaque.into_iter().chain(asked.flatten()).for_each(|geometry| (functions.release_geometry)(geometry));
                 (functions.release_scene)(scene);
                 return Err(failed());
@@ -149,7 +148,7 @@ impl Scene {
                 (functions.set_intersect_filter)(asked, Some(keep_solid));
                 (functions.set_occluded_filter)(asked, Some(keep_casting));
             }
-            // Scenes have no quality for that.
+            // Scenes have no quality for refitting.
             (functions.set_scene_quality)(scene, quality.min(1));
             (functions.set_scene_flags)(scene, if self.method.kept { DYNAMIC } else { 0 });
             Ok(Built { scene, opaque, asked, posed: Arc::clone(posed), joined: None })
@@ -167,7 +166,7 @@ impl Scene {
         }
     }
 
-    /// Finds the nearest hits of the rays that are `valid`; rays that hit nothing keep what they had.
+    /// Finds the nearest hits of the `valid` rays; misses stay unchanged.
     #[inline]
     pub fn nearest(&self, valid: &Valid, packet: &mut RayHitPacket) {
         if let Some(Built { scene, .. }) = self.built {
@@ -176,7 +175,7 @@ impl Scene {
         }
     }
 
-    /// Finds the nearest hit of a ray that has no company; one that hits nothing keeps what it had.
+    /// Finds the nearest hit of a single ray; a miss stays unchanged.
     #[inline]
     pub fn nearest_of_one(&self, ray: &mut SingleRay) {
         if let Some(Built { scene, .. }) = self.built {

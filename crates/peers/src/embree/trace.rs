@@ -44,7 +44,7 @@ const COHERENT_3: i32 = 1;
 const COHERENT_4: i32 = 1 << 16;
 
 impl Trace {
-    /// The functions as version `major` has them, or why there are none.
+    /// The functions of version `major`, or the reason why there are none.
     pub(super) fn find(library: &Library, major: u32) -> Result<Self, String> {
         // SAFETY: the types are those of the version's headers, and the library outlives the functions: both are in
         // `Embree`.
@@ -66,7 +66,7 @@ impl Trace {
         found.map_err(|error| error.to_string())
     }
 
-    /// Finds the nearest hits of the rays that are `valid`.
+    /// Finds the nearest hits of the `valid` rays.
     ///
     /// # Safety
     /// The scene must be a committed one of the same library.
@@ -102,7 +102,7 @@ impl Trace {
     /// As for `nearest`.
     #[inline]
     pub(super) unsafe fn occluded(&self, scene: Handle, valid: &Valid, packet: &mut RayHitPacket) {
-        // SAFETY: as for `nearest`; the packet begins with its rays, which are all that is read and written.
+        // SAFETY: as for `nearest`; the packet begins with its rays, and nothing else is read or written.
         unsafe {
             match *self {
                 Self::Three { occluded, .. } => occluded(valid, scene, &mut { Context3::COHERENT }, packet),

@@ -1,11 +1,13 @@
-//! tinybvh, through a few C functions that `glue.cpp` beside this file makes of its header; how that is compiled is said there.
+//! tinybvh, through a few C functions that `glue.cpp` beside this file makes of its header; that file says how to
+//! compile it.
 //!
-//! Like Embree, it is loaded when the program runs, so that nothing is built with C++. The crate `tinybvh-rs` isn't used: it has
-//! neither tinybvh's fast builder nor its queries whether anything is in the way.
+//! Like Embree, it is loaded when the program runs, so that nothing is built with C++. The crate `tinybvh-rs` isn't
+//! used: it has neither tinybvh's fast builder nor its occlusion queries.
 //!
 //! # Safety
-//! As for Embree: functions are looked up by name and have the types of `glue.cpp`, which checks where it finds what in a packet. A
-//! [`TinyScene`] keeps the positions and the [`Posed`] whose indices its hierarchy reads; indices were checked.
+//! As for Embree: functions are looked up by name and have the types of `glue.cpp`, which checks the offsets of a
+//! packet's fields. A [`TinyScene`] keeps the positions and the [`Posed`] whose indices its hierarchy reads; indices
+//! were checked.
 #![allow(unsafe_code, reason = "calls a C++ library")]
 
 use std::ffi::c_void;
@@ -36,12 +38,12 @@ pub struct TinyBvh {
     _library: ManuallyDrop<Library>,
 }
 
-/// How its hierarchy is laid out.
+/// Layout of its hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// Two children a node: `BVH`, as the fastest builder, `BuildAVX`, leaves it.
+    /// Two children a node: `BVH`, as the fastest builder, `BuildAVX`, makes it.
     Binary,
-    /// Eight children a node and leaves of four triangles, tested at once: `BVH8_CPU`, converted from the former.
+    /// Eight children a node and leaves of four triangles, tested at once: `BVH8_CPU`, converted from `BVH`.
     Wide,
 }
 
@@ -50,7 +52,7 @@ pub enum Layout {
 pub struct TinyScene {
     library: Arc<TinyBvh>,
     hierarchy: Handle,
-    /// Vertices in the form that it reads.
+    /// Vertices in its form, of 16 bytes.
     positions: Vec<Vec4>,
     posed: Option<Arc<Posed>>,
     /// Whether the hierarchy is that of `posed`.
@@ -58,7 +60,7 @@ pub struct TinyScene {
 }
 
 impl TinyBvh {
-    /// Loads what was compiled from `glue.cpp`.
+    /// Loads the library that was compiled from `glue.cpp`.
     ///
     /// # Errors
     /// If it isn't there or lacks a function.
@@ -79,7 +81,7 @@ impl TinyBvh {
     }
 }
 
-// SAFETY: many threads may trace through a hierarchy at once; what changes it takes `&mut self`.
+// SAFETY: many threads may trace through a hierarchy at once; methods that change it take `&mut self`.
 unsafe impl Send for TinyScene {}
 // SAFETY: as above.
 unsafe impl Sync for TinyScene {}
@@ -91,16 +93,16 @@ impl TinyScene {
     /// If there is no memory.
     #[must_use]
     pub fn new(library: &Arc<TinyBvh>, layout: Layout) -> Self {
-        // SAFETY: what is made is released once, in `drop`.
+        // SAFETY: the hierarchy is released once, in `drop`.
         let hierarchy = unsafe { (library.new)(i32::from(layout == Layout::Wide)) };
         let hierarchy = hierarchy.expect("memory for a hierarchy without triangles");
         Self { library: Arc::clone(library), hierarchy, positions: Vec::new(), posed: None, is_built: false }
     }
 
-    /// Takes over a frame's triangles, which are copied here: tinybvh reads vertices of 16 bytes.
+    /// Copies a frame's triangles: tinybvh reads vertices of 16 bytes.
     ///
     /// # Errors
-    /// If there are none, or some of them must be asked about, which it can't.
+    /// If there are none, or if some aren't opaque.
     pub fn pose(&mut self, posed: &Arc<Posed>) -> Result<(), Error> {
         (self.posed, self.is_built) = (None, false);
         if posed.opaque().is_empty() || posed.asked().is_some() {
@@ -112,7 +114,8 @@ impl TinyScene {
         Ok(())
     }
 
-    /// Builds the hierarchy anew, in the memory of the last one; from 50,000 triangles on with as many threads as there are cores.
+    /// Rebuilds the hierarchy in the memory of the last one; from 50,000 triangles on, with as many threads as there
+    /// are cores.
     ///
     /// # Panics
     /// Without triangles.
@@ -126,7 +129,7 @@ impl TinyScene {
         self.is_built = true;
     }
 
-    /// Finds what rays hit, one after the other.
+    /// Finds the nearest hits of rays, one after the other.
     ///
     /// # Panics
     /// If the hierarchy wasn't built since the last [`Self::pose`].
@@ -137,7 +140,7 @@ impl TinyScene {
         unsafe { (self.library.nearest)(self.hierarchy, valid, packet) }
     }
 
-    /// Sets `t_far` of rays that hit anything below zero, one after the other.
+    /// Sets `t_far` of blocked rays below zero, one after the other.
     ///
     /// # Panics
     /// As above.

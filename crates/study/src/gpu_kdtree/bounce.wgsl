@@ -1,4 +1,4 @@
-// Stage `bounce`: what rays have hit, shaded without shadows; questions about those, and the rays that mirrors send on.
+// Stage `bounce`: shades hits without shadows, and writes shadow questions and mirrored rays.
 
 import package::dispatch::{Invocation, flat_index, groups_of};
 import package::exact::corners::{corner_bits};
@@ -14,18 +14,18 @@ import package::kdtree::records::{
 import package::mask::flags::{TRIANGLE_MATERIAL};
 
 struct KdBounce {
-    // The light's position, or the direction in which it travels, in bits of f32.
+    // The light's position, or its direction of travel, in bits of f32.
     light: vec3<u32>,
     is_directional: u32,
-    // What a surface that faces the light gives back of it, times its own colour.
+    // Radiance that a white surface facing the light reflects.
     light_color: vec3<f32>,
     // Whether mirrors send rays on.
     goes_on: u32,
-    // From everywhere.
+    // Ambient radiance.
     ambient: vec3<f32>,
-    // How many rays go in a packet.
+    // Rays of a packet.
     packet: u32,
-    // What rays see that hit nothing.
+    // Radiance of rays that hit nothing.
     sky: vec3<f32>,
     pixels: u32,
 }
@@ -35,7 +35,7 @@ struct KdBounce {
 @group(0) @binding(2) var<storage, read> hits: array<u32>;
 @group(0) @binding(3) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> positions: array<u32>;
-// A colour, and how much of what comes in is mirrored.
+// A colour, and the mirrored fraction of light.
 @group(0) @binding(5) var<storage, read> materials: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> next_records: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> shadow_records: array<atomic<u32>>;
@@ -43,7 +43,7 @@ struct KdBounce {
 
 const BOUNCE_INFINITE = F64(0u, 0x7ff00000u);
 
-// How many of the workgroup's invocations send on a ray and ask about a shadow, up to each; both counts in a word.
+// Prefix sums of the workgroup's mirrored rays and shadow questions; both counts in a word.
 var<workgroup> bounce_counts: array<u32, RECORD_LANES>;
 var<workgroup> bounce_starts: vec2<u32>;
 
@@ -51,7 +51,7 @@ fn rounded_vector(a: F64Vector) -> vec3<f32> {
     return bitcast<vec3<f32>>(vec3(f64_to_f32_bits(a.x), f64_to_f32_bits(a.y), f64_to_f32_bits(a.z)));
 }
 
-// A vector of length one, whatever the length it had.
+// A vector scaled to unit length, from any length.
 fn unit_vector(a: vec3<f32>) -> vec3<f32> {
     let largest = max(max(abs(a.x), abs(a.y)), abs(a.z));
     if !(largest > 1.0e-37) {
@@ -76,7 +76,7 @@ fn put_shadow(word: u32, number: F64) {
     atomicStore(&shadow_records[word + 1u], number.y);
 }
 
-// Where this invocation's ray and question go: those of a workgroup stay together and in order.
+// Indices of this invocation's ray and question: those of a workgroup stay together and in order.
 fn bounce_numbers(lane: u32, has_ray: bool, has_question: bool) -> vec2<u32> {
     let own = u32(has_ray) | (u32(has_question) << 16u);
     bounce_counts[lane] = own;
@@ -122,11 +122,11 @@ fn bounce(at: Invocation) {
             let along = f64_vector_scale(ray.direction, exact_scale_to_one(ray.direction));
             let towards = unit_vector(rounded_vector(along));
             let outwards = normal_of(id);
-            // Towards where the ray comes from.
+            // The normal on the side of the ray's origin.
             let normal = select(outwards, -outwards, dot(outwards, towards) > 0.0);
             let material = materials[triangles[id].w & TRIANGLE_MATERIAL];
             let shadow = exact_shadow(kd_bounce.is_directional != 0u, kd_bounce.light, point);
-            // From the point to the light: a shadow ray of a point light comes from there.
+            // From the point to the light: a point light's shadow ray starts at the light.
             let from_light = unit_vector(rounded_vector(shadow.ray.direction));
             let to_light = select(-from_light, from_light, shadow.from_point);
             let diffuse = weight * material.rgb * (1.0 - material.a);
@@ -171,7 +171,7 @@ fn bounce(at: Invocation) {
     }
 }
 
-// How many workgroups take the new rays, and the questions.
+// Writes the workgroups for the new rays and for the questions.
 @compute @workgroup_size(1)
 fn size_bounced() {
     let rays = atomicLoad(&next_records[RECORDS_COUNT]);

@@ -1,4 +1,4 @@
-// Stage `eye`: the camera's rays, in blocks of 8×8 pixels so that packets stay together, and an empty film.
+// Stage `eye`: makes the camera's rays, in blocks of 8×8 pixels so that packets stay together, and an empty film.
 
 import package::dispatch::{Invocation, flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
@@ -10,13 +10,13 @@ import package::kdtree::write::{put_header, put_number, put_vector};
 
 struct KdEye {
     view: ExactView,
-    // How many rays go in a packet.
+    // Rays of a packet.
     packet: u32,
 }
 
 @group(0) @binding(0) var<uniform> kd_eye: KdEye;
 @group(0) @binding(1) var<storage, read_write> records: array<u32>;
-// The colour of each pixel, then what light that comes from its next ray is multiplied with.
+// The colour of each pixel, then the throughput of its next ray.
 @group(0) @binding(2) var<storage, read_write> film: array<vec4<f32>>;
 
 const EYE_HALF = F64(0u, 0x3fe00000u);
@@ -40,7 +40,7 @@ fn eye(at: Invocation) {
     let word = record_start(block * 64u + at.lane);
     put_vector(word, ray.origin);
     put_vector(word + RAY_DIRECTION, ray.direction);
-    // Beside the image the interval is empty.
+    // Outside of the image the interval is empty.
     put_number(word + RAY_T_MIN, select(EYE_ONE, F64_ZERO, is_inside));
     put_number(word + RAY_T_MAX, select(F64_ZERO, F64(0u, 0x7ff00000u), is_inside));
     records[word + RECORD_OWN] = NO_TRIANGLE;

@@ -11,9 +11,9 @@ use umbrage_gpu::{Buffer, Done, Geometry, Gpu, GpuError, Groups, Kernel, Recorde
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct KdMaterial {
-    /// What it gives back of light, and tints what it mirrors with.
+    /// Diffuse reflectance, and the tint of mirrored light.
     pub color: [f32; 3],
-    /// How much of what comes in is mirrored, from 0 to 1.
+    /// Mirrored fraction of light, 0 to 1.
     pub mirror: f32,
 }
 
@@ -26,25 +26,25 @@ pub enum KdPrimary {
     Rasterised,
 }
 
-/// What a frame shows.
+/// Parameters of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KdScenery {
     /// The only light, which casts shadows. A spot light is a point light here, and none grows weaker with distance.
     pub light: LightSource,
     /// Its colour.
     pub light_color: Vec3,
-    /// Light from everywhere, without shadows.
+    /// Ambient radiance, without shadows.
     pub ambient: Vec3,
-    /// What rays see that hit nothing.
+    /// Radiance of rays that hit nothing.
     pub sky: Vec3,
-    /// How often rays are mirrored at most.
+    /// Maximum number of mirrors on a path.
     pub bounces: u32,
     /// How primary hits are found.
     pub primary: KdPrimary,
 }
 
-/// Frames whose rays are all made and answered on the GPU: primary rays, a shadow ray from each hit, and mirrored rays to any
-/// depth. Nothing is read back between.
+/// Frames whose rays are all made and traced on the GPU: primary rays, a shadow ray from each hit, and mirrored rays to
+/// any depth. Nothing is read back in between.
 #[derive(Debug)]
 pub struct KdFrame {
     tracer: KdTracer,
@@ -55,21 +55,21 @@ pub struct KdFrame {
     surface: Kernel,
     raster: Raster,
     eye_view: Buffer,
-    /// While rays go on, and at the last.
+    /// Uniforms for all bounces but the last, and for the last.
     bounce_views: [Buffer; 2],
     surface_view: Buffer,
     materials: Buffer,
-    /// Of one bounce and of the next, in turns.
+    /// Rays of one bounce and of the next, alternating.
     rays: [KdRecords; 2],
     shadows: KdRecords,
     film: Buffer,
-    /// What [`KdFrame::prepare`] has said.
+    /// Set by [`KdFrame::prepare`].
     size: [u32; 2],
     bounces: u32,
     primary: KdPrimary,
 }
 
-/// As in `eye.wgsl`.
+/// Uniform of `eye.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct KdEye {
@@ -78,7 +78,7 @@ struct KdEye {
     unused: [u32; 3],
 }
 
-/// As in `bounce.wgsl`.
+/// Uniform of `bounce.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct KdBounce {
@@ -92,7 +92,7 @@ struct KdBounce {
     pixels: u32,
 }
 
-/// As in `surface.wgsl`.
+/// Uniform of `surface.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct KdSurface {
@@ -102,7 +102,7 @@ struct KdSurface {
 }
 
 impl KdFrame {
-    /// Ready to render.
+    /// Makes the stages.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let kernel = |path, entry| super::kernel(gpu, path, entry, &[]);
@@ -127,27 +127,27 @@ impl KdFrame {
         }
     }
 
-    /// What answers the rays.
+    /// The tracer.
     #[must_use]
     pub fn tracer(&self) -> &KdTracer {
         &self.tracer
     }
 
-    /// As [`KdFrame::tracer`], to ask it about other rays.
+    /// The tracer, for other rays.
     pub fn tracer_mut(&mut self) -> &mut KdTracer {
         &mut self.tracer
     }
 
-    /// Says how rays are led from now on.
+    /// Sets the traversal for the next frames.
     pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
         self.tracer.set_options(gpu, options);
     }
 
-    /// Makes ready for a frame: parameters and room. A triangle's material is the one of `materials` at its number (see
-    /// [`TriangleFlags`](umbrage_gpu::TriangleFlags), whose flags aren't heeded: all triangles are opaque).
+    /// Prepares a frame: parameters and room. A triangle's material is the one of `materials` at its number (see
+    /// [`TriangleFlags`](umbrage_gpu::TriangleFlags); the flags are ignored: all triangles are opaque).
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// If a stage needs more bytes than one buffer of the device can have.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -246,25 +246,26 @@ impl KdFrame {
         self.tracer.finish(gpu, done)
     }
 
-    /// The image: four f32 for each pixel, row after row; red, green, blue and one. What follows is the stages' own.
+    /// The image: four f32 for each pixel, row after row; red, green, blue and one. The rest of the buffer is the
+    /// stages' own.
     #[must_use]
     pub fn film(&self) -> &Buffer {
         &self.film
     }
 
-    /// The rays of the last bounce, whose hits [`KdTracer::hits`] has.
+    /// The rays of the last bounce; their hits are in [`KdTracer::hits`].
     #[must_use]
     pub fn last_rays(&self) -> &KdRecords {
         &self.rays[self.bounces as usize % 2]
     }
 
-    /// The questions about shadows of the last bounce, whose answers [`KdTracer::shadows`] has.
+    /// The shadow questions of the last bounce; their answers are in [`KdTracer::shadows`].
     #[must_use]
     pub fn last_shadows(&self) -> &KdRecords {
         &self.shadows
     }
 
-    /// Bytes on the GPU, but for textures.
+    /// Bytes on the GPU, without textures.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         let records = self.rays.iter().chain([&self.shadows]).map(|records| records.buffer().bytes());

@@ -1,4 +1,4 @@
-// Stage `lighten`: adds the light of points that aren't shadowed to their pixels. A pixel has one path, and so one point.
+// Stage `lighten`: adds the light of unshadowed points to their pixels. A pixel has one path, and so one point.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::records::{RECORDS_COUNT, RECORD_LANES, RECORD_TAG, SHADOW_COLOR, record_start};

@@ -1,9 +1,9 @@
-//! The frames of Horn et al., *Interactive k-D Tree GPU Raytracing* (2007), through what [`umbrage_gpu::kdtree`] has: with mirrors,
-//! and in the paper's hybrid form.
+//! The frames of Horn et al., *Interactive k-D Tree GPU Raytracing* (2007), through [`umbrage_gpu::kdtree`]: with
+//! mirrors, and in the paper's hybrid form.
 //!
-//! `frame` makes its rays on the GPU: `eye` the camera's, `bounce` what mirrors send on and the questions about shadows, whose
-//! answers `lighten` adds to the film. In the paper's hybrid frames `raster` finds primary hits instead, and `surface` where
-//! they are.
+//! `frame` makes its rays on the GPU: `eye` the camera's, `bounce` the mirrored rays and the shadow questions, whose
+//! answers `lighten` adds to the film. In the paper's hybrid frames `raster` finds primary hits instead, and `surface`
+//! their positions.
 
 mod frame;
 mod raster;

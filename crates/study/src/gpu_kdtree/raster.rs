@@ -6,7 +6,7 @@ use umbrage_gpu::wgpu;
 use super::link;
 use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Recorder};
 
-/// The stage `raster`: what each pixel's centre shows, by rasterisation with a depth test.
+/// The stage `raster`: the triangle at each pixel's centre, by rasterisation with a depth test.
 #[derive(Debug)]
 pub(super) struct Raster {
     pipeline: wgpu::RenderPipeline,
@@ -14,11 +14,11 @@ pub(super) struct Raster {
     view: Buffer,
     /// Triangles and depths of an image's pixels.
     textures: Option<[wgpu::Texture; 2]>,
-    /// Each pixel's triangle and one, row after row.
+    /// Each pixel's triangle plus one, row after row.
     seen: Buffer,
 }
 
-/// As in `raster.wgsl`.
+/// Uniform of `raster.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct KdRaster {
@@ -41,7 +41,7 @@ impl KdRaster {
             Projection::Perspective { tan_half_height } => (tan_half_height, 0.0),
             Projection::Orthographic { half_height } => (half_height, 2.0 * (reach + position.length())),
         };
-        // Floating-point depth is as exact near by as far away, so this costs nothing but what is nearer.
+        // Floating-point depth is as exact near by as far away, so a near plane costs nothing but the triangles before it.
         let near = reach.max(f32::MIN_POSITIVE) / f32::from(1_u16 << 15);
         Self {
             position: position.to_array(),

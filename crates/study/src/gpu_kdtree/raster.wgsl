@@ -1,17 +1,17 @@
-// Stage `raster`: primary hits by rasterisation, nearest first by a depth test (Horn et al. 2007, §4). Vertices are pulled from
-// the scene's own buffers, since only so the fragments know their triangle on every device.
+// Stage `raster`: primary hits by rasterisation, nearest first by a depth test (Horn et al. 2007, §4). Vertices are
+// pulled from the scene's own buffers, the only way for fragments to know their triangle on every device.
 
 struct KdRaster {
     position: vec3<f32>,
-    // Of half the view: a tangent, or for parallel rays a length.
+    // Half the width of the view: a tangent, or for parallel rays a length.
     half_width: f32,
     right: vec3<f32>,
     half_height: f32,
     up: vec3<f32>,
-    // Nothing nearer is seen.
+    // Depth of the near plane.
     near: f32,
     forward: vec3<f32>,
-    // Of parallel rays: nothing farther is seen; zero for others.
+    // Depth of the far plane for parallel rays; zero for others.
     far: f32,
 }
 
@@ -21,7 +21,7 @@ struct KdRaster {
 
 struct RasterVertex {
     @builtin(position) clip: vec4<f32>,
-    // The triangle's index and one.
+    // The triangle's index plus one.
     @location(0) @interpolate(flat, either) triangle: u32,
 }
 
@@ -30,7 +30,7 @@ fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterVertex {
     let id = index / 3u;
     let corners = triangles[id].xyz;
     if any(corners >= vec3(arrayLength(&positions) / 3u)) {
-        // A corner isn't there, and so neither is the triangle.
+        // A corner doesn't exist, so the triangle is dropped.
         return RasterVertex(vec4(0.0, 0.0, -1.0, 1.0), 0u);
     }
     let vertex = corners[index % 3u];

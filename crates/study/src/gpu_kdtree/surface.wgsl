@@ -1,5 +1,5 @@
-// Stage `surface`: hits from rasterised triangles. Where a pixel's ray meets its triangle's plane is the predicate's own t, so
-// wherever the rasteriser shows the triangle that the ray hits, all that follows is as if the ray had been traced.
+// Stage `surface`: makes hits from rasterised triangles. t at the triangle's plane is the predicate's own, so if the
+// rasteriser shows the triangle that the ray hits, all later results are as if the ray had been traced.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
@@ -11,7 +11,7 @@ import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_
 
 struct KdSurface {
     width: u32,
-    // Of a row of `seen`.
+    // Words of a row of `seen`.
     row_words: u32,
     unused: vec2<u32>,
 }
@@ -20,7 +20,7 @@ struct KdSurface {
 @group(0) @binding(1) var<storage, read> records: array<u32>;
 @group(0) @binding(2) var<storage, read> triangles: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> positions: array<u32>;
-// Each pixel's triangle and one, row after row; zero for none.
+// Each pixel's triangle plus one, row after row; zero for none.
 @group(0) @binding(4) var<storage, read> seen: array<u32>;
 @group(0) @binding(5) var<storage, read_write> hits: array<u32>;
 

@@ -1,4 +1,4 @@
-//! A hierarchy of boxes, cut in halves at the median of their middles.
+//! A hierarchy of boxes, split at the median of the items' middles.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -8,14 +8,14 @@ use glam::Vec3;
 #[repr(C)]
 pub(super) struct Node {
     pub(super) min: [f32; 3],
-    /// The first of its things, or of its two children.
+    /// Index of its first item, or of the first of its two children.
     pub(super) first: u32,
     pub(super) max: [f32; 3],
-    /// How many things it has; none for a box with children.
+    /// Number of its items; zero for a box with children.
     pub(super) count: u32,
 }
 
-/// What a hierarchy is made of.
+/// An item of a hierarchy.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     pub(super) id: u32,
@@ -28,13 +28,13 @@ impl Item {
         Self { id, min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 
-    /// Twice the middle; f64 holds sums of any two f32.
+    /// Twice the middle; f64 can hold the sum of any two f32.
     fn middle(&self, axis: usize) -> f64 {
         f64::from(self.min[axis]) + f64::from(self.max[axis])
     }
 }
 
-/// A hierarchy whose leaves have at most `most` items each, which it sorts; empty for none. Depends on the items alone,
+/// A hierarchy whose leaves have at most `most` items each; sorts the items. Empty for no items. Depends on the items,
 /// not on their order.
 pub(super) fn hierarchy(items: &mut [Item], most: usize) -> Vec<Node> {
     let mut nodes = Vec::new();

@@ -1,4 +1,4 @@
-//! A scene in parts on disk, and those of them that are in memory.
+//! A scene in parts on disk, and a cache of parts in memory.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,20 +11,20 @@ use umbrage_rays::Triangles;
 use super::cut::{Item, Node, hierarchy};
 use super::{Costs, Error};
 
-/// The triangles of a scene, in parts of a temporary file that goes with it.
+/// The triangles of a scene, in parts of a temporary file, which is deleted with it.
 #[derive(Debug)]
 pub struct Scene {
     file: File,
-    /// The boxes above the parts, each leaf of which is one.
+    /// The boxes above the parts; each leaf is a part.
     pub(super) above: Vec<Node>,
     pub(super) parts: Vec<Part>,
     triangles: usize,
 }
 
-/// Where a part is.
+/// Location of a part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
-    /// In the file.
+    /// Offset in the file, in bytes.
     at: u64,
     nodes: usize,
     triangles: usize,
@@ -52,24 +52,24 @@ impl Stored {
 }
 
 impl Part {
-    /// Bytes that it takes on disk and in memory.
+    /// Bytes on disk and in memory.
     pub(super) fn bytes(&self) -> u64 {
         (self.nodes * size_of::<Node>() + self.triangles * size_of::<Stored>()) as u64
     }
 }
 
 impl Scene {
-    /// The most triangles in a leaf of a part.
+    /// Maximum number of triangles in a leaf of a part.
     const IN_LEAF: usize = 4;
-    /// The most that a triangle takes with its share of the boxes: leaves are at least half full, and there are fewer boxes
-    /// above them than leaves.
+    /// Maximum bytes of a triangle with its share of the boxes: leaves are at least half full, and there are fewer
+    /// boxes above them than leaves.
     const BYTES_OF_TRIANGLE: usize = size_of::<Stored>() + size_of::<Node>();
 
-    /// Writes `triangles` to a temporary file, in parts of no more than `part_bytes`, but at least one triangle. Those that
-    /// no ray can hit are left out.
+    /// Writes `triangles` to a temporary file, in parts of no more than `part_bytes`, but at least one triangle. Leaves
+    /// out triangles that no ray can hit.
     ///
     /// # Errors
-    /// Where there is no room for the file.
+    /// If there is no room for the file.
     pub fn write(triangles: Triangles<'_>, part_bytes: usize) -> io::Result<Self> {
         let ids = 0..triangles.len() as u32;
         let usable = ids.filter_map(|id| Some(Item::new(id, triangles.usable_corners(id).ok()?)));
@@ -99,19 +99,19 @@ impl Scene {
         self.parts.iter().map(Part::bytes).sum()
     }
 
-    /// Bytes of the largest part: no less memory will do.
+    /// Bytes of the largest part, the least budget.
     #[must_use]
     pub fn largest(&self) -> u64 {
         self.parts.iter().map(Part::bytes).max().unwrap_or(0)
     }
 
-    /// How many parts there are.
+    /// Number of parts.
     #[must_use]
     pub fn parts(&self) -> usize {
         self.parts.len()
     }
 
-    /// How many triangles the parts have.
+    /// Number of triangles in the parts.
     #[must_use]
     pub fn triangles(&self) -> usize {
         self.triangles
@@ -128,22 +128,22 @@ impl Scene {
     }
 }
 
-/// The parts that are in memory: those that were used last, as far as they fit.
+/// The parts in memory: the most recently used ones that fit.
 #[derive(Debug)]
 pub(super) struct Cache<'a> {
     scene: &'a Scene,
     budget: u64,
     bytes: u64,
-    /// Of each part, when it was used last; `None` where it isn't in memory.
+    /// For each part the time of its last use and its contents; `None` if it isn't in memory.
     loaded: Vec<Option<(u64, Loaded)>>,
-    /// The parts in memory by when they were used last.
+    /// The parts in memory, by time of their last use.
     by_use: BTreeMap<u64, usize>,
     uses: u64,
 }
 
 impl<'a> Cache<'a> {
     /// # Errors
-    /// Where the largest part doesn't fit.
+    /// If the largest part doesn't fit.
     pub(super) fn new(scene: &'a Scene, budget: u64) -> Result<Self, Error> {
         let largest = scene.largest();
         if budget < largest {
@@ -157,10 +157,10 @@ impl<'a> Cache<'a> {
         self.loaded[part].is_some()
     }
 
-    /// A part, which is read where it isn't in memory.
+    /// Returns a part, and reads it if it isn't in memory.
     ///
     /// # Errors
-    /// Where the file can't be read.
+    /// If the file can't be read.
     pub(super) fn get(&mut self, part: usize, costs: &mut Costs) -> io::Result<&Loaded> {
         self.uses += 1;
         let loaded = match self.loaded[part].take() {

@@ -1,4 +1,4 @@
-//! A ray on its way from part to part.
+//! State of a ray that goes from part to part.
 
 use std::ops::ControlFlow;
 
@@ -9,36 +9,36 @@ use umbrage_rays::{Hit, Ray};
 use super::cut::Node;
 use super::parts::{Loaded, Scene};
 
-/// A ray that isn't done.
+/// An unfinished ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Traveller {
     pub(super) asks: Asks,
-    /// Where its answer goes.
+    /// Index of its answer.
     pub(super) index: u32,
     /// 0 from the camera, 1 after the bounce.
     pub(super) bounce: u8,
-    /// How much of a picture it is, at most.
+    /// Upper bound on its contribution to the picture, 0 to 1.
     pub(super) weight: f32,
-    /// Where it enters the box of the part that it is at, and which that is.
+    /// Entry into the box of its current part, and the part's index.
     at: (f64, u32),
 }
 
-/// What a ray asks for.
+/// Kind of query.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Asks {
-    /// The nearest hit: so far, with the corners of the triangle.
+    /// The nearest hit; with the nearest so far and the corners of its triangle.
     Nearest(Ray, Option<(Hit, [Vec3; 3])>),
-    /// Whether a triangle other than this is in between.
+    /// Whether a triangle other than this one blocks the ray.
     Shadow(ShadowRay, u32),
 }
 
 impl Traveller {
-    /// A ray that is at no part yet.
+    /// A ray before its first part.
     pub(super) fn new(asks: Asks, index: u32, bounce: u8, weight: f32) -> Self {
         Self { asks, index, bounce, weight, at: (f64::NEG_INFINITY, 0) }
     }
 
-    /// The part that it is at.
+    /// Its current part.
     pub(super) fn part(&self) -> usize {
         self.at.1 as usize
     }
@@ -50,7 +50,7 @@ impl Traveller {
         }
     }
 
-    /// Beyond this, nothing matters.
+    /// The t beyond which hits don't matter.
     fn t_max(&self) -> f64 {
         match &self.asks {
             Asks::Nearest(ray, nearest) => nearest.map_or(ray.t_max, |(hit, _)| hit.t),
@@ -58,7 +58,7 @@ impl Traveller {
         }
     }
 
-    /// Goes through the part that it is at. Breaks off where that answers it.
+    /// Tests the ray against its current part. Breaks if that answers the query.
     pub(super) fn visit(&mut self, part: &Loaded) -> ControlFlow<()> {
         let slabs = Slabs::new(self.ray());
         let mut waiting = vec![0_u32];
@@ -70,7 +70,7 @@ impl Traveller {
             if node.count == 0 {
                 let enters = [node.first, node.first + 1]
                     .map(|child| slabs.enter(&part.nodes[child as usize], self.t_max()).unwrap_or(f64::INFINITY));
-                // The nearer one is taken first.
+                // The nearer one is visited first.
                 let order = if enters[0] <= enters[1] { [1, 0] } else { [0, 1] };
                 waiting.extend(order.map(|child| node.first + child));
                 continue;
@@ -98,8 +98,7 @@ impl Traveller {
         }
     }
 
-    /// Goes to the next part that it may have to do with, in the order in which it enters their boxes; false where there is
-    /// none.
+    /// Moves to the next part that it may hit, in the order of entry into their boxes; returns `false` if there is none.
     pub(super) fn go_on(&mut self, scene: &Scene) -> bool {
         if !is_sound(self.ray()) {
             return false;
@@ -111,7 +110,7 @@ impl Traveller {
         waiting.extend((!scene.above.is_empty()).then_some(0_u32));
         while let Some(index) = waiting.pop() {
             let node = &scene.above[index as usize];
-            // No box is entered before the one that it is in.
+            // No box is entered before the box around it.
             let Some(enter) = slabs.enter(node, t_max).filter(|&enter| next.is_none_or(|(next, _)| enter <= next))
             else {
                 continue;
@@ -128,7 +127,7 @@ impl Traveller {
     }
 }
 
-/// Whether a ray can hit anything: it starts somewhere, goes somewhere, and has some t between its ends.
+/// Whether a ray can hit anything: it has a finite origin and direction, and its interval isn't empty.
 fn is_sound(ray: &Ray) -> bool {
     let goes_somewhere = ray.direction.is_finite() && ray.direction != DVec3::ZERO;
     ray.origin.is_finite() && goes_somewhere && ray.t_min < ray.t_max
@@ -136,15 +135,15 @@ fn is_sound(ray: &Ray) -> bool {
 
 /// A ray prepared for box tests that err only towards a hit.
 ///
-/// In f64 a difference of corner and origin is wrong by one rounding, a reciprocal by two and a product by one, each 2⁻⁵³.
-/// Boxes are grown by 2⁻⁴⁰ of where the ray starts, and intervals by 2⁻⁴⁰ of themselves: that leaves room for points that
-/// shadow rays lead to, which are where they are but for some roundings. A ray along a slab has no crossing with it: a finite
-/// stand-in for 1/0 gives it one that is so far away, for every box that holds the ray once grown, that it doesn't matter.
+/// In f64 a difference of corner and origin has an error of one rounding, a reciprocal of two and a product of one,
+/// each 2⁻⁵³. Boxes are grown by 2⁻⁴⁰ of the ray's origin, and intervals by 2⁻⁴⁰ of themselves: that leaves room for
+/// the roundings of points at which shadow rays end. A ray along a slab has no crossing with it: a finite stand-in for
+/// 1/0 gives it a crossing so far away that it doesn't matter for any grown box that holds the ray.
 struct Slabs {
-    /// What is taken from a box's lowest corner, and from its highest.
+    /// Offsets subtracted from a box's lowest corner, and from its highest.
     origins: [DVec3; 2],
     inverse: DVec3,
-    /// The ray's own t, times this, is that of the box tests.
+    /// Factor from the ray's own t to that of the box tests.
     scale: f64,
     t_min: f64,
 }
@@ -168,7 +167,7 @@ impl Slabs {
         }
     }
 
-    /// Where the ray may enter a box at the earliest; `None` where it certainly misses it before `t_max`.
+    /// Lower bound on the t at which the ray enters a box; `None` if it certainly misses the box before `t_max`.
     fn enter(&self, node: &Node, t_max: f64) -> Option<f64> {
         let [min, max] = [node.min, node.max].map(|corner| Vec3::from(corner).as_dvec3());
         let first = (min - self.origins[0]) * self.inverse;
@@ -177,7 +176,7 @@ impl Slabs {
         let enter = (near - near.abs() * Self::MARGIN).max_element().max(self.t_min);
         let leave = (far + far.abs() * Self::MARGIN).min_element();
         let t_max = t_max * self.scale;
-        // What overflows is no number, and above nothing.
+        // An overflow is NaN, which isn't above any number.
         let is_missed = enter > leave || enter > t_max + t_max.abs() * Self::MARGIN;
         (!is_missed).then_some(enter)
     }

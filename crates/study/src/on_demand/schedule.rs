@@ -1,4 +1,4 @@
-//! Which ray, or which part, comes next.
+//! Scheduling of rays and parts.
 
 use std::collections::VecDeque;
 
@@ -9,10 +9,10 @@ use super::rays::{Asks, Traveller};
 use super::{Answers, Costs, Error, Order, Question};
 
 impl Scene {
-    /// Answers a question with no more than `budget` bytes of parts in memory, on one thread.
+    /// Traces a question with no more than `budget` bytes of parts in memory, on one thread.
     ///
     /// # Errors
-    /// Where `budget` is less than [`Scene::largest`], or the file can't be read.
+    /// If `budget` is less than [`Scene::largest`], or the file can't be read.
     pub fn trace(&self, question: &Question<'_>, budget: u64, order: Order) -> Result<(Answers, Costs), Error> {
         let count = question.rays.len();
         let answers =
@@ -36,17 +36,17 @@ struct Tracer<'a> {
     costs: Costs,
 }
 
-/// The rays that wait for a part.
+/// Rays waiting for a part.
 #[derive(Clone, Debug, Default)]
 struct Queue {
     rays: Vec<Traveller>,
     weight: f64,
-    /// When the first of them came.
+    /// Arrival time of the first of them.
     since: u64,
 }
 
 impl Tracer<'_> {
-    /// How much of a ray's weight goes on with the bounce: a surface that reflects half of the light.
+    /// Fraction of a ray's weight that the bounced ray gets: a surface that reflects half of the light.
     const ALBEDO: f32 = 0.5;
 
     /// The rays from the camera, at their first parts.
@@ -58,17 +58,17 @@ impl Tracer<'_> {
         first
     }
 
-    /// Adds a ray at its next part to those that go on; where there is none, it is done.
+    /// Queues a ray at its next part, or finishes it if there is none.
     fn start(&mut self, mut ray: Traveller, onward: &mut Vec<Traveller>) {
         if ray.go_on(self.scene) { onward.push(ray) } else { self.finish(&ray, onward) }
     }
 
-    /// Writes down what a ray that is done has found, and adds the rays that come of it.
+    /// Stores the answer of a finished ray, and queues the rays that it spawns.
     fn finish(&mut self, ray: &Traveller, onward: &mut Vec<Traveller>) {
         let &Traveller { asks, index, bounce, weight, .. } = ray;
         let (of_index, of_bounce) = (index as usize, usize::from(bounce));
         match asks {
-            // What shadows a point has broken off before.
+            // A blocked shadow ray has ended before.
             Asks::Shadow(..) => self.answers.lit[of_bounce][of_index] = true,
             Asks::Nearest(_, None) => {}
             Asks::Nearest(ray, Some((hit, corners))) => {
@@ -83,7 +83,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// Brings rays that are at a part through it, and adds those that go on, and those that come of them.
+    /// Traces the rays that wait for a part through it; queues the survivors in `onward`, and the rays that they spawn
+    /// in `new`.
     fn go_through(
         &mut self,
         part: usize,
@@ -134,14 +135,14 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// What a part costs: what has to be read, and a little where it is there already.
+    /// Cost of a part: the bytes to read, or a small fraction if it is in memory.
     fn cost(&self, part: usize) -> f64 {
         const OF_RESIDENT: f64 = 1.0 / 16.0;
         let bytes = self.scene.parts[part].bytes() as f64;
         if self.cache.holds(part) { bytes * OF_RESIDENT } else { bytes }
     }
 
-    /// Of the rays that come of others, those to the light are a generation before those that go on.
+    /// Of the spawned rays, shadow rays come a generation before bounced rays.
     fn in_generations(&mut self) -> Result<(), Error> {
         let mut queues = Queues::new(self.scene.parts());
         let mut generations = VecDeque::from([self.first_rays()]);
@@ -174,7 +175,7 @@ impl Tracer<'_> {
 struct Queues {
     queues: Vec<Queue>,
     waiting: u64,
-    /// How many rays have come.
+    /// Number of rays that have arrived.
     came: u64,
 }
 
@@ -202,7 +203,7 @@ impl Queues {
         rays
     }
 
-    /// Of the parts that rays wait for the first one with the greatest worth; `None` where no ray waits.
+    /// The first part of greatest worth among those with waiting rays; `None` if no ray waits.
     fn choose(&self, worth: impl Fn(usize, &Queue) -> f64) -> Option<usize> {
         let waited_for = self.queues.iter().enumerate().filter(|(_, queue)| !queue.rays.is_empty());
         let worths = waited_for.map(|(part, queue)| (part, worth(part, queue)));

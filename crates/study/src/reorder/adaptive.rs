@@ -1,7 +1,7 @@
-//! Packets that are put together anew (Boulos, Wald and Benthin, *Adaptive ray packet reordering*, 2008): where less than half of the
-//! lanes that are tested have a ray, those that are left become a packet of their own below that node. Its bounds begin where the node
-//! does and end where nothing matters any more, which is what moving origins to the box and clipping does there; rays themselves stay
-//! as they are, since answers have to.
+//! Packets that are regrouped (Boulos, Wald and Benthin, *Adaptive ray packet reordering*, 2008): if less than half of
+//! the tested lanes have a ray, the remaining rays become a packet of their own below that node. Its bounds begin at
+//! the node and end where no hit matters any more, which is the purpose of moving origins to the box and clipping
+//! there; rays themselves stay unchanged, since answers must.
 
 use fearless_simd::Simd;
 use umbrage_rays::internals::{BVH_WIDTH, BvhChild, BvhInside, BvhKind, BvhLine};
@@ -11,10 +11,10 @@ use super::bounds::Bounds;
 use super::packet::{enter_children, waiting};
 use super::rays::{Group, LANES, Task, bits_below, bits_of, children_of, farthest_first};
 
-/// Rays that go on together.
+/// Rays that are traced together.
 struct Packet {
     groups: Vec<Group>,
-    /// Which of all rays each is, and which of the packet that it comes from.
+    /// Index of each ray among all rays, and in the packet that it comes from.
     rays: Vec<[usize; 2]>,
     bounds: Option<Bounds>,
 }
@@ -35,16 +35,16 @@ impl Packet {
     }
 }
 
-/// A child that waits.
+/// A waiting child.
 struct Entry {
-    /// No ray enters it before.
+    /// Lower bound on t of the rays' entries.
     enter: f32,
     child: BvhChild,
-    /// Its node, and where it is there; the root has none.
+    /// Its parent node, and its slot there; the root has none.
     parent: Option<(u32, usize)>,
-    /// The number of its packet.
+    /// Index of its packet.
     packet: usize,
-    /// A bit for each ray of that.
+    /// A bit for each ray of the packet.
     rays: u64,
 }
 
@@ -73,7 +73,7 @@ pub(super) fn visit<S: Simd>(
                     let far = &mut packets[packet].groups[ray / LANES].far[ray % LANES];
                     task.test(simd, number, leaf, lanes, far);
                     let far = *far;
-                    // All packets that it comes from know it, too.
+                    // The packets that it comes from get the new limit, too.
                     for packet in packets[..packet].iter_mut().rev() {
                         packet.groups[from / LANES].far[from % LANES] = far;
                         from = packet.rays[from][1];
@@ -113,7 +113,7 @@ pub(super) fn visit<S: Simd>(
     }
 }
 
-/// Whether less than half of the lanes in which rays are tested have one, and fewer groups have room for them.
+/// Whether less than half of the tested lanes have a ray, and fewer groups would have room for the rays.
 fn is_sparse(rays: u64) -> bool {
     let groups = rays.to_le_bytes().into_iter().filter(|&group| group != 0).count();
     let count = rays.count_ones() as usize;

@@ -1,4 +1,4 @@
-//! What bounds all rays of a packet: intervals of where they begin and of how they go on (Boulos et al. 2006; Overbeck et al.,
+//! Bounds on all rays of a packet: intervals of their origins and of their slopes (Boulos et al. 2006; Overbeck et al.,
 //! *Large ray packets for real-time Whitted ray tracing*, 2008).
 
 use fearless_simd::prelude::*;
@@ -7,24 +7,25 @@ use umbrage_rays::internals::{BVH_WIDTH, BvhLine, BvhNode};
 
 use super::rays::LANES;
 
-/// Eight frusta, whose rays all have the same largest component of their directions, with the same sign: u is the coordinate along
-/// it, times the sign. A frustum has intervals of where its rays are in a near plane across that axis, and of how much they move
-/// along the other two for a step of u; slopes are one at most.
+/// Eight frusta. All of their rays have the same largest component of the direction, with the same sign: u is the
+/// coordinate along it, times the sign. A frustum has intervals of its rays' positions in a near plane across that
+/// axis, and of their slopes: steps along the other two axes for a step of u, one at most.
 ///
-/// **Why no box is left out that a ray enters.** With ε = 2⁻²⁴ and r the largest of all coordinates of origins, plane and
-/// crossings of the plane, and of ways to the plane: the crossings are wrong by less than 8 ε r, and what a ray moves by in w steps
-/// from there by less than 8 ε w, with what rounding does to slopes, products and sums. Boxes grow by twice that.
+/// **Why no box is missed that a ray enters.** With ε = 2⁻²⁴ and r the largest of all coordinates of origins, plane and
+/// crossings of the plane, and of distances to the plane: the crossings have an error of less than 8 ε r, and the
+/// offset after w steps from there one of less than 8 ε w, with the roundings of slopes, products and sums. Boxes grow
+/// by twice that.
 pub(super) struct Bounds {
-    /// The two other axes, and that of u.
+    /// The two other axes, and the axis of u.
     axes: [usize; 3],
     sign: f32,
     plane: [f32; LANES],
-    /// Steps from the plane behind which nothing matters to any ray.
+    /// Steps from the plane beyond which no hit matters to any ray.
     last: [f32; LANES],
     slack: [f32; LANES],
     low: [[f32; LANES]; 2],
     high: [[f32; LANES]; 2],
-    /// The least and the largest slope.
+    /// The minimum and the maximum slope.
     least: [[f32; LANES]; 2],
     most: [[f32; LANES]; 2],
 }
@@ -33,11 +34,11 @@ const ERROR: f32 = 16.0 / (1 << 24) as f32;
 const SMALLEST: f32 = 1e-30;
 
 impl Bounds {
-    /// Bounds as many sets of rays, up to eight, with behind what nothing matters to each ray; `None` where their directions have not all
-    /// the same largest component and sign of it, or there are no rays.
+    /// Bounds up to eight sets of rays, each ray with the t beyond which hits don't matter. `None` if the largest
+    /// components of their directions differ in axis or sign, or if there are no rays.
     ///
-    /// The near planes are at where the first ray begins: or at `face`, a box's near face, where no ray is asked about what is before
-    /// it and that is farther.
+    /// The near planes are at the first ray's origin, or at `face`, a box's near face, if that is farther: no ray needs
+    /// hits before the box.
     pub(super) fn new<'a, R>(sets: impl Iterator<Item = R>, face: impl Fn(usize, f32) -> f32) -> Option<Self>
     where
         R: Iterator<Item = (&'a BvhLine, f32)> + Clone,
@@ -109,7 +110,7 @@ impl Bounds {
         self.last[lane] = last + self.slack[lane];
     }
 
-    /// A bit for each child of a node that the first frustum may enter, where all are the same.
+    /// A bit for each child of a node that the first frustum may enter, if all frusta are the same.
     #[inline(always)]
     pub(super) fn children<S: Simd>(&self, simd: S, node: &BvhNode) -> u32 {
         self.entered(
@@ -129,7 +130,7 @@ impl Bounds {
         )
     }
 
-    /// How far along the rays each child begins.
+    /// Distance along the rays at which each child begins.
     pub(super) fn order(&self, node: &BvhNode) -> [f32; BVH_WIDTH] {
         node.bounds[self.near_bound()].map(|bound| bound * self.sign)
     }

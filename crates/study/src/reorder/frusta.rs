@@ -1,5 +1,6 @@
-//! Multi-frusta tracing (Benthin and Wald, *Efficient ray traced soft shadows using multi-frusta tracing*, 2009): each lane has a frustum
-//! around eight rays, and a box is tested with eight frusta at once. A frustum ends when all of its rays have.
+//! Multi-frusta tracing (Benthin and Wald, *Efficient ray traced soft shadows using multi-frusta tracing*, 2009): each
+//! lane has a frustum around eight rays, and a box is tested with eight frusta at once. A frustum ends when all of its
+//! rays have.
 
 use fearless_simd::Simd;
 use umbrage_rays::internals::{BvhChild, BvhInside, BvhKind, BvhLine};
@@ -9,16 +10,16 @@ use super::bounds::Bounds;
 use super::packet;
 use super::rays::{Group, LANES, Task, bits_of, children_of, farthest_first};
 
-/// A child that waits.
+/// A waiting child.
 struct Entry {
     child: BvhChild,
-    /// Its node, and where it is there; the root has none.
+    /// Its parent node, and its slot there; the root has none.
     parent: Option<(u32, usize)>,
     /// A bit for each frustum.
     frusta: u32,
 }
 
-/// Rays that can't be bounded together go as a packet.
+/// Visits leaves with the frusta. Rays without common bounds are traced as a packet.
 #[inline(always)]
 pub(super) fn visit<S: Simd>(
     simd: S,

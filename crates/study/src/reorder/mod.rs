@@ -1,8 +1,9 @@
-//! Re-ordering of secondary rays (Rahikainen 2013, §2.3, §3.2 to §3.4): batches of rays through the hierarchy, in other orders than
-//! the one they come in, and together instead of one by one. Hits and shadows are those of single rays, to the last bit.
+//! Reordering of secondary rays (Rahikainen 2013, §2.3, §3.2 to §3.4): batches of rays through the hierarchy, in other
+//! orders than that of arrival, and together instead of one by one. Hits and shadows are those of single rays, to the
+//! last bit.
 //!
-//! Boxes and triangles are the hierarchy's own and are left out by the same numbers; at a leaf a ray is tested with its up to eight
-//! triangles at once, by all methods. Rays that f32 can't hold, or that have a t below zero, go alone.
+//! Boxes and triangles are the hierarchy's own and are culled by the same numbers; at a leaf, all methods test a ray
+//! with up to eight triangles at once. Rays beyond the range of f32, or with a t below zero, are traced alone.
 
 mod adaptive;
 mod bounds;
@@ -21,22 +22,22 @@ use umbrage_rays::{Bvh, Hit, Ray, SeenPixels, SingleRays as _, Triangles};
 
 use rays::{BlockedTask, NearestTask, Task};
 
-/// How a batch of rays is answered.
+/// How a batch of rays is traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reorder {
-    /// In which order, and which of them together.
+    /// Order and grouping of the rays.
     pub order: Order,
-    /// By what.
+    /// Traversal of a group.
     pub by: Traversal,
 }
 
-/// Which rays go together. Rays have kinds: numbers, say for those that are mirrored, for those that are refracted, and for those to each
-/// light.
+/// How rays are grouped. Rays have kinds: numbers, for example for mirrored rays, for refracted rays, and for rays to
+/// each light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// As they come.
+    /// In order of arrival.
     Arrival,
-    /// As they come, and only those of one kind (*runs* of Boulos et al. 2007).
+    /// In order of arrival, only rays of one kind together (*runs* of Boulos et al. 2007).
     Runs,
     /// Sorted by kind (*types* of the same).
     Types,
@@ -44,18 +45,18 @@ pub enum Order {
     Directions,
 }
 
-/// What leads rays to leaves.
+/// How rays traverse the hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traversal {
     /// One ray at a time, by the hierarchy itself.
     Single,
-    /// The same with what it takes counted, and slower.
+    /// The same with counts, and slower.
     SingleCounted,
-    /// Packets of up to so many rays, at most 64.
+    /// Packets of at most this many rays, up to 64.
     Packets(usize),
     /// Packets of up to 256 rays, with ranges and bounds.
     Ranged,
-    /// Packets of up to 64 rays, put together anew where half of the lanes are empty.
+    /// Packets of up to 64 rays, regrouped if half of the lanes are empty.
     Adaptive,
     /// Streams of up to 4096 rays.
     Stream,
@@ -64,7 +65,7 @@ pub enum Traversal {
 }
 
 impl Traversal {
-    /// Most rays that go together.
+    /// Maximum number of rays of a group.
     fn most(self) -> usize {
         match self {
             Self::Single | Self::Stream => stream::MOST,
@@ -76,16 +77,16 @@ impl Traversal {
     }
 }
 
-/// What a batch took, but for rays that went alone.
+/// Work of a batch, without rays that are traced alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Tests of eight lanes: of rays or frusta with a box, of a ray or a packet's bounds with eight boxes.
+    /// Tests of eight lanes: rays or frusta against a box, a ray or a packet's bounds against eight boxes.
     pub tests: u64,
-    /// Lanes of these in which there was something to test.
+    /// Lanes in use in these tests.
     pub lanes: u64,
-    /// Pairs of a ray and a triangle.
+    /// Tests of a ray against a triangle.
     pub triangles: u64,
-    /// Rays that were put into another packet on their way, each time.
+    /// Number of times that a ray changed its packet.
     pub regrouped: u64,
 }
 
@@ -106,7 +107,7 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// Does what [`nearest`](umbrage_rays::SingleRays::nearest) does for each of `rays`, whose `kinds` are given.
+/// [`nearest`](umbrage_rays::SingleRays::nearest) for each of `rays`; `kinds` has the rays' kinds.
 ///
 /// # Panics
 /// If there are more or fewer `kinds` or `hits` than `rays`.
@@ -150,8 +151,8 @@ pub fn nearest(
     counts
 }
 
-/// Does what [`blocked`](umbrage_rays::SingleRays::blocked) does for each of `rays`, whose points are on the triangles `own` and whose
-/// `kinds` are given.
+/// [`blocked`](umbrage_rays::SingleRays::blocked) for each of `rays`; their points are on the triangles `own`, and
+/// `kinds` has the rays' kinds.
 ///
 /// # Panics
 /// If there are more or fewer `own`, `kinds` or `blocked` than `rays`.
@@ -193,7 +194,7 @@ pub fn blocked(
     counts
 }
 
-/// Calls `answer` with the rays of each packet, prepared; and without preparation with those that go alone.
+/// Calls `answer` with the prepared rays of each packet, and with rays that are traced alone, without preparation.
 fn by_packets<'a>(
     bvh: &Bvh,
     how: Reorder,

@@ -1,10 +1,10 @@
-//! In which order rays come, and which come together.
+//! Order and grouping of rays.
 
 use umbrage_rays::Ray;
 
 use super::Order;
 
-/// Rays in the order of their packets, and where each packet ends.
+/// Rays in the order of their packets, and the end of each packet.
 pub(super) fn packets<'a>(
     order: Order,
     ray: impl Fn(usize) -> &'a Ray,
@@ -34,7 +34,7 @@ pub(super) fn packets<'a>(
     (keys.into_iter().map(|(_, index)| index).collect(), ends)
 }
 
-/// Which component of a direction is the largest, and the signs of all.
+/// The axis of a direction's largest component, and the signs of all components.
 fn direction(ray: &Ray) -> u32 {
     let size = ray.direction.abs();
     let of_two = if size.y > size.x { 1 } else { 0 };

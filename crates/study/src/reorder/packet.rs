@@ -1,5 +1,6 @@
-//! Packets: up to 64 rays that go through the hierarchy together, eight in lanes against one box (Wald et al. 2001; Boulos et al.,
-//! *Packet-based Whitted and distribution ray tracing*, 2007). A child is visited once for all rays that enter its box.
+//! Packets: up to 64 rays go through the hierarchy together, eight in lanes against one box (Wald et al. 2001; Boulos
+//! et al., *Packet-based Whitted and distribution ray tracing*, 2007). A child is visited once for all rays that enter
+//! its box.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -8,12 +9,12 @@ use umbrage_rays::internals::{BVH_WIDTH, BvhChild, BvhInside, BvhKind, BvhLine, 
 use super::Counts;
 use super::rays::{Group, LANES, Task, bits_below, bits_of, children_of, farthest_first};
 
-/// A child that waits.
+/// A waiting child.
 struct Entry {
-    /// No ray enters it before.
+    /// Lower bound on t of the rays' entries.
     enter: f32,
     child: BvhChild,
-    /// A bit for each ray that does.
+    /// A bit for each ray that enters.
     rays: u64,
 }
 
@@ -49,7 +50,7 @@ pub(super) fn visit<S: Simd>(
     }
 }
 
-/// Those of some rays to which something at t may matter.
+/// The rays among `rays` for which a hit at t may matter.
 #[inline(always)]
 pub(super) fn waiting<S: Simd>(simd: S, groups: &[Group], rays: u64, t: f32) -> u64 {
     let mut left = 0;
@@ -62,7 +63,7 @@ pub(super) fn waiting<S: Simd>(simd: S, groups: &[Group], rays: u64, t: f32) -> 
     rays & left
 }
 
-/// Where the first of some rays enters each of some children, and a bit for each ray that does.
+/// t of the first ray's entry into each of some children, and a bit for each ray that enters.
 #[inline(always)]
 pub(super) fn enter_children<S: Simd>(
     simd: S,
@@ -83,7 +84,7 @@ pub(super) fn enter_children<S: Simd>(
             }
             counts.tested(asked.count_ones());
             let (enter, met) = group.enter(simd, node, slot);
-            // Those that aren't asked only bring the first entry forward.
+            // Rays that aren't in `rays` only lower the entry.
             nearest = nearest.min(enter);
             entering[slot] |= u64::from(met & asked) << shift;
         }

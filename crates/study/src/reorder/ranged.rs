@@ -1,6 +1,6 @@
-//! Large packets, of up to 256 rays (Overbeck et al., *Large ray packets for real-time Whitted ray tracing*, 2008): a child is for all
-//! groups from the first to the last one that enters its box, and bounds of the whole packet leave children out before any ray is
-//! tested. The first ray says in which order children come.
+//! Large packets, of up to 256 rays (Overbeck et al., *Large ray packets for real-time Whitted ray tracing*, 2008): a
+//! child is visited by all groups from the first to the last one that enters its box, and bounds of the whole packet
+//! cull children before any ray is tested. The first ray decides the order of children.
 
 use fearless_simd::Simd;
 use umbrage_rays::internals::{BVH_WIDTH, BvhChild, BvhInside, BvhKind, BvhLine, BvhNode, BvhSlabs};
@@ -9,13 +9,13 @@ use super::Counts;
 use super::bounds::Bounds;
 use super::rays::{Group, LANES, Task, bits_of, children_of, farthest_first};
 
-/// Most rays of a packet.
+/// Maximum number of rays in a packet.
 pub(super) const MOST: usize = 256;
 
-/// A child that waits.
+/// A waiting child.
 struct Entry {
     child: BvhChild,
-    /// Its node, and where it is there; the root has none.
+    /// Its parent node, and its slot there; the root has none.
     parent: Option<(u32, usize)>,
     /// The first and the last group that may enter it.
     groups: [usize; 2],
@@ -90,7 +90,7 @@ fn entering<S: Simd>(
     group.enter(simd, &inside.nodes[node as usize], slot).1 & all
 }
 
-/// Where a ray would enter each child.
+/// t at which a ray would enter each child.
 #[inline(always)]
 fn order<S: Simd>(simd: S, ray: &BvhLine, node: &BvhNode, counts: &mut Counts) -> [f32; BVH_WIDTH] {
     counts.tested(1);

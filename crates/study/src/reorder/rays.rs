@@ -1,4 +1,4 @@
-//! Rays of a packet, as methods need them: eight in lanes, and what is asked at leaves.
+//! Rays of a packet, eight in lanes, and their tests at leaves.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
@@ -7,19 +7,19 @@ use umbrage_rays::internals::{BVH_LESS, BVH_MORE, BVH_WIDTH, BvhLeaf, BvhLine, B
 /// Rays of a group.
 pub(super) const LANES: usize = 8;
 
-/// What methods ask of a ray at the leaves that it comes to. It isn't inlined: each method would have a copy for each level.
+/// Query of a ray at the leaves that it reaches. It isn't inlined: each method would have a copy for each level.
 pub(super) trait Task {
-    /// Tests ray `index` of the packet with the triangles in some lanes of a leaf. It may lower `far`, behind which nothing matters
-    /// to the ray: to minus infinity where nothing matters at all any more.
+    /// Tests ray `index` of the packet against the triangles in some lanes of a leaf. It may lower `far`, the t beyond
+    /// which hits don't matter, to minus infinity if none matters any more.
     fn test<S: Simd>(&mut self, simd: S, index: usize, leaf: usize, lanes: u32, far: &mut f32);
 }
 
-/// Finds what each ray hits first.
+/// Finds the nearest hit of each ray.
 pub(super) struct NearestTask<'a> {
     pub(super) lines: &'a [BvhLine],
     pub(super) leaves: &'a [BvhLeaf],
     pub(super) nearest: Vec<BvhNearest<'a>>,
-    /// Behind what nothing matters to each.
+    /// For each ray, the t beyond which hits don't matter.
     pub(super) far: Vec<f32>,
 }
 
@@ -37,7 +37,7 @@ impl Task for NearestTask<'_> {
     }
 }
 
-/// Finds which rays are blocked: those that `blocks` says of, asked about a ray and a triangle's id.
+/// Finds blocked rays: `blocks` decides for a ray and a triangle's id.
 pub(super) struct BlockedTask<'a, F> {
     pub(super) lines: &'a [BvhLine],
     pub(super) leaves: &'a [BvhLeaf],
@@ -63,7 +63,7 @@ impl<F: Fn(usize, u32) -> bool> Task for BlockedTask<'_, F> {
     }
 }
 
-/// Eight rays in lanes, none of which has a t below zero. Boxes are left out by the same numbers as in [`BvhLine`].
+/// Eight rays in lanes, none with a t below zero. Boxes are culled by the same numbers as in [`BvhLine`].
 #[derive(Clone)]
 pub(super) struct Group {
     enter_origin: [[f32; LANES]; 3],
@@ -72,12 +72,12 @@ pub(super) struct Group {
     leave_inverse: [[f32; LANES]; 3],
     near: [f32; LANES],
     pub(super) far: [f32; LANES],
-    /// Which of a node's bounds the rays come to first, where they agree.
+    /// The bounds of a node that the rays reach first, if they agree.
     first: Option<[usize; 3]>,
 }
 
 impl Group {
-    /// Up to eight rays, and behind what nothing matters to each.
+    /// Up to eight rays, each with the t beyond which hits don't matter.
     pub(super) fn new<'a>(lines: impl Iterator<Item = (&'a BvhLine, f32)>) -> Self {
         let zero = [[0.0; LANES]; 3];
         let mut group = Self {
@@ -109,8 +109,8 @@ impl Group {
         lines.chunks(LANES).map(|lines| Self::new(lines.iter().map(|line| (line, line.far)))).collect()
     }
 
-    /// Where each ray may enter a child's box at the earliest, and a bit for each that doesn't certainly miss it: what does is at
-    /// infinity.
+    /// Lower bound on t of each ray's entry into a child's box, and a bit for each ray that doesn't certainly miss it;
+    /// infinity for a miss.
     #[inline(always)]
     pub(super) fn enter<S: Simd>(&self, simd: S, node: &BvhNode, slot: usize) -> (f32x8<S>, u32) {
         let slot = slot % BVH_WIDTH;
@@ -131,21 +131,21 @@ impl Group {
             enter = enter.max((first - f32x8::from_slice(simd, &self.enter_origin[axis])) * enter_inverse);
             leave = leave.min((last - f32x8::from_slice(simd, &self.leave_origin[axis])) * leave_inverse);
         }
-        // What isn't a number is at the ray's beginning.
+        // NaN becomes the start of the ray's interval.
         let near = f32x8::from_slice(simd, &self.near);
         let enter = enter.simd_gt(near).select(enter, near);
         let missed = enter.simd_gt(leave);
         (missed.select(f32x8::splat(simd, f32::INFINITY), enter), !(missed.to_bitmask() as u32) & 0xff)
     }
 
-    /// A bit for each ray to which something at t may matter.
+    /// A bit for each ray for which a hit at t may matter.
     #[inline(always)]
     pub(super) fn waiting<S: Simd>(&self, simd: S, t: f32) -> u32 {
         f32x8::from_slice(simd, &self.far).simd_ge(t).to_bitmask() as u32 & 0xff
     }
 }
 
-/// The positions of a word's bits, the lowest first.
+/// Indices of a word's set bits, the lowest first.
 #[inline(always)]
 pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -155,12 +155,12 @@ pub(super) fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// A bit for each of as many rays.
+/// A mask of `count` bits.
 pub(super) fn bits_below(count: usize) -> u64 {
     u64::MAX.checked_shr(64 - count as u32).unwrap_or(0)
 }
 
-/// A node's children of which there is a bit, the farthest first.
+/// A node's children in the mask `children`, the farthest first.
 #[inline(always)]
 pub(super) fn farthest_first(children: u32, keys: &[f32; BVH_WIDTH]) -> impl Iterator<Item = usize> + use<> {
     let (mut slots, mut count) = ([0_usize; BVH_WIDTH], 0);
@@ -176,7 +176,7 @@ pub(super) fn farthest_first(children: u32, keys: &[f32; BVH_WIDTH]) -> impl Ite
     slots.into_iter().take(count)
 }
 
-/// A bit for each child that a node has.
+/// A mask of a node's children.
 #[inline(always)]
 pub(super) fn children_of(node: &BvhNode) -> u32 {
     let bit = |slot: usize| u32::from(node.children[slot] != umbrage_rays::internals::BvhChild::NONE) << slot;

@@ -1,6 +1,7 @@
-//! Streams of 64×64 rays (Gribble and Ramani, *Coherent ray tracing via stream filtering*, 2008): a node filters the list of the rays
-//! that come to it to a list for each child, a leaf to those that may hit something. Filters of the paper test lanes of rays with one
-//! box; here a ray is tested with the boxes of eight children, so that no lane is wasted however short a list is.
+//! Streams of 64×64 rays (Gribble and Ramani, *Coherent ray tracing via stream filtering*, 2008): a node filters its
+//! list of rays to a list for each child, a leaf to the rays that may hit a triangle. Filters of the paper test lanes
+//! of rays against one box; here a ray is tested against the boxes of eight children, so that no lane is wasted on
+//! short lists.
 
 use fearless_simd::Simd;
 use umbrage_rays::internals::{BVH_WIDTH, BvhChild, BvhInside, BvhKind, BvhLine, BvhSlabs};
@@ -8,17 +9,17 @@ use umbrage_rays::internals::{BVH_WIDTH, BvhChild, BvhInside, BvhKind, BvhLine, 
 use super::Counts;
 use super::rays::{Task, bits_of, children_of, farthest_first};
 
-/// Most rays of a stream.
+/// Maximum number of rays in a stream.
 pub(super) const MOST: usize = 64 * 64;
 
-/// A child that waits.
+/// A waiting child.
 struct Entry {
     child: BvhChild,
-    /// Where its list begins; it ends where that of the next does.
+    /// Start of its list, which ends at the start of the next.
     start: usize,
 }
 
-/// What a node says of a ray that comes to it.
+/// The children that a ray enters at a node.
 struct Filtered {
     ray: u32,
     children: u32,
@@ -34,7 +35,7 @@ pub(super) fn visit<S: Simd>(
     counts: &mut Counts,
 ) {
     let mut far: Vec<f32> = lines.iter().map(|line| line.far).collect();
-    // All lists, one after the other: rays, and where each enters the child.
+    // All lists, one after the other: rays, and t of each one's entry into the child.
     let mut lists: Vec<(u32, f32)> = (0..lines.len() as u32).map(|ray| (ray, f32::NEG_INFINITY)).collect();
     let mut filtered: Vec<Filtered> = Vec::with_capacity(lines.len());
     let mut stack = vec![Entry { child: inside.root, start: 0 }];

@@ -7,10 +7,10 @@ use super::search::Met;
 use super::shaft::{Bundle, Lines, Shaft, alive};
 use super::{KdCulling, bits_of};
 
-/// Most pairs that are settled at once.
+/// Maximum number of pairs that are settled at once.
 const MOST_PAIRS: usize = 32;
 
-/// Leads shafts to leaves instead of the rays inside. There it tests each triangle that isn't left out, for the groups of rays
+/// Takes shafts to leaves instead of their rays. There it tests each triangle that isn't culled, for the groups of rays
 /// whose own shafts it meets.
 pub(super) struct Beam<'a> {
     tree: &'a KdTree,
@@ -18,7 +18,7 @@ pub(super) struct Beam<'a> {
     scale: Scale,
     culling: KdCulling,
     mailbox: Mailbox,
-    /// Undecided rays and triangles.
+    /// Undecided pairs of a ray and a triangle.
     pairs: Vec<(u32, u32)>,
     visits: &'a mut Counts,
 }
@@ -36,7 +36,7 @@ impl<'a> Beam<'a> {
         Self { tree, triangles, scale, culling, mailbox, pairs, visits }
     }
 
-    /// Leads a shaft to leaves.
+    /// Takes a shaft to leaves.
     #[inline(always)]
     pub(super) fn visit<S: Simd>(
         &mut self,
@@ -92,7 +92,7 @@ impl<'a> Beam<'a> {
                 }
                 waiting -= 1;
                 met = stack[waiting];
-                // Those rays that get there may have ended, though others haven't.
+                // The rays that get there may have ended, though others haven't.
                 if met.within[0] <= last && bundle.groups_in(simd, &scale, &met) != 0 {
                     break;
                 }
@@ -164,7 +164,7 @@ impl<'a> Beam<'a> {
     }
 }
 
-/// Triangles that a shaft remembers to have tested. What is forgotten is tested again, which changes nothing.
+/// Triangles that a shaft has tested. A forgotten one is tested again, which changes nothing.
 struct Mailbox {
     kind: KdMailbox,
     ids: Vec<u32>,
@@ -205,7 +205,7 @@ impl Mailbox {
     }
 }
 
-/// What leaves triangles out for all rays of a shaft.
+/// Culls triangles for all rays of a shaft.
 struct Culls<'a> {
     culling: KdCulling,
     transient: Option<Shaft>,
@@ -214,7 +214,8 @@ struct Culls<'a> {
 }
 
 impl Culls<'_> {
-    /// Whether no ray hits a triangle, given by its corners along the shaft's axes; with a transient shaft, none in this leaf.
+    /// Whether no ray hits a triangle, given by its corners along the shaft's axes; with a transient shaft, none in
+    /// this leaf.
     #[inline(always)]
     fn leave_out<S: Simd>(
         &self,
@@ -235,8 +236,8 @@ impl Culls<'_> {
     }
 }
 
-/// Whether all lines between a shaft's corner lines certainly miss on the same edge: edge functions and the determinant are
-/// linear in where a line meets each of two planes, so their extremes are on the corner lines.
+/// Whether all lines between a shaft's corner lines certainly miss on the same edge. Edge functions and the determinant
+/// are linear in a line's positions on each of two planes, so their extremes are on the corner lines.
 ///
 /// The lines' coordinates are nine at most, and s ten instead of two.
 #[inline(always)]
@@ -267,7 +268,7 @@ fn is_beside_all<S: Simd>(simd: S, filter: &Filter, lines: &Lines) -> bool {
     }
 }
 
-/// Around 1 / d and around where rays enter the tree's bounds, by axis, of rays that matter.
+/// Intervals around 1 / d and around the rays' entries into the tree's bounds, by axis, of rays that aren't done.
 #[inline(always)]
 fn intervals<S: Simd>(simd: S, rays: &Rays) -> [[f64; 2]; 6] {
     let mut intervals = [[f64::INFINITY, f64::NEG_INFINITY]; 6];
@@ -285,13 +286,14 @@ fn intervals<S: Simd>(simd: S, rays: &Rays) -> [[f64; 2]; 6] {
     intervals
 }
 
-/// Whether rays miss a box by interval arithmetic: along each axis t is in (box − origin) · 1 / direction, and in all of them.
+/// Whether rays miss a box by interval arithmetic: along each axis t is in (box − origin) · 1 / direction, and the
+/// intersection is empty.
 fn misses_box(rays: &Rays, intervals: &[[f64; 2]; 6], shaft: &Shaft, low: [f32; 3], high: [f32; 3]) -> bool {
     // Rounding of a box's coordinates and of t.
     const ROUNDING: f64 = 4.0 * HALF_ULP as f64;
-    /// Of 1 / d, and of products.
+    /// Rounding of 1 / d, and of products.
     const INVERSE: f64 = 2.0 * HALF_ULP as f64;
-    /// Axes that some ray runs almost across say nothing: their directions were replaced by steeper ones.
+    /// Axes that some ray is almost perpendicular to decide nothing: such directions were replaced by steeper ones.
     const STEEPEST: f64 = (1_u64 << 39) as f64;
     let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
     let moved = f64::from(rays.moved) + ROUNDING;

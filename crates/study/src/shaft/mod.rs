@@ -1,9 +1,9 @@
-//! Shafts: convex parts of space around up to 256 rays. They find the node from which the rays go through the kd-tree, and are led
-//! to leaves instead of the rays (Rahikainen 2013, §5). They will serve batches of secondary rays.
+//! Shafts: convex parts of space around up to 256 rays. They find the node at which the rays enter the kd-tree, and are
+//! taken to leaves instead of the rays (Rahikainen 2013, §5). They will serve batches of secondary rays.
 //!
-//! `shaft` is that part of space. Its rays have the same sign along one axis, and none of them runs almost across it; other rays
-//! go in packets from the root. `search` finds where they begin, `beam` leads a shaft to leaves. `options` says what there is to
-//! choose.
+//! `shaft` is the part of space. Its rays have the same sign along one axis, and none of them is almost perpendicular
+//! to it; other rays go in packets from the root. `search` finds their entry, `beam` takes a shaft to leaves. `options`
+//! has the choices.
 
 mod beam;
 mod options;
@@ -23,8 +23,8 @@ pub use search::EntryPoint;
 use search::Search;
 use shaft::{Axes, Bundle};
 
-/// Does what [`KdTree::nearest_of_packet`] does, by shafts, and says what these took: shafts as `packets`, triangles that they
-/// left out as `frustum_culls`. What packets took is the tree's.
+/// [`KdTree::nearest_of_packet`] by shafts. Returns their counts: shafts as `packets`, culled triangles as
+/// `frustum_culls`. The tree has the counts of packets.
 ///
 /// # Panics
 /// If there are more or fewer `hits` than `rays`.
@@ -39,7 +39,7 @@ pub fn nearest_of_shafts(
     nearest_of_shafts_below(&EntryPoint::root(tree), tree, triangles, rays, options, stops, hits)
 }
 
-/// Does what [`nearest_of_shafts`] does, of rays all of which begin at `entry`.
+/// [`nearest_of_shafts`] for rays that all begin at `entry`.
 ///
 /// # Panics
 /// If there are more or fewer `hits` than `rays`.
@@ -59,7 +59,7 @@ pub fn nearest_of_shafts_below(
     visits
 }
 
-/// Does what [`KdTree::blocked_of_packet`] does, by shafts, and says what these took as [`nearest_of_shafts`] does.
+/// [`KdTree::blocked_of_packet`] by shafts. Returns counts as [`nearest_of_shafts`] does.
 ///
 /// # Panics
 /// If there are more or fewer `own` or `blocked` than `rays`.
@@ -99,7 +99,7 @@ fn visit(
     visits
 }
 
-/// What shafts are led through.
+/// Context of a call.
 struct Shafts<'a> {
     tree: &'a KdTree,
     entry: &'a EntryPoint,
@@ -110,8 +110,8 @@ struct Shafts<'a> {
 }
 
 impl Shafts<'_> {
-    /// Finds the node from which the rays go on. If a shaft is to lead them it traces them and returns `None`, else it returns
-    /// the node for packets.
+    /// Finds the node from which the rays go on. If a shaft is to take them to leaves, traces them and returns `None`;
+    /// else returns the node for packets.
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, rays: &mut Rays, ask: &mut Ask<'_>) -> Option<u32> {
         if self.options.entry == KdEntry::Root && self.options.lead == ShaftLead::Packets {
@@ -134,7 +134,8 @@ impl Shafts<'_> {
         }
     }
 
-    /// Clips rays to the cell of a node, as on the way to a child, and has them begin there. All leaves that matter are below it.
+    /// Clips rays to the cell of a node, as on the way to a child, so that they begin there. All leaves that matter are
+    /// below it.
     fn begin(&self, rays: &mut Rays, node: u32, cell: Extent) -> u32 {
         let (scale, whole) = (self.scale, self.tree.extent());
         for axis in 0..3 {
@@ -158,7 +159,7 @@ impl Shafts<'_> {
     }
 }
 
-/// The positions of a word's bits.
+/// Indices of a word's set bits.
 fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = bits.trailing_zeros() as usize;

@@ -4,7 +4,7 @@ use umbrage_rays::{Counts, KdTree, Ray, Triangles};
 use super::KdEntry;
 use super::shaft::Shaft;
 
-/// A node that a shaft meets: where it is, its cell, and the ways along the shaft's axis that are in there.
+/// A node that a shaft meets: its index, its cell, and the interval along the shaft's axis inside the cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub(super) node: u32,
@@ -13,12 +13,12 @@ pub(super) struct Met {
 }
 
 impl Met {
-    /// Where rays enter the tree, along a whole shaft.
+    /// The tree's entry, for the whole shaft.
     fn entry(entry: &EntryPoint, shaft: &Shaft) -> Self {
         Self { node: entry.node, cell: entry.cell, within: [shaft.from, shaft.to].map(f64::from) }
     }
 
-    /// The left and the right child of an inner node; `None` where the shaft doesn't meet it.
+    /// The left and the right child of an inner node; `None` for a child that the shaft doesn't meet.
     #[inline(always)]
     pub(super) fn children(&self, tree: &KdTree, scale: &Scale, shaft: &Shaft) -> [Option<Self>; 2] {
         let node = tree.nodes().get(self.node);
@@ -31,7 +31,7 @@ impl Met {
     }
 }
 
-/// A node below which are all triangles that some rays may hit.
+/// A node above all triangles that some rays may hit.
 #[derive(Clone, Copy, Debug)]
 pub struct EntryPoint {
     pub(super) node: u32,
@@ -39,21 +39,20 @@ pub struct EntryPoint {
 }
 
 impl EntryPoint {
-    /// That of all rays.
+    /// The root, for any rays.
     #[must_use]
     pub fn root(tree: &KdTree) -> Self {
         Self { node: 0, cell: tree.extent() }
     }
 
-    /// Whether it spares rays some of the way from another one.
+    /// Whether it saves rays a part of the way from another entry.
     #[must_use]
     pub fn is_below(&self, other: &Self) -> bool {
         self.node != other.node
     }
 
-    /// That of all rays between four that begin at `self`, those of a tile's corners say: rays that cross each plane between
-    /// those that cross it at the corners of a rectangle. `None` where none of them can hit anything. Adds what it
-    /// takes to `visits`.
+    /// The entry of all rays between the corners of a tile: rays that begin at `self` and cross each plane inside of the
+    /// rectangle of the four corner rays' crossings. `None` if none of them can hit anything. Adds its work to `visits`.
     #[must_use]
     pub fn of_tile(
         &self,
@@ -73,15 +72,15 @@ impl EntryPoint {
     }
 }
 
-/// A node both of whose children the shaft meets.
+/// A node whose children the shaft both meets.
 #[derive(Clone, Copy)]
 struct Fork {
     node: Met,
-    /// The child that wasn't looked into.
+    /// The child that wasn't searched.
     other: Met,
 }
 
-/// Looks for the node from which packets in a shaft begin.
+/// Searches the node from which packets in a shaft begin.
 pub(super) struct Search<'a> {
     pub(super) tree: &'a KdTree,
     pub(super) triangles: Triangles<'a>,
@@ -92,10 +91,10 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The lowest node, at an entry or below it, below which are all leaves that matter; `None` where there are none.
+    /// The lowest node, at an entry or below it, above all leaves that matter; `None` if there are none.
     ///
-    /// First the first such leaf is looked for, and nodes are kept on the way there whose other child the shaft meets too. If
-    /// there is a leaf that matters below that child, rays can't begin below the node. MLRTA looks at these nodes from below,
+    /// First it searches the first such leaf, and keeps the nodes on the way whose other child the shaft meets too. If
+    /// a leaf that matters is below that child, rays can't begin below the node. MLRTA visits these nodes from below,
     /// one after the other; AEPSA from above, and stops at the first, which is the one that MLRTA finds last.
     pub(super) fn start(&mut self, entry: &EntryPoint) -> Option<Met> {
         let root = Met::entry(entry, self.shaft);
@@ -123,8 +122,8 @@ impl Search<'_> {
         Some(start)
     }
 
-    /// The first leaf below a node that matters, and the nodes on the way there with another child to look into: in the first
-    /// `count` of `forks`, if there is room for any.
+    /// The first leaf below a node that matters. The nodes on the way with another child to search go to the first
+    /// `count` of `forks`, if there is room.
     fn first_leaf(&mut self, from: Met, forks: &mut [Fork], count: &mut usize) -> Option<Met> {
         let mut own = [from; Nodes::MAX_DEPTH];
         let mut waiting = 0;
@@ -152,7 +151,7 @@ impl Search<'_> {
                 *count = waiting;
                 return Some(met);
             }
-            // A node with nothing in its first child is no fork.
+            // A node whose first child has no such leaf is no fork.
             waiting = waiting.checked_sub(1)?;
             met = own[waiting];
         }

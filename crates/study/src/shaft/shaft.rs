@@ -7,32 +7,32 @@ use umbrage_rays::internals::{Extent, HALF_ULP, LANES, MOST_RAYS, Plane, Rays, S
 use super::bits_of;
 use super::search::Met;
 
-/// Groups of rays that one shaft holds.
+/// Number of ray groups of a shaft.
 pub(super) const GROUPS: usize = MOST_RAYS / LANES;
 
-/// How far rays must run along a shaft's axis, as a part of how far they do along any other.
+/// Minimum component of rays along a shaft's axis, relative to any other component.
 const LEAST: f32 = 0.25;
 
-/// Least length of a shaft along its axis.
+/// Minimum length of a shaft along its axis.
 const SHORTEST: f32 = 1e-3;
 
-/// More than what rounding does to ways along the axis, which are one at most.
+/// Bound on rounding errors of positions along the axis, which are one at most.
 const SLACK: f64 = 1e-9;
 
 /// For each axis the order in which it is the last one.
 const ORDERS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-/// The order of axes in which a shaft's own is the last one, and where rays run along that.
+/// The order of axes in which a shaft's own is the last one, and the rays' direction along that.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axes {
     pub(super) order: [usize; 3],
-    /// 1 where rays run towards higher coordinates, else −1.
+    /// 1 if rays run towards higher coordinates, else −1.
     pub(super) sign: f32,
 }
 
 impl Axes {
-    /// The ones for rays that agree about the sign of an axis and of which none runs almost across it; `None` if there are
-    /// no such, or no rays that matter.
+    /// The axes for rays that agree about the sign of an axis and aren't almost perpendicular to it; `None` if there is
+    /// no such axis, or no ray that matters.
     #[inline(always)]
     pub(super) fn of<S: Simd>(simd: S, rays: &Rays) -> Option<Self> {
         let mut best: Option<(f32, Self)> = None;
@@ -54,14 +54,14 @@ impl Axes {
         best.map(|(_, axes)| axes)
     }
 
-    /// A point along u, v and the way along the shaft's axis.
+    /// A point's coordinates along u, v and the shaft's axis.
     #[inline(always)]
     pub(super) fn turned(&self, point: [f32; 3]) -> [f32; 3] {
         let [u, v, w] = self.order;
         [point[u], point[v], point[w] * self.sign]
     }
 
-    /// Which rays of a group matter, and from which to which way along the axis they do.
+    /// A mask of a group's rays that matter, and the interval of each along the shaft's axis.
     #[inline(always)]
     fn ways<S: Simd>(&self, simd: S, rays: &Rays, first: usize) -> (mask32x16<S>, f32x16<S>, f32x16<S>) {
         let axis = self.order[2];
@@ -73,17 +73,18 @@ impl Axes {
         (alive(simd, rays, first), enter, leave)
     }
 
-    /// The last way at which something may matter to a ray of a group; −∞ where nothing does.
+    /// The last position along the axis at which a hit may matter to a ray of a group; −∞ if there is none.
     #[inline(always)]
     pub(super) fn last<S: Simd>(&self, simd: S, rays: &Rays, group: usize) -> f32 {
         let (alive, _, leave) = self.ways(simd, rays, group * LANES);
         alive.select(leave, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max() + margin(rays)
     }
 
-    /// Low and high along u and v of a group's rays at some way along the axis, less and more `margin`.
+    /// Low and high bounds along u and v of a group's rays at a position `way` along the axis, widened by `margin`.
     ///
-    /// With slopes of four at most, each with three roundings, ways of two and coordinates of nine, 54 ε and five times what f64 may
-    /// have moved origins by; `margin` is more than four times as much, which is for what is computed from it.
+    /// With slopes of four at most, each with three roundings, ways of two and coordinates of nine, the error is 54 ε
+    /// and five times the distance by which f64 may have moved origins; `margin` is more than four times as much, which
+    /// leaves room for later arithmetic.
     #[inline(always)]
     fn rectangle<S: Simd>(&self, simd: S, rays: &Rays, first: usize, members: mask32x16<S>, way: f32) -> [f32; 4] {
         let w = self.order[2];
@@ -103,7 +104,7 @@ impl Axes {
     }
 }
 
-/// Which rays of a group matter.
+/// A mask of a group's rays that matter.
 #[inline(always)]
 pub(super) fn alive<S: Simd>(simd: S, rays: &Rays, first: usize) -> mask32x16<S> {
     load::<S, f32x16<S>>(simd, &rays.enter, first).simd_le(load::<S, f32x16<S>>(simd, &rays.leave, first))
@@ -113,25 +114,26 @@ fn margin(rays: &Rays) -> f32 {
     256.0 * HALF_ULP + 8.0 * rays.moved
 }
 
-/// What two rectangles say together.
+/// Bounding rectangle of two rectangles.
 fn union(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
 const NOTHING: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
 
-/// A convex part of space that holds rays: between two rectangles across an axis (Reshetov et al. 2005 and 2007; Overbeck et
-/// al., *Large Ray Packets for Real-time Whitted Ray Tracing*, 2008).
+/// A convex part of space that holds rays: between two rectangles across an axis (Reshetov et al. 2005 and 2007;
+/// Overbeck et al., *Large Ray Packets for Real-time Whitted Ray Tracing*, 2008).
 ///
-/// The lowest coordinate of lines is a concave function of the way along the axis, the highest a convex one: between two ways
-/// the chords of both hold all lines. Four faces are linear functions: low and high along u, low and high along v.
+/// The lowest coordinate of lines is a concave function of the way along the axis, the highest a convex one: between
+/// two ways the chords of both hold all lines. Four faces are linear functions: low and high along u, low and high
+/// along v.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shaft {
     pub(super) axes: Axes,
-    /// From which to which way along the axis anything may be hit.
+    /// Interval along the axis in which a triangle may be hit.
     pub(super) from: f32,
     pub(super) to: f32,
-    /// What the faces are at `from`, and how they change along the axis: four at most, as slopes are.
+    /// Offsets of the faces at `from`, and their rates along the axis: four at most, like the slopes.
     at: [f32; 4],
     rate: [f32; 4],
 }
@@ -142,10 +144,10 @@ impl Shaft {
         Self { axes, from, to, at: near, rate }
     }
 
-    /// Around all rays between four, as far as they are in a tree's bounds; `None` where those don't agree about the sign of an
-    /// axis, one runs almost across it, or they come from too far away.
+    /// A shaft around all rays between four, inside a tree's bounds; `None` if the four don't agree about the sign of
+    /// an axis, one is almost perpendicular to it, or they come from too far away.
     ///
-    /// Where lines cross a plane, those between others cross it between them.
+    /// A line between others crosses a plane between their crossings.
     pub(super) fn between_corners(scale: &Scale, extent: &Extent, corners: &[Ray; 4]) -> Option<Self> {
         let steepness = |axis: usize, sign: f64| {
             let steepness = corners.iter().map(|ray| sign * ray.direction[axis] / ray.direction.abs().max_element());
@@ -160,7 +162,7 @@ impl Shaft {
             [u, v, w * sign]
         });
         let reach = origins.iter().flatten().fold(0.0_f64, |reach, at| reach.max(at.abs()));
-        // f64 gives away less than 2⁻⁴⁸ of the way from an origin; as much as that are eight times `Rays::moved`.
+        // f64 loses less than 2⁻⁴⁸ of the distance from an origin; eight times `Rays::moved` are that much.
         let margin = 256.0 * f64::from(HALF_ULP) + reach / (1_u64 << 45) as f64;
         if !(least > f64::from(LEAST) && margin < 1.0) {
             return None;
@@ -184,14 +186,14 @@ impl Shaft {
         Some(Self::between(axes, [from as f32, to as f32], rectangle(from), rectangle(to)))
     }
 
-    /// Where a face is.
+    /// Coordinate of a face at a position along the axis.
     #[inline(always)]
     fn face(&self, face: usize, way: f32) -> f32 {
         self.at[face] + self.rate[face] * (way - self.from)
     }
 
-    /// The part of ways `within` at which the shaft may be in the left and in the right one of a node's cells; empty ones
-    /// end before they start.
+    /// The intervals inside `within` at which the shaft may be in the left and in the right cell of a node; an empty
+    /// one ends before it starts.
     #[inline(always)]
     pub(super) fn parts(&self, scale: &Scale, plane: Plane, within: [f64; 2]) -> [[f64; 2]; 2] {
         let [enter, leave] = within;
@@ -204,12 +206,12 @@ impl Shaft {
             return if self.axes.sign > 0.0 { parts } else { [parts[1], parts[0]] };
         };
         let part = |face: usize, is_below: bool| {
-            // The face reaches the plane at this way, or never.
+            // The face reaches the plane at this position, or never.
             let rate = f64::from(self.rate[face]);
             let offset = at - f64::from(self.at[face]);
             let way = f64::from(self.from) + offset / rate;
             let comes_closer = if is_below { rate.is_sign_negative() } else { rate.is_sign_positive() };
-            // No number where the face is in the plane, which gives way.
+            // NaN if the face is in the plane; `max` and `min` ignore it.
             if comes_closer { [enter.max(way - SLACK), leave] } else { [enter, leave.min(way + SLACK)] }
         };
         [part(2 * side, true), part(2 * side + 1, false)]
@@ -224,7 +226,7 @@ impl Shaft {
         }
     }
 
-    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of the same face, or before or behind the shaft.
+    /// Whether all corners of a triangle, [turned](Axes::turned), are outside of one face, or before or behind the shaft.
     #[inline(always)]
     pub(super) fn is_beside(&self, corners: &[[f32; 3]; 3]) -> bool {
         let outside = |is_outside: &dyn Fn(&[f32; 3]) -> bool| corners.iter().all(is_outside);
@@ -266,15 +268,15 @@ pub(super) struct Lines {
 /// A shaft around rays, and one around each group of them.
 pub(super) struct Bundle {
     pub(super) whole: Shaft,
-    /// The faces of each group's, as those of [`Shaft`].
+    /// The faces of each group's shaft, as in [`Shaft`].
     at: [[f32; GROUPS]; 4],
     rate: [[f32; GROUPS]; 4],
-    /// The last way that matters to each.
+    /// The last position that matters to each group.
     last: [f32; GROUPS],
 }
 
 impl Bundle {
-    /// Around all rays that matter, of which there are some.
+    /// Shafts around all rays that matter; there must be some.
     #[inline(always)]
     pub(super) fn around<S: Simd>(simd: S, rays: &Rays, axes: Axes) -> Self {
         let groups = rays.count.div_ceil(LANES);
@@ -313,13 +315,13 @@ impl Bundle {
         bundle
     }
 
-    /// A shaft around the rays of those groups that may get to a leaf, as far as they may be in there; `None` if there are none.
+    /// A shaft around the rays of the groups that may reach a leaf, inside the leaf; `None` if there are none.
     #[inline(always)]
     pub(super) fn transient<S: Simd>(&self, simd: S, rays: &Rays, scale: &Scale, leaf: &Met) -> Option<Shaft> {
         let axes = self.whole.axes;
         let groups = self.groups_in(simd, scale, leaf);
         let [from, to] = leaf.within;
-        // Ways that were computed in f64, rounded outwards.
+        // Positions that were computed in f64, rounded outwards.
         let from = (from as f32 - margin(rays)).max(self.whole.from);
         let to = (to as f32 + margin(rays)).max(from + SHORTEST);
         let (mut near, mut far) = (NOTHING, NOTHING);
@@ -338,19 +340,19 @@ impl Bundle {
         (near[0] <= near[1]).then(|| Shaft::between(axes, [from, to], near, far))
     }
 
-    /// Notes that less matters to a group's rays.
+    /// Updates a group after its rays have become shorter.
     #[inline(always)]
     pub(super) fn shorten<S: Simd>(&mut self, simd: S, rays: &Rays, group: usize) {
         self.last[group] = self.whole.axes.last(simd, rays, group);
     }
 
-    /// The last way that matters to any ray.
+    /// The last position that matters to any ray.
     #[inline(always)]
     pub(super) fn last<S: Simd>(&self, simd: S) -> f32 {
         f32x16::from_slice(simd, &self.last).reduce_max()
     }
 
-    /// Groups whose shafts may meet a node's cell where something matters to them, a bit for each.
+    /// A mask of groups whose shafts may meet a node's cell before their last position.
     #[inline(always)]
     pub(super) fn groups_in<S: Simd>(&self, simd: S, scale: &Scale, met: &Met) -> u64 {
         let turned = |corner: [f32; 3]| {
@@ -362,12 +364,12 @@ impl Bundle {
         self.groups(simd, low, [a[0].max(b[0]), a[1].max(b[1]), a[2].max(b[2])])
     }
 
-    /// Groups whose shafts may meet a box, given by its low and high corner, [turned](Axes::turned), a bit for each.
+    /// A mask of groups whose shafts may meet a box, given by its low and high corner, [turned](Axes::turned).
     #[inline(always)]
     pub(super) fn groups<S: Simd>(&self, simd: S, low: [f32; 3], high: [f32; 3]) -> u64 {
         let splat = |value: f32| f32x16::splat(simd, value);
         let Shaft { from, to, .. } = self.whole;
-        // Faces hold rays between the ends only.
+        // Faces are valid between the ends only.
         let near = splat(low[2].clamp(from, to) - from);
         let far = splat(high[2].clamp(from, to) - from);
         let mut met = f32x16::from_slice(simd, &self.last).simd_ge(splat(low[2]));

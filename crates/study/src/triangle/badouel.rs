@@ -1,23 +1,22 @@
-//! Badouel, *An efficient ray–polygon intersection*, 1990, as Wald prepares it.
+//! Badouel, *An efficient ray–polygon intersection*, 1990, in Wald's form.
 
 use glam::Vec3;
 
 use super::lanes::{Axis, LaneMask, Lanes};
 use super::{Bundle, BundleTest, Hits, Rays, TriangleTest};
 
-/// Wald, *Realtime ray tracing and interactive global illumination*, 2004 (Rahikainen 2013, equations 2.6 and
-/// 2.7): where the ray meets the plane, two linear functions in a projection along an axis. 40 bytes.
+/// Wald, *Realtime ray tracing and interactive global illumination*, 2004 (Rahikainen 2013, equations 2.6 and 2.7): the
+/// hit on the plane, then two linear functions in a projection along an axis. 40 bytes.
 ///
-/// t is first: a division, then three multiplications for each of plane, point and weights. A triangle that is behind
-/// or too far ends after t.
+/// t is first: a division, then three multiplications for each of plane, point and weights. The test of a triangle that
+/// is behind or too far ends after t.
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel {
-    /// The plane: the normal's components along the two axes that are kept, that along the third being one, and its
-    /// distance.
+    /// The plane: the normal's components along the two kept axes, scaled to a third component of one, and its distance.
     plane: [f32; 3],
     /// Weights of the second and third corner: factors of the two coordinates, and constants.
     weights: [[f32; 3]; 2],
-    /// The axis that is left out.
+    /// The axis of projection.
     axis: Axis,
 }
 
@@ -38,7 +37,7 @@ impl Badouel {
         Self { plane: [plane[0], plane[1], distance], weights: [weight(second, 1.0), weight(first, -1.0)], axis }
     }
 
-    /// Where rays meet the plane.
+    /// t of the rays on the plane.
     #[inline(always)]
     fn plane_of<L: Lanes>(&self, rays: &Rays<L>) -> L {
         let [p, q, r] = self.axis.order();
@@ -48,8 +47,8 @@ impl Badouel {
         height / slope
     }
 
-    /// Whether points of the plane, given by two coordinates, are in the triangle, and their weights; `None` if none
-    /// is.
+    /// Whether points of the plane, given by two coordinates, are in the triangle, and their weights; `None` if no
+    /// point is.
     #[inline(always)]
     fn weights<L: Lanes>(&self, mask: L::Mask, p: L, q: L) -> Option<(L::Mask, [L; 2])> {
         let [first, second] = self.weights;
@@ -85,9 +84,9 @@ impl TriangleTest for Badouel {
     }
 }
 
-/// Badouel's test with comparisons of integers (Wächter, *Realtime Ray Tracing*, 2004; Rahikainen 2013, §2.1): bits of negative
-/// numbers and of NaN, taken as unsigned numbers, are larger than those of all others, so that one comparison says whether
-/// t is in its interval, and one each whether weights and their sum are from zero to one. 40 bytes.
+/// Badouel's test with comparisons of integers (Wächter, *Realtime Ray Tracing*, 2004; Rahikainen 2013, §2.1). As
+/// unsigned numbers, the bits of negative numbers and of NaN are larger than all others. So one comparison tells
+/// whether t is in its interval, and one each whether weights and their sum are from zero to one. 40 bytes.
 ///
 /// The ray's interval isn't empty and begins at a finite t. A weight of −0 is outside.
 #[derive(Clone, Copy, Debug)]
@@ -120,8 +119,8 @@ impl TriangleTest for Wachter {
     }
 }
 
-/// Badouel's test for rays that share an origin (Rahikainen 2013, Algorithm 2.1.1, prepared as by Wald): the triangle
-/// is prepared as seen from there. 40 bytes.
+/// Badouel's test for rays that share an origin (Rahikainen 2013, Algorithm 2.1.1, in Wald's form): the triangle is
+/// prepared relative to the origin. 40 bytes.
 ///
 /// A division and five multiplications for t and the point, two for each weight.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use super::lanes::{LaneMask, Lanes, cross, dot_all, minus_all, scaled};
 use super::{Hits, Rays, TriangleTest};
 
 /// Kensler and Shirley 2006: of all ways to write the signed volumes, the one that a genetic search found fastest.
-/// Nothing prepared. 36 bytes.
+/// Nothing is prepared. 36 bytes.
 ///
 /// For sixteen rays the triangle's normal is found once. Each has one cross and four dot products and a division; a
 /// miss can end before the last two.

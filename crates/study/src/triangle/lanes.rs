@@ -8,7 +8,7 @@ use glam::Vec3;
 
 /// An `f32` for each ray: one, or the sixteen of an [`f32x16`].
 ///
-/// Every operation rounds once in each lane, so sixteen rays get bit for bit what each gets alone, with any SIMD level.
+/// Every operation rounds once in each lane, so sixteen rays get the same bits as each ray alone, at any SIMD level.
 pub trait Lanes:
     Copy
     + Neg<Output = Self>
@@ -20,40 +20,40 @@ pub trait Lanes:
     + Sub<f32, Output = Self>
     + Mul<f32, Output = Self>
 {
-    /// A yes or no for each ray.
+    /// A boolean for each ray.
     type Mask: LaneMask;
 
     /// `value` for as many rays as `self` has.
     fn splat(self, value: f32) -> Self;
     /// One with the sign of `self`.
     fn sign(self) -> Self;
-    /// Whether `self < other`; no for NaN.
+    /// Whether `self < other`; false for NaN.
     fn is_below(self, other: Self) -> Self::Mask;
-    /// Whether `self <= other`; no for NaN.
+    /// Whether `self <= other`; false for NaN.
     fn is_at_most(self, other: Self) -> Self::Mask;
 
-    /// Whether `self` is from 0 to `other`, which is positive; no for −0 and NaN. As unsigned numbers, bits of these are larger
-    /// than those of all other numbers, so that one comparison of integers says all.
+    /// Whether `self` is from 0 to `other`, which is positive; false for −0 and NaN. As unsigned numbers, bits of these
+    /// are larger than those of all other numbers, so one comparison of integers is enough.
     fn is_up_to(self, other: Self) -> Self::Mask;
     /// Whether `self` is above 0 and below `other`, which is positive, by one comparison of integers as well.
     fn is_within(self, other: Self) -> Self::Mask;
 
-    /// Whether `self >= 0`; no for NaN.
+    /// Whether `self >= 0`; false for NaN.
     #[inline(always)]
     fn is_at_least_zero(self) -> Self::Mask {
         self.splat(0.0).is_at_most(self)
     }
 
-    /// Whether `self <= 0`; no for NaN.
+    /// Whether `self <= 0`; false for NaN.
     #[inline(always)]
     fn is_at_most_zero(self) -> Self::Mask {
         self.is_at_most(self.splat(0.0))
     }
 }
 
-/// A yes or no for each ray.
+/// A boolean for each ray.
 pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
-    /// Whether it is yes for any ray.
+    /// Whether it is true for any ray.
     fn any(self) -> bool;
 }
 
@@ -175,7 +175,7 @@ pub(super) fn scaled<L: Lanes>(a: [L; 3], factor: L) -> [L; 3] {
     [a[0] * factor, a[1] * factor, a[2] * factor]
 }
 
-/// One of a triangle's axes, along which it is seen largest.
+/// The axis along which a triangle's projection is largest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
     X,
@@ -184,7 +184,7 @@ pub(super) enum Axis {
 }
 
 impl Axis {
-    /// That of the largest component; the last of equal ones.
+    /// The axis of the largest component; the last of equal ones.
     #[inline]
     pub(super) fn largest(vector: Vec3) -> Self {
         let Vec3 { x, y, z } = vector.abs();
@@ -197,7 +197,7 @@ impl Axis {
         }
     }
 
-    /// The two axes after it, in a cycle, and itself.
+    /// The two axes after it, in a cycle, and the axis itself.
     #[inline(always)]
     pub(super) fn order(self) -> [usize; 3] {
         match self {

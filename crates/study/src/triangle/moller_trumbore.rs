@@ -52,7 +52,7 @@ impl TriangleTest for MollerTrumbore {
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumboreBundle {
     normal: Vec3,
-    /// What the dot products with the direction give of the second and third corner's weight, times the determinant.
+    /// Vectors whose dot products with the direction are the second and third corner's weights, times the determinant.
     weights: [Vec3; 2],
     /// t times the determinant.
     height: f32,

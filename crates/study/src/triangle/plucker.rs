@@ -1,4 +1,4 @@
-//! Plücker's coordinates: on which side of each edge's line a ray passes.
+//! Plücker coordinates: tell the side on which a ray passes each edge's line.
 //!
 //! Erickson, *Pluecker coordinates*, 1997; Shoemake, *Plücker coordinate tutorial*, 1998.
 
@@ -10,8 +10,8 @@ use super::{Bundle, BundleTest, Hits, Rays, TriangleTest};
 /// Benthin, *Realtime ray tracing on current CPU architectures*, 2006 (Rahikainen 2013, §2.1): the inner products
 /// of the ray's line with the edges' lines have one sign. 88 bytes.
 ///
-/// Six multiplications for each edge, and t only for what is inside: two dot products and a division. Coordinates are
-/// the world's, so it loses digits far from the origin.
+/// Six multiplications for each edge, and t only for rays inside: two dot products and a division. Coordinates are the
+/// world's, so it loses digits far from the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Plucker {
     /// The edge opposite each corner as p − q and p × q.
@@ -51,8 +51,8 @@ impl TriangleTest for Plucker {
     }
 }
 
-/// Plücker's test for rays that share an origin (Benthin 2006; Rahikainen 2013, Algorithm 2.1.3): with that for the
-/// world's origin, the ray's moment is zero. Both sides are hit. 52 bytes.
+/// Plücker's test for rays that share an origin (Benthin 2006; Rahikainen 2013, Algorithm 2.1.3): with it as the
+/// world's origin, the rays' moments are zero. Both sides are hit. 52 bytes.
 ///
 /// Three dot products for the edges, one more and a division for a hit.
 #[derive(Clone, Copy, Debug)]

@@ -1,13 +1,13 @@
-//! What the tests are given, and what they give back.
+//! Input and output of the tests.
 
 use super::lanes::{LaneMask, Lanes, cross};
 
 /// A ray in f32, or sixteen: `origin + t · direction` for t in the open interval (`t_min`, `t_max`).
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<L> {
-    /// Where t is zero, in world units.
+    /// The point at t = 0, in world units.
     pub origin: [L; 3],
-    /// Any length; t counts in it.
+    /// Any length, the unit of t.
     pub direction: [L; 3],
     /// `direction` × `origin`: with `direction`, a line's Plücker coordinates.
     pub moment: [L; 3],
@@ -28,7 +28,7 @@ impl<L: Lanes> Rays<L> {
 /// A ray in f32, or sixteen, whose origin the test knows: t in the open interval (`t_min`, `t_max`).
 #[derive(Clone, Copy, Debug)]
 pub struct Bundle<L> {
-    /// Any length; t counts in it.
+    /// Any length, the unit of t.
     pub direction: [L; 3],
     /// Hits at or before this t don't count.
     pub t_min: L,
@@ -36,10 +36,10 @@ pub struct Bundle<L> {
     pub t_max: L,
 }
 
-/// Where rays hit a triangle.
+/// Hits of rays on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Hits<L: Lanes> {
-    /// Which rays do: at least one. The other numbers mean nothing for those that don't.
+    /// The rays that hit: at least one. The other numbers are undefined for rays that don't.
     pub mask: L::Mask,
     /// Distances along the rays, in lengths of their directions.
     pub t: L,
@@ -48,17 +48,17 @@ pub struct Hits<L: Lanes> {
 }
 
 impl<L: Lanes> Hits<L> {
-    /// Hits of rays of a `mask` whose t is in the open interval; `None` if none are.
+    /// Hits of the rays of `mask` whose t is in the open interval; `None` if there are none.
     #[inline(always)]
     pub(super) fn within([t_min, t_max]: [L; 2], mask: L::Mask, t: L, barycentric: [L; 2]) -> Option<Self> {
         let mask = mask & t_min.is_below(t) & t.is_below(t_max);
         mask.any().then_some(Self { mask, t, barycentric })
     }
 
-    /// The same with t and weights that are still to be divided by a `determinant`. Its sign doesn't matter to t; the
-    /// weights have been freed from it. Where it is zero there is no hit.
+    /// The same with t and weights that are still to be divided by a `determinant`. Its sign doesn't matter to t, and
+    /// must already be removed from the weights. If it is zero there is no hit.
     ///
-    /// Only what is inside the interval is divided.
+    /// Only a t inside the interval is divided.
     #[inline(always)]
     pub(super) fn divided(
         [t_min, t_max]: [L; 2],
@@ -69,7 +69,7 @@ impl<L: Lanes> Hits<L> {
     ) -> Option<Self> {
         let sign = determinant.sign();
         let (determinant, t) = (determinant * sign, t * sign);
-        // For a determinant of zero an infinite limit becomes NaN, and finite ones leave nothing between them.
+        // For a determinant of zero an infinite limit becomes NaN, and finite ones leave an empty interval.
         let mask = mask & (t_min * determinant).is_below(t) & t.is_below(t_max * determinant);
         if !mask.any() {
             return None;

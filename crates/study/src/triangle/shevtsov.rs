@@ -5,20 +5,19 @@ use glam::Vec3;
 use super::lanes::{Axis, LaneMask, Lanes};
 use super::{Hits, Rays, TriangleTest};
 
-/// Shevtsov et al. 2007 (Rahikainen 2013, equation 2.13): Plücker's test in a projection along an axis, scaled by
-/// the normal's component there, so that nothing is divided but hits. 40 bytes.
+/// Shevtsov et al. 2007 (Rahikainen 2013, equation 2.13): Plücker's test in a projection along an axis, scaled by the
+/// normal's component there, so that only hits need a division. 40 bytes.
 ///
 /// Four multiplications for the plane, eight for the weights, and a division.
 #[derive(Clone, Copy, Debug)]
 pub struct Shevtsov {
-    /// The plane: the normal's components along the two axes that are kept, that along the third being one, and its
-    /// distance.
+    /// The plane: the normal's components along the two kept axes, scaled to a third component of one, and its distance.
     plane: [f32; 3],
     /// The first corner along the two axes.
     corner: [f32; 2],
     /// The edges from it along the two axes, divided by the normal's third component.
     edges: [[f32; 2]; 2],
-    /// The axis that is left out.
+    /// The axis of projection.
     axis: Axis,
 }
 

@@ -11,7 +11,7 @@ pub(super) const LANES: usize = 16;
 /// Half the distance from one to the next f32.
 const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
-/// Sixteen lines as linear functions of the way w along the major axis: (u, v) = position + slope · w. 256 bytes.
+/// Sixteen lines as linear functions of the position w along the major axis: (u, v) = position + slope · w. 256 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct LineBlock {
@@ -19,18 +19,18 @@ pub(super) struct LineBlock {
     slope: [[f32; LANES]; 2],
 }
 
-/// Finds in f32 which of some lines certainly miss a triangle, whatever they have in common.
+/// Finds in f32 lines that certainly miss a triangle; the lines need have nothing in common.
 pub(super) struct LineFilter {
     group: Group,
     origin: DVec3,
     unit: f64,
-    /// The largest position, counting what it is made of, and the largest slope.
+    /// The largest position, including its terms, and the largest slope.
     farthest: f64,
     steepest: f64,
 }
 
 impl LineFilter {
-    /// A filter for lines of a group, in coordinates in relation to `origin` and times `unit`.
+    /// A filter for lines of a group, in coordinates relative to `origin` and times `unit`.
     pub(super) fn new(group: Group, origin: DVec3, unit: f64) -> Self {
         Self { group, origin, unit, farthest: 0.0, steepest: 0.0 }
     }
@@ -50,10 +50,10 @@ impl LineFilter {
 
     /// Prepares a triangle.
     ///
-    /// With (f, g) a corner's distance from a line along u and v, at the corner's w, the edge function of two corners is
-    /// f g' − g f'. Each of the terms of f has five roundings at most, relative to r = |u| + |position| + |slope · w|, and so
-    /// has g; their products and the difference add two: 12 ε r r' for each of two products, taken as 32 in all. Distances
-    /// in f64 lose far less. The sum guards against products that are too small for an f32.
+    /// With (f, g) a corner's offset from a line along u and v, at the corner's w, the edge function of two corners is
+    /// f g' − g f'. Each of the terms of f has five roundings at most, relative to r = |u| + |position| + |slope · w|,
+    /// and so has g; their products and the difference add two: 12 ε r r' for each of two products, taken as 32 in all.
+    /// Offsets in f64 lose far less. The sum guards against products that are too small for an f32.
     pub(super) fn triangle(&self, corners: [Vec3; 3]) -> LineTriangle {
         let corners = corners.map(|corner| self.group.turned((corner.as_dvec3() - self.origin) * self.unit));
         let reach = corners.map(|[u, v, w]| u.abs().max(v.abs()) + self.farthest + self.steepest * w.abs() + 1e-12);
@@ -68,12 +68,12 @@ impl LineFilter {
 /// A triangle, to be tested against lines.
 pub(super) struct LineTriangle {
     corners: [[f32; 3]; 3],
-    /// How wrong each edge function may be.
+    /// Error bound of each edge function.
     bounds: [f32; 3],
 }
 
 impl LineTriangle {
-    /// Which lines of a block certainly miss the triangle, a bit for each.
+    /// A mask of a block's lines that certainly miss the triangle.
     #[inline(always)]
     pub(super) fn missed<S: Simd>(&self, simd: S, lines: &LineBlock) -> u16 {
         let f = self.offsets(simd, lines, 0);
@@ -86,7 +86,7 @@ impl LineTriangle {
         (positive & negative).to_bitmask() as u16
     }
 
-    /// How far each corner is from each line along u or v.
+    /// Offset of each corner from each line along u or v.
     #[inline(always)]
     fn offsets<S: Simd>(&self, simd: S, lines: &LineBlock, axis: usize) -> [f32x16<S>; 3] {
         let position = f32x16::from_slice(simd, &lines.position[axis]);

@@ -11,17 +11,17 @@ use umbrage_rays::{Hit, Ray, Triangles, UniformGrid};
 
 use lines::{LANES, LineBlock, LineFilter};
 
-/// Most rays that are traced together.
+/// Maximum number of rays that are traced together.
 const MOST_RAYS: usize = 256;
 
-/// Most blocks of 16 rays.
+/// Maximum number of blocks of 16 rays.
 const MOST_BLOCKS: usize = MOST_RAYS / LANES;
 
-/// Does what [`nearest`](umbrage_rays::SingleRays::nearest) does for each of `rays`, which may start anywhere and go anywhere: the hit of
-/// each is written to the same index of `hits`, `None` for a miss.
+/// [`nearest`](umbrage_rays::SingleRays::nearest) for each of `rays`, with any origins and directions: the hit of each
+/// is written to the same index of `hits`, `None` for a miss.
 ///
-/// Up to 256 rays in a row are traced together, those that agree about the sign of a major axis (Wald et al. 2006,
-/// §2.2): it pays where neighbours run side by side.
+/// Up to 256 consecutive rays are traced together, those that agree about the sign of a major axis (Wald et al. 2006,
+/// §2.2): it pays if neighbours run side by side.
 ///
 /// # Panics
 /// If there are more or fewer `hits` than `rays`.
@@ -48,7 +48,7 @@ pub fn nearest_of_packet(
     }
 }
 
-/// Does what [`blocked`](umbrage_rays::SingleRays::blocked) does for each of `rays`, the points of which are on the triangles `own`.
+/// [`blocked`](umbrage_rays::SingleRays::blocked) for each of `rays`, whose points are on the triangles `own`.
 ///
 /// Rays are traced together as by [`nearest_of_packet`].
 ///
@@ -77,8 +77,8 @@ pub fn blocked_of_packet(
     }
 }
 
-/// Calls `ask` with the index of each ray and each triangle that it may hit, until it says by its result that nothing
-/// at that t or later matters to the ray. Knows both by reference, so that this is compiled once.
+/// Calls `ask` with the index of each ray and each triangle that it may hit; the result is the t beyond which hits
+/// don't matter to the ray. Takes both functions by reference, so that this is compiled once.
 fn visit_packet(
     grid: &UniformGrid,
     triangles: Triangles<'_>,
@@ -116,7 +116,7 @@ struct Line {
     origin: DVec3,
     direction: DVec3,
     t_min: f64,
-    /// Nothing at this t or later matters.
+    /// The t from which on hits don't matter.
     t_max: f64,
 }
 
@@ -128,7 +128,7 @@ struct Lines<'a> {
     lines: [Line; MOST_RAYS],
     blocks: [LineBlock; MOST_BLOCKS],
     filter: LineFilter,
-    /// How far along the major axis something may still matter to some ray, in cells.
+    /// Last position along the major axis at which a hit may matter to a ray, in cells.
     last: f64,
     ask: &'a mut dyn FnMut(usize, u32) -> f64,
 }
@@ -142,7 +142,7 @@ impl<'a> Lines<'a> {
         unit: f64,
         ask: &'a mut dyn FnMut(usize, u32) -> f64,
     ) -> Self {
-        // Near the scene, whose corners are counted from there.
+        // The rays' origin if it is near the scene; corners are relative to it.
         let middle = lattice.corner + lattice.cells.as_dvec3() * (0.5 * lattice.side);
         let is_near = (origin - middle).abs().max_element() < lattice.side * f64::from(lattice.cells.max_element());
         let origin = if is_near { origin } else { middle };
@@ -175,13 +175,13 @@ impl<'a> Lines<'a> {
         blocks.flat_map(|(block, &members)| lanes_of(members).map(move |lane| block * LANES + lane))
     }
 
-    /// How far along the major axis a ray is at t.
+    /// Position of a ray along the major axis at t.
     fn way(&self, line: &Line, t: f64) -> f64 {
         let axis = self.group.axes[2];
         (line.origin[axis] + line.direction[axis] * t) * self.group.sign
     }
 
-    /// The beam around all rays, and from which to which w it goes.
+    /// The beam around all rays, and its interval of w.
     ///
     /// The lowest coordinate of several lines is a concave function of w, the highest a convex one: between two slices'
     /// faces the chords of both hold all rays (the bounding planes of Wald et al. 2006, §2.2).
@@ -199,14 +199,14 @@ impl<'a> Lines<'a> {
         // Slopes are four at most. Twice as many roundings as in other packets, for the chords.
         const ROUNDINGS: f64 = 1.0 / (1_u64 << 39) as f64;
         beam.slack = Lattice::DOUBT + ROUNDINGS * 16.0 * (reach + f64::from(lattice.cells.max_element()));
-        // Ways that aren't numbers, of rays that hit nothing, give way here.
+        // NaN, of rays that hit nothing, is dropped here.
         let enter = (enter - beam.slack).floor().max(first).min(first + cells - 1.0);
         let leave = (leave + beam.slack).ceil().max(enter + 1.0).min(first + cells);
         let [near, far] = [enter, leave].map(|way| self.bounds(way));
         for bound in 0..4 {
             beam.rate[bound] = (far[bound] - near[bound]) / (leave - enter);
             beam.base[bound] = near[bound] - beam.rate[bound] * enter;
-            // Rays from so far away that numbers don't reach are anywhere.
+            // Rays from so far away that f64 overflows may be anywhere.
             if !beam.base[bound].is_finite() {
                 (beam.base[bound], beam.rate[bound]) = (f64::NEG_INFINITY, 0.0);
             }
@@ -214,7 +214,7 @@ impl<'a> Lines<'a> {
         (beam, [enter, leave])
     }
 
-    /// The box around all rays at a way along the major axis, as in [`Beam`].
+    /// The box around all rays at a position along the major axis, as in [`Beam`].
     fn bounds(&self, way: f64) -> [f64; 4] {
         let [u, v, w] = self.group.axes;
         let mut bounds = [f64::INFINITY; 4];
@@ -262,7 +262,7 @@ impl Visitor for Lines<'_> {
     }
 }
 
-/// The indices of a word's bits.
+/// Indices of a word's set bits.
 fn lanes_of(mut bits: u16) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;

@@ -1,4 +1,4 @@
-//! Shafts through the kd-tree, with each entry, culling and mailbox, against the predicate asked about every triangle.
+//! Shafts through the kd-tree, with each entry, culling and mailbox, against the predicate for every triangle.
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
@@ -40,13 +40,13 @@ fn bits(hits: &[Option<Hit>]) -> Vec<Option<(u32, u64, [f32; 2])>> {
     hits.iter().map(|hit| hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric))).collect()
 }
 
-/// Compares all forms with the predicate, on each of the levels; how many rays hit.
+/// Compares all forms with the predicate, on each of the levels; returns the number of hits.
 fn check_levels(mesh: &Mesh, rays: &[Ray], levels: &[SimdLevel], counts: impl Fn(&Hit) -> bool + Copy) -> usize {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest_of_all(triangles, ray, counts)).collect();
     for tree in levels.iter().flat_map(|&level| trees(triangles, level)) {
         for options in forms() {
-            // What was there before is forgotten.
+            // Old contents are overwritten.
             let mut hits = vec![Some(Hit { t: 0.0, triangle: 0, barycentric: [0.0; 2] }); rays.len()];
             let _ = nearest_of_shafts(&tree, triangles, rays, options, counts, &mut hits);
             if let Some(wrong) = (0..rays.len()).find(|&index| bits(&hits)[index] != bits(&expected)[index]) {
@@ -97,7 +97,7 @@ fn coherent_rays_hit_what_the_predicate_says() {
     assert!(hits > 400, "{hits}");
 }
 
-/// Tiles of four packets of 16×16 rays, which begin where their tile's corners say, and again where their own say.
+/// Tiles of four packets of 16×16 rays, which begin at the entry of their tile's corners, and again at that of their own.
 #[test]
 fn rays_that_begin_with_their_tile_hit_what_the_predicate_says() {
     const SIDE: usize = 32;
@@ -154,13 +154,13 @@ fn incoherent_rays_hit_what_the_predicate_says() {
         if let Some(hit) = nearest_of_all(mesh.triangles(), &ray, |_| true) {
             let origin = ray.origin + ray.direction * hit.t;
             rays.push(Ray::new(origin, (random.point() + Vec3::Y * 0.7).as_dvec3()));
-            // All in about one direction, from different places.
+            // All in about one direction, from different origins.
             rays.push(Ray::new(origin, (random.point() * 0.1).as_dvec3() - ray.direction));
         }
     }
     rays.sort_by(|a, b| a.direction.x.total_cmp(&b.direction.x));
     assert!(check(&mesh, &rays) > 50);
-    // Some from far away among the others, and numbers that can't be trusted.
+    // Some from far away among the others, and extreme lengths.
     let mut rays: Vec<_> = (0..60).map(|step| random_ray(&mut random, [2.0, 3.0, 1e9, 1e38][step % 4])).collect();
     rays[7].direction *= 1e90;
     rays[17].direction *= 1e-90;
@@ -176,7 +176,7 @@ fn rays_in_planes_and_along_axes_hit_what_the_predicate_says() {
     let mut random = Random(5);
     let mesh = blocks(&mut random, 80);
     let mut rays = support::rays_in_planes(&mut random, 60);
-    // Those along each axis side by side.
+    // Rays along the same axis side by side.
     rays.sort_by_key(|ray| ray.direction.to_array().map(|component| component == 0.0));
     assert!(check(&mesh, &rays) > 100);
     for axis in [DVec3::X, DVec3::NEG_Y, DVec3::Z] {

@@ -11,7 +11,7 @@ fn threads_wait_for_what_comes_before() {
     tasks.add(2, &[left, right]);
     assert_eq!(tasks.total(), 15);
     assert_eq!(tasks.simulated(1), 15);
-    // 3, then 4 and 1 beside 5, then 2; more threads have nothing to do.
+    // 3, then 4 and 1 beside 5, then 2; more threads stay idle.
     assert_eq!([2, 3, 16].map(|threads| tasks.simulated(threads)), [10; 3]);
     assert_eq!(Tasks::default().simulated(4), 0);
 }

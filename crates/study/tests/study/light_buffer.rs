@@ -5,7 +5,7 @@ use umbrage_study::light_buffer::LightBuffer;
 
 use crate::support::{Mesh, Random, random_ray};
 
-/// How many points of random rays are in shadow, of which the buffer says what the hierarchy does.
+/// Number of points of random rays in shadow, for which the buffer agrees with the hierarchy, and of hidden entries.
 fn check(mesh: &Mesh, light: Vec3, side: u32) -> [usize; 2] {
     let triangles = mesh.triangles();
     let mut hierarchy = Bvh::default();

@@ -7,7 +7,7 @@ use crate::support::{Mesh, Random, blocked_by_any, blocks, grazing_rays, nearest
 
 const LIGHT: LightSource = LightSource::Point { position: Vec3::new(1.5, 2.5, 0.7) };
 
-/// A ray that goes on from a hit, in some direction; from every fifth none does.
+/// A ray in some direction from a hit; none for every fifth.
 fn scatter(index: usize, ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Option<Ray> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a).normalize_or(DVec3::Y);
@@ -15,7 +15,7 @@ fn scatter(index: usize, ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Option<Ray
     (!index.is_multiple_of(5)).then(|| Ray::new(HitPoint::new(ray, hit.t).position + normal * 1e-3, normal + turn))
 }
 
-/// The answers that asking about every triangle gives.
+/// The answers of a test of every triangle.
 fn truth(mesh: &Mesh, rays: &[Ray]) -> Answers {
     let nothing = || [vec![None; rays.len()], vec![None; rays.len()]];
     let mut answers = Answers { hits: nothing(), lit: nothing().map(|all| all.iter().map(Option::is_some).collect()) };

@@ -1,4 +1,4 @@
-//! Batches of rays in all orders, by all methods, against the hierarchy asked about one ray at a time.
+//! Batches of rays in all orders, by all methods, against the hierarchy's single rays.
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
@@ -32,8 +32,8 @@ fn bits(hit: &Option<Hit>) -> Bits {
     hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric.map(f32::to_bits)))
 }
 
-/// Compares all methods with single rays at a level, shadow rays from what was hit to some lights as well. How many rays hit, and
-/// how many of the shadow rays are blocked.
+/// Compares all methods with single rays at a level, including shadow rays from the hits to some lights. Returns the
+/// numbers of hits and of blocked shadow rays.
 #[track_caller]
 fn check_at(
     level: SimdLevel,
@@ -64,7 +64,7 @@ fn check_at(
     let expected_shadows: Vec<_> =
         shadow_rays.iter().zip(&own).map(|(ray, &own)| bvh.blocked(triangles, ray, own, lets)).collect();
     for how in methods() {
-        // What was there before is forgotten.
+        // Old contents are overwritten.
         let mut hits = vec![Some(Hit { t: 0.0, triangle: 0, barycentric: [0.0; 2] }); rays.len()];
         nearest(&bvh, triangles, (rays, &kinds(rays.len())), how, &stops, &mut hits);
         for (index, (found, expected)) in hits.iter().zip(&expected).enumerate() {
@@ -124,7 +124,7 @@ fn awkward_batches_hit_what_single_rays_do() {
     rays.extend(rays_with_intervals(cubes.triangles(), &mut random, 200));
     let [hit, _] = check(&cubes, &rays);
     assert!(hit > 200, "{hit}");
-    // Of all sizes and far away, where f32 holds little.
+    // Of all sizes and far away, where f32 is coarse.
     for (scale, offset) in [(1e-18, 0.0), (1e12, 0.0), (1.0, 3e4), (1e-3, 7.0)] {
         let moved = scene(&mut random).moved(scale, Vec3::splat(offset));
         let place = |ray: Ray| Ray {
@@ -182,7 +182,7 @@ fn demo_scenes_are_the_same_in_batches() {
     }
 }
 
-/// What methods are for: the bounds of rays that run together leave boxes out, and what is regrouped fills its lanes.
+/// The methods reach their goals: the bounds of parallel rays cull boxes, and regrouped packets fill their lanes.
 #[test]
 fn coherent_rays_take_fewer_tests_together() {
     let mut random = Random(5);

@@ -1,4 +1,4 @@
-//! The fast triangle tests against the predicate, within the bounds that they state.
+//! The fast triangle tests against the predicate, within their documented bounds.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use glam::{DVec3, Vec3};
@@ -12,7 +12,7 @@ use umbrage_study::triangle::{
 
 use crate::support::{Mesh, Random};
 
-/// A ray whose numbers are all f32.
+/// A ray with coordinates in f32.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     origin: Vec3,
@@ -56,17 +56,17 @@ fn found(hits: Option<Hits<f32>>) -> Found {
     })
 }
 
-/// A test as it is checked.
+/// A test with its forms and bound.
 struct Subject {
     name: &'static str,
     bound: Bound,
     single: fn(Corners, &Line) -> Found,
-    /// Sixteen rays with one origin; only the tests for any rays may be given others.
+    /// Sixteen rays; only tests for any rays accept several origins.
     sixteen: fn(SimdLevel, Corners, &[Line; 16]) -> [Found; 16],
     shares_origin: bool,
 }
 
-/// How a test's errors grow, as its documentation says.
+/// How a test's errors grow, by its documentation.
 #[derive(Clone, Copy, Debug)]
 enum Bound {
     Edges,
@@ -102,7 +102,7 @@ fn of_bundle<T: BundleTest>(bound: Bound) -> Subject {
     Subject { name: T::NAME, bound, single: single::<T>, sixteen: sixteen::<T>, shares_origin: true }
 }
 
-/// A fan of one triangle, each of whose corners is its centre in turn.
+/// A fan of one triangle; each corner is the centre in turn.
 fn of_fan() -> Subject {
     fn fan(corners: Corners) -> Fans {
         let turn = corners[0].x.to_bits() % 3;
@@ -164,7 +164,7 @@ fn lanes<S: Simd>(hits: Option<Hits<f32x16<S>>>) -> [Found; 16] {
 }
 
 impl Bound {
-    /// How wrong weights and t may be, for a ray's line that meets the triangle's plane at `t`.
+    /// Error bounds of weights and t, for a ray's line that meets the triangle's plane at `t`.
     fn of(self, line: &Line, corners: Corners, t: f64) -> [f64; 2] {
         const FACTOR: f64 = 16.0 / (1 << 24) as f64;
         let (origin, direction) = (line.origin.as_dvec3(), line.direction.as_dvec3());
@@ -191,13 +191,13 @@ impl Bound {
     }
 }
 
-/// How many pairs were compared, and which share of them was too near a limit to be held to the predicate's answer.
+/// Number of compared pairs, and of pairs too near a limit to be compared with the predicate's answer.
 #[derive(Debug, Default)]
 struct Tally {
     pairs: usize,
     hits: usize,
     borderline: usize,
-    /// The largest errors of weights and t, in bounds.
+    /// The largest errors of weights and t, relative to the bounds.
     worst: [f64; 2],
 }
 
@@ -206,7 +206,7 @@ impl Tally {
         self.borderline as f64 / self.pairs as f64
     }
 
-    /// Compares what was `found` with the predicate.
+    /// Compares `found` with the predicate.
     fn note(&mut self, subject: &Subject, line: &Line, corners: Corners, found: Found) {
         let ray = line.exact();
         let relative = corners.map(|corner| corner.as_dvec3() - ray.origin);
@@ -222,7 +222,7 @@ impl Tally {
         let expected = crossing(&ray, corners).filter(|crossing| ray.t_min < crossing.t && crossing.t < ray.t_max);
         let margin = weights.iter().fold(f64::INFINITY, |least, &weight| least.min(weight)).abs();
         let to_limits = (t - ray.t_min).abs().min((t - ray.t_max).abs());
-        // Not a number is in doubt as well.
+        // NaN is uncertain as well.
         let is_certain = margin > of_weights && to_limits > of_t;
         self.pairs += 1;
         self.borderline += usize::from(!is_certain);
@@ -237,7 +237,7 @@ impl Tally {
             // The predicate's own weights are rounded to f32.
             let off = (f64::from(v) - expected_v).abs().max((f64::from(w) - expected_w).abs()) - 1e-7;
             let errors = [off / of_weights, (f64::from(t) - expected.t).abs() / of_t];
-            // Bounds of more than a tenth say nothing of f32 any more.
+            // Bounds of more than a tenth say nothing about f32.
             if of_weights < 0.1 {
                 assert!(errors[0] <= 1.0 && errors[1] <= 1.0, "{errors:?} {found:?} {expected:?} {}", describe());
                 self.worst = [self.worst[0].max(errors[0]), self.worst[1].max(errors[1])];
@@ -321,7 +321,7 @@ fn rays_beside_edges_and_vertices_hit_what_the_predicate_says() {
     for subject in subjects() {
         let tally = check(&subject, &cases);
         println!("{}: {tally:?}", subject.name);
-        // What aims at an edge, or 1e-7 beside it, is half of all.
+        // Half of the rays aim at an edge, or 1e-7 beside it.
         assert!((0.2..0.65).contains(&tally.borderline_share()), "{}: {tally:?}", subject.name);
     }
 }
@@ -422,7 +422,7 @@ fn the_interval_is_open() {
     ];
     for subject in subjects() {
         for (interval, is_hit) in cases {
-            // Integers compare with numbers alone, as its documentation says.
+            // Integer comparisons need a finite, non-empty interval, as its documentation says.
             let is_interval = interval[0].is_finite() && interval[0] < interval[1];
             if subject.name == Wachter::NAME && !is_interval {
                 continue;
@@ -500,7 +500,7 @@ fn fans_hit_what_their_triangles_do() {
     let mut soup = Mesh::soup(&mut random, 40, 0.3);
     soup.append(&Mesh::bumpy_ball(Vec3::ZERO, 1.0, 8));
     let mut odd = Mesh::floor(5, 2.0);
-    // Turned around, doubled, degenerate, out of range, not finite.
+    // Reversed, duplicated, degenerate, out of range, not finite.
     odd.indices.extend([[1, 0, 7], [0, 1, 7], [0, 1, 7], [3, 3, 4], [0, 1, 999]]);
     odd.push([Vec3::ZERO, Vec3::X, Vec3::NAN]);
     for (mesh, most_fans) in [

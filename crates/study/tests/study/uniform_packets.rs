@@ -11,7 +11,7 @@ fn grid(mesh: &Mesh, packet: PacketSide) -> UniformGrid {
     grid_of(mesh, UniformOptions { packet, ..UniformOptions::DEFAULT })
 }
 
-/// A coarse grid, in which many cells hold grids.
+/// A coarse grid with grids in many of its cells.
 fn nested(mesh: &Mesh, packet: PacketSide) -> UniformGrid {
     let nested = UniformOptions { cells_per_triangle: 0.3, nested_above: Some(8), ..UniformOptions::DEFAULT };
     grid_of(mesh, UniformOptions { packet, ..nested })
@@ -56,7 +56,7 @@ fn room() -> Mesh {
     mesh
 }
 
-/// Rays side by side, all over the place, along axes, from far away and with all kinds of intervals.
+/// Rays side by side, in all directions, along axes, from far away and with all kinds of intervals.
 fn bundles(random: &mut Random) -> Vec<Vec<Ray>> {
     let mut bundles = Vec::new();
     for step in 0..40 {

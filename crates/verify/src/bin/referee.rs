@@ -1,4 +1,4 @@
-//! Asks every structure about random scenes, and the referee whether the answers are true.
+//! Compares every structure's answers for random scenes with the referee.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
@@ -48,7 +48,7 @@ fn minutes(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(is_possible).ok_or_else(|| "a number above zero is needed, such as 5 or 0.5".to_owned())
 }
 
-/// Scenes with disagreements that are printed.
+/// Maximum number of scenes whose disagreements are printed.
 const MOST_PRINTED: usize = 20;
 
 fn main() -> Result<ExitCode> {

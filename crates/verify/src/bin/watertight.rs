@@ -1,4 +1,4 @@
-//! Sends rays at the edges and corners that triangles share: none may slip through, and nothing may shadow itself.
+//! Sends rays at shared edges and corners of triangles: none may slip through, and nothing may shadow itself.
 #![forbid(unsafe_code)]
 
 use std::time::Instant;

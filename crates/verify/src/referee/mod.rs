@@ -1,18 +1,19 @@
-//! The referee: what rays hit and what shadows points, by definitions in real numbers.
+//! The referee: hits and shadows by definitions in real numbers.
 //!
-//! It shares no code with the predicate and has no tolerance of its own. u is 2⁻⁵³, and all that a definition doesn't say to
-//! round is exact. What isn't finite meets nothing.
+//! It shares no code with the predicate and has no tolerance of its own. u is 2⁻⁵³, and arithmetic is exact unless a
+//! definition says that it is rounded. Rays and triangles that aren't finite meet nothing.
 //!
-//! - **Hit.** A ray's line meets a triangle where the edge functions d · ((p − o) × (q − o)) of its three edges have no two
-//!   opposite signs and aren't all zero, at t = n · (a − o) / n · d, rounded to the nearest f64, with n = (b − a) × (c − a). The
-//!   ray hits it where t is in its open interval; the least t is the nearest hit, and of equal ones the lowest id.
-//! - **Point.** What is hit at t is at P = o + t d in f64, and in truth in the box between the f64 P − e and P + e on each axis,
+//! - **Hit.** A ray's line meets a triangle if the edge functions d · ((p − o) × (q − o)) of its three edges have no
+//!   two opposite signs and aren't all zero, at t = n · (a − o) / n · d, rounded to the nearest f64, with
+//!   n = (b − a) × (c − a). The ray hits it if t is in its open interval; the least t is the nearest hit, and of equal
+//!   ones the lowest id.
+//! - **Point.** A hit at t is at P = o + t d in f64, and in truth in the box between the f64 P − e and P + e on each axis,
 //!   e being 4 u times the sum of the largest components of t d and of P in f64.
-//! - **Shadow.** A light at L, with d = P − L in f64, leaves the point in the shadow of a triangle other than its own where the
+//! - **Shadow.** A light at L, with d = P − L in f64, leaves the point in the shadow of a triangle other than its own if the
 //!   line through L along d meets the triangle, L is strictly on the side of its plane that d comes from, and the whole box
-//!   strictly on the side that d goes to. Parallel light along v does where the line through P along −v meets it, and the
+//!   strictly on the side that d goes to. Parallel light along v does if the line through P along −v meets it, and the
 //!   whole box is strictly on the side that −v comes from.
-//! - **Cone.** A spot at L with the axis a and the half-angle θ lights P where a · d > 0 and (a · d)² ≥ cos² θ |a|² |d|², with
+//! - **Cone.** A spot at L with the axis a and the half-angle θ lights P if a · d > 0 and (a · d)² ≥ cos² θ |a|² |d|², with
 //!   d = P − L, all of it in f64 from left to right.
 
 mod real;
@@ -51,11 +52,11 @@ fn cross<R: Real>(a: &Vector<R>, b: &Vector<R>) -> Vector<R> {
     [component(1, 2), component(2, 0), component(0, 1)]
 }
 
-/// A number whose sign is asked for.
+/// A formula whose sign is wanted.
 trait Formula {
     fn value<R: Real>(&self) -> R;
 
-    /// By intervals where they can tell, else by big numbers.
+    /// The sign, from intervals if they can tell, else from big numbers.
     fn sign(&self) -> Ordering {
         self.value::<Interval>().sign().or_else(|| self.value::<Big>().sign()).expect("big numbers have signs")
     }
@@ -81,7 +82,7 @@ fn normal<R: Real>(corners: [DVec3; 3]) -> Vector<R> {
     cross(&minus(&b, &a), &minus(&c, &a))
 }
 
-/// n · (x − a): on which side of the triangle's plane a point is.
+/// n · (x − a): the side of the triangle's plane that a point is on.
 struct Height {
     corners: [DVec3; 3],
     point: DVec3,
@@ -93,7 +94,7 @@ impl Formula for Height {
     }
 }
 
-/// n · d: to which side of the triangle's plane a direction goes.
+/// n · d: the side of the triangle's plane that a direction goes to.
 struct Slope {
     corners: [DVec3; 3],
     direction: DVec3,
@@ -113,8 +114,8 @@ fn is_met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
 }
 
-/// Where a ray hits a triangle: from the side from which its corners are seen counterclockwise, and if it has a back from the
-/// other too.
+/// t at which a ray hits a triangle: from the side on which its corners are counterclockwise, and from the other side
+/// too if it has a back.
 #[must_use]
 pub fn hit(ray: &Ray, corners: [Vec3; 3], has_back: bool) -> Option<f64> {
     let corners = corners.map(Vec3::as_dvec3);
@@ -125,12 +126,12 @@ pub fn hit(ray: &Ray, corners: [Vec3; 3], has_back: bool) -> Option<f64> {
     if !has_back && slope.sign() != Ordering::Less {
         return None;
     }
-    // The ray's origin is as high over the plane as t n · d is below.
+    // The ray's origin is as far above the plane as t n · d goes down.
     let t = -nearest_quotient(&Height { corners, point: ray.origin }.value(), &slope.value());
     (ray.t_min < t && t < ray.t_max).then_some(t)
 }
 
-/// What a light doesn't reach past other triangles.
+/// A point that may be shadowed.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// P.
@@ -140,7 +141,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// What a ray hits at t.
+    /// The point of a hit at t.
     #[must_use]
     pub fn new(ray: &Ray, t: f64) -> Self {
         const FOUR_ROUNDINGS: f64 = 1.0 / (1_u64 << 51) as f64;
@@ -151,7 +152,7 @@ impl Point {
         Self { position, ends: [position - error, position + error] }
     }
 
-    /// On which side of a plane the whole box strictly is; `Equal` where the plane meets it.
+    /// The side of a plane that the whole box is strictly on; `Equal` if the plane meets it.
     fn side(&self, corners: [DVec3; 3]) -> Ordering {
         let [low, high] = self.ends;
         let end = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
@@ -161,7 +162,7 @@ impl Point {
         if sides.all(|side| side == first) { first } else { Ordering::Equal }
     }
 
-    /// Whether a light shines towards the point at all.
+    /// Whether the point is in the light's cone, if it has one.
     #[must_use]
     pub fn is_in_cone(&self, light: &LightSource) -> bool {
         let LightSource::Spot { position, direction, outer_radians, .. } = *light else { return true };
@@ -175,8 +176,8 @@ impl Point {
         sum(a, d) > 0.0 && sum(a, d) * sum(a, d) >= squared_cosine * sum(d, d)
     }
 
-    /// Whether a triangle other than the point's own leaves it in shadow: where the light falls on its front, from which its
-    /// corners are seen counterclockwise, and if it has a back on the other side too.
+    /// Whether a triangle other than the point's own leaves it in shadow: if the light falls on its front, on which its
+    /// corners are counterclockwise, and on the other side too if it has a back.
     #[must_use]
     pub fn is_shadowed(&self, light: &LightSource, corners: [Vec3; 3], has_back: bool) -> bool {
         let corners = corners.map(Vec3::as_dvec3);
@@ -190,7 +191,7 @@ impl Point {
             return false;
         }
         let ahead = Slope { corners, direction }.sign();
-        // The direction is against that of parallel light.
+        // Shadow rays of parallel light go against it.
         let on_front = match light {
             LightSource::Directional { .. } => Ordering::Greater,
             LightSource::Point { .. } | LightSource::Spot { .. } => Ordering::Less,
@@ -207,13 +208,13 @@ impl Point {
     }
 }
 
-/// What is true of each pixel of a case, whose triangles are taken for opaque.
+/// The truth for each pixel of a case; takes its triangles as opaque.
 #[must_use]
 pub fn truth(case: &Case) -> Truth {
     truth_of_some(case, 1)
 }
 
-/// The same of the first of each `every` pixels.
+/// The same for the first of each `every` pixels.
 #[must_use]
 pub fn truth_of_some(case: &Case, every: u32) -> Truth {
     let (shot, triangles) = (case.shot(), case.mesh.triangles());
@@ -232,7 +233,7 @@ pub fn truth_of_some(case: &Case, every: u32) -> Truth {
     })
 }
 
-/// A triangle's corners, where it has all of them.
+/// A triangle's corners, if all exist.
 fn corners(triangles: Triangles<'_>, id: u32) -> Option<[Vec3; 3]> {
     let [a, b, c] = triangles.indices[id as usize].map(|vertex| triangles.positions.get(vertex as usize));
     Some([*a?, *b?, *c?])
@@ -251,14 +252,14 @@ mod tests {
         assert_eq!(hit(&down(0.5, 0.5_f64.next_up()), corners, true), None);
         assert_eq!(hit(&Ray::new(DVec3::NEG_Z, DVec3::Z), corners, false), None);
         assert_eq!(hit(&Ray::new(DVec3::NEG_X, DVec3::X), corners, true), None, "edge-on");
-        // A point in the triangle's plane, and one as far below as its own error.
+        // A point in the triangle's plane, and one below it by its own error.
         let light = LightSource::Point { position: Vec3::new(0.2, 0.2, 3.0) };
         let at = |z: f64| Point::new(&Ray::new(DVec3::new(0.2, 0.2, z + 1.0), DVec3::NEG_Z), 1.0);
         assert!(!at(0.0).is_shadowed(&light, corners, true));
         assert!(!at(-4e-16).is_shadowed(&light, corners, true));
         assert!(at(-2e-15).is_shadowed(&light, corners, true));
         assert!(!at(2e-15).is_shadowed(&light, corners, true));
-        // Its front is where z is above zero.
+        // The front is towards positive z.
         let sun = |direction| LightSource::Directional { direction };
         assert!(at(-1.0).is_shadowed(&sun(Vec3::NEG_Z), corners, false));
         assert!(!at(-1.0).is_shadowed(&sun(Vec3::Z), corners, true));

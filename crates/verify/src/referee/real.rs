@@ -1,16 +1,16 @@
-//! Real numbers: as intervals of f64 that hold them, and as big integers times powers of two.
+//! Real numbers, enclosed by intervals of f64, or as big integers times powers of two.
 
 use std::cmp::Ordering;
 
 use num_bigint::{BigInt, Sign};
 
-/// What formulas are made of.
+/// Operations of formulas.
 pub(super) trait Real {
     fn of(value: f64) -> Self;
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
-    /// Less than zero, zero or more, if that is known.
+    /// The sign, if it is known.
     fn sign(&self) -> Option<Ordering>;
 }
 
@@ -18,7 +18,7 @@ pub(super) trait Real {
 pub(super) struct Interval(f64, f64);
 
 impl Interval {
-    /// The values between two that were rounded.
+    /// The interval between two rounded bounds.
     fn around(low: f64, high: f64) -> Self {
         Self(low.next_down(), high.next_up())
     }
@@ -39,7 +39,7 @@ impl Real for Interval {
 
     fn times(&self, other: &Self) -> Self {
         let ends = [self.0 * other.0, self.0 * other.1, self.1 * other.0, self.1 * other.1];
-        // A product of nothing and infinity is any number.
+        // Zero times infinity may be any number.
         if ends.iter().any(|end| end.is_nan()) {
             return Self(f64::NEG_INFINITY, f64::INFINITY);
         }
@@ -65,7 +65,7 @@ pub(super) struct Big {
 }
 
 impl Big {
-    /// The two mantissas at the lower exponent.
+    /// Both mantissas at the lower exponent.
     fn aligned(&self, other: &Self) -> (BigInt, BigInt, i64) {
         let exponent = self.exponent.min(other.exponent);
         let at = |number: &Self| &number.mantissa << (number.exponent - exponent) as u64;
@@ -79,7 +79,7 @@ impl Real for Big {
         let (bits, sign) = (value.to_bits(), if value.is_sign_negative() { -1_i64 } else { 1 });
         let (field, fraction) = ((bits >> 52 & 0x7ff) as i64, (bits & ((1 << 52) - 1)) as i64);
         let significand = if field == 0 { fraction } else { fraction | 1 << 52 };
-        // Zeros at the end would make alignment longer.
+        // Trailing zeros would make alignment longer.
         let zeros = significand.trailing_zeros() % 64;
         Self { mantissa: BigInt::from(sign * (significand >> zeros)), exponent: field.max(1) - 1075 + i64::from(zeros) }
     }
@@ -107,21 +107,21 @@ impl Real for Big {
     }
 }
 
-/// The f64 that is nearest to a ÷ b, the even one of two; for quotients in the range of normal numbers.
+/// The f64 nearest to a ÷ b, ties to even; for quotients in the range of normal numbers.
 pub(super) fn nearest_quotient(a: &Big, b: &Big) -> f64 {
     if a.mantissa.sign() == Sign::NoSign {
         return 0.0;
     }
     let sign = if a.mantissa.sign() == b.mantissa.sign() { 1.0 } else { -1.0 };
     let (a_bits, b_bits) = (a.mantissa.magnitude(), b.mantissa.magnitude());
-    // 54 or 55 bits of the quotient, and whether there are more.
+    // 54 or 55 bits of the quotient, and whether the rest isn't zero.
     let shift = b_bits.bits() as i64 + 54 - a_bits.bits() as i64;
     let (dividend, divisor) = (a_bits << shift.max(0) as u64, b_bits << (-shift).max(0) as u64);
     let quotient = &dividend / &divisor;
     let is_more = &quotient * &divisor != dividend;
     let mut quotient = u64::try_from(&quotient).expect("55 bits");
     let mut exponent = a.exponent - b.exponent - shift;
-    // One bit below the last of an f64, and one that says whether anything follows.
+    // One bit below the last of an f64, and a sticky bit for the rest.
     let spare = 64 - i64::from(quotient.leading_zeros()) - 54;
     let is_below = quotient & ((1 << spare) - 1) != 0 || is_more;
     (quotient, exponent) = (quotient >> spare, exponent + spare);
@@ -144,7 +144,7 @@ mod tests {
     fn quotients_are_rounded_as_f64_rounds() {
         let mut random = crate::Random::new(5);
         for step in 0..20_000 {
-            // Of few bits too, so that some are exact and some end halfway.
+            // Also with few bits, so that some quotients are exact and some are ties.
             let bits = [1, 20, 27, 53][step % 4];
             let [a, b] = [(); 2]
                 .map(|()| (random.bits() >> (64 - bits) | 1) as f64 * 2.0_f64.powi(random.below(90) as i32 - 45));

@@ -5,7 +5,7 @@ use umbrage_rays::{Camera, LightSource, Projection, Sides, View};
 
 use crate::{Case, MIXED_SIDES, Random, TestMesh, lights, views};
 
-/// The random scene of a seed: the same on every machine.
+/// The random scene of a seed, the same on every machine.
 #[must_use]
 pub fn random_case(seed: u64) -> Case {
     let random = &mut Random::new(seed);
@@ -13,7 +13,7 @@ pub fn random_case(seed: u64) -> Case {
     let (name, mesh) = kind(random);
     let camera = camera(random);
     let mut lights: Vec<LightSource> = (0..1 + random.below(3)).map(|_| light(random, &mesh, &camera)).collect();
-    // Powers of ten keep no bits, powers of two all of them.
+    // Scaling by a power of ten changes all bits, by a power of two none.
     let scale = match random.below(4) {
         0 => 10.0_f32.powi(random.below(75) as i32 - 37),
         1 => 2.0_f32.powi(random.below(201) as i32 - 100),
@@ -38,12 +38,12 @@ pub fn random_case(seed: u64) -> Case {
     }
 }
 
-/// A scene of about the size of one, and what it is.
+/// A scene about one unit in size, and its name.
 type Kind = fn(&mut Random) -> (String, TestMesh);
 
 const KINDS: [Kind; 7] = [reaching, slivers, stacks, bad_shapes, floors, soup, balls];
 
-/// From one to a thousand million.
+/// From 1 to 10⁹.
 fn reach(random: &mut Random) -> f32 {
     10.0_f32.powf(9.0 * random.unit())
 }
@@ -71,7 +71,7 @@ fn slivers(random: &mut Random) -> (String, TestMesh) {
     (format!("slivers that reach {reach:e}"), mesh)
 }
 
-/// Triangles that lie on one another: copies, parts of one plane, and neighbours by a few bits.
+/// Triangles on top of one another: copies, parts of one plane, and neighbours that differ by a few bits.
 fn stacks(random: &mut Random) -> (String, TestMesh) {
     let mut mesh = TestMesh::default();
     for _ in 0..5 {
@@ -82,7 +82,7 @@ fn stacks(random: &mut Random) -> (String, TestMesh) {
         let bits = |v: Vec3, random: &mut Random| v * (1.0 + random.below(5) as f32 * f32::EPSILON);
         mesh.push([a, b, c].map(|corner| bits(corner, random)));
     }
-    // All in one plane that no axis is in, and in one that two are in.
+    // All in one plane that no axis is parallel to, and in one that two axes are parallel to.
     let tilted = |x: f32, y: f32| Vec3::new(x, y, -0.375 * x + 0.25 * y);
     for _ in 0..4 {
         mesh.push(
@@ -95,13 +95,13 @@ fn stacks(random: &mut Random) -> (String, TestMesh) {
 
 fn bad_shapes(random: &mut Random) -> (String, TestMesh) {
     let mut mesh = TestMesh::bad_shapes(random);
-    // Some are enough, and take less time.
+    // A quarter of them is enough, and takes less time.
     let first = random.below(4);
     mesh.indices = mesh.indices.into_iter().skip(first).step_by(4).collect();
     ("bad shapes".to_owned(), mesh)
 }
 
-/// A lattice whose edges and corners are where rays go, with some corners raised by little.
+/// A lattice with edges and corners on rays, and some corners raised slightly.
 fn floors(random: &mut Random) -> (String, TestMesh) {
     let mut mesh = TestMesh::floor(4);
     for _ in 0..random.below(6) {
@@ -116,7 +116,7 @@ fn soup(random: &mut Random) -> (String, TestMesh) {
     ("a soup".to_owned(), TestMesh::soup(random, 40, 1e-4))
 }
 
-/// Closed surfaces, one in the other.
+/// Closed surfaces, one inside the other.
 fn balls(random: &mut Random) -> (String, TestMesh) {
     let mut mesh = TestMesh::bumpy_ball(1.0, 3 + random.below(4) as u32);
     mesh.append(&TestMesh::ball(1).placed(0.3 + random.unit(), random.point()));
@@ -130,7 +130,7 @@ fn camera(random: &mut Random) -> Camera {
         1 => random.point(),
         _ => random.point().normalize_or(Vec3::Z) * (1.5 + 3.0 * random.unit()),
     };
-    // From next to nothing to next to everything.
+    // From nearly zero to nearly π.
     let fov = match random.below(6) {
         0 => 1e-3 + random.unit() * 0.1,
         1 => 3.0 + random.unit() * 0.141,
@@ -148,7 +148,7 @@ fn camera(random: &mut Random) -> Camera {
 fn light(random: &mut Random, mesh: &TestMesh, camera: &Camera) -> LightSource {
     let vertex = mesh.positions[random.below(mesh.positions.len())];
     match random.below(9) {
-        // On a surface, in its plane, at the camera, far away.
+        // On a surface, in its plane, at the camera, and far away.
         0 if vertex.abs().max_element() < 1e3 => lights::point(vertex),
         1 => lights::point(Vec3::new(random.unit() * 5.0, -1.0, random.unit() * 5.0)),
         2 => lights::point(camera.position),

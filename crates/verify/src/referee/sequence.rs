@@ -1,4 +1,4 @@
-//! Renderers that are kept over frames that change, beside the referee.
+//! Compares renderers that are kept over changing frames with the referee.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use umbrage_rays::{Choice as _, LightSource, SimdLevel};
 use super::{compare, random_case};
 use crate::{Case, MIXED_SIDES, Random, TestMesh, Truth};
 
-/// Frames in a row: each a structure, and a case that changes the one before.
+/// Successive frames: each a structure, and a case that changes the one before.
 ///
 /// The same on every machine. In half of the frames the structure stays.
 #[must_use]
@@ -30,14 +30,14 @@ pub fn random_sequence(seed: u64) -> Vec<(Structure, Case)> {
     frames
 }
 
-/// A structure of which about every third option has any of its values.
+/// A random structure; about every third option has a random value.
 ///
 /// Options that exclude each other may be chosen: a [`Renderer`] refuses these.
 pub fn random_structure(random: &mut Random) -> Structure {
     let (_, mut structure, _) = Structure::CHOICES[random.below(Structure::CHOICES.len())];
     for option in structure.options() {
         if random.below(3) == 0 {
-            // Some values don't go with those before.
+            // Some values don't go with those set before.
             let _ = structure.set_option(option.name, &random_value(random, option));
         }
     }
@@ -47,7 +47,7 @@ pub fn random_structure(random: &mut Random) -> Structure {
 fn random_value(random: &mut Random, option: &StructureOption) -> String {
     let one_of = |random: &mut Random, values: &[&str]| values[random.below(values.len())].to_owned();
     let whole = |random: &mut Random, first: u32, last: u32| {
-        // The first ones, and multiples of 16, of which blocks of rays are.
+        // The first values, and multiples of 16, the size of ray blocks.
         let number =
             if random.below(2) == 0 { first + random.below(8) as u32 } else { 16 * (1 + random.below(8) as u32) };
         number.clamp(first, last).to_string()
@@ -67,7 +67,7 @@ fn random_value(random: &mut Random, option: &StructureOption) -> String {
     }
 }
 
-/// Another frame after `last`: in most of them one thing is different.
+/// Another frame after `last`; most differ in one thing.
 fn changed(random: &mut Random, last: &Case, first: &Case, seed: u64) -> Case {
     let mut case = copy(last);
     let mesh = &mut case.mesh;
@@ -130,7 +130,7 @@ fn changed(random: &mut Random, last: &Case, first: &Case, seed: u64) -> Case {
     case
 }
 
-/// Opaque cases alone can be copied.
+/// Copies a case, which must be opaque.
 fn copy(case: &Case) -> Case {
     let mesh = TestMesh { positions: case.mesh.positions.clone(), indices: case.mesh.indices.clone() };
     Case {
@@ -143,17 +143,17 @@ fn copy(case: &Case) -> Case {
 /// A renderer for every SIMD level of the machine, each with threads of its own, kept from frame to frame.
 pub struct KeptRenderers {
     renderers: Vec<(SimdLevel, ThreadPool, Renderer)>,
-    /// Answers so far: of a pixel, or of a point and a light.
+    /// Number of answers so far: for a pixel, or for a point and a light.
     pub answers: u64,
-    /// Frames that weren't rendered: with options that exclude each other, or a camera or light that isn't finite.
+    /// Number of refused frames: with options that exclude each other, or a camera or light that isn't finite.
     pub refused: u64,
 }
 
 impl KeptRenderers {
-    /// Renderers that haven't seen anything.
+    /// Renderers without a frame.
     ///
     /// # Panics
-    /// Where the machine has no threads to give.
+    /// If the machine can't start threads.
     #[must_use]
     pub fn new() -> Self {
         let renderer = |(number, &level): (usize, &SimdLevel)| {
@@ -164,7 +164,7 @@ impl KeptRenderers {
         Self { renderers: SimdLevel::available().iter().enumerate().map(renderer).collect(), answers: 0, refused: 0 }
     }
 
-    /// Compares the next frame of all renderers with the truth about it; says of each that is wrong how.
+    /// Compares the next frame of all renderers with its truth; returns the disagreements.
     pub fn disagreements(&mut self, structure: Structure, case: &Case, truth: &Truth) -> Vec<String> {
         let mut wrong = Vec::new();
         for (level, pool, renderer) in &mut self.renderers {
@@ -184,8 +184,8 @@ impl Default for KeptRenderers {
     }
 }
 
-/// Renders a case and compares hits and lit points with the truth. False for a case that a renderer refuses: options that
-/// exclude each other, or a camera or light that isn't finite.
+/// Renders a case and compares hits and lit points with the truth. Returns false for a case that a renderer refuses:
+/// options that exclude each other, or a camera or light that isn't finite.
 ///
 /// # Errors
 /// With the first pixel that differs, or why there is no frame.

@@ -1,4 +1,4 @@
-//! Every structure's answers beside the referee's.
+//! Compares every structure with the referee.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use umbrage_rays::{LightMask, SeenPixels, SimdLevel, Structure};
@@ -12,7 +12,7 @@ pub struct Trial {
     pools: [ThreadPool; 3],
     seen: SeenPixels,
     masks: Vec<LightMask>,
-    /// Answers so far: of a pixel, or of a point and a light.
+    /// Number of answers so far: for a pixel, or for a point and a light.
     pub answers: u64,
 }
 
@@ -20,7 +20,7 @@ impl Trial {
     /// Empty structures.
     ///
     /// # Panics
-    /// Where the machine has no threads to give.
+    /// If the machine can't start threads.
     #[must_use]
     pub fn new() -> Self {
         let levels = SimdLevel::available();
@@ -36,7 +36,7 @@ impl Trial {
         }
     }
 
-    /// Compares all structures with the truth about a case; says of each that is wrong how.
+    /// Compares all structures with a case's truth; returns the disagreements.
     pub fn disagreements(&mut self, case: &Case, truth: &Truth) -> Vec<String> {
         let Self { structures, pools, seen, masks, answers } = self;
         let mut wrong = Vec::new();
@@ -73,7 +73,7 @@ fn answer(
     Ok(())
 }
 
-/// Compares what each pixel sees, and which lights reach that, with the truth.
+/// Compares the triangle of each pixel, and the lights that reach it, with the truth.
 ///
 /// # Errors
 /// With the first pixel that differs.
@@ -95,7 +95,7 @@ pub fn compare(case: &Case, truth: &Truth, seen: &SeenPixels, masks: &[LightMask
     Ok(())
 }
 
-/// What a pixel shows, in words.
+/// A pixel's triangle, for messages.
 struct Shown(u32);
 
 impl std::fmt::Display for Shown {

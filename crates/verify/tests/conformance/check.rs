@@ -1,4 +1,4 @@
-//! Asks a structure what the oracle was asked.
+//! Compares structures with the oracle.
 
 use rayon::prelude::*;
 use umbrage_rays::predicate::{HitPoint, ShadowRay, crossing};
@@ -14,15 +14,15 @@ use umbrage_verify::structures::Make;
 pub(crate) struct Known {
     case: Case,
     truth: Truth,
-    /// Points of each light that are tested against all triangles at least, by a structure that counts them; empty where that
-    /// doesn't matter.
+    /// Minimum number of points of each light that are tested against all triangles, for a structure that counts them;
+    /// empty if it doesn't matter.
     least_outliers: Vec<u64>,
 }
 
 impl Known {
     pub(crate) fn new(case: Case) -> Self {
         let truth = case.truth();
-        // The referee doesn't know what holes are, and takes its time.
+        // The referee doesn't support holes, and is slow.
         const EVERY: u32 = 13;
         let ids = 0..case.mesh.indices.len() as u32;
         if ids.len() < 3000 && ids.into_iter().all(|id| case.opacity.is_opaque(id) && case.shadow_opacity.is_opaque(id))
@@ -35,7 +35,7 @@ impl Known {
         Self { case, truth, least_outliers: Vec::new() }
     }
 
-    /// Where the truth was found in another way.
+    /// With a truth from another source.
     pub(crate) fn with_truth(case: Case, truth: Truth) -> Self {
         Self { case, truth, least_outliers: Vec::new() }
     }
@@ -45,15 +45,15 @@ impl Known {
     }
 }
 
-/// Asks the oracle about some cases.
+/// Finds the truth of some cases by the oracle.
 pub(crate) fn known(cases: Vec<Case>) -> Vec<Known> {
     cases.into_par_iter().map(Known::new).collect()
 }
 
-/// Compares what a structure finds in some cases with the truth.
+/// Compares a structure's answers in some cases with the truth.
 ///
-/// One structure answers all cases of a level one after the other, so that what is left of one meets the next; levels take
-/// turns.
+/// One structure of a SIMD level answers all its cases one after the other, so that leftovers of one case meet the
+/// next; levels take turns.
 pub(crate) fn check(make: Make, cases: &[Known]) {
     let levels = SimdLevel::available();
     let mut structures: Vec<_> = levels.iter().map(|&level| Asked::new(make(level))).collect();
@@ -77,8 +77,8 @@ pub(crate) fn check_sequence(make: Make, frames: &[Known]) {
     }
 }
 
-/// Compares two frames of each case with the truth, for every SIMD level and on one and more threads: in the second, what a
-/// structure has made of the triangles may be something else.
+/// Compares two frames of each case with the truth, for every SIMD level and on one and several threads: in the second
+/// frame, a structure may have built other patches.
 pub(crate) fn check_frames(make: Make, cases: &[Known]) {
     for (number, level) in SimdLevel::available().into_iter().enumerate() {
         let mut asked = Asked::new(make(level));
@@ -117,10 +117,10 @@ impl Asked {
         }
     }
 
-    /// Whether each pixel, and the rest of what a structure says, is true.
+    /// Checks each pixel, and all other answers of a structure.
     fn compare(&mut self, known: &Known) -> Result<(), String> {
         let Known { case, truth, .. } = known;
-        // What a structure builds of triangles that it has seen before may be something else: every second case is.
+        // In a second frame of the same triangles a structure may be built differently; every second case has one.
         for _ in 0..=case.mesh.indices.len() % 2 {
             self.structure.build_parts(case.mesh.triangles(), case.parts());
         }
@@ -130,7 +130,7 @@ impl Asked {
         self.structure.single_rays().map_or(Ok(()), |rays| compare_single_rays(case, truth, rays))
     }
 
-    /// What is seen and lit of triangles of which the structure has been built.
+    /// Checks the seen triangles and the masks of a structure that is built.
     fn compare_images(&mut self, known: &Known) -> Result<(), String> {
         let Known { case, truth, least_outliers } = known;
         let Self { structure, seen, masks, .. } = self;
@@ -139,7 +139,7 @@ impl Asked {
         compare_seen(case, truth, seen)?;
         ensure(*structure.omitted() == shot.triangles.omitted(), || format!("omitted {:?}", structure.omitted()))?;
 
-        // What masks hold from before must not shine through.
+        // Old contents of masks must not show through.
         masks.resize_with(case.lights.len(), LightMask::default);
         for mask in masks.iter_mut() {
             mask.resize(seen.order());
@@ -169,7 +169,7 @@ impl Asked {
         self.structure.validate(&case.shot(), &self.seen, &case.lights).map_err(|broken| format!("invalid: {broken}"))
     }
 
-    /// Whether counting changes nothing, and points are where they are counted.
+    /// Checks that counting changes no answer, and that points are in the cells that count them.
     fn compare_specialised(&mut self, case: &Case) -> Result<(), String> {
         let Self { structure, seen, other_seen, work, cells, .. } = self;
         let Some(specialised) = structure.specialised() else { return Ok(()) };
@@ -247,7 +247,7 @@ fn compare_single_rays(case: &Case, truth: &Truth, rays: &dyn SingleRays) -> Res
     Ok(())
 }
 
-/// Equal to the last bit, where NaN equals itself.
+/// Equal to the last bit; NaN equals itself.
 pub(crate) fn is_same(a: &SeenPixels, b: &SeenPixels) -> bool {
     let bits = |seen: &SeenPixels| seen.inverse_depth.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
     a.order() == b.order() && a.triangle == b.triangle && bits(a) == bits(b)

@@ -1,4 +1,4 @@
-//! What is true of whole frames: the same bits everywhere, and no new memory when nothing changes.
+//! Properties of whole frames: the same bits everywhere, and no new memory when nothing changes.
 
 use glam::Vec3;
 use umbrage_rays::{Counts, LightMask, LightSource, SeenPixels, SimdLevel, Structure, Work};
@@ -24,7 +24,7 @@ fn crowd(soup: usize, rings: u32, width: u32, height: u32, lights: &[LightSource
     Case::new("a crowd", mesh, view(camera(), width, height), lights)
 }
 
-/// A frame, and what seeing it took; what shadows take depends on which thread finds a first one.
+/// A frame, and the camera's counts; the counts of shadows depend on which thread finds a first one.
 fn frame(structure: &mut dyn Structure, case: &Case, seen: &mut SeenPixels, masks: &mut [LightMask]) -> Counts {
     let shot = case.shot();
     structure.build_parts(shot.triangles, case.parts());
@@ -56,16 +56,16 @@ pub(crate) fn are_the_same_everywhere(make: Make) {
     }
 }
 
-/// The structures that are built again without new memory too.
+/// The structures that are also rebuilt without new memory.
 const REBUILT: [&str; 3] = ["direct", "listed", "uniform"];
 
-/// Once a frame has been seen and lit twice, the next takes nothing from the heap.
+/// After a frame has been seen and lit twice, the next allocates nothing.
 pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
     let lights = [point(Vec3::new(2.0, 4.0, 1.0)), point(Vec3::new(0.3, 0.2, 1.3)), sun(0.2, -1.0, 0.1)];
     let case = crowd(300, 16, 100, 70, &lights);
     let shot = case.shot();
     let is_rebuilt = REBUILT.iter().any(|rebuilt| name.starts_with(rebuilt));
-    // One thread does all the work, and is the one whose allocations are counted.
+    // One thread does all the work, so that all allocations are counted.
     let counted = on_threads(1, || {
         let mut structure = make(SimdLevel::default());
         let (mut seen, mut masks) = (SeenPixels::default(), vec![LightMask::default(); lights.len()]);
@@ -85,7 +85,7 @@ pub(crate) fn allocate_nothing_when_steady(name: &str, make: Make) {
     assert_eq!(counted[2..], [0, 0], "{counted:?}");
 }
 
-/// Validating notices when triangles are no longer where they were when the structure was built, if it holds anything.
+/// Validation fails when triangles have moved since the structure was built, if it keeps any data.
 pub(crate) fn notice_moved_triangles(make: Make) {
     let mut case = crowd(50, 8, 40, 30, &[point(Vec3::new(2.0, 4.0, 1.0))]);
     let mut structure = make(SimdLevel::default());

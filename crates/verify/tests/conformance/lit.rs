@@ -1,4 +1,4 @@
-//! Lights reach the points that the oracle says, whatever the points are on and wherever the lights are.
+//! Lights reach exactly the points that the oracle says, for all points and lights.
 
 use std::f32::consts::FRAC_PI_4;
 
@@ -14,7 +14,8 @@ use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
 use crate::frames::on_threads;
 use crate::scan::meshes;
 
-/// Points of light in points, on faces, inside, outside and far away; suns along axes and anywhere; a spot; and what is no light.
+/// Point lights at points, on faces, inside, outside and far away; suns along axes and in any direction; a spot; and
+/// invalid lights.
 fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<LightSource> {
     let mut positions =
         vec![middle, middle + Vec3::new(0.3, 3.0, 0.2) * size, middle + Vec3::new(0.7, 0.4, -0.6) * (size * 1e6)];
@@ -38,7 +39,7 @@ fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<
     lights
 }
 
-/// Points on triangles as f32 has them, with the triangle or without, and beside them.
+/// Points on triangles in f32, with the triangle's id or without, and points beside them.
 fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec<Vec3>, Vec<u32>) {
     let (mut positions, mut own) = (vec![middle, Vec3::NAN], vec![Scanned::NONE; 2]);
     for _ in 0..200 {
@@ -56,7 +57,7 @@ fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec
     (positions, own)
 }
 
-/// Points far from each other among the slots of two tiles, the others of which are nowhere, and a tile without any.
+/// Points far apart among the slots of two tiles with no other points, and a tile without any.
 fn in_slots(positions: &[Vec3], own: &[u32]) -> (Vec<Vec3>, Vec<u32>) {
     let (mut spread, mut of_spread) = (vec![Vec3::NAN; 3 * 4096], vec![Scanned::NONE; 3 * 4096]);
     for (number, (position, own)) in positions.iter().zip(own).enumerate() {
@@ -65,14 +66,14 @@ fn in_slots(positions: &[Vec3], own: &[u32]) -> (Vec<Vec3>, Vec<u32>) {
     (spread, of_spread)
 }
 
-/// What the oracle says of every so many points.
+/// The oracle's answers for every n-th point.
 struct Truth<'a> {
     lit: &'a Lit<'a>,
     lights: &'a [LightSource],
     every: usize,
     /// For each of these points whether each light reaches it.
     is_lit: Vec<Vec<bool>>,
-    /// How many points of all are nowhere.
+    /// Number of points that are NaN.
     nowhere: usize,
 }
 
@@ -114,7 +115,7 @@ impl<'a> Truth<'a> {
         assert_eq!(bits.nowhere, self.nowhere, "{name}");
     }
 
-    /// How many pairs of a light and a point are dark and lit.
+    /// Numbers of dark and lit pairs of a light and a point.
     fn count(&self) -> [usize; 2] {
         let lit = self.is_lit.iter().flatten().filter(|&&is_lit| is_lit).count();
         [self.is_lit.len() * self.lights.len() - lit, lit]
@@ -194,7 +195,7 @@ fn so_do_they_of_many_tiles_of_points() {
     let mesh = TestMesh::bad_shapes(&mut random);
     let triangles = mesh.triangles();
     let each = (3 * 4096_u32).div_ceil(triangles.len() as u32);
-    // Few, so that all threads share a light's tiles; and as many as threads take one by one.
+    // Few lights, so that all threads share a light's tiles; and so many that threads take lights one by one.
     let lights = lights(&mesh, 1.0, Vec3::ZERO, &mut random);
     for (threads, lights) in [(3, &lights[..2]), (2, &lights[7..])] {
         let lit = Lit::new(triangles, Receivers::Samples(each));
@@ -241,7 +242,7 @@ fn shares_of_area_are_those_of_a_half_covered_square() {
     scanner.build(triangles);
     let sun = LightSource::Directional { direction: Vec3::NEG_Y };
     scanner.lit_areas(triangles, &[sun], 4096, &mut shares);
-    // x < 1/2 is covered: of the triangle (0, 0), (1, 0), (1, 1) a quarter, of the other three quarters.
+    // x < 1/2 is covered: a quarter of the triangle (0, 0), (1, 0), (1, 1), three quarters of the other.
     for (share, expected) in shares.iter().zip([0.75, 0.25, 1.0, 1.0]) {
         assert!((share.share - expected).abs() < 0.005, "{share:?}, not {expected}");
         assert!((0.0..0.008).contains(&share.standard_error), "{share:?}");

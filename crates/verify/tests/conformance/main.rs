@@ -1,8 +1,8 @@
-//! What every structure has to say, whatever its kind, options, SIMD level and number of threads: what the oracle says.
+//! The answers of every structure, for any kind, options, SIMD level and number of threads, are the oracle's.
 //!
-//! `structures` is the table of them, a line each; each line is tested with every group of `cases` and with `single_rays`, and
-//! as `frames` says. What only structures promise that are made for a shot is in `specialised`, and what only one kind of
-//! structure does in the tests of `umbrage-rays`. The questions without a camera are in `scan`, `lit` and `trace`.
+//! `structures` is their table; each line is tested with every group of `cases`, with `single_rays` and with `frames`.
+//! Promises of structures that are made for a shot are in `specialised`, those of one kind of structure in the tests of
+//! `umbrage-rays`. Questions without a camera are in `scan`, `lit` and `trace`.
 
 mod cases;
 mod check;

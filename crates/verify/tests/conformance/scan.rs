@@ -1,4 +1,4 @@
-//! Directions from one origin hit what the oracle says: all around, through seams, from anywhere.
+//! Directions from one origin hit the triangles that the oracle says: all around, through seams, from anywhere.
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::hit;
@@ -9,7 +9,7 @@ use crate::frames::on_threads;
 
 const FAR: Vec3 = Vec3::new(148_376.0, 1_234.0, -223_423.0);
 
-/// Meshes, each with its size and where its middle is.
+/// Meshes, each with its size and its middle.
 pub(crate) fn meshes() -> Vec<(&'static str, TestMesh, f32, Vec3)> {
     let mut random = Random::new(3);
     let one = TestMesh { positions: vec![Vec3::X, Vec3::Y, Vec3::Z], indices: vec![[0, 1, 2]] };
@@ -47,7 +47,7 @@ pub(crate) fn origins(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Ran
     origins
 }
 
-/// At corners and edges, anywhere, along axes, at the seams of faces, and nowhere; of all lengths.
+/// Directions to corners and edges, anywhere, along axes, at the seams of faces, and invalid; of all lengths.
 pub(crate) fn directions(mesh: &TestMesh, origin: DVec3, size: f32, random: &mut Random, count: usize) -> Vec<Vec3> {
     const SIGNS: [f32; 3] = [-1.0, 0.0, 1.0];
     let mut directions = Vec::new();
@@ -84,7 +84,7 @@ pub(crate) fn directions(mesh: &TestMesh, origin: DVec3, size: f32, random: &mut
     directions
 }
 
-/// What a ray hits, nearest first.
+/// The hits of a ray, nearest first.
 fn truth(scan: &Scan<'_>, ray: &Ray, most: usize) -> Vec<Hit> {
     let ids = 0..scan.triangles.len() as u32;
     let hits =
@@ -144,7 +144,7 @@ fn scans_do_not_depend_on_threads() {
             scanner.build(scan.triangles);
             scanner.scan(&scan, 2, &mut scanned);
             scanner.hits_any(&scan, &mut any);
-            // NaN isn't equal to itself.
+            // NaN doesn't equal itself.
             scanned.barycentric.iter_mut().filter(|of| of[0].is_nan()).for_each(|of| *of = [-1.0; 2]);
             (scanned, any)
         });
@@ -157,7 +157,7 @@ fn a_million_in_a_cell_hit_what_the_oracle_says() {
     const MANY: usize = 1_000_000;
     let mut random = Random::new(17);
     let (mut scanner, mut scanned) = (Scanner::default(), Scanned::default());
-    // As many directions that are one and the same.
+    // A million copies of one direction.
     let ball = TestMesh::ball(2);
     let directions = vec![Vec3::new(0.3, -0.2, 0.4); MANY];
     let sweeps = [Sweep { origin: DVec3::ZERO, directions: &directions }];
@@ -168,7 +168,7 @@ fn a_million_in_a_cell_hit_what_the_oracle_says() {
     scanner.scan(&scan, 1, &mut scanned);
     assert!(!expected.is_empty());
     assert!((0..MANY).all(|direction| scanned.hits(direction).eq(expected.iter().copied())));
-    // As many triangles, all within a ten-thousandth of how far away they are.
+    // A million triangles, all within a ten-thousandth of their distance.
     let mut mesh = TestMesh::default();
     for id in 0..MANY as u32 {
         let corner = Vec3::new(0.0, 0.0, 10.0) + random.point() * 1e-3;
@@ -214,7 +214,7 @@ mod long {
                 }
             }
             let mut scanner = Scanner::default();
-            // Patches that were grown, too.
+            // With grown patches, too.
             (0..2).for_each(|_| scanner.build(triangles));
             let mask = |id: u32, [u, v]: [f32; 2]| !id.is_multiple_of(5) || u + v < 0.5;
             let base = Scan::new(triangles, &sweeps);

@@ -1,4 +1,4 @@
-//! What only structures promise that are made for the rays of one camera and each light: cells, and counts of work.
+//! Promises of structures that are made for the rays of one camera and each light: cells, and counts of work.
 
 use std::collections::HashMap;
 use std::num::NonZeroU32;
@@ -70,7 +70,7 @@ fn work_of_pixels_adds_up() {
         assert_eq!(counts, see(&mut direct, &case.shot()).1.counts);
         assert!(counts.pairs > 100 && counts.fragments > 100 && counts.undecided < 100, "{counts:?}");
         let [_, _, undecided, pairs] = sums(&case, &work);
-        // Each tile's pixels have its lists in common.
+        // All pixels of a tile share its lists.
         assert_eq!([undecided, pairs], [counts.undecided, counts.pairs * 64 * 64]);
         assert!(case.pixels().all(|(x, y)| work.at(x, y).pairs == work.at(x / 64 * 64, y / 64 * 64).pairs));
     }
@@ -83,8 +83,8 @@ fn work_of_pixels_adds_up() {
         for _ in 0..2 {
             let Work { counts, .. } = listed.see_counting(&case.shot(), &mut seen, &mut work).expect("a small image");
             assert!(counts.pairs > 100 && counts.undecided < 100, "{counts:?}");
-            // All samples of a block are tested together, and all of a sorting tile visit a cell together and have its
-            // lists in common.
+            // All samples of a block are tested together, and all of a sorting tile visit a cell together and share its
+            // lists.
             let samples = u64::from(tile).pow(2);
             let expected = [counts.tests * 16, counts.cells * samples, counts.undecided, counts.pairs * samples];
             assert_eq!(sums(&case, &work), expected);
@@ -94,7 +94,7 @@ fn work_of_pixels_adds_up() {
 
 #[test]
 fn what_is_hidden_is_not_tested() {
-    // Walls one behind the other, each of them a slice.
+    // Walls one behind the other, each in a slice of its own.
     let mut mesh = TestMesh::default();
     for wall in 0..32 {
         let (depth, half) = (-2.0_f32.powi(wall), 2.0_f32.powi(wall + 1));
@@ -148,7 +148,7 @@ fn masks_that_know_their_squares_leave_little_undecided() {
     for &light in &case.lights {
         let shot = Shot { shadow_opacity: &cases::Squares(7.0), ..case.shot() };
         let counts = shadow(&mut direct, &shot, &seen, light).counts;
-        // The filter asks masks where it knows enough, and f64 where the filter doesn't.
+        // The filter tests masks itself if it knows enough, else f64 does.
         (masked, settled) = (masked + counts.masked + counts.undecided, settled + counts.settled);
         settled_without += shadow(&mut direct, &case.shot(), &seen, light).counts.settled;
     }
@@ -156,7 +156,7 @@ fn masks_that_know_their_squares_leave_little_undecided() {
     assert!(masked > 1000 && for_masks * 20 < masked, "{masked} masked pairs, {for_masks} for the predicate");
 }
 
-/// The suite's other structures take too long for so many.
+/// Only here: the suite's other structures take too long for this many.
 #[test]
 fn hundreds_of_thousands_of_triangles_in_one_light_cell() {
     let mut plates = Plates::one();
@@ -183,7 +183,7 @@ fn floor_and_ball(width: u32, height: u32) -> Case {
     Case { offset_pixels: DVec2::new(0.5, 0.25), ..case }
 }
 
-/// One that sees everything through one face, one that needs a cube, parallel light, and a cone.
+/// A light that needs one face, one that needs a cube, parallel light, and a cone.
 fn lights() -> [LightSource; 4] {
     let position = Vec3::new(2.0, 5.0, 1.0);
     let direction = Vec3::new(-2.0, -5.0, -1.0).normalize();
@@ -191,8 +191,8 @@ fn lights() -> [LightSource; 4] {
     [point(position), point(Vec3::new(-0.9, 0.6, 0.4)), sun(-2.0, -5.0, -1.0), spot]
 }
 
-/// Each light's cells, of the direct grid and of the listed one with some options; and how many columns it has where that is
-/// chosen.
+/// Calls `check` with each light's cells, of the direct grid and of the listed one with some options, and the chosen
+/// number of columns, if there is one.
 fn for_each_grid(case: &Case, seen: &SeenPixels, mut check: impl FnMut(&LightSource, Option<u32>, &LightCells)) {
     let (shot, mut cells) = (case.shot(), LightCells::default());
     for light in &case.lights {
@@ -247,8 +247,8 @@ fn each_light_cell_counts_exactly_its_own_points() {
     assert_eq!(checked, 16);
 }
 
-/// Where a light has a point on a face, from 0 to 1 along its first and its last side, and how far the point is from
-/// the rectangle at the nearest one towards that at the farthest.
+/// Position of a point on a light's face, from 0 to 1 along its first and its last side, and from 0 to 1 from the near
+/// rectangle to the far one.
 fn on_face(light: &LightSource, face: &LightFace, point: DVec3) -> [f64; 3] {
     let [near, far] = [face.near, face.far].map(|corners| corners.map(Vec3::as_dvec3));
     match *light {
@@ -274,7 +274,7 @@ fn faces_hold_their_points_in_the_order_of_their_cells() {
     for_each_grid(&case, &seen, |light, columns, cells| {
         let which = case.lights.iter().position(|other| other == light).expect("one of them");
         faces[which] = cells.faces().len();
-        // The lowest and the highest X of each column, and Y of each row.
+        // The lowest and the highest x of each column, and y of each row.
         let mut ranges: HashMap<(u16, usize, u16), [f64; 2]> = HashMap::new();
         for (x, y) in case.pixels() {
             let Some(cell) = cells.at(x, y) else { continue };
@@ -287,7 +287,7 @@ fn faces_hold_their_points_in_the_order_of_their_cells() {
                 let range = ranges.entry((cell.face, axis, cell_of_axis)).or_insert([f64::INFINITY, f64::NEG_INFINITY]);
                 *range = [range[0].min(found[axis]), range[1].max(found[axis])];
                 if columns.is_some() {
-                    // The listed grid's cells are all of the same size, but for 8192 strips.
+                    // The listed grid's cells are all of the same size, up to 8192 strips.
                     let expected = found[axis] * f64::from(count) - f64::from(cell_of_axis);
                     assert!((-0.1..1.1).contains(&expected), "{light:?}: {found:?} in {cell:?} of {face:?}");
                 }

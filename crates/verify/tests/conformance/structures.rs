@@ -1,4 +1,4 @@
-//! Tests of each structure in the table, named after it and a group of questions, so that a failure names both.
+//! Tests of each structure in the table, named after the structure and a group of cases, so that a failure names both.
 
 macro_rules! of_each {
     ($($name:ident: $make:expr;)+) => {

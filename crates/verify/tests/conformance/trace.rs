@@ -1,4 +1,4 @@
-//! Any rays hit what the oracle says, whatever a tracer chooses to answer them.
+//! Any rays hit the triangles that the oracle says, with any structure that the tracer chooses.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ fn pools() -> Vec<ThreadPool> {
     [1, 2, 3, 7].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")).into()
 }
 
-/// What is hit, of what may be hit.
+/// The true hits, of triangles that may be hit.
 fn truth(trace: &Trace<'_>) -> Vec<Option<Hit>> {
     let oracle = Oracle::new(trace.triangles);
     let all = 0..trace.rays.len();
@@ -33,7 +33,8 @@ fn truth(trace: &Trace<'_>) -> Vec<Option<Hit>> {
         .collect()
 }
 
-/// Compares what a tracer says at every SIMD level and on several numbers of threads with the truth; what answered.
+/// Compares a tracer's answers at every SIMD level and on several numbers of threads with the truth; returns the chosen
+/// structure.
 fn check(name: &str, trace: &Trace<'_>, truth: &[Option<Hit>], pools: &[ThreadPool]) -> TracedBy {
     let nowhere = |ray: Ray| !ray.direction.is_finite() || ray.direction == DVec3::ZERO;
     let without_direction = (0..truth.len()).filter(|&index| nowhere(trace.rays.get(index))).count();
@@ -60,12 +61,12 @@ fn rays_from_anywhere_hit_what_the_oracle_says() {
     let pools = pools();
     for rays in &*ALL {
         let by = check(&rays.name, &Trace::new(rays.triangles(), &rays.rays), &rays.nearest, &pools);
-        // Such rays have hardly an origin in common.
+        // Such rays hardly share an origin.
         assert!(by == TracedBy::Hierarchy || rays.rays.len() < 2, "{}", rays.name);
     }
 }
 
-/// From a few origins in directions that f32 has, as a scanner takes them; the last ones go nowhere or are nowhere.
+/// Rays from a few origins in directions of f32, as for a scanner; the last ones are invalid.
 fn together(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<Ray> {
     let origins = scan::origins(mesh, size, middle, random);
     let each = origins.into_iter().flat_map(|origin| {
@@ -73,13 +74,13 @@ fn together(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Ve
         directions.into_iter().map(move |direction| Ray::new(origin, direction.as_dvec3()))
     });
     let mut rays: Vec<Ray> = each.collect();
-    // After another one from the same origin, with which it isn't to be answered.
+    // After another one from the same origin, but not to be answered with it.
     rays.push(Ray { t_max: f64::NAN, ..rays[rays.len() - 1] });
     rays.push(Ray::new(DVec3::NAN, DVec3::X));
     rays
 }
 
-/// Intervals behind the origin, and directions that f32 hasn't, aren't for a scanner.
+/// Intervals behind the origin, and directions that f32 can't represent, aren't for a scanner.
 #[test]
 fn what_a_scanner_does_not_take_hits_what_the_oracle_says() {
     let (pools, mesh) = (pools(), TestMesh::ball(2));
@@ -100,7 +101,7 @@ fn what_a_scanner_does_not_take_hits_what_the_oracle_says() {
     }
 }
 
-/// Arrays of f32 and f64 are the rays that they say, and what is built of other triangles is forgotten.
+/// Arrays of f32 and f64 give the same rays, and structures of other triangles are forgotten.
 #[test]
 fn moving_triangles_are_traced_where_they_are() {
     let (mut tracer, mut traced) = (Tracer::default(), Scanned::default());
@@ -140,14 +141,14 @@ mod long {
             for (trace, pool) in [base, part, front, masked].into_iter().zip(pools.chunks(1)) {
                 let truth = truth(&trace);
                 hits += truth.iter().flatten().count();
-                // Each many times, so that a scanner is worth its while; but for those that are an origin each.
+                // Each ray many times, so that a scanner pays; except for those with an origin of their own.
                 let again: Vec<usize> =
                     (0..rays.len() - 2).flat_map(|index| [index; 12]).chain(rays.len() - 2..rays.len()).collect();
                 let many: Vec<Ray> = again.iter().map(|&index| rays[index]).collect();
                 let of_many: Vec<Option<Hit>> = again.iter().map(|&index| truth[index]).collect();
                 let by = check(name, &Trace { rays: Rays::from(&many), ..trace }, &of_many, pool);
                 assert_eq!(by, TracedBy::Scanner, "{name}");
-                // In another order, in which hardly two rays from one origin follow each other.
+                // In another order, in which two rays from one origin hardly ever follow each other.
                 let order: Vec<usize> = (0..rays.len()).map(|index| index * 997 % rays.len()).collect();
                 let mixed: Vec<Ray> = order.iter().map(|&index| rays[index]).collect();
                 let truth: Vec<Option<Hit>> = order.iter().map(|&index| truth[index]).collect();

@@ -8,7 +8,7 @@ use std::thread;
 use umbrage::Renderer;
 use umbrage::gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
-/// A device as stages and as wgpu's own commands use it.
+/// A device, for stages and for wgpu's own commands.
 pub(crate) struct Device {
     pub(crate) gpu: Gpu,
     pub(crate) device: wgpu::Device,
@@ -25,7 +25,7 @@ impl Device {
     }
 }
 
-/// The adapter that is found where none is named.
+/// The default adapter.
 fn find_adapter() -> Result<wgpu::Adapter, GpuError> {
     let expected = Adapter::find("")?;
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
@@ -33,17 +33,17 @@ fn find_adapter() -> Result<wgpu::Adapter, GpuError> {
     Ok(all.into_iter().find(|adapter| Adapter::of(adapter) == expected).expect("it was there before"))
 }
 
-/// Reports a missing adapter on standard error, where the checks count it.
+/// Reports a missing adapter on standard error, so that the checks count it.
 fn expect_adapter<T, E: Display>(found: Result<T, E>) -> Option<T> {
     found.map_err(|error| eprintln!("skipped-gpu: {error}")).ok()
 }
 
-/// The machine's adapter as wgpu has it, to open devices as a window does. `None` without one.
+/// The machine's adapter in wgpu's form, to open devices as a window does. `None` without one.
 pub(crate) fn adapter() -> Option<wgpu::Adapter> {
     expect_adapter(find_adapter())
 }
 
-/// A device for one test, which loses it or needs its limits. `None` without an adapter.
+/// A device for one test that loses it or needs special limits. `None` without an adapter.
 pub(crate) fn open(limits: DeviceLimits) -> Option<Gpu> {
     expect_adapter(Gpu::open("", limits))
 }
@@ -68,7 +68,7 @@ pub(crate) fn gpu() -> Option<Gpu> {
 /// Objects for tests to use in turn, one for each test that runs at the same time.
 pub(crate) struct Pool<T>(Mutex<Vec<T>>);
 
-/// An object of a pool, back there once it is dropped.
+/// An object of a pool, returned when it is dropped.
 pub(crate) struct Pooled<T: 'static> {
     pool: &'static Pool<T>,
     /// `None` once it is dropped.
@@ -87,7 +87,7 @@ impl<T> Pool<T> {
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<T>> {
-        // Nobody panics while it is locked.
+        // No code panics while it holds the lock.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -14,7 +14,7 @@ use umbrage_verify::{Differences, Random, real_scene};
 use crate::common::{renderer, small_renderer};
 use crate::frames::{compare, sized};
 
-/// A way through the tree for each number.
+/// A kd-tree with another traversal for each number.
 fn kd_tree(number: usize) -> Structure {
     let traversals = [KdTraversal::Stack, KdTraversal::ShortStack(3), KdTraversal::Restart, KdTraversal::PushDown];
     let widths = [KdPacketWidth::Sixteen, KdPacketWidth::Four, KdPacketWidth::Eight];
@@ -53,7 +53,7 @@ fn spots_and_several_lights() {
     }
 }
 
-/// A cloud of triangles, some of which are there only in part, or on one side, or are seen through.
+/// A cloud of triangles, some of them masked, one-sided or transparent.
 fn cloud() -> Frame {
     let mut random = Random::new(7);
     let mut number = || random.below(2001) as f32 / 1000.0 - 1.0;
@@ -144,7 +144,7 @@ mod long {
         }
     }
 
-    /// Skins, morph targets, masks, textures, layers that one sees through, and sides.
+    /// Skins, morph targets, masks, textures, transparent layers, and sides.
     #[test]
     fn real_scenes() {
         let Some(mut gpu) = renderer() else { return };

@@ -1,4 +1,4 @@
-//! Frames that no scene has posed: rendered as if one had, or refused.
+//! Frames that a program makes without a scene: rendered as a scene's, or refused.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ fn settings() -> Settings {
     Settings { width: SIZE[0], height: SIZE[1], ..Settings::default() }
 }
 
-/// All that a render leaves, as bits, so that what is no number equals itself.
+/// All results of a render, as bits, so that NaN equals itself.
 #[derive(Clone, Debug, PartialEq)]
 struct Shown {
     film: Vec<[u32; 9]>,
@@ -40,7 +40,7 @@ fn shown(renderer: &Renderer) -> Shown {
     }
 }
 
-/// Renders moments of a scene both ways: byte for byte the same.
+/// Renders moments of a scene both ways and expects the same bytes.
 fn compare(name: &str, renderer: &mut Renderer, scene: &Scene, settings: &Settings) {
     for moment in [0.0, 0.4] {
         let seconds = moment * scene.duration_seconds();
@@ -51,7 +51,7 @@ fn compare(name: &str, renderer: &mut Renderer, scene: &Scene, settings: &Settin
             [stats.triangles, stats.vertices, stats.lights, stats.camera_rays as usize, stats.shadow_rays as usize]
         };
         let counts_of_scene = counts(renderer);
-        // What the renderer has shown last must not help it.
+        // The renderer's last picture must not help it.
         renderer.render_frame(&Frame::default(), settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(shown(renderer) != of_scene, "{name}: shows nothing");
         let posed = scene.at(seconds).unwrap_or_else(|error| panic!("{error}"));
@@ -115,7 +115,7 @@ fn light(source: LightSource) -> Light {
     Light::new(source, 20.0)
 }
 
-/// A floor of two triangles and one above it.
+/// A floor of two triangles and a triangle above it.
 fn frame() -> Frame {
     let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     let floor = [corner(-2.0, 0.0, -2.0), corner(2.0, 0.0, -2.0), corner(2.0, 0.0, 2.0), corner(-2.0, 0.0, 2.0)];
@@ -129,7 +129,7 @@ fn camera() -> Camera {
     Camera::look_at(Vec3::new(0.0, 2.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8)
 }
 
-/// Every way in which a frame can be broken, and the words for it.
+/// Broken frames of all kinds, and parts of their error messages.
 fn broken_frames() -> Vec<(Frame, &'static str)> {
     type Change = fn(&mut Frame);
     let with_texture = |material: &mut Material| material.base_color_texture = Some(TextureUse::new(3));
@@ -227,7 +227,7 @@ fn check_refusals(renderer: &mut Renderer) {
         // The last frame is still there.
         assert!(shown(renderer) == last, "{words}");
     }
-    // What replaces the broken part mends the frame.
+    // Settings that replace the broken part mend the frame.
     let mut dark = frame();
     dark.lights[0].intensity = f32::NAN;
     let lit = Settings { lights: Some(frame().lights), ..settings() };
@@ -243,7 +243,7 @@ fn check_refusals(renderer: &mut Renderer) {
     assert!(matches!(error, Error::Frame(BadFrame::Light { light: 0, .. })), "{error}");
 }
 
-/// Settings of NaN and of nothing, and the words for them.
+/// Settings of NaN and of size zero, and parts of their error messages.
 fn broken_settings() -> [(Settings, &'static str); 6] {
     let seen_by = |camera: Camera| Settings { camera: camera.into(), ..settings() };
     let Camera { right, .. } = camera();
@@ -334,13 +334,13 @@ fn answers_are_those_of_the_picture() {
         assert!(lit == of_picture.lit, "{demo}");
         assert!(lit.iter().any(|mask| seen_and(&seen, |x, y| mask.is_lit(x, y))), "{demo}");
         assert!(lit.iter().any(|mask| seen_and(&seen, |x, y| !mask.is_lit(x, y))), "{demo}");
-        // What has been rendered is still there.
+        // The last picture is still there.
         assert!(shown(&renderer) == of_picture, "{demo}");
     }
     assert!(misses > 0);
 }
 
-/// Whether that is so of a pixel that shows a triangle.
+/// Whether `is_so` holds for any pixel that shows a triangle.
 fn seen_and(seen: &Seen<'_>, is_so: impl Fn(u32, u32) -> bool) -> bool {
     let mut pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).zip(&seen.triangle);
     pixels.any(|((x, y), &triangle)| triangle != Seen::NO_TRIANGLE && is_so(x, y))
@@ -394,13 +394,13 @@ fn frames_without_cameras_are_framed_as_they_are() {
         let seen = film.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
         assert!(seen > film.triangle.len() / 8, "{seen} pixels show something");
     }
-    // And nothing at all is a picture of what is around it.
+    // And without triangles, a picture shows its surroundings.
     let film = renderer.render_frame(&Frame::default(), &settings()).expect("a frame");
     assert!(film.triangle.iter().all(|&triangle| triangle == Film::NO_TRIANGLE));
 }
 
-/// A square whose diagonal ten rays go through, of each sample that is on the pixels' own diagonal; and, behind the camera,
-/// a triangle whose shadow ends there.
+/// A square whose diagonal ten rays go through, for each sample on the pixels' own diagonal; and, behind the camera, a
+/// triangle whose shadow ends there.
 fn diagonal() -> (Frame, Settings) {
     let at = Vec3::new;
     let square = [at(-20.0, 20.0, 0.0), at(20.0, -20.0, 0.0), at(20.0, 20.0, 0.0), at(-20.0, -20.0, 0.0)];
@@ -424,7 +424,7 @@ fn rays_through_edges_are_settled_by_the_predicate() {
     let check = |renderer: &mut Renderer, structure: Structure, knows_rays: bool| {
         let mut settled = |samples| settled(renderer, structure, samples).map(|settled| settled.expect("counted"));
         let [of_camera, of_light] = settled(1);
-        // On both triangles of the square; of the light, on the other one of them and on the one behind the camera.
+        // Camera rays meet both triangles of the square; shadow rays the other one of them and the one behind the camera.
         for settled in [of_camera, of_light] {
             assert!((10..=20).contains(&settled.tests) && settled.of_rays == 100, "{structure:?}: {settled:?}");
         }

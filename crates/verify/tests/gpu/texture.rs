@@ -1,4 +1,4 @@
-//! Frames that a GPU renders to a texture show what its films are developed to.
+//! Frames that a GPU renders to a texture show their developed films.
 
 use std::collections::HashSet;
 
@@ -40,7 +40,7 @@ impl Shared {
         rows.map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect()
     }
 
-    /// The pixels of a texture and of the film of the same frame, and what each cost.
+    /// The pixels of a texture and of the film of the same frame, and the statistics of each.
     fn both(&mut self, scene: &Scene, seconds: f64, settings: &Settings) -> [(Vec<[u8; 4]>, Stats); 2] {
         let texture = self.renderer.render_to_texture(scene, seconds, settings).expect("a texture");
         assert_eq!([texture.width(), texture.height()], [settings.width, settings.height]);
@@ -65,7 +65,7 @@ fn sized(width: u32, height: u32) -> Settings {
     Settings { width, height, ..Settings::default() }
 }
 
-/// Expects the same pixels, but for so many that may be a level off.
+/// Expects the same pixels, except for `most` values that may be a level off.
 fn expect_same(name: &str, drawn: &[[u8; 4]], developed: &[[u8; 4]], most: usize) {
     assert_eq!(drawn.len(), developed.len(), "{name}");
     let pairs = || drawn.as_flattened().iter().zip(developed.as_flattened());
@@ -97,7 +97,7 @@ fn textures_are_films_developed() {
         let scene = open_scene(name);
         let [(drawn, _), (developed, _)] = shared.both(&scene, 0.3, &settings);
         expect_scenery(name, &developed);
-        // Cut off, nothing but the levels decides. The tone map's divisions are rounded as the adapter likes.
+        // With clipping, only the levels matter. The tone map's divisions may be rounded in any way.
         let most = if settings.tone_map == ToneMap::Clip { 0 } else { drawn.len() / 100 };
         expect_same(name, &drawn, &developed, most);
     }
@@ -111,7 +111,7 @@ fn counts_are_known_without_fetching() {
         assert!(drawn.shadow_rays > 0 && drawn.pixel_bytes > 0, "{name}: {drawn:?}");
         let is_done = |stats: &Stats, wanted| stats.stages.iter().any(|stage| stage.name == wanted);
         assert!(!is_done(&drawn, "fetch") && is_done(&fetched, "fetch"));
-        // A film is memory as well; the first frame uploads more than the next.
+        // A film takes memory as well; the first frame uploads more than the next.
         for stats in [&mut drawn, &mut fetched] {
             (stats.stages, stats.pixel_bytes, stats.uploaded_bytes) = (Vec::new(), 0, 0);
         }
@@ -123,8 +123,8 @@ fn counts_are_known_without_fetching() {
 fn bands_are_put_together() {
     let (Some(renderer), Some(device)) = (small_renderer(), small_device()) else { return };
     let mut shared = Shared { renderer, device };
-    // A row of the first takes 48 bytes for each of 128 pixels, one of the second for each of 256: bands have 128 and 64
-    // rows.
+    // A row of the first size takes 48 bytes for each of 128 pixels, one of the second for each of 256: bands have 128
+    // and 64 rows.
     for [width, height] in [[90, 200], [230, 150]] {
         let settings = Settings { tone_map: ToneMap::Clip, ..sized(width, height) };
         let [(drawn, of_texture), (developed, of_film)] = shared.both(&open_scene("marbles"), 0.2, &settings);
@@ -144,10 +144,10 @@ fn a_texture_stays_while_the_next_is_rendered() {
     assert!(first != second);
     assert!(before == shared.pixels(&first), "it is drawn over too early");
     assert!(before != shared.pixels(&second), "nothing has moved");
-    // The one after that has its memory.
+    // The picture after that reuses its memory.
     let third = shared.renderer.render_to_texture(&scene, 0.5, &sized(90, 60)).expect("a texture");
     assert!(first == third && shared.pixels(&third) == shared.pixels(&second));
-    // Another size leaves both alone.
+    // Another size leaves both unchanged.
     let other = shared.renderer.render_to_texture(&scene, 0.0, &sized(60, 130)).expect("a texture");
     assert_eq!([other.width(), other.height()], [60, 130]);
     assert!(shared.pixels(&third) == shared.pixels(&second));

@@ -1,4 +1,4 @@
-//! Many triangles in one place: left out where no ray can tell them from the first.
+//! Many triangles in one place: left out if no ray can tell them from the first.
 
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
@@ -9,8 +9,8 @@ use umbrage_verify::{Case, TestMesh, Truth};
 
 const SIDE: u32 = 24;
 
-/// The room, copies of the first two triangles of the ball in front of it, and some that only look like copies: turned
-/// around, of another material, and with a corner moved by a bit.
+/// The room, copies of the first two triangles of the ball in front of it, and some near-copies: reversed, with another
+/// material, and with a corner moved by a bit.
 fn mesh(copies: u32) -> TestMesh {
     let mut mesh = TestMesh::room();
     let [a, b, c] = TestMesh::COPY;
@@ -71,7 +71,7 @@ fn copies_change_nothing_but_the_count() {
                 "{name}"
             );
             bytes.push((name, renderer.stats().structure_bytes));
-            // A few aren't looked for.
+            // Few copies aren't searched for.
             let few = self::frame(&mesh(3), &case.lights);
             renderer.render_frame(&few, &settings).expect("a picture");
             assert!(renderer.stats().omitted.len() == 1, "{name}: {:?}", renderer.stats().omitted);
@@ -80,7 +80,7 @@ fn copies_change_nothing_but_the_count() {
     }
 }
 
-/// A triangle that may have holes hides no copy: the first pass of the lattice is where the mask lets rays through.
+/// A masked triangle hides no copy: light passes through the holes of the lattice's first triangle.
 #[test]
 fn copies_of_what_has_holes_stay() {
     let case = case(mesh(100), rays::Sides::Both);

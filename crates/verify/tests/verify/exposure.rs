@@ -1,4 +1,4 @@
-//! What a lens, an open shutter and lights with a size do, as far as formulas say.
+//! A lens, an open shutter and lights with a size, against formulas.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Animated, Frame, Light, LightShape, Material, Materials, Mesh, Scene, check_lights};
 use umbrage::{Background, Error, Film, Renderer, Settings, Structure};
 
-/// Four corners in the plane z = `z`, white without any light.
+/// A rectangle in the plane z = `z`, white without any light.
 fn white(least: Vec2, most: Vec2, z: f32) -> Frame {
     frame(&[[least.extend(z), Vec3::new(most.x, least.y, z), most.extend(z), Vec3::new(least.x, most.y, z)]], true)
 }
@@ -24,7 +24,7 @@ fn frame(quads: &[[Vec3; 4]], unlit: bool) -> Frame {
     Frame { positions, mesh: Arc::new(mesh), materials: Arc::new(materials), ..Frame::default() }
 }
 
-/// From z = 0 along −z, on a black ground: a hundred pixels for each unit of x/z.
+/// A camera at z = 0 that looks along −z, on a black background: a hundred pixels for each unit of x/z.
 fn settings(samples: u32) -> Settings {
     let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 2.0 * 0.04_f32.atan());
     let background = Background::Color(Vec3::ZERO);
@@ -35,13 +35,13 @@ fn render(frame: &Frame, settings: &Settings) -> Film {
     Renderer::default().render_frame(frame, settings).expect("a picture").clone()
 }
 
-/// The part of a uniform unit disk that is left of x.
+/// The fraction of a uniform unit disk that is left of x.
 fn left_of(x: f32) -> f32 {
     let x = x.clamp(-1.0, 1.0);
     0.5 + (x * (1.0 - x * x).sqrt() + x.asin()) / PI
 }
 
-/// Compares a row of values between 0 and 1 with an edge that is blurred by a disk of `radius` pixels.
+/// Compares a row of values between 0 and 1 with an edge blurred by a disk of `radius` pixels.
 fn expect_disk(values: &[f32], edge: f32, radius: f32, name: &str) {
     let mut largest = 0.0_f32;
     for (column, &value) in values.iter().enumerate() {
@@ -77,7 +77,7 @@ fn what_is_in_focus_is_sharp() {
     let square = white(Vec2::new(-0.5, -0.5), Vec2::new(0.497, 0.511), -3.0);
     let sharp = settings(64);
     let expected = render(&square, &sharp);
-    // Without a number, the focus is on what is in the middle.
+    // Without a number, the focus is on the point in the middle of the image.
     for focus in [Some(3.0), None] {
         let film = render(&square, &Settings { aperture: 1.5, focus, ..sharp.clone() });
         assert!(film.color == expected.color, "{focus:?}");
@@ -86,7 +86,7 @@ fn what_is_in_focus_is_sharp() {
     assert!(blurred.color != expected.color);
 }
 
-/// A floor at y = 0, seen from below a roof that is above all that is left of x = 0, at a height of one.
+/// Light on a floor at y = 0, with a roof above the half left of x = 0, at a height of one; seen from below the roof.
 fn under_a_roof(source: LightSource, shape: LightShape, settings: &Settings) -> Vec<f32> {
     let flat = |least: Vec2, most: Vec2, y: f32| {
         [[least.x, least.y], [most.x, least.y], [most.x, most.y], [least.x, most.y]].map(|[x, z]| Vec3::new(x, y, z))
@@ -123,12 +123,12 @@ fn large_lamps_are_as_bright_as_points() {
         render(&frame, &settings)
     });
     for (small, large) in small.color.iter().zip(&large.color).filter(|(small, _)| small.w == 1.0) {
-        // The floor isn't perfectly diffuse: what it mirrors differs.
+        // The floor isn't perfectly diffuse: its specular reflection differs.
         assert!((large.x / small.x - 1.0).abs() < 0.03, "{large} for {small}");
     }
 }
 
-/// Lambert's formula: the irradiance of a floor at `point`, below all corners of a polygon of radiance one that faces it.
+/// Lambert's formula: the irradiance at `point` of a floor below all corners of a polygon of radiance one that faces it.
 fn lamberts_irradiance(point: DVec3, corners: &[DVec3]) -> f64 {
     let towards: Vec<DVec3> = corners.iter().map(|corner| (corner - point).normalize()).collect();
     let edges = towards.iter().zip(towards.iter().cycle().skip(1));
@@ -141,7 +141,7 @@ fn flat_lamps_are_as_bright_as_lamberts_formula_says() {
     let floor = [-9.0, 9.0].map(|x| Vec3::new(x, 0.0, 0.0));
     let along = Vec3::Z * 9.0;
     let mut frame = frame(&[[floor[0] - along, floor[0] + along, floor[1] + along, floor[1] - along]], false);
-    // As bright from everywhere: nothing is mirrored.
+    // Without specular reflection it looks the same from everywhere.
     Arc::make_mut(&mut frame.materials).materials[0].ior = 1.0;
     let camera = Camera {
         position: Vec3::Y,
@@ -162,13 +162,13 @@ fn flat_lamps_are_as_bright_as_lamberts_formula_says() {
         frame.lights = vec![light];
         let film = render(&frame, &settings);
         let middle = position.as_dvec3();
-        // The width is level, along x where the light faces straight down.
+        // The width is level, along x if the light faces straight down.
         let across = if direction == Vec3::NEG_Y { DVec3::X } else { direction.cross(Vec3::Y).normalize().as_dvec3() };
         let up = across.cross(direction.as_dvec3());
         let corner = |x: f64, y: f64| middle + across * x + up * y;
         let (corners, area): (Vec<_>, f64) = match shape {
             LightShape::Rectangle { width, height } => {
-                // A point is as bright as a small one.
+                // A point is as bright as a small rectangle.
                 let (x, y) = (0.5 * f64::from(width.max(1e-2)), 0.5 * f64::from(height.max(1e-2)));
                 (vec![corner(-x, -y), corner(x, -y), corner(x, y), corner(-x, y)], 4.0 * x * y)
             }
@@ -232,7 +232,7 @@ fn streaks_are_as_long_as_the_way() {
     let shutter_seconds = 0.4;
     let settings = Settings { shutter_seconds, ..settings(1024) };
     let row = of_moving(0.5, &settings);
-    // 100 pixels a unit: a way of 80 pixels, half of it before the middle, of what is 20 wide.
+    // 100 pixels a unit: the square, 20 wide, moves by 80 pixels, half of them before the middle of the exposure.
     let way = (100.0 * Moving::SPEED * shutter_seconds) as f32;
     let width = 100.0 * Moving::WIDTH;
     for (column, value) in row.iter().enumerate() {
@@ -242,14 +242,14 @@ fn streaks_are_as_long_as_the_way() {
     }
     let shown = row.iter().filter(|value| **value > 0.0).count() as f32;
     assert!((shown - (way + width)).abs() <= 1.0, "{shown} pixels");
-    // At the animation's start it stands for the half of the time before that, and isn't where it ends.
+    // At the animation's start it stands still for the half of the exposure before that, and isn't at its end position.
     let row = of_moving(0.0, &settings);
     let at_start = &row[50..70];
     assert!(at_start.iter().all(|value| *value > 0.5), "{at_start:?}");
     assert!(row[150..].iter().all(|value| *value == 0.0));
 }
 
-/// All at once.
+/// Settings with all effects at once.
 fn everything(samples: u32) -> Settings {
     let structure = Structure::default();
     Settings {
@@ -352,14 +352,14 @@ mod long {
                 &format!("a sun of {degrees} degrees"),
             );
         }
-        // A panel's edge is a slope as wide as the panel.
+        // A panel's edge is a ramp as wide as the panel.
         let panel = LightShape::Rectangle { width: 1.5, height: 0.5 };
         let source = LightSource::to_one_side(Vec3::new(0.0, 6.0, 0.0), Vec3::NEG_Y);
         for (column, lit) in under_a_roof(source, panel, &settings).into_iter().enumerate() {
             let expected = ((150.0 - (column as f32 + 0.5)) / (1.5 / 5.0 * pixels_per_unit) + 0.5).clamp(0.0, 1.0);
             assert!((lit - expected).abs() < 0.02, "{column}: {lit} for {expected}");
         }
-        // A radius that all lights have is the same.
+        // A common radius for all lights gives the same.
         let of_all = under_a_roof(lamp, LightShape::POINT, &Settings { light_radius: 0.75, ..settings.clone() });
         assert!(of_all == under_a_roof(lamp, LightShape::Ball(0.75), &settings));
     }

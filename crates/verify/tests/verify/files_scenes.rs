@@ -13,13 +13,13 @@ fn files_sibenik_has_all_triangles_and_normals() {
     assert_eq!(frame.mesh.material_of_triangle.len(), 80_479);
     assert!(frame.positions.len() <= 79_596, "{}", frame.positions.len());
     assert_eq!(frame.normals.len(), frame.positions.len());
-    // The file itself gives 1,504 vertices a normal of zero.
+    // The file itself gives 1,504 vertices a zero normal.
     let zero = frame.normals.iter().filter(|normal| **normal == Vec3::ZERO).count();
     assert_eq!(zero, 1_504);
     assert!(frame.normals.iter().all(|normal| *normal == Vec3::ZERO || normal.is_normalized()));
-    // Its materials are named but no library comes with it.
+    // Its materials are named, but it has no material library.
     assert_eq!(scene.warnings().len(), 1, "{:?}", scene.warnings());
-    // One triangle more has no area, but three corners in different places.
+    // One triangle more has no area, but three different corners.
     assert_eq!(frame.triangles().omitted().zero_area.count, 3_830);
 }
 
@@ -34,7 +34,7 @@ fn files_bunny_keeps_its_shared_vertices() {
     assert_eq!(frame.positions.len(), 35_947 - 1_113);
     assert!(frame.normals.is_empty());
     assert_eq!(scene.warnings(), [""; 0]);
-    // Smooth, hardly any of them are at a crease.
+    // Smoothed, hardly any vertex is at a crease.
     let smooth = Scene::open(path).unwrap().at(0.0).unwrap();
     assert_eq!(smooth.normals.len(), smooth.positions.len());
     assert!((34_834..36_000).contains(&smooth.positions.len()), "{} vertices", smooth.positions.len());

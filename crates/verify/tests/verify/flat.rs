@@ -1,4 +1,4 @@
-//! What pictures show as it is: unlit materials and backgrounds of one colour, whatever exposure and tone map do to the rest.
+//! Unlit materials and backgrounds of one colour, which pictures show without exposure and tone mapping.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ const SIDE: u32 = 24;
 const BLUE: [u8; 3] = [0x33, 0x66, 0x99];
 const AMBER: [u8; 3] = [0xff, 0xb0, 0x10];
 
-/// From levels of sRGB to linear light.
+/// Linear light of sRGB levels.
 fn linear(levels: [u8; 3]) -> Vec3 {
     Vec3::from(levels.map(|level| {
         let encoded = f32::from(level) / 255.0;
@@ -20,7 +20,7 @@ fn linear(levels: [u8; 3]) -> Vec3 {
     }))
 }
 
-/// Squares before the camera, each from the left edge to some x, at its z. The camera sees −1 to 1 at z = 0.
+/// Squares before the camera, each from the left edge to its x, at its z. The camera sees −1 to 1 at z = 0.
 fn frame(squares: &[(f32, f32, Material)]) -> Frame {
     let (mut frame, mut mesh, mut materials) = (Frame::default(), Mesh::default(), Vec::new());
     for (right, z, material) in squares {
@@ -57,7 +57,7 @@ fn picture(frame: &Frame, settings: &Settings) -> Image {
     film(frame, settings).develop(settings)
 }
 
-/// The levels of a pixel, as a file with eight bits has them.
+/// The levels of a pixel in a file with eight bits.
 fn levels(image: &Image, x: u32, y: u32) -> [u8; 3] {
     image.pixels[(y * SIDE + x) as usize].map(|level| ((u32::from(level) + 128) / 257) as u8)
 }
@@ -86,7 +86,7 @@ fn unlit_surfaces_and_backgrounds_of_one_colour_have_the_levels_that_they_were_g
             }
         }
     }
-    // Nothing else is around: every other background is exposed and mapped.
+    // Only here: every other background is exposed and mapped.
     let of_sky = |exposure_stops| picture(&frame, &Settings { exposure_stops, ..settings(Background::Sky) });
     assert_ne!(levels(&of_sky(0.0), SIDE - 1, 0), levels(&of_sky(1.0), SIDE - 1, 0));
     assert_eq!(levels(&of_sky(1.0), 0, 0), AMBER);
@@ -102,7 +102,7 @@ fn edges_are_mixed_in_linear_light() {
     for (level, expected) in mixed.into_iter().zip(expected.to_array()) {
         assert!((linear([level; 3]).x - expected).abs() < 0.005, "{mixed:?}");
     }
-    // Beside what is lit, the rest of the pixel is exposed and mapped as if it were whole.
+    // Beside a lit surface, the rest of the pixel is exposed and mapped as if it were whole.
     let clay = Material { double_sided: true, ..Material::clay() };
     let image = picture(&frame(&[(edge, 0.0, clay)]), &settings);
     let [whole, half] = [2, SIDE / 2].map(|x| Vec3::from(levels(&image, x, 5).map(|level| linear([level; 3]).x)));
@@ -111,7 +111,7 @@ fn edges_are_mixed_in_linear_light() {
 
 #[test]
 fn what_is_seen_through_panes_is_a_part() {
-    // Half of an unlit pane, and then a half of the other.
+    // Half of an unlit pane, and then half of the other.
     let pane = |levels| Material { alpha: Alpha::Blend, base_color: linear(levels).extend(0.5), ..unlit(levels) };
     let frame = frame(&[(9.0, 1.0, pane(AMBER)), (0.0, 0.0, pane([0, 0, 0]))]);
     for settings in variants(&settings(Background::Color(linear(BLUE)))) {
@@ -166,7 +166,7 @@ fn pictures_over_nothing_keep_the_levels() {
 #[test]
 fn a_ground_that_only_catches_shadows_shows_the_background_where_it_is_lit() {
     let ground = Material { catches_shadows: true, double_sided: true, ..Material::clay() };
-    // Before it a narrow pole, whose shadow is beside it.
+    // A narrow pole before it, whose shadow is beside it.
     let mut frame = frame(&[(9.0, -1.0, ground), (-0.5, 0.0, unlit(AMBER))]);
     frame.lights.push(Light {
         name: "sun".into(),
@@ -180,7 +180,7 @@ fn a_ground_that_only_catches_shadows_shows_the_background_where_it_is_lit() {
             assert_eq!(levels(&image, SIDE - 1, 9), BLUE, "{settings:?}");
             let shadowed = levels(&image, SIDE / 4 + 2, 9);
             assert!(shadowed[2] < BLUE[2] - 20, "{shadowed:?}");
-            // All is shown as it is, the shadow's darkness alone isn't there.
+            // All of it is shown without tone mapping, except for the shadow's darkness.
             for (color, flat) in film.color.iter().zip(&film.flat).filter(|(color, _)| color.w < 0.9) {
                 assert!((color.w + flat.w - 1.0).abs() < 1e-5 && color.truncate() == flat.truncate(), "{color} {flat}");
             }

@@ -1,4 +1,4 @@
-//! The program `fuzz` finds what is wrong, and says which mutant it was.
+//! The program `fuzz` finds faults, and prints the mutant.
 
 use std::process::Command;
 
@@ -33,7 +33,7 @@ fn what_is_sound_passes() {
     assert!(is_sound && said.contains("options: --seed 1 to 6") && said.contains("0 findings"), "{said}");
 }
 
-/// Found with `--target api`: the camera that is made for a frame took its triangles' corners unseen.
+/// Found with `--target api`: making a camera for a frame used its triangles' corners without a check.
 #[test]
 fn triangles_without_vertices_have_a_camera() {
     let frame = Frame::from_triangles(vec![glam::Vec3::ONE; 3], vec![[0, 1, 2], [0, 1, 33_554_431]]);

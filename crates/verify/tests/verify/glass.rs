@@ -1,4 +1,4 @@
-//! What glass shows: what formulas say, and what another program says that follows light by these alone.
+//! Glass against formulas, and against a program that follows light by these alone.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use umbrage_verify::{Random, TestMesh};
 
 const SKY: Vec3 = Vec3::new(0.3, 0.5, 0.7);
 
-/// Clear glass, or glass that is so coloured after one unit.
+/// Glass that has `color` after one unit of distance.
 fn glass(ior: f32, color: Vec3) -> Material {
     let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: color, ..Volume::default() };
     Material { transmission: 1.0, roughness: 0.0, ior, volume, ..Material::default() }
@@ -26,7 +26,7 @@ struct Maker {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     material_of_triangle: Vec<u32>,
-    /// Of vertices.
+    /// Colours of vertices.
     colors: Vec<Vec4>,
 }
 
@@ -44,7 +44,7 @@ impl Maker {
         self.push([a, c, d], material);
     }
 
-    /// A box with its fronts outside.
+    /// A box with outward fronts.
     fn cuboid(&mut self, low: Vec3, high: Vec3, material: u32) {
         for axis in 0..3 {
             for (level, is_high) in [(low, false), (high, true)] {
@@ -64,7 +64,7 @@ impl Maker {
         }
     }
 
-    /// A ball of facets with its fronts outside.
+    /// A ball of facets with outward fronts.
     fn ball(&mut self, splits: u32, radius: f32, middle: Vec3, material: u32) {
         let ball = TestMesh::ball(splits);
         for &corners in &ball.indices {
@@ -95,7 +95,7 @@ fn colors(frame: &Frame, settings: &Settings) -> Vec<Vec3> {
 #[test]
 fn a_slab_shifts_what_is_behind_it_as_snell_says() {
     let (thickness, ior) = (1.5_f64, 1.5_f64);
-    // Behind the slab each vertex of a plane has its position for a colour.
+    // Behind the slab is a plane whose vertices have their positions as colours.
     let mut maker = Maker::default();
     let corner = |x: f32, y: f32| Vec3::new(x, y, -4.0) * Vec3::new(20.0, 20.0, 1.0);
     maker.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], 1);
@@ -114,7 +114,7 @@ fn a_slab_shifts_what_is_behind_it_as_snell_says() {
         let inside = (sine / ior).asin();
         let radius = (3.0 + 4.0 - thickness) * sine.asin().tan() + thickness * inside.tan();
         let met = direction.truncate() / sine.max(1e-9) * radius;
-        // Two surfaces, of which each lets through what it doesn't reflect.
+        // Two surfaces, each of which transmits the light that it doesn't reflect.
         let outside = sine.asin();
         let [across, along] =
             [(outside - inside).sin() / (outside + inside).sin(), (outside - inside).tan() / (outside + inside).tan()];
@@ -136,7 +136,7 @@ fn lossless_glass_is_as_bright_as_what_is_around_it() {
         let colors = colors(&frame, &settings(camera, Vec3::ONE, 100));
         let mean = colors.iter().map(|color| color.x).sum::<f32>() / colors.len() as f32;
         let brightest = colors.iter().map(|color| color.max_element()).fold(0.0, f32::max);
-        // What is left out is what less than 0.002 of comes through.
+        // The missing light is that of paths with a throughput below 0.002.
         assert!(brightest < 1.0 + 1e-4 && mean > 0.995, "{ior}: {mean} in the mean, {brightest} at most");
     }
 }
@@ -148,12 +148,12 @@ fn what_is_behind_colored_glass_is_darker_as_beer_says() {
     maker.cuboid(Vec3::new(-9.0, -9.0, -2.0), Vec3::new(9.0, 9.0, 0.0), 0);
     let frame = maker.frame(vec![glass(1.5, tint)]);
     let camera = Camera::look_at(Vec3::Z * 50.0, Vec3::ZERO, Vec3::Y, 1e-3);
-    // All ways from one side to the other, and back.
+    // All paths from one side to the other, and back.
     let (reflected, passed) = (0.04, tint * tint);
     let often = (Vec3::ONE - reflected * reflected * passed * passed).recip() * (1.0 - reflected) * (1.0 - reflected);
     let expected = often * passed + often * passed * passed * reflected + reflected;
     for color in colors(&frame, &settings(camera, Vec3::ONE, 100)) {
-        // Less than 0.002 isn't followed.
+        // Paths below 0.002 aren't followed.
         assert!(color.abs_diff_eq(expected, 4e-3), "{color} instead of {expected}");
     }
 }
@@ -174,7 +174,7 @@ impl Whitted<'_> {
         hits.filter(is_new).min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
     }
 
-    /// Light along a ray of unit length, of which so much counts; `inside` are the materials that it is inside of.
+    /// Light along a ray of unit length, times its throughput `counts`; `inside` are the materials around the ray.
     fn light(&self, ray: &Ray, from: Option<(u32, HitPoint)>, inside: &[u32], counts: DVec3, bounces: u32) -> DVec3 {
         let Some(found) = self.nearest(ray, from) else { return SKY.as_dvec3() * counts };
         let materials = &self.frame.materials.materials;
@@ -262,7 +262,7 @@ fn light_comes_through_glass_by_the_ways_that_formulas_lead_it() {
         let expected = whitted.light(&ray, None, &[], DVec3::ONE, 0);
         others += usize::from(!color.as_dvec3().abs_diff_eq(expected, 4e-3));
     }
-    // Shading has normals in f32: ways part where they pass an edge, or count for about the least that is followed.
+    // Shading has normals in f32: paths differ at an edge, or near the minimum throughput.
     assert!(others * 100 < shown.len(), "{others} of {} pixels show something else", shown.len());
 
     for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
@@ -324,6 +324,6 @@ fn stained_glass_colors_the_light_behind_it() {
         let expected = *open * Vec3::from_array(stain.to_array().map(|left| left.powf(length))) * 0.96 * 0.96;
         assert!(behind.abs_diff_eq(expected, 1e-4), "{behind} at {point} instead of {expected}");
     }
-    // Without bounces, glass is in nobody's way.
+    // Without bounces, glass casts no shadow.
     assert!(lit(true, 0) == lit(false, 0));
 }

@@ -1,4 +1,4 @@
-//! What rough surfaces mirror, and what is near enough to keep light from all around away.
+//! Reflections of rough surfaces, and ambient occlusion.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -8,13 +8,13 @@ use umbrage::rays::Camera;
 use umbrage::scene::{Frame, Material, Materials, Volume};
 use umbrage::{Background, Panorama, Renderer, Settings};
 
-/// The mean of a picture of a large square in the plane z = 0, or of several above each other, seen from above and one side, in
-/// front of a background.
+/// The mean of a picture of a large square in the plane z = 0, or of several above each other, seen from above and one
+/// side, in front of a background.
 fn mean(material: &Material, heights: &[f32], cosine: f32, settings: &Settings) -> Vec3 {
     let corner = |x: f32, y: f32, z: f32| Vec3::new(9.0 * x, 9.0 * y, z);
     let square = |z: f32| {
         let corners = [corner(-1.0, -1.0, z), corner(1.0, -1.0, z), corner(1.0, 1.0, z), corner(-1.0, 1.0, z)];
-        // What is below faces downwards.
+        // A square below z = 0 faces downwards.
         if z < 0.0 { [corners[0], corners[3], corners[2], corners[1]] } else { corners }
     };
     let positions: Vec<Vec3> = heights.iter().flat_map(|&z| square(z)).collect();
@@ -54,7 +54,7 @@ fn rough_mirrors_in_a_white_furnace_are_white() {
         for roughness in [0.1, 0.3, 0.6, 1.0] {
             let shown = mean(&white_metal(roughness), &[0.0], cosine, &white()).x;
             assert!((shown - 1.0).abs() < 0.02, "{shown} at roughness {roughness}, cosine {cosine}");
-            // Coloured and dielectric ones as without drawing directions, where the integral comes from a table.
+            // Coloured and dielectric ones look as with the table of the integral, without random directions.
             for material in [metal(roughness), Material { metallic: 0.0, ..metal(roughness) }] {
                 let drawn = mean(&material, &[0.0], cosine, &white()).x;
                 let tabled = mean(&material, &[0.0], cosine, &Settings { gloss: false, ..white() }).x;
@@ -64,8 +64,8 @@ fn rough_mirrors_in_a_white_furnace_are_white() {
     }
 }
 
-/// Which part of what a rough white mirror reflects comes from directions with x < 0: the integral of GGX with Smith's
-/// shadowing for correlated heights over the hemisphere.
+/// The part of a rough white mirror's reflection that comes from directions with x < 0: the integral of GGX with
+/// Smith's height-correlated shadowing over the hemisphere.
 fn part_of_left(roughness: f64, cosine: f64) -> f64 {
     const STEPS: usize = 1024;
     let a2 = roughness.powi(4);
@@ -120,7 +120,7 @@ fn rough_glass_makes_no_light() {
 
 #[test]
 fn what_is_near_keeps_light_from_all_around_away() {
-    // Below a square at a height of 4, 18 wide: the part that it hides of what lights what is below its middle.
+    // Below a square at a height of 4, 18 wide: the fraction that it hides of the ambient light below its middle.
     let side = 9.0_f32 / 4.0;
     let part = side / (1.0 + side * side).sqrt() * (side / (1.0 + side * side).sqrt()).atan();
     let hidden = 4.0 * 2.0 * part / (2.0 * std::f32::consts::PI);
@@ -133,7 +133,7 @@ fn what_is_near_keeps_light_from_all_around_away() {
     let open = looking(0.0);
     assert!((looking(3.99) / open - 1.0).abs() < 1e-3, "{} of {open}", looking(3.99));
     assert!((looking(1e3) / open - (1.0 - hidden)).abs() < 0.02, "{} of {open}, not {}", looking(1e3), 1.0 - hidden);
-    // A single sample looks nowhere.
+    // A single sample has no ambient occlusion.
     let single = Settings { samples: 1, gloss: false, bounces: 0, ambient_occlusion: 1e3, ..white() };
     assert_eq!(mean(&clay, &[0.0, 4.0], 0.3, &single).x, open);
 }

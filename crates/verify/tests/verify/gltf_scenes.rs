@@ -1,11 +1,11 @@
-//! Real glTF files: what they hold, and where an independent implementation has their triangles.
+//! Real glTF files: their contents, and positions of triangles from an independent implementation.
 
 use glam::Vec3;
 use umbrage_rays::{Bounds, LightSource, Projection};
 use umbrage_scene::{Clip, Frame, OpenOptions, Scene};
 use umbrage_verify::real_scene;
 
-/// What a file holds.
+/// Contents of a file.
 struct Content {
     file: &'static str,
     triangles: usize,
@@ -100,8 +100,8 @@ fn animations_stay_sane() {
     }
 }
 
-/// Where a small implementation in double precision, written from the specification alone and in another language,
-/// has a scene's surface at a moment.
+/// A scene's surface at a moment, from a small implementation in double precision, written from the specification alone
+/// and in another language.
 struct Reference {
     file: &'static str,
     seconds: f64,

@@ -1,4 +1,4 @@
-//! A ground under a scene, and what is transparent around it.
+//! A ground under a scene, and transparent surfaces around it.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use umbrage::rays::{Camera, LightSource};
 use umbrage::scene::{Animated, Error, Frame, Ground, GroundSurface, Light, Material, Materials, Mesh, Scene};
 use umbrage::{Background, Film, Panorama, Renderer, Settings, Structure};
 
-/// A square of 2 by 2 above y = 0, and whatever else `others` are.
+/// A square of 2 by 2 above y = 0, and the quads `others`.
 #[derive(Debug)]
 struct Square {
     height: f32,
@@ -49,7 +49,7 @@ fn scene(others: Vec<([Vec3; 4], Material)>) -> Scene {
 
 const SIDE: u32 = 64;
 
-/// Sees the ground from above and one side, with the square's shadow beside the square.
+/// A view of the ground from above and one side, with the square's shadow beside the square.
 fn settings(background: Background) -> Settings {
     let camera = Camera::look_at(Vec3::new(0.0, 9.0, 9.0), Vec3::ZERO, Vec3::Y, 0.5);
     Settings { width: SIDE, height: SIDE, camera: camera.into(), background, ..Settings::default() }
@@ -71,7 +71,7 @@ fn a_ground_is_darker_by_the_light_that_is_kept_away() {
     let around = Vec3::new(0.8, 0.4, 0.2);
     let (shadowed, lit) = of_ground(&film(&scene(Vec::new()), &settings(Background::Color(around))), 2);
     assert!(shadowed.len() > 100 && lit.len() > 1000, "{} and {}", shadowed.len(), lit.len());
-    // Of all light, π times the surroundings' radiance and two of the sun, only the surroundings' is left.
+    // Of all light, π times the surroundings' radiance and two of the sun, only the surroundings' remains.
     let left = around * PI / (around * PI + 2.0);
     let expected = (around * left).extend(1.0 - left.element_sum() / 3.0);
     for color in shadowed {
@@ -80,7 +80,7 @@ fn a_ground_is_darker_by_the_light_that_is_kept_away() {
     for color in lit {
         assert!(color.abs_diff_eq(around.extend(0.0), 1e-6), "{color}");
     }
-    // At the end of the ground, which is seen from close above it, nothing is in the way either.
+    // At the end of the ground, seen from close above it, the ground looks like the surroundings too.
     let camera = Camera::look_at(Vec3::new(0.0, 0.5, 0.0), Vec3::new(40.0, 0.25, 7.0), Vec3::Y, 0.2).into();
     let far = film(&scene(Vec::new()), &Settings { camera, ..settings(Background::Color(around)) });
     let shows_ground = |triangle: &&u32| **triangle != Film::NO_TRIANGLE;
@@ -109,7 +109,7 @@ fn a_ground_leaves_alpha_alone_where_nothing_is_seen_around_it() {
 
 #[test]
 fn panes_and_mirrors_show_the_shadows_on_a_ground() {
-    // A clear pane before the camera, which mirrors nothing.
+    // A clear pane before the camera, without reflections.
     let pane = Material { transmission: 1.0, ior: 1.0, double_sided: true, ..Material::default() };
     let at = |x: f32, y: f32| Vec3::new(x, 6.0 + y, 6.0 - y);
     let pane = ([at(-3.0, -3.0), at(3.0, -3.0), at(3.0, 3.0), at(-3.0, 3.0)], pane);
@@ -170,15 +170,15 @@ fn shadows_of_all_the_sky_are_the_part_of_it_that_is_hidden() {
         ..settings(background.clone())
     };
     let shown = film(&scene(Vec::new()), &evenly);
-    // Below the middle of the square: four rectangles of 1 by 1 at a height of 1 over their corner, each of which hides so much
-    // of what lights the ground (Howell's catalogue of configuration factors, B-4).
+    // Below the middle of the square: four rectangles of 1 by 1 at a height of 1 over their corner, each of which hides
+    // this fraction of the ground's light (Howell's catalogue of configuration factors, B-4).
     let hidden = 4.0 * 2.0 * (0.5_f32.sqrt() * 0.5_f32.sqrt().atan()) / (2.0 * PI);
     let middle = shown.color[15 * 7 + 7];
     assert!((middle.w - hidden).abs() < 0.02, "{middle}, not {hidden}");
     let expected = Vec3::new(0.8, 0.4, 0.2) * (1.0 - middle.w);
     assert!(middle.truncate().abs_diff_eq(expected, 2e-3), "{middle}, not {expected}");
 
-    // Where nothing hides the sky, and there is no sky to be hidden.
+    // Far from the square, which hides nothing of the sky there.
     let lit = |settings: &Settings| {
         let above = Camera::look_at(Vec3::new(20.0, 9.0, 0.0), Vec3::new(20.0, 0.0, 0.1), Vec3::Y, 0.05);
         film(&scene(Vec::new()), &Settings { samples: 64, camera: above.into(), ..settings.clone() })
@@ -210,7 +210,7 @@ fn light_from_all_around_is_as_much_with_shadows_where_nothing_casts_any() {
             };
             let (expected, shown) = (color(&even), color(&Settings { sky_shadows: true, ..even }));
             let difference = ((shown - expected) / expected).abs().max_element();
-            // Without shadows, light is that of nine harmonics.
+            // Without shadows, the light is that of nine harmonics.
             assert!(difference < 0.06, "{shown} is {difference} off {expected} at {normal}");
         }
     }

@@ -1,4 +1,4 @@
-//! The light of scenes that have none.
+//! The default light of scenes without lights.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn camera(position: Vec3) -> Camera {
     Camera::look_at(position, Vec3::new(0.1, 0.2, 0.0), Vec3::Y, 1.0)
 }
 
-/// How many pixels the light reaches, and where it is; `None` for a sun.
+/// Number of pixels that the light reaches, and its position; `None` for a sun.
 fn lit(room: Room, camera: Option<Camera>) -> (usize, Option<Vec3>) {
     let scene = Scene::new(Box::new(room)).expect("a scene");
     let mut settings =
@@ -55,7 +55,7 @@ fn lit(room: Room, camera: Option<Camera>) -> (usize, Option<Vec3>) {
 #[test]
 fn a_room_is_lit_from_beside_the_camera_that_is_inside() {
     let (inside, outside) = (camera(Vec3::new(0.0, 0.0, 2.0)), camera(Vec3::new(0.0, 0.0, 20.0)));
-    // The scene's own camera, one that is asked for, and one that is asked for in place of the scene's own.
+    // The scene's own camera, a requested one, and a requested one in place of the scene's own.
     for (own, asked) in [(Some(inside), None), (None, Some(inside)), (Some(outside), Some(inside))] {
         let (pixels, position) = lit(Room { camera: own }, asked);
         let position = position.expect("a lamp");

@@ -1,4 +1,4 @@
-//! Tests of what the CPU does, as one program; those of the GPU engine are in `gpu`.
+//! Tests of the CPU engine, as one program; those of the GPU engine are in `gpu`.
 
 mod copies;
 mod exposure;

@@ -1,5 +1,5 @@
-//! Every number of threads and every SIMD level gives the same triangles and shadows, bit for bit, through both forms of
-//! both grids; and they are the hierarchy's in every pixel, and the oracle's in those that it is asked about.
+//! Every number of threads and every SIMD level gives the same triangles and shadows, bit for bit, through both forms
+//! of both grids. They are the hierarchy's in every pixel, and the oracle's in the compared ones.
 
 use umbrage::gallery::DEMOS;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [150, 70];
 
 const THREADS: [usize; 4] = [1, 2, 3, 7];
 
-/// What a frame shows: each pixel's triangle, and which of them each light reaches.
+/// Answers of a frame: each pixel's triangle, and the masks of each light.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Shown {
     triangle: Vec<u32>,
@@ -38,7 +38,7 @@ fn render(scene: &Scene, seconds: f64, structure: Structure, threads: usize, lev
     })
 }
 
-/// Compares all of `combinations` with each other, with the hierarchy and with the oracle, which is asked `questions`.
+/// Compares all of `combinations` with each other, with the hierarchy and, for `questions` pixels, with the oracle.
 fn check(name: &str, scene: &Scene, moment: f64, combinations: &[(usize, SimdLevel)], questions: usize) {
     let seconds = moment * scene.duration_seconds();
     let (renderer, truth) = render(scene, seconds, Structure::Bvh, 2, SimdLevel::default());
@@ -89,7 +89,7 @@ mod long {
 
     #[test]
     fn real_scenes() {
-        // Each number of threads and each level is there once or more.
+        // Each number of threads and each level is used at least once.
         let levels = SimdLevel::available();
         let some: Vec<_> = THREADS.iter().enumerate().map(|(place, &n)| (n, levels[place % levels.len()])).collect();
         let names = [

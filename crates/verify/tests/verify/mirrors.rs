@@ -1,4 +1,4 @@
-//! What mirrors show.
+//! Reflections in mirrors.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use umbrage::scene::{Frame, Material, Materials, Mesh};
 use umbrage::{Background, Error, Renderer, Settings, Structure};
 use umbrage_verify::{Random, TestMesh};
 
-/// Triangles, each with the place of its material.
+/// Triangles, each with the index of its material.
 #[derive(Default)]
 struct Maker {
     positions: Vec<Vec3>,
@@ -31,7 +31,7 @@ impl Maker {
         self.push([a, c, d], material);
     }
 
-    /// With a mirror of that colour, and materials of plain colours behind it.
+    /// A frame with a mirror of this brightness, and materials of plain colours after it.
     fn frame(self, mirror: f32, colors: &[Vec3]) -> Frame {
         let metal =
             Material { base_color: Vec3::splat(mirror).extend(1.0), metallic: 1.0, roughness: 0.0, ..Material::clay() };
@@ -117,7 +117,7 @@ fn every_structure_and_level_shows_the_same_in_mirrors() {
 
 #[test]
 fn light_between_mirrors_comes_by_as_many_as_asked_for() {
-    // Two mirrors face each other; the camera looks along them into one, and its rays climb until they leave.
+    // Two mirrors face each other; the camera looks between them at one, and its rays climb until they leave.
     const MIRRORS: i32 = 7;
     let mut maker = Maker::default();
     for x in [-1.0, 1.0] {
@@ -157,7 +157,7 @@ fn curved_mirrors_do_not_see_themselves_where_they_are_convex() {
     for &[a, b, c] in &ball.indices {
         maker.push([a, b, c].map(|vertex| ball.positions[vertex as usize]), MIRROR);
     }
-    // Nothing else is there, so that every mirror shows the background and nothing dims it twice.
+    // Without other surfaces, so that every mirror shows the background and nothing dims it twice.
     let frame = maker.frame(0.5, &[]);
     let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y, 0.6);
     let settings = |bounces| Settings {

@@ -1,11 +1,11 @@
-//! Scenes that move, through kd-trees that outlive a frame.
+//! Moving scenes, through kd-trees that outlive a frame.
 
 use umbrage::rays::{Choice as _, KdMoved, KdRebuild, KdTreeOptions, TwoLevelKdTree};
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Scene, Settings, Structure};
 use umbrage_verify::real_scene;
 
-/// Scenes of the gallery that say what moves together, and files: with what turns on nodes, and a skin.
+/// Scenes of the gallery with parts, and files with moving nodes and a skin.
 fn scenes() -> Vec<(String, Scene)> {
     let gallery = ["demo:marbles?triangles=4000", "demo:hall?triangles=6000", "demo:gears?triangles=9000"];
     let files = ["vintage_fan.glb", "robot_arm.glb", "cesium_man.glb"].into_iter().filter_map(real_scene);
@@ -34,7 +34,7 @@ fn every_rebuild_shows_the_same() {
     }
 }
 
-/// What the readers and the gallery say of parts is true: all but what a skin moves is brought back by one map.
+/// The parts of readers and gallery are rigid: one map brings a part back, unless a skin moves it.
 #[test]
 fn parts_move_as_a_whole() {
     for (name, scene) in scenes() {

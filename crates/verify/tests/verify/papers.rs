@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All Rust files below a folder, by their names without `.rs`.
+/// All Rust files below a folder, by name without `.rs`.
 fn sources(folder: &Path, found: &mut BTreeMap<String, String>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -25,9 +25,9 @@ fn sources(folder: &Path, found: &mut BTreeMap<String, String>) -> io::Result<()
     Ok(())
 }
 
-/// What checks a document's words.
+/// Checks a document's words.
 struct Checker {
-    /// Texts of Rust files, those of one name together.
+    /// Texts of Rust files; those of the same name together.
     sources: BTreeMap<String, String>,
     commands: String,
 }
@@ -42,7 +42,7 @@ impl Checker {
         Ok(Self { sources: found, commands })
     }
 
-    /// Why something in backquotes isn't there; `None` if it is.
+    /// Why a word in backquotes doesn't exist; `None` if it does.
     fn fault(&self, word: &str) -> Option<String> {
         let exists = if word.contains("::") {
             self.is_item(word)
@@ -102,7 +102,7 @@ fn what_the_table_of_the_papers_names_is_there() {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         let mut fault = |fault: String| faults.push(format!("line {number}: {fault}"));
         if let [_, technique, code, reached, test, _, verdict] = cells[..] {
-            // What isn't built has nothing to name, and says so.
+            // A technique without code names no code, and says so.
             let is_built = !code.is_empty();
             if technique.is_empty() || verdict.is_empty() || (is_built && (reached.is_empty() || test.is_empty())) {
                 fault("an empty cell".to_owned());

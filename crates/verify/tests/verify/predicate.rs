@@ -80,12 +80,12 @@ fn grazing_lines_cross_at_the_nearest_number() {
     let mut random = Random::new(6);
     let mut hits = 0;
     for _ in 0..3000 {
-        // Corners of such different sizes that two terms don't hold a normal.
+        // Corners of such different sizes that two terms can't represent a normal.
         let corners = [(); 3].map(|()| random.point() * 10.0_f32.powi(random.below(16) as i32 - 6));
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
         let (center, along) = ((a + b + c) / 3.0, (b - a) * f64::from(random.unit()) + (c - a));
-        // So little above the plane, and then below, that most of the slope's digits cancel.
+        // So little above the plane, and then below it, that most of the slope's digits cancel.
         let lift = normal * (along.length() * 2.0_f64.powi(-10 - random.below(35) as i32));
         let origin = center + along * 0.15 + lift;
         let target = center - along * 0.15 - lift * f64::from(random.unit());
@@ -94,8 +94,7 @@ fn grazing_lines_cross_at_the_nearest_number() {
     assert!(hits > 1000, "the test aims badly: {hits} hits");
 }
 
-/// A triangle, a ray to a point of it, and another triangle near that point or between it and a light: in its plane, at its
-/// edges, or reaching far.
+/// A triangle near a point of another triangle or between it and a light: in its plane, at its edges, or reaching far.
 fn other(random: &mut Random, own: [Vec3; 3], light: Vec3) -> [Vec3; 3] {
     let [a, b, c] = own;
     let size = a.distance(b).max(a.distance(c));
@@ -105,7 +104,7 @@ fn other(random: &mut Random, own: [Vec3; 3], light: Vec3) -> [Vec3; 3] {
         0 => [b, a, c],
         1 => [a, a.lerp(b, random.unit() * 2.0), c.lerp(b, random.unit() * 2.0)],
         2 => [a, b, a + far(random)],
-        // Slender ones that reach far, through the own one and beside the light's way.
+        // Slender ones that reach far, through the own triangle and beside the shadow ray.
         3 => [a, a + random.point() * size * 0.02, a + far(random)],
         4 => {
             let between = light.lerp(a, random.unit());
@@ -180,7 +179,7 @@ fn however_long_the_direction_the_crossing_is_at_the_same_place() {
         let inwards = [0.0, 1e-16, 1e-15, 1e-14, 0.2][random.below(5)];
         let mut direction = a.lerp(b, f64::from(random.unit())).lerp(c, inwards) - origin;
         if random.below(2) == 0 {
-            // As little below a power of two as can be.
+            // As little below a power of two as possible.
             let axis = direction.abs().max_position();
             direction /= direction[axis].abs();
             direction[axis] = direction[axis].signum() * 1.0_f64.next_down();

@@ -16,10 +16,10 @@ fn structures_say_what_the_referee_says() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// `referee` asks about as many as there is time for.
+/// The program `referee` takes as many as its time allows.
 const FIRST_SCENES: u64 = 20;
 
-/// Of the first 1,250, those about which structures disagree when the predicate's sides of planes come from f64 alone:
+/// Those of the first 1,250 in which structures disagree if the predicate takes the sides of planes from f64 alone:
 /// triangles that reach far, slivers, scales from 10⁻³⁷ to 10²¹.
 const TELLING_SCENES: [u64; 11] = [10, 90, 259, 424, 517, 717, 841, 1128, 1185, 1217, 1248];
 

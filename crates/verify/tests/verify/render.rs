@@ -14,7 +14,7 @@ fn settings(structure: Structure) -> Settings {
     Settings { width: SIDE, height: SIDE - 1, structure, ..Settings::default() }
 }
 
-/// Compares a frame through every structure with the oracle; returns how many of its pixels show a triangle.
+/// Compares a frame through every structure with the oracle; returns the number of pixels with a triangle.
 fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
     compare_with(scene, seconds, name, Sides::File)
 }
@@ -42,7 +42,7 @@ fn compare_with(scene: &Scene, seconds: f64, name: &str, sides: Sides) -> usize 
     truth.into_iter().flatten().filter(|pixel| pixel.triangle != Film::NO_TRIANGLE).count()
 }
 
-/// What a pixel truly shows, and whether each light reaches it.
+/// The true triangle of a pixel, and whether each light reaches it.
 struct Truth {
     triangle: u32,
     lit: Vec<bool>,

@@ -1,4 +1,4 @@
-//! How many rays go exactly through what a sheet's triangles share; the conformance suite asks structures about them.
+//! Numbers of rays exactly through shared features of a sheet's triangles; the conformance suite tests structures with them.
 
 use glam::Vec3;
 use umbrage_verify::{Random, Seams, Sheet, SheetShape};
@@ -22,10 +22,10 @@ fn seams_are_counted_where_rays_meet_them_exactly() {
         let mut seams = Seams::default();
         for (x, y) in (0..shape.side).flat_map(|y| (0..shape.side).map(move |x| (x, y))) {
             let ray = sheet.view.ray(f64::from(x), f64::from(y));
-            // Everything is a small multiple of a power of two: f64 has no roundings here.
+            // All numbers are small multiples of a power of two: f64 has no roundings here.
             let from_ray = |vertex: u32| sheet.mesh.positions[vertex as usize].as_dvec3() - ray.origin;
             let away = |&[a, b]: &[u32; 2]| {
-                // Both are at right angles to the ray, and as long as the vertices are far from it.
+                // Both are at right angles to the ray, and as long as the vertices' distances from it.
                 let (a, b) = (from_ray(a).cross(ray.direction), from_ray(b).cross(ray.direction));
                 let meets = a.cross(b).length_squared() == 0.0 && a.dot(b) <= 0.0;
                 meets.then(|| a.length_squared().min(b.length_squared()))

@@ -1,4 +1,4 @@
-//! Triangles that have only a front.
+//! One-sided triangles.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use umbrage_verify::{Case, TestMesh, referee};
 
 const SIDE: u32 = 40;
 
-/// A ball in a hull that is turned inside out, as models have for their outlines, over a floor; from outside only the
-/// hull's far half is there. And which triangles have a back: all but the hull's.
+/// A ball in an inside-out hull, as models have for their outlines, over a floor. From outside only the hull's far half
+/// is visible. Also which triangles have a back: all but the hull's.
 fn outlined_ball() -> (TestMesh, u32, rays::Sides<'static>) {
     let mut mesh = TestMesh::bumpy_ball(1.0, 12);
     mesh.append(&TestMesh::plane(3, 4.0).placed(1.0, Vec3::NEG_Y * 1.5));
@@ -32,7 +32,7 @@ fn case(mesh: TestMesh, sides: rays::Sides<'static>) -> Case {
     Case { sides, offset_pixels: DVec2::splat(0.5), ..Case::new("an outlined ball", mesh, view, &lights) }
 }
 
-/// The case's triangles, white but for the hull's, which are black.
+/// The case's triangles, white except for the hull's, which are black.
 fn frame(case: &Case) -> Frame {
     let mut frame = Frame::from_triangles(case.mesh.positions.clone(), case.mesh.indices.clone());
     let black = Material { base_color: Vec4::W, unlit: true, ..Material::default() };
@@ -66,7 +66,7 @@ fn what_is_in_an_inverted_hull_is_seen_and_lit() {
             let film = renderer.render_frame(&frame, &settings).expect("a picture").clone();
             let compared = referee::compare(&case, &truth, renderer.seen(), renderer.light_masks());
             assert_eq!(compared, Ok(()), "{sides}, {name}");
-            // The ball's middle is where its hull is seen from outside.
+            // At the ball's middle its hull is seen from outside.
             let [x, y] = [SIDE / 2; 2];
             let is_lit = renderer.light_masks()[0].is_lit(x, y);
             let brightness = film.color[(y * SIDE + x) as usize].truncate().max_element();
@@ -78,7 +78,7 @@ fn what_is_in_an_inverted_hull_is_seen_and_lit() {
                 assert_eq!(found, (false, true, true), "{sides}, {name}");
                 assert!((20..400).contains(&of_hull), "{sides}, {name}: an outline of {of_hull} pixels");
             }
-            // Of the light between ball and hull, which has its front inside, nothing comes out.
+            // The light between ball and hull can't leave the hull, whose front is inside.
             let beyond = (0..SIDE).filter(|&x| renderer.light_masks()[2].is_lit(x, SIDE - 1)).count();
             assert_eq!(beyond, 0, "{sides}, {name}");
         }

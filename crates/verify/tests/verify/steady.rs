@@ -1,4 +1,4 @@
-//! What a frame takes from the heap that is like the last one.
+//! Allocations of a frame that is like the last one.
 
 use glam::{DVec3, Vec3};
 use umbrage::rays::{
@@ -7,7 +7,7 @@ use umbrage::rays::{
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Settings, Structure};
 
-/// How often the third of three frames asks for memory, on one thread that does all the work.
+/// Number of allocations of the third of three frames, on one thread that does all the work.
 fn allocations(frame: &Frame, settings: &Settings) -> usize {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     pool.install(|| {
@@ -31,7 +31,7 @@ fn steady_frames_take_nothing_from_the_heap() {
                 let settings = Settings { width: 70, height: 50, structure, samples, ..Settings::default() };
                 allocations(&frame, &settings)
             });
-            // Trees are built anew for a frame, in memory of their own: see, shadow and shade take nothing.
+            // Trees are rebuilt for a frame, in memory of their own: see, shadow and shade allocate nothing.
             let is_tree = matches!(structure, Structure::KdTree(..) | Structure::Bvh);
             assert!(is_tree || of_samples[0] == 0, "{name}, {structure_name}: {of_samples:?}");
             assert_eq!(of_samples[0], of_samples[1], "{name}, {structure_name}");
@@ -57,7 +57,7 @@ fn steady_scans_take_nothing_from_the_heap() {
             scanner.build(triangles);
             scanner.scan(&Scan::new(triangles, &sweeps), 2, &mut scanned);
             scanner.hits_any(&Scan::new(triangles, &sweeps), &mut hit);
-            // As many lights as make each thread take its own, and fewer.
+            // So many lights that each thread takes its own, and fewer.
             scanner.lit(&Lit::new(triangles, Receivers::Faces), &suns, &mut bits);
             scanner.lit(&Lit::new(triangles, Receivers::Samples(2)), &lamps, &mut of_lamps);
             allocations::on_this_thread() - before

@@ -1,4 +1,4 @@
-//! Where light ends on round surfaces that are made of triangles.
+//! The terminator on round surfaces made of triangles.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use umbrage::{Background, Film, Renderer, Seen, Settings};
 const SMOOTH: bool = true;
 const FACETS: bool = false;
 
-/// The ball's corners and triangles: one at a pole twice, which makes some that no ray can hit.
+/// The ball's corners and triangles: one corner at a pole twice, which makes some that no ray can hit.
 const RINGS: u32 = 6;
 const COLUMNS: u32 = 10;
 
-/// A ball with the normals of a sphere above a floor of two triangles, and what is behind it: another square, of some material.
+/// A ball with the normals of a sphere above a floor of two triangles, and behind it another square of some material.
 fn scene(behind: Option<Material>) -> Frame {
     let of_ball = |ring: u32, column: u32| {
         let (polar, around) = (PI * ring as f32 / RINGS as f32, TAU * column as f32 / COLUMNS as f32);
@@ -68,7 +68,7 @@ fn render(frame: &Frame, settings: &Settings) -> Film {
     Renderer::default().render_frame(frame, settings).expect("a picture").clone()
 }
 
-/// How many of the ball's pixels are lit although their normals face away from the sun, and dark although they face it.
+/// Numbers of the ball's pixels that are lit although their normals face away from the sun, and dark although they face it.
 fn wrong_pixels(frame: &Frame, settings: &Settings) -> [usize; 2] {
     const MARGIN: f32 = 0.06;
     let film = render(frame, settings);
@@ -97,7 +97,7 @@ fn light_ends_where_normals_say() {
     let [lit, dark] = wrong_pixels(&frame, &settings(eye, FACETS));
     assert!(lit == 0 && dark > 50, "{lit} and {dark} pixels of facets");
     assert_eq!(wrong_pixels(&frame, &settings(eye, SMOOTH)), [0, 0]);
-    // Some of four samples may be of the floor behind the ball.
+    // Some of four samples may show the floor behind the ball.
     let [_, dark] = wrong_pixels(&frame, &Settings { samples: 4, ..settings(eye, SMOOTH) });
     assert_eq!(dark, 0, "four samples");
 }

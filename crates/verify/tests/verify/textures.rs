@@ -1,4 +1,4 @@
-//! Pictures of textures on demand are those of textures in memory, bit for bit.
+//! Pictures with textures on demand are those with textures in memory, bit for bit.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -8,7 +8,7 @@ use glam::{Vec3, Vec4};
 use umbrage::scene::{Frame, OpenOptions, TextureTraffic};
 use umbrage::{Film, Renderer, Settings, Stats};
 
-/// A TGA image of some noise, its upper row first.
+/// A TGA image of noise, the upper row first.
 fn noise([width, height]: [u16; 2], seed: u32) -> Vec<u8> {
     let mut bytes = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     bytes.extend([width, height].map(u16::to_le_bytes).as_flattened());
@@ -20,7 +20,7 @@ fn noise([width, height]: [u16; 2], seed: u32) -> Vec<u8> {
     bytes
 }
 
-/// Writes an OBJ of leaning panes, one behind the other, with textures of all kinds and masks that show what is behind.
+/// Writes an OBJ of leaning panes, one behind the other, with textures of all kinds, and masks with holes.
 fn write_panes(folder: &Path) {
     const PANES: u32 = 7;
     let (mut obj, mut library) = ("mtllib a.mtl\nvt 0 0\nvt 1.4 0\nvt 1.4 1.4\nvt 0 1.4\n".to_owned(), String::new());
@@ -48,7 +48,7 @@ fn write_panes(folder: &Path) {
     }
 }
 
-/// What a film holds, as bits.
+/// A film's contents, as bits.
 fn bits(film: &Film) -> impl PartialEq + use<> {
     let colors: Vec<[u32; 4]> = film.color.iter().map(|color: &Vec4| color.to_array().map(f32::to_bits)).collect();
     let normals: Vec<[u32; 3]> = film.normal.iter().map(|normal: &Vec3| normal.to_array().map(f32::to_bits)).collect();

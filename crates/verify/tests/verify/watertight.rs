@@ -5,7 +5,7 @@ use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, LightSource, Ray, SingleRays as _};
 use umbrage_verify::{Oracle, Random, TestMesh};
 
-/// Balls of every size and place that a scene may have, with triangles wound both ways.
+/// Balls of all sizes and at all positions that a scene may have, with mixed windings.
 fn balls() -> Vec<(TestMesh, f32)> {
     const FAR: Vec3 = Vec3::new(148_376.0, 1_234.0, -223_423.0);
     [(1.0, Vec3::ZERO), (1e-6, Vec3::ZERO), (1e6, Vec3::ZERO), (50.0, FAR), (1.0, Vec3::new(0.1, 7.0, -0.3))]
@@ -52,7 +52,7 @@ fn nothing_convex_shadows_itself_where_it_faces_the_light() {
         let mut bvh = Bvh::default();
         bvh.build(triangles);
         for _ in 0..RAYS {
-            // The camera looks at seams of the outside; the light is above what it sees.
+            // The camera looks at seams of the outside; the light is above the point that it sees.
             let outwards = random.point().normalize_or(Vec3::X);
             let camera = (center + outwards * (4.0 * scale)).as_dvec3();
             let ray = Ray::new(camera, seam(&ball, &mut random) - camera);

@@ -41,7 +41,7 @@ impl KdAblationsFlags {
     }
 }
 
-/// The exact builder's options, each without one thing or with another in its place.
+/// The exact builder's options, each without one feature or with another in its place.
 fn ablations() -> [(&'static str, KdTreeOptions); 10] {
     let whole = KdTreeOptions::DEFAULT;
     let charged = |costs| KdTreeOptions { costs, ..whole };

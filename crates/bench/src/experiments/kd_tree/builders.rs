@@ -21,7 +21,7 @@ pub(crate) struct KdBuildersFlags {
     common: KdFlags,
 }
 
-/// Scenes of more triangles go without the builder that takes N² time, and the one that sorts at every node.
+/// Maximum number of triangles for the builder that takes N² time, and for the one that sorts at every node.
 const MOST_FOR: [(KdBuilder, usize); 2] = [(KdBuilder::Naive, 3_000), (KdBuilder::Resorting, 200_000)];
 
 impl KdBuildersFlags {
@@ -80,7 +80,7 @@ impl TrialRays {
     }
 }
 
-/// What a tree is like, and takes.
+/// Properties and costs of a tree.
 pub(super) struct Trial {
     builder: KdBuilder,
     /// Milliseconds with one thread, and with all.
@@ -88,7 +88,7 @@ pub(super) struct Trial {
     build: f64,
     counts: umbrage::rays::KdTreeCounts,
     bytes: usize,
-    /// Of the camera's rays and of scattered ones, alone; of the camera's in packets.
+    /// Costs of the camera's rays and of scattered rays, one at a time, and of the camera's rays in packets.
     pub(super) costs: [Cost; 3],
 }
 
@@ -124,7 +124,7 @@ impl Trial {
         })
     }
 
-    /// Columns for `what` of a scene, and what rays take, over `first`.
+    /// Columns for `what` of a scene, and the costs of rays, relative to `first`.
     pub(super) fn row(&self, scene: &str, triangles: usize, what: (&'static str, &str), first: Option<&Self>) -> Row {
         let each = |number: f64| number / (triangles as f64).max(1.0);
         let seconds = |trial: &Self| trial.costs[..2].iter().map(|cost| 1.0 / cost.rate).sum::<f64>();

@@ -17,7 +17,7 @@ pub(crate) struct KdEntriesFlags {
     common: KdFlags,
 }
 
-/// Pixels along the edges of a tile.
+/// Side of a tile in pixels.
 const TILE: u32 = 128;
 
 impl KdEntriesFlags {

@@ -67,11 +67,11 @@ impl KdFramesFlags {
     }
 }
 
-/// How a tree is made for each frame.
+/// How a tree is rebuilt for each frame.
 enum Rebuild {
     /// Anew.
     Anew(Box<KdTree>),
-    /// From the hierarchy that the first frame's tree leaves.
+    /// From the hierarchy of the first frame's tree.
     From(Box<HierarchyKdTree>),
     /// On threads of its own.
     Beside(Box<BackgroundKdTree>),
@@ -82,7 +82,7 @@ struct Trial {
     rebuild: Rebuild,
     /// Milliseconds to build, and to trace.
     times: Vec<[f64; 2]>,
-    /// What was built, in parts, and ages: of each frame.
+    /// Fraction of the tree that was built, and its age, for each frame.
     built: Vec<f64>,
     ages: Vec<f64>,
     differ: usize,
@@ -147,7 +147,7 @@ impl Trial {
         Ok(hits)
     }
 
-    /// To build, and to trace.
+    /// Medians of the times to build, and to trace.
     fn milliseconds(&self) -> [f64; 2] {
         [0, 1].map(|stage| median(self.times.iter().map(|times| times[stage])))
     }
@@ -170,7 +170,7 @@ impl Trial {
     }
 }
 
-/// How much of a tree was built.
+/// Fraction of a tree that was built.
 fn parts_built(tree: &KdTree) -> f64 {
     let counts = tree.counts();
     if counts.deferred == 0 { 1.0 } else { counts.reached as f64 / counts.deferred as f64 }

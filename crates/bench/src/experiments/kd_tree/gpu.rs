@@ -26,13 +26,13 @@ pub(crate) struct KdGpuFlags {
     common: KdFlags,
 }
 
-/// What finds primary hits by rasterisation.
+/// Stages that find primary hits by rasterisation.
 const RASTER: [&str; 2] = ["raster", "surface"];
 
 /// A short stack of three entries, as the paper's.
 const SHORT: KdTraversal = KdTraversal::ShortStack(3);
 
-/// Table 2: each line with the optimisations above it; then that without packets, with a whole stack, and in wide packets.
+/// Table 2: each line adds an optimisation to those above it; then without packets, with a whole stack, and in wide packets.
 const TABLE_2: [(KdTraversal, Option<u32>); 7] = [
     (KdTraversal::Restart, None),
     (KdTraversal::Restart, Some(4)),
@@ -101,11 +101,11 @@ impl KdGpuFlags {
     }
 }
 
-/// How many rays a frame had.
+/// Numbers of a frame's rays.
 struct Rays {
-    /// Traced; none where primary hits are rasterised.
+    /// Traced primary rays; `None` if primary hits are rasterised.
     primary: Option<u64>,
-    /// To the light, from all bounces.
+    /// Shadow rays of all bounces.
     shadow: u64,
 }
 
@@ -119,7 +119,7 @@ impl Rays {
     }
 }
 
-/// The shares of their invocations' steps in which rays take part, that look for hits, and that look for shadows.
+/// Shares of invocations' steps in use, for rays that look for hits and for shadow rays.
 fn shares_in_use(rendered: &KdFrame) -> [Option<f64>; 2] {
     [false, true].map(|is_shadow| {
         let of_kind = rendered.tracer().work().iter().filter(|work| work.is_shadow == is_shadow);
@@ -132,10 +132,10 @@ fn shares_in_use(rendered: &KdFrame) -> [Option<f64>; 2] {
     })
 }
 
-/// What one frame took.
+/// Times of one frame.
 struct Round {
     stages: Vec<StageTime>,
-    /// From the CPU's submission until all is done, in milliseconds.
+    /// Milliseconds from the CPU's submission until the GPU is done.
     wall: f64,
 }
 
@@ -169,7 +169,7 @@ impl Trial {
         Ok(Self { view: shot.view, geometry, nodes, scenery })
     }
 
-    /// The counted rounds.
+    /// Renders the rounds; returns those that count.
     fn render(&self, gpu: &Gpu, rendered: &mut KdFrame, scenery: &KdScenery, rounds: u32) -> Result<Vec<Round>> {
         const MIRROR: KdMaterial = KdMaterial { color: [0.8; 3], mirror: 0.3 };
         let mut times = Vec::new();
@@ -179,12 +179,12 @@ impl Trial {
             rendered.record(gpu, &mut recorder, &self.geometry, &self.nodes);
             let mut wall = 0.0;
             let done = time(&mut wall, || recorder.submit_and_wait())?;
-            // Else lists were too short, which are longer now.
+            // Otherwise lists were too short, and are longer now.
             if rendered.finish(gpu, &done)? {
                 times.push(Round { stages: done.times, wall });
             }
         }
-        // The first has taken memory.
+        // The first round has allocated memory.
         times.remove(0);
         Ok(times)
     }

@@ -32,7 +32,7 @@ pub(crate) struct KdFlags {
 }
 
 impl KdFlags {
-    /// Begins the table of a command that draws as well, on as many threads as are asked for.
+    /// Begins the table of a command that also draws, on the requested number of threads.
     pub(super) fn start(&self) -> Result<Table> {
         self.output.start(&self.prepare()?)
     }
@@ -42,12 +42,12 @@ impl KdFlags {
         self.output.start_without_chart(&self.prepare()?)
     }
 
-    /// The same for what a device does, in milliseconds.
+    /// The same for times of a device, in milliseconds.
     pub(super) fn start_on(&self, device: &str) -> Result<Table> {
         self.output.start_without_chart(&format!("{device}, {}, milliseconds", self.prepare()?))
     }
 
-    /// Has everything use as many threads as are asked for, and says in one line how everything is measured.
+    /// Starts the requested number of threads, and returns a line with the conditions of measurement.
     fn prepare(&self) -> Result<String> {
         use_threads(self.threads)?;
         let [width, height] = self.size;
@@ -69,7 +69,7 @@ pub(super) fn tree(frame: &Frame) -> KdTree {
     tree
 }
 
-/// How rays go through a tree.
+/// How rays traverse a tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     pub(super) traversal: KdTraversal,
@@ -80,15 +80,15 @@ pub(super) struct Way {
     pub(super) grouping: Grouping,
 }
 
-/// Which rays go together.
+/// How rays are grouped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grouping {
     /// Neighbours.
     Neighbours,
-    /// Neighbours that run towards the same sides along all axes, as packets must where the near child is the same for all
+    /// Neighbours that run towards the same sides along all axes, as packets must if the near child is the same for all
     /// (Wald et al. 2001).
     Signs,
-    /// Neighbours that begin where their tile of [`TILE_PACKETS`] does, as shafts look for it.
+    /// Neighbours that begin at the entry of their tile of [`TILE_PACKETS`], as shafts find it.
     Tiles,
 }
 
@@ -96,12 +96,12 @@ pub(super) enum Grouping {
 const TILE_PACKETS: usize = 64;
 const PART_PACKETS: usize = 4;
 
-/// What a way cost.
+/// Cost of a way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cost {
     /// Rays a microsecond.
     pub(super) rate: f64,
-    /// What one round took; `None` where nothing is counted.
+    /// Counts of one round; `None` if nothing is counted.
     pub(super) visits: Option<Counts>,
 }
 
@@ -138,7 +138,8 @@ impl Way {
     }
 }
 
-/// Traces a tile's rays from where it begins; each part's rays from where that does, and so each packet's (Reshetov et al. 2005).
+/// Traces a tile's rays from the tile's entry, each part's rays from the part's, and each packet's from its own
+/// (Reshetov et al. 2005).
 fn trace_tile(
     tree: &KdTree,
     triangles: Triangles<'_>,
@@ -168,7 +169,7 @@ fn trace_tile(
     visits
 }
 
-/// Traces those rays together that run towards the same sides.
+/// Traces rays that run towards the same sides together.
 fn trace_by_signs(tree: &KdTree, triangles: Triangles<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     let mut alike: [(Vec<usize>, Vec<Ray>); 8] = Default::default();
     for (index, ray) in rays.iter().enumerate() {

@@ -46,7 +46,7 @@ const GALLERY: [&str; 3] = ["demo:marbles", "demo:hall", "demo:gears"];
 const FILES: [&str; 5] =
     ["vintage_fan.glb", "robot_arm.glb", "robot_expressive.glb", "cesium_man.glb", "elephant_gallop.glb"];
 
-/// Scenes of more triangles aren't parted into clusters.
+/// Maximum number of triangles for finding clusters.
 const MOST_CLUSTERED: usize = 100_000;
 const CLUSTERS: ClusterOptions = ClusterOptions { most: 16, rounds: 4, residual: 1.0 / 256.0 };
 
@@ -103,7 +103,7 @@ impl KdMovingFlags {
                 let times = trial[0].run(&mut frame, (address, self.common.size), posed.as_ref(), number > 0)?;
                 match trial[0].name {
                     WHOLE => whole_build = times.build,
-                    // Its next tree, which is built beside what follows, isn't to slow the others down.
+                    // Its next tree, which is built in the background, mustn't slow down the others.
                     BACKGROUND => std::thread::sleep(Duration::from_secs_f64(3e-3 * whole_build)),
                     _ => {}
                 }
@@ -116,7 +116,7 @@ impl KdMovingFlags {
     }
 }
 
-/// Who traces.
+/// A side of the comparison.
 enum Side {
     Ours(Box<Ours>),
     Embree(Box<EmbreeSide>, Option<Arc<Posed>>),
@@ -124,10 +124,10 @@ enum Side {
 
 struct Trial {
     name: &'static str,
-    /// Of the scene or clusters.
+    /// Number of parts, of the scene or of clusters.
     parts: Option<usize>,
     side: Side,
-    /// What the frame's mesh is replaced with, where parts aren't the scene's.
+    /// A mesh that replaces the frame's, if the parts aren't the scene's.
     mesh: Option<Arc<Mesh>>,
     prepare: Option<f64>,
     times: Vec<Times>,
@@ -217,7 +217,7 @@ impl Trial {
         Ok(times)
     }
 
-    /// Pixels that show something else than with `other`, or are lit otherwise.
+    /// Number of pixels with another triangle or another light than with `other`.
     fn differences(&self, other: &Self, [width, height]: [u32; 2]) -> usize {
         let Side::Ours(other) = &other.side else { return 0 };
         let differs = |x: u32, y: u32| {

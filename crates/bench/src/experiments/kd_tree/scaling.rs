@@ -22,7 +22,7 @@ pub(crate) struct KdScalingFlags {
 
 const BUILDERS: [KdBuilder; 4] = [KdBuilder::Presorted, KdBuilder::Nested, KdBuilder::InPlace, KdBuilder::Binned];
 
-/// Threads whose time is found from counted work.
+/// Numbers of threads whose time is simulated from counted work.
 const SIMULATED: [usize; 5] = [1, 2, 4, 8, 16];
 
 impl KdScalingFlags {

@@ -7,12 +7,12 @@ use umbrage::rays::{Bvh, Hit, LightSource, Ray};
 use crate::rays::{Hits, hits_of, mirrored_ray, of_camera_by_tiles, on_sphere, point_off, same_for_all, scattered_ray};
 use crate::shot::Shot;
 
-/// How rays go on from what they hit.
+/// How rays go on from their hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Path {
-    /// As if every triangle were a flat mirror, and through glass as well: two rays from what is transmissive.
+    /// As if every triangle were a flat mirror, and through glass as well: a transmissive surface spawns two rays.
     Mirrors,
-    /// In a direction whose cosine with the normal is as likely as it is large.
+    /// In a cosine-distributed direction.
     Diffuse,
 }
 
@@ -31,11 +31,11 @@ pub(super) struct Rays {
     pub(super) rays: Vec<Ray>,
     /// 0 for mirrored and scattered ones, 1 for refracted ones.
     pub(super) kinds: Vec<u32>,
-    /// How much of a pixel's light comes along each.
+    /// Each ray's share of its pixel's light, 0 to 1.
     weights: Vec<f64>,
 }
 
-/// The shadow rays of a generation: from what each of its rays hits to each light, with the light's number as their kind.
+/// The shadow rays of a generation: from each of its rays' hits to each light, with the light's number as their kind.
 #[derive(Default)]
 pub(super) struct ShadowRays {
     pub(super) rays: Vec<ShadowRay>,
@@ -43,13 +43,13 @@ pub(super) struct ShadowRays {
     pub(super) kinds: Vec<u32>,
 }
 
-/// Rays that are put together: 64×64.
+/// Rays of a batch: 64×64.
 pub(super) const WINDOW: usize = 64 * 64;
 
-/// Most rays of a generation from which the next one comes.
+/// Maximum number of rays of a generation that spawn the next one.
 const MOST: usize = 1 << 20;
 
-/// What a ray carries at least, as in pictures.
+/// Minimum weight of a ray, as in pictures.
 const LEAST_WEIGHT: f64 = 0.002;
 
 const REFRACTIVE_INDEX: f64 = 1.5;
@@ -98,7 +98,7 @@ impl Rays {
         }
     }
 
-    /// At most as many rays: windows that are spread over all.
+    /// At most `most` rays: batches spread over all.
     pub(super) fn thinned(self, most: usize) -> Self {
         let kept = spread(self.rays.len(), most);
         Self { rays: kept.of(&self.rays), kinds: kept.of(&self.kinds), weights: kept.of(&self.weights) }
@@ -106,7 +106,7 @@ impl Rays {
 }
 
 impl ShadowRays {
-    /// To points anywhere on lights of a size.
+    /// Shadow rays to points anywhere on lights of a size.
     pub(super) fn new(shot: &Shot<'_>, rays: &[Ray], hits: &Hits, most: usize) -> Self {
         let radius = 0.02 * shot.bounds.size().length();
         let mut shadow = Self::default();
@@ -132,7 +132,7 @@ impl ShadowRays {
     }
 }
 
-/// Every how many windows one is kept.
+/// Step between kept batches.
 struct Spread(usize);
 
 fn spread(count: usize, most: usize) -> Spread {
@@ -145,8 +145,7 @@ impl Spread {
     }
 }
 
-/// What goes on behind a surface of glass, and how much of the light is mirrored instead (Schlick's approximation); `None` where
-/// all of it is.
+/// The refracted ray behind a glass surface, and the reflectance (Schlick's approximation); `None` for total reflection.
 fn refracted(ray: &Ray, hit: &Hit, corners: [Vec3; 3]) -> Option<(Ray, f64)> {
     let (off, normal) = point_off(corners, ray, hit);
     let point = HitPoint::new(ray, hit.t).position;

@@ -46,7 +46,7 @@ enum Show {
     Triangles,
 }
 
-/// What is compared, single rays first.
+/// Compared methods, single rays first.
 const METHODS: [(&str, Reorder); 14] = [
     ("single", of(Order::Arrival, Traversal::Single)),
     ("sorted", of(Order::Directions, Traversal::Single)),
@@ -68,7 +68,7 @@ const fn of(order: Order, by: Traversal) -> Reorder {
     Reorder { order, by }
 }
 
-/// What a method took of a batch of rays.
+/// Times and counts of a method for a batch of rays.
 struct Taken {
     milliseconds: Vec<f64>,
     counts: Counts,
@@ -114,7 +114,7 @@ impl ReorderFlags {
         Ok(())
     }
 
-    /// What all methods take to find what rays hit, which has to be the same.
+    /// Times of all methods for the nearest hits, which must be the same.
     fn nearest(&self, bvh: &Bvh, triangles: Triangles<'_>, batch: &Rays) -> Result<Vec<Taken>> {
         let single: Vec<_> = batch.rays.iter().map(|ray| bvh.nearest(triangles, ray, &|_| true)).collect();
         self.taken(|how| {
@@ -147,7 +147,7 @@ impl ReorderFlags {
         })
     }
 
-    /// Has all methods answer in turn, again and again. Where counts are shown, once, and single rays by what counts.
+    /// Runs all methods in turn, several times. To show counts, once, and single rays by the counting traversal.
     fn taken(&self, answer: impl Fn(Reorder) -> (Counts, bool)) -> Result<Vec<Taken>> {
         let nothing = || Taken { milliseconds: Vec::new(), counts: Counts::default() };
         let mut all: Vec<Taken> = METHODS.iter().map(|_| nothing()).collect();

@@ -33,7 +33,7 @@ impl fmt::Display for Rays {
     }
 }
 
-/// What a test costs: medians.
+/// Costs of a test: medians.
 #[derive(Debug)]
 pub(super) struct Costs {
     pub(super) name: &'static str,
@@ -45,18 +45,18 @@ pub(super) struct Costs {
     pub(super) rate: f64,
     pub(super) hit_rate: f64,
     pub(super) miss_rate: f64,
-    /// Tests over those of other tests, which need one for each pair's triangle only.
+    /// Number of tests relative to other tests, which need one only for each pair's triangle.
     pub(super) more_tests: f64,
-    /// The rate over that of the first test for as many rays from anywhere, in the same round.
+    /// Rate relative to that of the first test for as many rays from anywhere, in the same round.
     pub(super) speedup: f64,
 }
 
-/// A test with what it has measured.
+/// A test and its measurements.
 struct Contestant<'a> {
     name: &'static str,
     rays: Rays,
     bytes: f64,
-    /// Seconds to prepare all triangles, then to test each list, as often as it ran.
+    /// Seconds to prepare all triangles, then to test each list, for each round.
     seconds: Vec<[f64; 4]>,
     /// Tests of one ray and one triangle in each list.
     tests: [f64; 3],
@@ -97,7 +97,7 @@ impl<'a> Contest<'a> {
         self.push(T::NAME, Rays::Sixteen, bytes, counts(&pairs.sixteen, |_| 16), prepare, sixteen);
     }
 
-    /// Adds a test for sixteen rays with one origin, which is the camera's.
+    /// Adds a test for sixteen rays with one origin, the camera's.
     pub(super) fn add_bundle<T: BundleTest + 'a>(&mut self) {
         let Self { triangles, pairs, level, .. } = *self;
         let origin = pairs.blocks[0][0].origin.as_vec3();
@@ -149,7 +149,7 @@ impl<'a> Contest<'a> {
         self.push("Galin–Akkouche", Rays::Sixteen, bytes, tests[1], prepare, sixteen);
     }
 
-    /// Adds what `prepare` makes of all triangles and `test` takes seconds for in each list.
+    /// Adds a test: `prepare` makes its form of all triangles, and `test` returns the seconds for each list.
     fn push<T>(
         &mut self,
         name: &'static str,
@@ -169,7 +169,7 @@ impl<'a> Contest<'a> {
         self.contestants.push(Contestant { name, rays, bytes, seconds: Vec::new(), tests, run });
     }
 
-    /// Runs all in turn, as many rounds and one before that doesn't count. Results are ordered by the rays at once.
+    /// Runs all in turn, for `rounds` rounds after one that doesn't count. Results are ordered by the rays at once.
     pub(super) fn run(mut self, rounds: u32) -> Vec<Costs> {
         for round in 0..=rounds {
             for contestant in &mut self.contestants {
@@ -185,7 +185,7 @@ impl<'a> Contest<'a> {
             let Contestant { name, rays, bytes, .. } = *contestant;
             let median_of = |part: usize| median(contestant.seconds.iter().map(|seconds| seconds[part]));
             let rate = |list: usize| 1e-6 * contestant.tests[list] / median_of(list + 1);
-            // What else the machine does changes from round to round, but less within one.
+            // Other load of the machine changes from round to round, but less within one.
             let is_one = |other: &&Contestant<'_>| (other.rays == Rays::One) == (rays == Rays::One);
             let first = self.contestants.iter().find(is_one).unwrap_or(contestant);
             let rounds = contestant.seconds.iter().zip(&first.seconds);
@@ -204,12 +204,12 @@ fn corners(triangles: Triangles<'_>) -> impl Iterator<Item = [Vec3; 3]> {
     (0..triangles.len() as u32).map(move |id| triangles.corners(id))
 }
 
-/// Tests of one ray and one triangle in each list, given how many a pair is.
+/// Numbers of tests of one ray and one triangle in each list, given the number for a pair.
 fn counts(lists: &Lists, tests: impl Fn(&Pair) -> usize) -> [f64; 3] {
     [&lists.all, &lists.hits, &lists.misses].map(|list| list.iter().map(&tests).sum::<usize>() as f64)
 }
 
-/// The ray of each group that stands for it.
+/// The representative ray of each group.
 fn single_rays(pairs: &Pairs) -> Vec<triangle::Rays<f32>> {
     let single = |ray: &Ray| {
         let (origin, direction) = (ray.origin.as_vec3(), ray.direction.as_vec3());
@@ -218,7 +218,7 @@ fn single_rays(pairs: &Pairs) -> Vec<triangle::Rays<f32>> {
     pairs.blocks.iter().map(|block| single(&block[SINGLE])).collect()
 }
 
-/// Seconds that `test` takes for one ray and all pairs of each list; it leaves what it has found last.
+/// Seconds that `test` takes for one ray and all pairs of each list; it stores its last result.
 fn one_by_one(of: &Lists, test: impl Fn(&Pair, &mut [f32; 3])) -> [f64; 3] {
     lists(of, |pairs| {
         let mut last = [0.0; 3];
@@ -243,10 +243,10 @@ fn by_sixteen<S: Simd>(simd: S, of: &Lists, mut test: impl FnMut(&Pair, &mut [Wi
     )
 }
 
-/// Seconds that `test` takes for each list, with what it reads in the caches as far as that fits.
+/// Seconds that `test` takes for each list, with its data in the caches as far as they fit.
 #[inline(always)]
 fn lists(lists: &Lists, mut test: impl FnMut(&[Pair])) -> [f64; 3] {
-    /// Short lists are repeated until as many pairs are tested.
+    /// Minimum number of tested pairs; shorter lists are repeated.
     const PAIRS: usize = 1 << 18;
     let mut seconds = [0.0; 3];
     for (seconds, list) in seconds.iter_mut().zip([&lists.all, &lists.hits, &lists.misses]) {

@@ -7,11 +7,11 @@ use umbrage::rays::Visit;
 use umbrage::rays::predicate;
 use umbrage::rays::{Ray, Triangles, UniformGrid, View};
 
-/// About as many groups of rays are taken from an image.
+/// Approximate number of ray groups from an image.
 const BLOCKS: u32 = 4096;
-/// Pixels a side of a group.
+/// Side of a group in pixels.
 const SIDE: u32 = 4;
-/// The ray of a group that stands for it.
+/// Index of a group's representative ray.
 pub(super) const SINGLE: usize = 5;
 
 /// A group of rays and a triangle, or a fan, by their indices.
@@ -21,7 +21,7 @@ pub(super) struct Pair {
     pub(super) target: u32,
 }
 
-/// Pairs in the order of a traversal: all, and apart those that hit and those that miss.
+/// Pairs in the order of a traversal: all, and separately hits and misses.
 #[derive(Debug, Default)]
 pub(super) struct Lists {
     pub(super) all: Vec<Pair>,
@@ -37,7 +37,7 @@ impl Lists {
     }
 }
 
-/// What all tests are given.
+/// Input of all tests.
 #[derive(Debug)]
 pub(super) struct Pairs {
     /// Sixteen rays each.

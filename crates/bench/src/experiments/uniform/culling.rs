@@ -49,7 +49,7 @@ impl CullingFlags {
         Ok(())
     }
 
-    /// What packets of 16 rays take in a kd-tree, in the animation's last frame.
+    /// Counts of packets of 16 rays in a kd-tree, in the animation's last frame.
     fn kd_tree(&self, address: &str) -> Result<Counts> {
         let scene = umbrage::open(address)?;
         let mut frame = Frame::default();

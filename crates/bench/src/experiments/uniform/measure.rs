@@ -10,7 +10,7 @@ use crate::shot::{Lights, Shot, moments};
 /// How the camera's rays are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Way {
-    /// In packets, as the options say.
+    /// In packets, by the options.
     Packets,
     /// In packets, and so are the first light's.
     PacketsAndShadows,
@@ -18,7 +18,7 @@ pub(super) enum Way {
     Single,
 }
 
-/// What building a grid and seeing through it cost: medians, in milliseconds.
+/// Costs of building a grid and seeing through it: medians, in milliseconds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Costs {
     pub(super) triangles: usize,
@@ -30,7 +30,7 @@ pub(super) struct Costs {
     pub(super) build: f64,
     pub(super) see: f64,
     pub(super) shadow: f64,
-    /// Of the last frame.
+    /// Counts of the last frame.
     pub(super) counts: Counts,
 }
 

@@ -21,11 +21,11 @@ pub(crate) struct ModelsFlags {
     common: ImageFlags,
 }
 
-/// What the paper shows, in frames a second on two Xeons of 3.2 GHz.
+/// The paper's results, in frames a second on two Xeons of 3.2 GHz.
 struct OfPaper {
     model: &'static str,
     triangles: u32,
-    /// A scene of ours of the same kind.
+    /// Our scene of the same kind.
     like: &'static str,
     /// Rebuilt and traced.
     traced: &'static str,
@@ -96,7 +96,7 @@ impl ModelsFlags {
         PAPER.iter().filter_map(of_paper).collect()
     }
 
-    /// How many triangles and lights a scene has, and what each frame took, stages as in [`STAGES`], in milliseconds.
+    /// Numbers of a scene's triangles and lights, and each frame's times in milliseconds, by the stages of [`STAGES`].
     fn measure(&self, address: &str) -> Result<(usize, usize, Vec<[f64; 2]>)> {
         let scene = umbrage::open(address)?;
         let [width, height] = self.common.size;

@@ -16,7 +16,7 @@ pub(crate) struct GridOptionsFlags {
     common: ImageFlags,
 }
 
-/// What differs from the defaults: macrocells of another size, exact insertion, and packets of shadow rays that are split
+/// Variants of the defaults: macrocells of another size, exact insertion, and packets of shadow rays that are split
 /// sooner or later.
 fn variants() -> Vec<(String, UniformOptions)> {
     let default = UniformOptions::DEFAULT;

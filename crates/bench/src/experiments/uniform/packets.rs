@@ -17,7 +17,7 @@ pub(crate) struct PacketsFlags {
     common: ImageFlags,
 }
 
-/// The gallery's, and one of growing detail instead of the paper's Armadillo.
+/// Scenes of the gallery, and one of growing detail instead of the paper's Armadillo.
 const SCENES: [&str; 10] = [
     "demo:cloth",
     "demo:marbles",
@@ -58,7 +58,7 @@ impl PacketsFlags {
     }
 }
 
-/// The size of packets in words.
+/// Size of packets as text.
 pub(super) fn title(side: PacketSide) -> String {
     let pixels = side.pixels();
     format!("{pixels}x{pixels}")

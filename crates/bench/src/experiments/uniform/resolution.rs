@@ -21,7 +21,7 @@ pub(crate) struct ResolutionFlags {
     common: AnimationFlags,
 }
 
-/// The sizes of packets that are worth it.
+/// The packet sizes that pay.
 const PACKETS: [PacketSide; 3] = [PacketSide::Eight, PacketSide::Sixteen, PacketSide::ThirtyTwo];
 
 impl ResolutionFlags {

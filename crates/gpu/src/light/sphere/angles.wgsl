@@ -1,8 +1,8 @@
-// Where a light that sees by angles sees a point or a vertex.
+// Angles of points and vertices, for a light that sees by angles.
 //
-// Its space has rows for right, up and forward of length one, and `row_reach` is a power of two that makes the farthest
-// point's largest coordinate about one: offsets from the light are multiplied by it. `depth_error` is by how much
-// coordinates of points may be wrong, besides 2⁻⁴⁰ of the largest and their rounding.
+// The light's space has rows for right, up and forward of length one. `row_reach` is a power of two that makes the
+// farthest point's largest coordinate about one: offsets from the light are multiplied by it. `depth_error` is the
+// error of points' coordinates, besides 2⁻⁴⁰ of the largest and their rounding.
 
 import package::exact::double::{f64_from_f32_bits, f64_to_f32_bits};
 import package::exact::vector::{F64Vector, f64_dot, f64_vector_scale, f64_vector_subtract};
@@ -10,7 +10,7 @@ import package::grid::projection::{projection_vector};
 import package::light::sphere::turn::{HALF_TURN};
 import stage::{spaces};
 
-// A position from the light.
+// Offset of a position from the light, scaled.
 fn scaled_offset(position: F64Vector) -> F64Vector {
     let scale = f64_from_f32_bits(bitcast<u32>(spaces[0].raster.row_reach));
     return f64_vector_scale(f64_vector_subtract(position, projection_vector(0u, 0u)), scale);
@@ -29,7 +29,7 @@ fn f32_bits_of(vector: F64Vector) -> vec3<u32> {
     return vec3<u32>(f64_to_f32_bits(vector.x), f64_to_f32_bits(vector.y), f64_to_f32_bits(vector.z));
 }
 
-// The angle of a vector that isn't zero, as `turn` counts it.
+// The angle of a vector other than zero, in the units of `turn`.
 fn angle_of(across: f32, along: f32) -> i32 {
     let part = across / (abs(across) + abs(along));
     let side = select(-2.0, 2.0, across >= 0.0);

@@ -1,5 +1,5 @@
-// Angles around a light as integers, and the arcs that triangles cover there: what triangles are in which cells is decided
-// by integers, as two pipelines may round differently.
+// Angles around a light as integers, and the arcs of triangles there. Integers decide which cells a triangle is in,
+// because two pipelines may round differently.
 
 import package::grid::header::{HEADER_ANGLES, HEADER_ANGLES_DIVIDED};
 import package::grid::space::{ordered_bits};
@@ -7,18 +7,18 @@ import package::light::cells::{BINS};
 import package::light::sphere::turn::{ANGLE_NOWHERE, HALF_TURN, TURN};
 import stage::{header};
 
-// Log2 of the part of an angle that it may be wrong by. With ε = 2⁻²⁴: either coordinate has a rounding, which is 2 ε of the
-// quotient; the sum ε, the quotient 5 ε (2.5 units in the last place), and on the far side the rest of a half turn 2 ε
-// of an angle that is larger. That is below 2⁻²⁰.
+// Log2 of the inverse relative error of an angle. With ε = 2⁻²⁴: each coordinate has a rounding, which is 2 ε of the
+// quotient; the sum has ε, the quotient 5 ε (2.5 units in the last place), and on the far side the difference from half
+// a turn has 2 ε of an angle that is larger. Together they are below 2⁻²⁰.
 const ANGLE_ERROR_BITS: u32 = 20u;
-// What angles may be wrong by besides, in units. Of a corner 16, as its coordinates are wrong by 2⁻⁴⁹ of the largest, and
-// are above 2⁻²⁴ of that, which moves the quotient by 2⁻⁴⁸⁺²⁴; of a corner and of a point 2 more for what is cut off.
+// Error of angles besides, in units. For a corner 16, since its coordinates have an error of 2⁻⁴⁹ of the largest, and
+// are above 2⁻²⁴ of that, which moves the quotient by 2⁻⁴⁸⁺²⁴; for a corner and for a point 2 more for truncation.
 const ANGLE_SPARE: i32 = 32;
-// By how much angles between corners must differ from half a turn for it to be known which of two arcs a triangle covers:
-// far more than both corners are wrong by, which is at most 2²⁹⁻²⁰ + 32 units each.
+// Minimum difference between half a turn and the angle between two corners, for it to be known which of two arcs a
+// triangle covers: far above both corners' errors of at most 2²⁹⁻²⁰ + 32 units each.
 const HALF_TURN_MARGIN: i32 = 4096;
 
-// From one to another, which may be beyond half a turn.
+// From one angle to another, which may be beyond half a turn.
 struct Arc {
     start: i32,
     end: i32,
@@ -26,12 +26,12 @@ struct Arc {
 
 const ARC_EVERYTHING: Arc = Arc(-TURN, TURN);
 
-// The angles of all points: of α with number 0, of β with 1.
+// Range of all points' angles: of α with number 0, of β with 1.
 struct SeenAngles {
     low: i32,
     high: i32,
     error: i32,
-    // What is divided into bins; the first and the last have what is outside.
+    // The range that is divided into bins; the first and the last bin also have everything outside of it.
     first: i32,
     last: i32,
 }
@@ -47,7 +47,7 @@ fn seen_angles(plane: u32) -> SeenAngles {
     let error = i32(atomicLoad(&header[word + 2u]));
     let first = i32(atomicLoad(&header[HEADER_ANGLES_DIVIDED + plane]));
     let last = i32(atomicLoad(&header[HEADER_ANGLES_DIVIDED + 2u + plane]));
-    // Nobody says: those of points.
+    // By default the range of the points.
     if first >= last {
         return SeenAngles(low, high, error, low, high);
     }
@@ -63,17 +63,18 @@ fn bin_of(angle: i32, seen: SeenAngles) -> u32 {
     return (part >> shift) * BINS / ((range >> shift) + 1u);
 }
 
-// Where a triangle is, from its corners' angles.
+// The arc that a triangle covers, from its corners' angles.
 //
-// Seen along the normal of the angles' plane, a triangle that the light's line along it doesn't meet is within less than
-// half a turn around the light, and a corner is at either end. One that the line meets may be all around.
+// Look along the normal of the angles' plane. If the line through the light along this normal misses the triangle, the
+// triangle covers less than half a turn around the light, with a corner at either end. If the line meets it, it may be
+// all around.
 fn arc_of(corners: vec3<i32>, seen: SeenAngles) -> Arc {
     let low = min(min(corners.x, corners.y), corners.z);
     let high = max(max(corners.x, corners.y), corners.z);
     let middle = max(min(corners.x, corners.y), min(max(corners.x, corners.y), corners.z));
     const ENOUGH: i32 = HALF_TURN + HALF_TURN_MARGIN;
     var arc = Arc(low, high);
-    // What the ends, and the points in between, may be wrong by is a part of the largest angle there.
+    // The error of the ends, and of the points in between, is relative to the largest angle there.
     var largest = max(abs(low), abs(high));
     if high >= ANGLE_NOWHERE {
         return ARC_EVERYTHING;
@@ -91,7 +92,7 @@ fn arc_of(corners: vec3<i32>, seen: SeenAngles) -> Arc {
     return Arc(arc.start - margin, arc.end + margin);
 }
 
-// The parts of an arc before and beyond the seam at half a turn, in bins: the first and last of each, none from more to less.
+// The bins of an arc before and beyond the seam at half a turn: first and last of each, empty if first > last.
 fn bins_of(arc: Arc, seen: SeenAngles) -> vec4<i32> {
     var beyond = Arc(TURN, -TURN);
     if arc.end > HALF_TURN {
@@ -118,10 +119,10 @@ fn merged(ranges: vec4<i32>) -> vec4<i32> {
     return vec4<i32>(min(ranges.x, ranges.z), max(ranges.y, ranges.w), 0, -1);
 }
 
-// At least the key of the point of the corners' bounds that is nearest to the light, in order, from the bits of
+// Ordered bits of at least the key of the point of the corners' bounds that is nearest to the light, from the bits of
 // coordinates.
 fn nearest_key(a: vec3<u32>, b: vec3<u32>, c: vec3<u32>) -> u32 {
-    // Negative numbers and 0 in order are below this.
+    // Ordered bits of negative numbers and of 0 are below this.
     const ZERO: u32 = 0x80000000u;
     var nearest = ZERO;
     for (var axis = 0u; axis < 3u; axis++) {
@@ -132,6 +133,6 @@ fn nearest_key(a: vec3<u32>, b: vec3<u32>, c: vec3<u32>) -> u32 {
         // The complement is the negative number.
         nearest = max(nearest, max(low, ~high));
     }
-    // Coordinates are wrong by a unit in the last place.
+    // Coordinates have an error of a unit in the last place.
     return ~nearest + 8u;
 }

@@ -1,4 +1,4 @@
-// Stage `choose` of a light that sees by angles: its axes, and a power of two by which offsets from it are multiplied.
+// Stage `choose` of a light that sees by angles: chooses its axes, and the power of two that scales offsets from it.
 
 import package::grid::header::{HEADER_ANGLES_DIVIDED};
 import package::grid::space::{Raster, Space, power_of_two};
@@ -15,12 +15,12 @@ import package::light::points::{BOUNDS_LOW, POINT_ERROR};
 fn choose() {
     let low = from_bounds(BOUNDS_LOW, true);
     let high = from_bounds(BOUNDS_LOW + 3u, false);
-    // Nothing is seen: nothing has to be done.
+    // No point is seen, so there is nothing to do.
     if !all(low <= high) {
         write_faces(0u);
         return;
     }
-    // A spot's own direction, or the one towards the middle of what is seen.
+    // A spot's own direction, or the one towards the middle of the points' bounds.
     let is_spot = any(light.axis != vec3<f32>(0.0));
     let towards = select(0.5 * low + 0.5 * high - light.vector, light.axis, is_spot);
     var axes = axes_along(towards);
@@ -30,12 +30,12 @@ fn choose() {
         axes.right = normalize(across);
         axes.up = cross(axes.right, axes.forward);
     }
-    // A quarter of the farthest point's largest coordinate, which isn't beyond f32 where coordinates aren't.
+    // A quarter of the farthest point's largest coordinate, which is in f32's range if the coordinates are.
     let low_offset = abs(0.25 * low - 0.25 * light.vector);
     let high_offset = abs(0.25 * high - 0.25 * light.vector);
     let farthest = max(low_offset, high_offset);
     let exponent = i32(bitcast<u32>(max(max(farthest.x, farthest.y), farthest.z)) >> 23u) - 127;
-    // Not above 2⁵⁰, so that `trace` has its bounds.
+    // At most 2⁵⁰, so that the bounds of `trace` hold.
     let scale = power_of_two(clamp(-exponent - 3, -126, 50));
 
     var raster: Raster;

@@ -1,5 +1,5 @@
-// Stage `map` of a light that sees by angles: the angles of each point, and between which angles all of them are; then, in
-// `bin`, how many points each bin of the angles' axes has.
+// Stage `map` of a light that sees by angles: finds the angles of each point, and the range of all of them; then, in
+// `bin`, counts the points of each bin of the angles' axes.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, f64_is_zero};
@@ -19,21 +19,20 @@ import package::light::undecided::{compare_with_all};
 @group(0) @binding(0) var<uniform> light: Light;
 @group(0) @binding(1) var<storage, read> spaces: array<Space>;
 @group(0) @binding(2) var<storage, read_write> header: array<atomic<u32>>;
-// Which points there are: of a spot those in its cone.
+// Bits of slots with points; for a spot, those in its cone.
 @group(0) @binding(3) var<storage, read> lit: array<u32>;
 @group(0) @binding(4) var<storage, read> points: array<u32>;
-// α and β, then their bins in fixed-point, key, and face of each slot.
+// Of each slot: α and β, later their bins in fixed-point; key; face.
 @group(0) @binding(5) var<storage, read_write> mapped: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read_write> spread: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> undecided: array<atomic<u32>>;
 
-// As in the header.
+// Same words as in the header.
 var<workgroup> angles_of_group: array<atomic<u32>, 6>;
 
-// Points whose angles may be wrong by more than this, 2⁻¹⁸ of a turn, have none, …
+// A point has no angles if their error exceeds this, 2⁻¹⁸ of a turn, …
 const LARGEST_ANGLE_ERROR: f32 = 1.5258789e-5;
-// … nor those that are nearer to the light than 10⁻²⁰ or farther than 16, nor any where coordinates may be wrong by more
-// than 2⁻²⁰.
+// … if it is nearer to the light than 10⁻²⁰ or farther than 16, or if the error of coordinates exceeds 2⁻²⁰.
 const NEAREST_BITS: u32 = 0x1e3ce508u;
 const FARTHEST_BITS: u32 = 0x41800000u;
 const LARGEST_ERROR_BITS: u32 = 0x35800000u;
@@ -55,8 +54,8 @@ fn map(at: Invocation) {
     }
 }
 
-// A point's angles and key. None where it is at the light, which nothing shadows, or where its angles aren't known: then it
-// is compared with all triangles.
+// A point's angles and key. None for a point at the light, which nothing shadows, and for one with unknown angles,
+// which is compared with all triangles.
 fn angles_and_key(slot: u32) -> vec4<u32> {
     const NONE: vec4<u32> = vec4<u32>(0u, 0u, 0u, POINT_NONE);
     let word = 6u * slot;
@@ -71,10 +70,10 @@ fn angles_and_key(slot: u32) -> vec4<u32> {
     let depth_error = spaces[0].raster.depth_error;
     let is_known = largest > NEAREST_BITS && largest < FARTHEST_BITS && bitcast<u32>(depth_error) < LARGEST_ERROR_BITS;
     let parts = along_axes(offset);
-    // Along an axis of length one a coordinate's error is up to √3 of itself; F64 loses 2⁻⁴⁹ of the largest coordinate.
+    // Along an axis of length one a coordinate's error grows by up to √3; F64 loses 2⁻⁴⁹ of the largest coordinate.
     let error = depth_error + 4.1 * POINT_ERROR * reach;
     let sums = vec2<f32>(abs(parts.x), abs(parts.y)) + abs(parts.z);
-    // An angle moves by at most twice what parts do, over the sum of the two that it is of.
+    // An angle moves by at most twice as much as its two parts, divided by their sum.
     let of_angles = 3.6 * error;
     if !is_known || !(of_angles < LARGEST_ANGLE_ERROR * min(sums.x, sums.y)) {
         compare_with_all(slot);

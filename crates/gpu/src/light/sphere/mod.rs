@@ -1,5 +1,5 @@
-//! What finds the shadows of a light that sees by angles (Guntury and Narayanan 2010, §4.1): one grid for a light
-//! anywhere. Stages have the names, and the buffers, of those of a light with faces.
+//! Finds the shadows of a light that sees by angles (Guntury and Narayanan 2010, §4.1): one grid for a light anywhere.
+//! Stages have the names, and the buffers, of those of a light with faces.
 
 use crate::grid::{ListKernels, Project};
 use crate::{Gpu, Kernel};

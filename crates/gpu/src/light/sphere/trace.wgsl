@@ -1,21 +1,22 @@
-// Stage `trace` of a light that sees by angles: which points have a triangle before them, by signs of triple products of
+// Stage `trace` of a light that sees by angles: finds points that triangles shadow, by signs of triple products of
 // offsets from the light.
 //
-// With a, b and c a triangle's corners from the light, a point v is behind it, as the light sees it, where the edge functions
-// v · (b × c), v · (c × a) and v · (a × b) and v · n − a · n, n = (b − a) × (c − a), all have the sign of a · n: that is
-// v = λa + μb + νc with no negative factor, and a sum of factors above one. The crosses are taken with sides, a × b = a × (b − a),
-// so that what corners have in common doesn't cost them bits.
+// With a, b and c a triangle's corners from the light, a point v is behind it, as the light sees it, if the edge
+// functions v · (b × c), v · (c × a) and v · (a × b) and v · n − a · n, n = (b − a) × (c − a), all have the sign of a ·
+// n: then v = λa + μb + νc with no negative factor, and a sum of factors above one. The crosses are taken with sides, a
+// × b = a × (b − a), so that the common part of the corners doesn't cost bits.
 //
-// Of the largest coordinates A of corners, L of sides and V of points, all computed, and with points wrong by e in each: a
-// corner's coordinate is f32's nearest to an exact difference, wrong by ε A; a side's has one rounding and what f32 may lose
-// in subnormal positions, 2⁻¹²⁵ times the scale (2⁵⁰ at most), less than ε L: together 2 ε L. So a component of a cross of a
-// corner and a side, two products of at most A L, is wrong by 2 · (1 + 2 + 1) ε A L and its own rounding of 2 A L: 10.1 ε A L. Its dot
-// product with a point is wrong by three times V (10.1 ε A L + 2 ε A L), 10 ε A L V for sums and 6 A L e for the point:
-// by less than A L (56 ε V + 6.1 e). n is wrong by 12.1 ε L², so that v · n is wrong by less than L² (56 ε V + 6.1 e), and
-// a · n by 3 · (12.1 + 2 + 2) ε A L² and 10 ε A L² for sums: 64 ε A L². Sums over magnitudes don't depend on an order.
+// Let A, L and V be the largest computed coordinates of corners, sides and points, and e the error of points'
+// coordinates. A corner's coordinate is f32's nearest to an exact difference: error ε A. A side's has one rounding and
+// the loss of f32 in subnormal positions, 2⁻¹²⁵ times the scale (2⁵⁰ at most), less than ε L: together 2 ε L. So a
+// component of a cross of a corner and a side, two products of at most A L, has an error of 2 · (1 + 2 + 1) ε A L and
+// its own rounding of 2 A L: 10.1 ε A L. Its dot product with a point has three times V (10.1 ε A L + 2 ε A L), 10 ε A
+// L V for sums and 6 A L e for the point: less than A L (56 ε V + 6.1 e). n has an error of 12.1 ε L², so that of v · n
+// is less than L² (56 ε V + 6.1 e), and that of a · n 3 · (12.1 + 2 + 2) ε A L² and 10 ε A L² for sums: 64 ε A L². Sums
+// over magnitudes hold for any order.
 //
-// The predicate wants v · n − a · n above zero for a whole box around v, which e has room for; the difference has one more
-// rounding, of 6 L² (V + A). As much again is more than both.
+// The predicate requires v · n − a · n above zero for a whole box around v, which e includes; the difference has one
+// more rounding, of 6 L² (V + A). Twice the bound covers both.
 
 import package::grid::set_up::{U};
 import package::grid::space::{Space};
@@ -38,19 +39,19 @@ import package::mask::flags::{TRIANGLE_ONE_SIDED};
 @group(0) @binding(8) var<storage, read_write> undecided: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read> masks: array<u32>;
 
-// Of corners and sides, that products of three of them stay finite: 2⁴⁰.
+// Limit for corners and sides, so that products of three of them stay finite: 2⁴⁰.
 const LARGEST_BITS: u32 = 0x53800000u;
-// Of the longest side, that what products of sides and corners lose when they underflow is far below their roundings: 2⁻⁴⁸.
+// Limit for the longest side, so that underflow in products of sides and corners is far below their roundings: 2⁻⁴⁸.
 const SMALLEST_SIDE_BITS: u32 = 0x27800000u;
-// More than what products with points lose so.
+// Above the underflow in products with points.
 const UNDERFLOW: f32 = 1e-36;
-// As in `angles`, and a point's own rounding.
+// As in `angles`, with a point's own rounding.
 const POINT_ROUNDING: f32 = 1.01 * U + 4.0 * POINT_ERROR;
 const UNKNOWN_SIGN: f32 = -1.0;
 const NEVER: f32 = 3.0e38;
 
-// Factors of the edge functions of a, b and c and A L, L² and how wrong a · n is, `UNKNOWN_SIGN` where its sign isn't known;
-// n and a · n. All turned so that they are positive behind the triangle.
+// In w: A L, L², and the error of a · n, or `UNKNOWN_SIGN` if its sign isn't known; a · n. In xyz: factors of the edge
+// functions of a, b and c; n. All have the signs that make them positive behind the triangle.
 var<workgroup> record_a: array<vec4<f32>, BATCH>;
 var<workgroup> record_b: array<vec4<f32>, BATCH>;
 var<workgroup> record_c: array<vec4<f32>, BATCH>;
@@ -63,7 +64,7 @@ struct Cell {
 
 struct Point {
     offset: vec3<f32>,
-    // By how much products with crosses are wrong, in relation to these.
+    // Error of products with crosses, relative to these.
     error: f32,
     own: u32,
 }
@@ -92,7 +93,7 @@ fn record(slot: u32, id: u32, cell: Cell) {
     let ca = (of_a - of_c) * cell.scale;
     let reach_bits = largest_of_three(a, b, c);
     let length_bits = largest_of_three(ab, bc, ca);
-    // Nothing is known, and no point left out: all edge functions are zero.
+    // Zero edge functions decide nothing and exclude no point.
     record_a[slot] = vec4<f32>(0.0);
     record_b[slot] = vec4<f32>(0.0);
     record_c[slot] = vec4<f32>(vec3<f32>(0.0), UNKNOWN_SIGN);
@@ -106,7 +107,7 @@ fn record(slot: u32, id: u32, cell: Cell) {
     let at_light = dot(a, normal);
     let error = 64.0 * U * reach * length * length + UNDERFLOW;
     let is_certain = abs(at_light) > error;
-    // The light sees its back.
+    // The light sees the triangle's back.
     if is_certain && at_light > 0.0 && (triangles[id].w & TRIANGLE_ONE_SIDED) != 0u {
         record_c[slot] = vec4<f32>(0.0);
         record_n[slot] = vec4<f32>(vec3<f32>(0.0), NEVER);
@@ -133,7 +134,7 @@ fn edge_error(slot: u32, point: Point) -> f32 {
     return record_a[slot].w * point.error + UNDERFLOW;
 }
 
-// How far behind the triangle's plane a point is.
+// Height of a point behind the triangle's plane.
 fn height_at(slot: u32, point: Point) -> f32 {
     return dot(record_n[slot].xyz, point.offset) - record_n[slot].w;
 }
@@ -142,12 +143,12 @@ fn height_error(slot: u32, point: Point) -> f32 {
     return 2.0 * (record_b[slot].w * point.error + record_c[slot].w);
 }
 
-// Whether a triangle may be before a point.
+// Whether a triangle may shadow a point.
 fn may_shadow(slot: u32, point: Point) -> bool {
     let edges = edges_at(slot, point);
     let error = edge_error(slot, point);
     let is_inside = min(min(edges.x, edges.y), edges.z) >= -error;
-    // Where the light may be in the triangle's plane, signs may be turned.
+    // If the light may be in the triangle's plane, signs may be reversed.
     if record_c[slot].w < 0.0 {
         return is_inside || max(max(edges.x, edges.y), edges.z) <= error;
     }
@@ -160,7 +161,7 @@ fn does_shadow(slot: u32, point: Point) -> bool {
         && height_at(slot, point) > height_error(slot, point);
 }
 
-// Where the point's ray meets a triangle that shadows it: edge functions are weights.
+// The point where the shadow ray meets the triangle: edge functions are weights.
 fn point_on(slot: u32, id: u32, point: Point, cell: Cell) -> RoughPoint {
     let edges = edges_at(slot, point);
     let sum = edges.x + edges.y + edges.z;
@@ -172,7 +173,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     trace_block(group, lane);
 }
 
-// The size of the dispatch that settles what is undecided.
+// Writes the size of the dispatch that settles undecided pairs.
 @compute @workgroup_size(1)
 fn size_settle() {
     write_settle_groups();

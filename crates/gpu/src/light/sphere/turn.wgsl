@@ -6,6 +6,6 @@
 
 const TURN: i32 = 0x40000000;
 const HALF_TURN: i32 = 0x20000000;
-// Of vertices: an angle that isn't known, and one of a vertex that isn't anywhere.
+// Of vertices: an unknown angle, and the angle of a vertex that isn't finite.
 const ANGLE_UNKNOWN: i32 = 0x7fffffff;
 const ANGLE_NOWHERE: i32 = 0x7ffffffe;

@@ -1,5 +1,4 @@
-// What `project` makes of a vertex for a light that sees by angles: its position and α, and how far it is from the
-// light and β.
+// Vertices that `project` writes for a light that sees by angles: position and α, offset from the light and β.
 
 import package::exact::vector::{f64_vector_from_f32_bits};
 import package::light::sphere::angles::{along_axes, angle_of, f32_bits_of, scaled_offset};
@@ -11,10 +10,10 @@ struct AngledVertex {
     of_light: vec4<u32>,
 }
 
-// Offsets from 10⁻³⁰ to 10³⁰ have angles.
+// Range of offsets that have angles, 10⁻³⁰ to 10³⁰.
 const SMALLEST_PART: f32 = 1e-30;
 const LARGEST_OFFSET_BITS: u32 = 0x7149f2cau;
-// 2⁻²⁴: nor has what is so close to the line around which an angle goes, in relation to the offset.
+// 2⁻²⁴: an offset has no angle if it is closer than this, relative to its size, to the line around which the angle turns.
 const SMALLEST_SHARE: f32 = 5.9604645e-8;
 
 fn angled_vertex(bits: vec3<u32>) -> AngledVertex {

@@ -4,13 +4,13 @@ use super::{Fan, Fans};
 use umbrage_rays::Triangles;
 
 impl Fans {
-    /// Makes fans of a mesh's triangles; those that no ray can hit are left out.
+    /// Makes fans of a mesh's triangles, without triangles that no ray can hit.
     ///
-    /// Greedy, by the fitness of Galin and Akkouche 2005, §4 (Rahikainen 2013, equation 2.19): the next centre is the
-    /// vertex for which 2 × its triangles + 7 × open edges among them − 11 × triangles that would be left without
-    /// neighbours is largest. They look for it along the border of what is left; here it may be anywhere.
+    /// Greedy, by the fitness of Galin and Akkouche 2005, §4 (Rahikainen 2013, equation 2.19): the next centre is the vertex
+    /// for which 2 × its triangles + 7 × open edges among them − 11 × triangles that would be left without neighbours is
+    /// largest. The paper searches along the border of the remaining mesh; here the vertex may be anywhere.
     ///
-    /// Only triangles that share vertices are joined, and only those that are turned the same way.
+    /// Only triangles that share vertices are joined, and only those with the same orientation.
     #[must_use]
     pub fn new(triangles: Triangles<'_>) -> Self {
         let mut fans = Self { omitted: triangles.omitted(), ..Self::default() };
@@ -21,7 +21,7 @@ impl Fans {
         while let Some((fitness, center)) = candidates.pop() {
             match mesh.fitness(center) {
                 None => continue,
-                // What was pushed earlier may promise too much.
+                // An earlier fitness may be too high.
                 Some(now) if now < fitness => {
                     candidates.push((now, center));
                     continue;
@@ -31,7 +31,7 @@ impl Fans {
             mesh.spokes(center, &mut spokes);
             touched.clear();
             let removed = fans.ids.len();
-            // Lone triangles may still join a fan around another corner, unless there is nothing else here.
+            // Lone triangles may still join a fan around another corner, unless there is no longer chain here.
             if !fans.push_chains(triangles, center, &mut spokes, &mut chain, 2) {
                 fans.push_chains(triangles, center, &mut spokes, &mut chain, 1);
             }
@@ -51,7 +51,7 @@ impl Fans {
         fans
     }
 
-    /// Makes a fan of each chain of at least `shortest` of the `spokes` around a centre. Whether there was any.
+    /// Makes a fan of each chain of at least `shortest` of the `spokes` around a centre. Returns whether there was any.
     fn push_chains(
         &mut self,
         triangles: Triangles<'_>,
@@ -63,7 +63,7 @@ impl Fans {
         let fans = self.fans.len();
         let mut ends: Vec<u32> = spokes.iter().map(|spoke| spoke.to).collect();
         ends.sort_unstable();
-        // Open chains from their beginnings first; what is left then are rings.
+        // Open chains from their beginnings first; the remaining ones are rings.
         for only_beginnings in [true, false] {
             for start in 0..spokes.len() {
                 let is_inner = only_beginnings && ends.binary_search(&spokes[start].from).is_ok();
@@ -80,7 +80,7 @@ impl Fans {
                 if chain.len() >= shortest {
                     self.push(triangles, center, spokes, chain);
                 } else {
-                    // Back to the others, for another centre.
+                    // Returned to the mesh, for another centre.
                     chain.iter().for_each(|&index| spokes[index].is_used = false);
                 }
             }
@@ -116,21 +116,21 @@ struct Spoke {
     is_used: bool,
 }
 
-/// The first unused one that begins at a vertex; `spokes` are sorted by that.
+/// The first unused spoke that begins at a vertex; `spokes` are sorted by that vertex.
 fn unused_from(spokes: &[Spoke], vertex: u32) -> Option<usize> {
     let first = spokes.partition_point(|spoke| spoke.from < vertex);
     let same = spokes[first..].iter().take_while(|spoke| spoke.from == vertex);
     same.enumerate().find(|(_, spoke)| !spoke.is_used).map(|(index, _)| first + index)
 }
 
-/// What is left of a mesh, with neighbours.
+/// The rest of a mesh, with neighbours.
 struct Mesh<'a> {
     indices: &'a [[u32; 3]],
     /// Whether each triangle can be hit and is in no fan yet.
     is_left: Vec<bool>,
-    /// Across the edge from each corner to the next; [`Mesh::NONE`] for none.
+    /// The neighbour across the edge from each corner to the next; [`Mesh::NONE`] for none.
     neighbors: Vec<[u32; 3]>,
-    /// Where the triangles around each vertex start in `around`, and one more for the end.
+    /// Start of each vertex's triangles in `around`, and the end.
     starts: Vec<u32>,
     around: Vec<u32>,
 }
@@ -193,7 +193,7 @@ impl<'a> Mesh<'a> {
         neighbors.filter(|&neighbor| neighbor != Self::NONE && self.is_left[neighbor as usize])
     }
 
-    /// How good a centre a vertex would be; `None` where no triangles are left around it.
+    /// Fitness of a vertex as a centre; `None` if no triangles are left around it.
     fn fitness(&self, vertex: u32) -> Option<i64> {
         let (mut triangles, mut open_edges, mut left_alone) = (0, 0, 0);
         for id in self.around(vertex) {

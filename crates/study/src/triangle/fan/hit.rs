@@ -5,12 +5,12 @@ use crate::triangle::lanes::{LaneMask, Lanes, cross, dot_all, minus_all};
 use crate::triangle::{Hits, Rays};
 
 impl TriangleFan<'_> {
-    /// Calls `found` with the id of each triangle that rays hit, on either side, and with the hits, whose weights belong
-    /// to the triangle's own corners. Triangles come around the centre, not by distance.
+    /// Calls `found` with the id of each triangle that rays hit, on either side, and with the hits, whose weights
+    /// belong to the triangle's own corners. Triangles come around the centre, not by distance.
     ///
     /// Galin and Akkouche 2005, §3 (Rahikainen 2013, equation 2.18): one cross product for the fan, one dot product for
-    /// each of its edges. Only where those of neighbours differ in sign the ray's line passes through the wedge between
-    /// them, and the triangle is tested as by Möller and Trumbore.
+    /// each of its edges. The ray's line passes through the wedge between two neighbouring edges only if their dot
+    /// products differ in sign; then the triangle is tested as by Möller and Trumbore.
     #[inline(always)]
     pub fn hit<L: Lanes>(&self, rays: &Rays<L>, mut found: impl FnMut(u32, Hits<L>)) {
         let offset = minus_all(rays.origin, self.center);
@@ -39,7 +39,8 @@ impl TriangleFan<'_> {
     }
 }
 
-/// Where rays of a `mask` hit the triangle between two edges from the centre, given on which `sides` of them they pass.
+/// Hits of the rays of `mask` on the triangle between two edges from the centre, given the `sides` on which they pass
+/// the edges.
 #[inline(always)]
 fn hit_wedge<L: Lanes>(
     rays: &Rays<L>,
@@ -52,7 +53,7 @@ fn hit_wedge<L: Lanes>(
     let determinant = dot_all(rays.direction, normal);
     let sign = determinant.sign();
     let (v, w) = (-(sides[1] * sign), sides[0] * sign);
-    // The determinant's own sign says which of the wedge and its mirror image the line passes through.
+    // The determinant's own sign tells the wedge from its mirror image.
     let inside = v.is_at_least_zero() & w.is_at_least_zero() & (v + w).is_at_most(determinant * sign);
     let mask = mask & inside;
     if !mask.any() {

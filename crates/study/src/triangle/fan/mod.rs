@@ -12,16 +12,16 @@ use umbrage_rays::Omitted;
 
 /// All triangles of a mesh in fans, each triangle in one. 23 bytes a triangle in fans of six, 26 in fans of four.
 ///
-/// A fan's triangles share its centre, and each shares an edge from there with the next; the last one may with the
-/// first.
+/// A fan's triangles share its centre, and each shares an edge at the centre with the next; the last one may share one
+/// with the first.
 #[derive(Clone, Debug, Default)]
 pub struct Fans {
     fans: Vec<Fan>,
-    /// Of each fan, from the centre to the rim: one more than it has triangles.
+    /// Edges of each fan, from the centre to the rim: one more than its triangles.
     edges: Vec<Vec3>,
     /// Id of each triangle, fan after fan.
     ids: Vec<u32>,
-    /// Which corner of the triangle the centre is: 0, 1 or 2.
+    /// The triangle's corner at the centre: 0, 1 or 2.
     center_corners: Vec<u8>,
     omitted: Omitted,
 }
@@ -30,9 +30,9 @@ pub struct Fans {
 #[derive(Clone, Copy, Debug)]
 struct Fan {
     center: Vec3,
-    /// Where its triangles start in [`Fans::ids`].
+    /// Index of its first triangle in [`Fans::ids`].
     first_triangle: u32,
-    /// Where its edges start in [`Fans::edges`].
+    /// Index of its first edge in [`Fans::edges`].
     first_edge: u32,
     triangles: u32,
 }
@@ -41,20 +41,20 @@ struct Fan {
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleFan<'a> {
     center: Vec3,
-    /// One more than triangles.
+    /// One more than its triangles.
     edges: &'a [Vec3],
     ids: &'a [u32],
     center_corners: &'a [u8],
 }
 
 impl Fans {
-    /// How many fans there are.
+    /// Number of fans.
     #[must_use]
     pub fn len(&self) -> usize {
         self.fans.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no fans.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.fans.is_empty()
@@ -63,7 +63,7 @@ impl Fans {
     /// A fan by its index.
     ///
     /// # Panics
-    /// If there are not as many.
+    /// If the index is out of range.
     #[must_use]
     #[inline]
     pub fn fan(&self, index: usize) -> TriangleFan<'_> {
@@ -78,13 +78,13 @@ impl Fans {
         }
     }
 
-    /// The triangles that are in no fan because no ray can hit them.
+    /// The triangles in no fan, which no ray can hit.
     #[must_use]
     pub fn omitted(&self) -> &Omitted {
         &self.omitted
     }
 
-    /// Bytes held.
+    /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.fans.as_slice())

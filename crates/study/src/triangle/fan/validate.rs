@@ -2,11 +2,11 @@ use super::Fans;
 use umbrage_rays::Triangles;
 
 impl Fans {
-    /// Checks the fans against the triangles that they were made of.
+    /// Checks the fans against their triangles.
     ///
     /// # Errors
-    /// Names the first triangle that breaks a rule: every triangle that can be hit is in exactly one fan, all others are
-    /// in none, and a triangle in a fan has the centre and the two ends of its edges for corners, turned as it was.
+    /// Names the first triangle that breaks a rule: every triangle that can be hit is in exactly one fan, all others are in
+    /// none, and a triangle in a fan has the centre and the two ends of its edges for corners, in its own orientation.
     pub fn validate(&self, triangles: Triangles<'_>) -> Result<(), String> {
         let mut seen = vec![0_u32; triangles.len()];
         for index in 0..self.len() {

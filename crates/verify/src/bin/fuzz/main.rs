@@ -1,8 +1,8 @@
-//! Gives every reader, poses, the API and the command what nobody should: nothing may panic, hang, take too much memory or
-//! be accepted and then nonsense.
+//! Gives bad input to every reader, to poses, the API and the command: nothing may panic, hang, take too much memory or
+//! accept nonsense.
 //!
-//! Mutants are made and tried in a process of their own, so that what ends it is found like what doesn't. Each follows from
-//! its number alone.
+//! Mutants are made and tried in a process of their own, so that a crash is found like any other fault. A mutant
+//! follows from its number alone.
 #![forbid(unsafe_code)]
 
 mod mutate;
@@ -50,7 +50,7 @@ const EXAMPLES: &str = "Examples:
   cargo run --release -p umbrage-verify --bin fuzz -- --target ply --seed 1234 --mutants 1
       One mutant again, by its number";
 
-/// How long one mutant may take.
+/// Time limit of one mutant.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn main() -> Result<ExitCode> {
@@ -73,7 +73,7 @@ fn main() -> Result<ExitCode> {
     Ok(if findings == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Tries mutants of one target, says what came of them and how many findings there are.
+/// Tries mutants of one target, prints the counts of answers, and returns the number of findings.
 fn try_target(target: &str, flags: &Flags, time: Duration) -> Result<u64> {
     let started = Instant::now();
     let (mut next, mut answers) = (flags.seed, [0; 3]);

@@ -1,14 +1,14 @@
-//! What a file may become on its way: bits, numbers and words change, pieces vanish, move, come twice or from elsewhere.
+//! Mutations of a file: bits, numbers and words change; pieces vanish, move, are duplicated or come from another file.
 
 use std::ops::Range;
 
 use serde_json::Value;
 use umbrage_verify::Random;
 
-/// Whole numbers where something begins or ends.
+/// Integers at limits of types and lengths.
 const WHOLE: [i64; 12] = [0, 1, -1, 2, 127, 255, 256, 65_535, 0x7FFF_FFFF, 0x8000_0000, 0xFFFF_FFFF, i64::MAX];
 
-/// Numbers that are far from others, or none.
+/// Numbers far from the usual ones, and NaN.
 pub(crate) const REAL: [f64; 12] =
     [0.0, -0.0, 0.5, -1.0, 1e-45, 1e9, -1e19, 1e38, -3.4e38, 1.7e308, f64::INFINITY, f64::NAN];
 
@@ -17,7 +17,7 @@ pub(crate) fn any<'a, T>(random: &mut Random, list: &'a [T]) -> &'a T {
     &list[random.below(list.len())]
 }
 
-/// Changes `bytes` in up to four ways, or leaves them as they are; `other` is a file of the same kind, to take pieces of.
+/// Changes `bytes` in up to four ways, or leaves them unchanged; `other` is a file of the same kind, to take pieces from.
 pub(crate) fn mutate(random: &mut Random, name: &str, bytes: &[u8], other: &[u8]) -> Vec<u8> {
     let mut mutant = bytes.to_vec();
     for _ in 0..*any(random, &[0, 1, 1, 1, 1, 1, 1, 2, 2, 4]) {
@@ -32,7 +32,7 @@ pub(crate) fn mutate(random: &mut Random, name: &str, bytes: &[u8], other: &[u8]
     mutant
 }
 
-/// A piece of something of so many bytes, often a small one.
+/// A range within `length` bytes, often a small one.
 fn piece(random: &mut Random, length: usize) -> Range<usize> {
     let first = random.below(length + 1);
     let most = if random.below(2) == 0 { 16 } else { length };
@@ -72,7 +72,7 @@ fn binary_number(random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// A number as texts write it.
+/// A number as a text format writes it.
 pub(crate) fn written_number(random: &mut Random) -> String {
     match random.below(4) {
         0 => any(random, &WHOLE).to_string(),
@@ -82,7 +82,7 @@ pub(crate) fn written_number(random: &mut Random) -> String {
     }
 }
 
-/// Where a text's words are, its ends of lines and what joins words.
+/// Ranges of a text's words, of its line ends, and of the characters that join words.
 fn words(text: &[u8]) -> Vec<Range<usize>> {
     let kind = |byte: u8| match byte {
         b' ' | b'\t' => 0,
@@ -98,7 +98,7 @@ fn words(text: &[u8]) -> Vec<Range<usize>> {
     words.filter(|word| kind(text[word.start]) > 0).collect()
 }
 
-/// A word of a text exchanged for a number, another word or nothing.
+/// Replaces a word of a text by a number, by another word or by nothing.
 pub(crate) fn changed_words(random: &mut Random, text: &[u8], other: &[u8]) -> Vec<u8> {
     let (own, others) = (words(text), words(other));
     if own.is_empty() || others.is_empty() {
@@ -142,7 +142,7 @@ fn changed_json(random: &mut Random, text: &[u8]) -> Option<Vec<u8>> {
     serde_json::to_vec(&document).ok()
 }
 
-/// Some value within another, most often one that holds no others.
+/// Some value within another, most often one without children.
 fn value_in<'a>(random: &mut Random, value: &'a mut Value) -> Option<&'a mut Value> {
     let count = match value {
         Value::Array(list) => list.len(),
@@ -160,7 +160,7 @@ fn value_in<'a>(random: &mut Random, value: &'a mut Value) -> Option<&'a mut Val
     value_in(random, inner?)
 }
 
-/// A GLB whose text or numbers changed, and whose lengths say so.
+/// Changes the text or the numbers of a GLB, and updates its lengths.
 fn changed_glb(random: &mut Random, bytes: &[u8]) -> Option<Vec<u8>> {
     /// Its signature, version and length, and the length and kind of each of two chunks.
     const HEADERS: [usize; 2] = [12, 8];

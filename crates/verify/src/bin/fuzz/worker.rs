@@ -1,4 +1,4 @@
-//! Tries mutants, one after the other, and writes down which one it is at.
+//! Tries mutants, one after the other, and records the current one.
 
 use std::collections::HashSet;
 use std::fs::{self, File};
@@ -12,22 +12,22 @@ use umbrage_verify::Random;
 
 use crate::targets::{self, Answer};
 
-/// The most memory that a mutant may take, with all that the program holds.
+/// Limit on the process's memory in bytes.
 const MOST_BYTES: usize = 3 << 29;
 
-/// How far a worker has come.
+/// Progress of a worker.
 #[derive(Debug, Default)]
 pub(crate) struct Progress {
-    /// The number of the mutant that is tried, or would be next.
+    /// Number of the current or next mutant.
     pub(crate) next: u64,
-    /// How many mutants were accepted, refused and something else.
+    /// Numbers of accepted mutants, refused mutants, and findings.
     pub(crate) answers: [u64; 3],
-    /// The file that the mutant is in, if it is one.
+    /// Name of the mutant's file, if it is a file.
     pub(crate) file: String,
 }
 
 impl Progress {
-    /// What a worker in a folder wrote last.
+    /// Reads the last record of the worker in a folder.
     pub(crate) fn read(folder: &Path) -> Self {
         let text = fs::read_to_string(folder.join("progress")).unwrap_or_default();
         let mut words = text.split_whitespace();
@@ -39,11 +39,11 @@ impl Progress {
     fn write(&self, file: &mut File) -> Result<()> {
         let Self { next, answers: [accepted, refused, findings], file: name } = self;
         file.rewind()?;
-        // As long as any, so that it covers the last one.
+        // Padded, so that it covers the last record.
         Ok(file.write_all(format!("{next} {accepted} {refused} {findings} {name:80}\n").as_bytes())?)
     }
 
-    /// Says what is wrong with the mutant of a worker in a folder, and keeps its file.
+    /// Prints the fault of the current mutant of the worker in a folder, and keeps its file.
     pub(crate) fn tell(&self, target: &str, why: &str, folder: &Path, keep: &Path) -> Result<()> {
         let Self { next, file, .. } = self;
         println!("--target {target} --seed {next}: {file} {why}");
@@ -55,7 +55,7 @@ impl Progress {
     }
 }
 
-/// Where a worker's files are.
+/// A worker's folder and progress.
 pub(crate) struct Workplace<'a> {
     pub(crate) folder: &'a Path,
     progress: Progress,
@@ -63,7 +63,7 @@ pub(crate) struct Workplace<'a> {
 }
 
 impl Workplace<'_> {
-    /// Writes the file that is the mutant.
+    /// Writes the mutant's file.
     pub(crate) fn write_mutant(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
         name.clone_into(&mut self.progress.file);
         self.progress.write(&mut self.progress_file)?;
@@ -78,7 +78,7 @@ impl Workplace<'_> {
     }
 }
 
-/// Tries so many mutants of a target in a folder.
+/// Tries `mutants` mutants of a target, beginning with `first`, in a folder.
 pub(crate) fn run(target: &str, first: u64, mutants: u64, folder: &Path, keep: &Path) -> Result<()> {
     let progress = Progress { next: first, ..Progress::default() };
     let mut place = Workplace { folder, progress, progress_file: File::create(folder.join("progress"))? };
@@ -101,7 +101,7 @@ pub(crate) fn run(target: &str, first: u64, mutants: u64, folder: &Path, keep: &
         };
         if let Some(wrong) = wrong {
             place.progress.answers[2] += 1;
-            // Digits differ between mutants that are wrong in the same way.
+            // Digits differ between mutants with the same fault.
             if told.insert(wrong.replace(|c: char| c.is_ascii_digit(), "")) {
                 place.progress.tell(target, &wrong, folder, keep)?;
             }
@@ -111,7 +111,7 @@ pub(crate) fn run(target: &str, first: u64, mutants: u64, folder: &Path, keep: &
     place.progress.write(&mut place.progress_file)
 }
 
-/// Where a panic's words are found from now on.
+/// Keeps the last panic's message instead of printing it.
 fn record_panics() -> Arc<Mutex<String>> {
     let last = Arc::new(Mutex::new(String::new()));
     let record = Arc::clone(&last);

@@ -1,4 +1,4 @@
-//! Triangles whose edges, planes and corners are where shadow rays are, as exactly as f32 can say.
+//! Triangles with edges, planes and corners on shadow rays, as exactly as f32 allows.
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::HitPoint;
@@ -9,8 +9,8 @@ use umbrage_verify::{Case, Oracle, Random, TestMesh};
 
 use super::FAR;
 
-/// Adds triangles to what is seen, `count` for each light: for each, a shadow ray of a pixel passes through an edge, a corner
-/// or the plane of it, or all along it, but for what rounding to f32 makes of its corners.
+/// Adds `count` triangles for each light. Up to the rounding of corners to f32, a pixel's shadow ray passes through an
+/// edge, a corner or the plane of the triangle, or lies in it.
 pub(super) fn aim(mut case: Case, random: &mut Random, count: u32, size: f32, first_row: u32, kinds: &[u32]) -> Case {
     let (shot, oracle) = (case.shot(), Oracle::new(case.mesh.triangles()));
     let mut points = Vec::new();
@@ -39,9 +39,9 @@ pub(super) fn aim(mut case: Case, random: &mut Random, count: u32, size: f32, fi
                 0 => [at(part) + u * s, at(part) - u * t, at(part) + v],
                 // A corner.
                 1 => [at(part), at(part) + u, at(part) + v],
-                // The plane, which has the point inside of the triangle.
+                // The plane, with the point inside of the triangle.
                 2 => [to + u, to + v, to - (u + v) * (0.3 + s)],
-                // All along it.
+                // The whole ray lies in the triangle.
                 3 => [at(part), at(part + (0.95 - part) * s), at(part) + u],
                 // A sliver.
                 4 => [at(part) + u * s, at(part) - u * t, at(part) + u * (s - t) * 0.5 + w * near / girth],
@@ -58,14 +58,14 @@ pub(super) fn aim(mut case: Case, random: &mut Random, count: u32, size: f32, fi
     case
 }
 
-/// A card and a smaller one above it. All of it is within a light's face, so that the filter of small triangles is asked.
+/// A card and a smaller one above it. All of it is within a light's face, so that it takes the filter of small triangles.
 fn cards() -> TestMesh {
     let mut mesh = TestMesh::plane(2, 0.9).placed(1.0, Vec3::NEG_Y);
     mesh.quad([(-0.5, -0.5), (0.4, -0.5), (0.5, 0.3), (-0.5, 0.4)].map(|(x, z)| Vec3::new(x, -0.8 + 0.1 * x, z)));
     mesh
 }
 
-/// What is aimed at: by one of four lights, in a way to see it and a world.
+/// Settings for aimed triangles: one of four lights, a camera and a world.
 pub(super) fn setting(number: u32, seed: u64) -> Case {
     let (light, seen) = (number % 4, number / 4);
     let mut random = Random::new(seed);
@@ -95,8 +95,8 @@ pub(super) fn setting(number: u32, seed: u64) -> Case {
     aim(case, &mut random, 120, 0.2 * scale, first_row, if seed % 8 == 7 { large } else { small })
 }
 
-/// Those that fail where margins are left out: points' errors in the edges and nearness of small and large triangles and in
-/// the boxes of parts, and those above which a shadow is certain.
+/// Settings that fail without certain margins: points' errors in the edges and nearness of small and large triangles
+/// and in the boxes of parts, and the thresholds above which a shadow is certain.
 pub(super) fn all() -> Vec<Case> {
     let mut all: Vec<Case> = [0, 1, 2, 3, 5, 6, 9, 12, 15, 17, 20, 21, 24, 27].map(|number| setting(number, 5)).into();
     all.extend([4, 5, 22].map(|number| setting(number, 7)));

@@ -61,14 +61,14 @@ pub(super) fn of_all_kinds() -> Vec<Case> {
     cases
 }
 
-/// The camera moves across its axis, and its image the other way: farther, the nearer what is in focus.
+/// The camera moves across its axis, and its image the other way: by more, the nearer the focus is.
 fn from_points_of_a_lens(lights: &[LightSource]) -> Vec<Case> {
     let mut mesh = room(7);
     mesh.append(&TestMesh::soup(&mut Random::new(5), 30, 0.1));
     let mut cases = Vec::new();
     for (focus, x, y) in [(4.0, 0.1, 0.2), (0.5, -0.3, 0.1), (0.05, 0.2, -0.2), (1e-3, 0.3, 0.3)] {
         let position = look().position + look().right * x + look().up * y;
-        // Turned to where something is, so that rays from far beside the image see it too.
+        // Turned towards the focus, so that rays from far beside the image see triangles too.
         let target = position + look().forward + look().right * (x / focus) + look().up * (y / focus);
         for camera in [Camera { position, ..look() }, Camera::look_at(position, target, Vec3::Y, 0.9)] {
             let view = view(camera, 41, 26);
@@ -81,7 +81,7 @@ fn from_points_of_a_lens(lights: &[LightSource]) -> Vec<Case> {
     cases
 }
 
-/// From none to more tiles than are looked at together.
+/// From no tile to more tiles than are traced together.
 pub(super) fn image_sizes() -> Vec<Case> {
     let mut random = Random::new(1);
     let mut cases = Vec::new();
@@ -94,11 +94,11 @@ pub(super) fn image_sizes() -> Vec<Case> {
             cases.push(Case::new("a room", room(9), view(camera(), width, height), &lights));
         }
     }
-    // More columns of tiles than are looked at together; more rows than columns; a tile more in each than is whole.
+    // More columns of tiles than are traced together; more rows than columns; one partial tile more in each.
     for (width, height) in [(1100, 5), (3, 400), (140, 70)] {
         let mut mesh = TestMesh::default();
         for step in 0..40 {
-            // From needles to triangles that hold the whole view, around the camera and through the eye plane.
+            // From needles to triangles that cover the whole view, around the camera and through the eye plane.
             let (length, width) = ([1.0, 2.0, 9.0][step % 3], [0.02, 0.5, 1.0, 40.0][step % 4]);
             let [middle, across, along] = [(); 3].map(|()| random.point());
             let corner = middle * 3.0;
@@ -157,7 +157,7 @@ pub(super) fn worlds() -> Vec<Case> {
     cases
 }
 
-/// Where the ball of [`stadium`] is.
+/// Position of the ball in [`stadium`].
 pub(crate) const BALL: Vec3 = Vec3::new(0.3, -0.7, 0.2);
 
 /// A bumpy ball with a radius of `smallness` on the floor of a room from -1 to 1.

@@ -1,4 +1,4 @@
-//! Too much in one place. `frames` has more of it for what has to be fast there.
+//! Many triangles in one place. `frames` has larger crowds, for structures that must be fast there.
 
 use glam::Vec3;
 use umbrage_rays::{Camera, SeenPixels};
@@ -14,7 +14,7 @@ pub(super) fn all() -> Vec<Known> {
     let mut all = vec![
         copies(Case::new("copies", TestMesh::copies(10_000), view(camera(), 21, 16), &lights)),
         copies(Case::new("copies", TestMesh::copies(3_000), view(parallel_camera(), 9, 7), &lights)),
-        // A light in their edge leaves all of them to exact arithmetic.
+        // A light on their edge leaves all of them to exact arithmetic.
         copies(Case::new("copies", TestMesh::copies(1_000), view(camera(), 6, 4), &[point(a.midpoint(b))])),
         plates(10_000, 1e-4),
     ];
@@ -23,14 +23,14 @@ pub(super) fn all() -> Vec<Known> {
     all
 }
 
-/// Where all but the first of a [room](TestMesh::copies)'s copies can't be seen, and what one of them shadows, all do.
+/// A [room](TestMesh::copies) whose first copy hides all others: each copy has the same shadow.
 fn copies(case: Case) -> Known {
-    // With one alone its own points would miss the shadows of the others.
+    // Two copies, because a single one wouldn't shadow its own points.
     let truth = Case::new("two copies", TestMesh::copies(2), case.view, &case.lights).truth();
     Known::with_truth(case, truth)
 }
 
-/// Plates above one pixel of a floor, within one of 192² cells of what lights see of it.
+/// Plates above one pixel of a floor, within one of 192² cells of the lights' views of it.
 fn plates(count: u32, step: f32) -> Known {
     let mut plates = Plates::one();
     let truth = plates.truth();
@@ -38,7 +38,7 @@ fn plates(count: u32, step: f32) -> Known {
     Known::with_truth(plates.case(), truth)
 }
 
-/// No filter can tell which is nearer: every pixel leaves many hits to exact arithmetic.
+/// No filter can tell the nearest: every pixel leaves many hits to exact arithmetic.
 fn in_one_plane() -> Case {
     let mut random = Random::new(54);
     let mut mesh = TestMesh::default();
@@ -50,7 +50,7 @@ fn in_one_plane() -> Case {
     Case::new("one plane", mesh, view(camera, 24, 18), &lights)
 }
 
-/// A card of a thousandth of what else is seen fills nearly all of the image; a ball half shadows it.
+/// A card a thousandth the size of the scene fills nearly all of the image; a ball half shadows it.
 fn card() -> Case {
     let camera = Camera::look_at(Vec3::new(0.0, 0.0, 2e-3), Vec3::ZERO, Vec3::Y, 0.9);
     let lights = [point(Vec3::new(0.3, 2.0, 3.0)), point(Vec3::new(4.0, 1.0, 8.0)), sun(0.0, -0.3, -1.0)];

@@ -1,4 +1,4 @@
-//! Lights in every bad place, and points that no face of a light can hold.
+//! Lights at difficult positions, and points outside of all faces of a light.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -38,8 +38,8 @@ pub(super) fn of_all_kinds() -> Vec<Case> {
     cases.push(Case::new("lights that are none", room(9), view(camera(), 20, 10), &none));
     cases.push(Case::new("no light", room(9), view(camera(), 20, 10), &[]));
 
-    // A floor of small triangles, and others a little above and below it: the light has to tell their nearness apart.
-    // From below the floor, the camera sees what they shadow.
+    // A floor of small triangles, and others slightly above and below it: the light has to tell their nearness apart.
+    // The camera sees their shadows from below the floor.
     let mut random = Random::new(11);
     let mut floor = TestMesh::plane(16, 1.44).placed(1.0, Vec3::Y * -0.5);
     for height in [1e-2, 1e-4, 1e-5, 3e-6, -1e-5, -1e-2] {
@@ -62,7 +62,8 @@ pub(super) fn of_all_kinds() -> Vec<Case> {
     cases
 }
 
-/// Spots of all widths: some that end at what a pixel shows to the last bits, some around everything and some away from it.
+/// Spots of all widths: some whose cone ends at a pixel's point to the last bits, some around the whole scene and some
+/// away from it.
 fn cones(view: &View) -> Vec<LightSource> {
     let spot = |position: Vec3, direction: Vec3, outer_radians: f32| LightSource::Spot {
         position,
@@ -98,7 +99,7 @@ fn cones(view: &View) -> Vec<LightSource> {
 
 pub(super) fn that_no_face_holds() -> Vec<Known> {
     let mut known = Vec::new();
-    // Lights in vertices of a sheet that rays go through exactly: those points are on their light.
+    // Lights at vertices of a sheet that lie exactly on rays: those points are at their light.
     let mut random = Random::new(32);
     for (position, scale) in [(Vec3::ZERO, 1.0), (FAR, 4.0)] {
         for is_orthographic in [false, true] {
@@ -110,13 +111,13 @@ pub(super) fn that_no_face_holds() -> Vec<Known> {
             known.push(Known::new(case).with_outliers(&[1; 4]));
         }
     }
-    // Depths beyond what an inverse depth can be.
+    // Depths whose inverse is out of range.
     let scale = 1e32;
     let lights = [point(Vec3::new(1.0, 3.0, 1.0) * scale), sun(0.2, -1.0, 0.1)];
     let huge = TestMesh::room().placed(scale, Vec3::ZERO);
     let seen = view(placed(camera(), scale, Vec3::ZERO), 23, 17);
     known.push(Known::new(Case::new("huge", huge, seen, &lights)).with_outliers(&[201, 201]));
-    // A telescope that is so far away that its points are about as wrong as they are far from their light.
+    // A telescope so far away that its points' errors are about as large as their distances from the light.
     let lights = [point(Vec3::new(0.5, -0.9999, 0.5)), point(Vec3::new(0.3, 0.4, 0.2))];
     let case = Case::new("telescope", TestMesh::room(), view(telescope(2e12), 23, 17), &lights);
     known.push(Known::new(case).with_outliers(&[1, 0]));

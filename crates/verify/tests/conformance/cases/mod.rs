@@ -1,4 +1,4 @@
-//! What structures are asked about images. Each group is made, and the oracle asked, when a first structure needs it.
+//! Cases for structures. Each group, and its truth, is made when a first structure needs it.
 
 mod aimed;
 mod cameras;

@@ -1,4 +1,4 @@
-//! One scene, frame after frame: what is built may be of an earlier one.
+//! One scene, frame after frame: a structure may come from an earlier frame.
 
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
@@ -8,8 +8,8 @@ use umbrage_verify::{Case, Random, TestMesh};
 
 use crate::check::Known;
 
-/// Parts that stay, turn, wave, fly far away and back, shrink to a plane, and come apart; in the end what was one is another,
-/// and then there is nothing.
+/// Parts that stay, turn, wave, fly far away and back, shrink to a plane, and come apart; in the end the parts are
+/// others, and then there are no triangles.
 pub(super) fn frames() -> Vec<Known> {
     let mut random = Random::new(77);
     let soup = TestMesh::soup(&mut random, 40, 0.05);
@@ -23,7 +23,7 @@ pub(super) fn frames() -> Vec<Known> {
     other.part_of_triangle.iter_mut().for_each(|part| *part ^= 1);
     frames.push(Case { name: "other parts".to_owned(), ..other });
     frames.push(Case::new("nothing", TestMesh::default(), view(camera(), 24, 16), &lights));
-    // The referee would take minutes, and is asked about each kind of triangle elsewhere.
+    // The referee would take minutes, and other cases test each kind of triangle with it.
     let known = |case: Case| {
         let truth = case.truth();
         Known::with_truth(case, truth)
@@ -55,7 +55,7 @@ fn frame(step: u32, ball: &TestMesh, soup: &TestMesh) -> Case {
     mesh.indices.push([0, 1, if step == 6 { 2 } else { u32::MAX }]);
     mesh.indices.push([7, 7, 8]);
     part_of_triangle.extend([0, 0]);
-    // An even number is built once for each frame.
+    // With an even number, the structure is built once for each frame.
     assert!(mesh.indices.len().is_multiple_of(2));
     let lights = [point(Vec3::new(1.0, 4.0, 2.0)), sun(0.3, -1.0, 0.2)];
     let case = Case::new(format!("step {step}"), mesh, view(camera(), 30, 22), &lights);

@@ -1,4 +1,4 @@
-//! Triangles that let some rays through, and sides that do.
+//! Triangles with holes, and one-sided triangles.
 
 use glam::Vec3;
 use umbrage_rays::{Camera, MaskAnswers, MaskPoints, Opacity, Projection, Sides};
@@ -8,7 +8,7 @@ use umbrage_verify::{Case, MIXED_SIDES, Random, TestMesh};
 
 use super::{FAR, room};
 
-/// Squares cut out of every third triangle; it is certain about points away from their borders.
+/// Squares cut out of every third triangle; its intervals are certain away from the squares' borders.
 pub(crate) struct Squares(pub(crate) f64);
 
 impl Squares {
@@ -53,13 +53,13 @@ pub(super) fn of_masks() -> Vec<Case> {
     let lights = around(1.0, Vec3::ZERO);
     let case = |lights| Case::new("", soup.clone(), view(look, 40, 30), lights);
     let mut cases = Vec::new();
-    // From squares that are nearly always certain to ones that hardly ever are.
+    // From squares with nearly all points certain to squares with hardly any.
     for count in [3.0, 50.0, 3e4] {
         let (name, opacity) = (format!("{count}² squares"), Box::new(Squares(count)));
         let shadow_opacity = Box::new(Squares(count * 0.7));
         cases.push(Case { name, opacity, shadow_opacity, ..case(&lights[..3]) });
     }
-    // Functions know nothing of the points around; rays of the camera and of lights ask different ones.
+    // Functions know nothing about neighbouring points; camera and shadow rays have different ones.
     let some = |id: u32, [b, _]: [f32; 2]| !id.is_multiple_of(3) || b < 0.4;
     let none = |_: u32, _: [f32; 2]| false;
     cases.push(Case { name: "a function".into(), opacity: Box::new(some), ..case(&lights[5..8]) });
@@ -76,8 +76,8 @@ pub(super) fn of_masks() -> Vec<Case> {
     cases
 }
 
-/// Triangles that show their front, their back or, to roundings, neither, to the camera and to lights; and views of them,
-/// one of them mirrored and one with parallel rays.
+/// Triangles that show their front, their back or, up to rounding, neither, to the camera and to lights; and views of
+/// them, one of them mirrored and one with parallel rays.
 pub(super) fn of_sides() -> Vec<Case> {
     let look = Camera::look_at(Vec3::new(2.5, 1.5, 3.5), Vec3::ZERO, Vec3::Y, 0.9);
     let at_first_light = Vec3::new(3.0, 5.0, 2.0);

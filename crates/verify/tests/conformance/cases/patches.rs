@@ -10,7 +10,7 @@ use umbrage_verify::{Case, Random, TestMesh};
 
 use super::FAR;
 
-/// A sheet of `columns` by `rows` squares with shared vertices, at a place for each u and v from 0 to 1.
+/// A sheet of `columns` by `rows` squares with shared vertices; `at` gives the position for u and v from 0 to 1.
 fn sheet(columns: u32, rows: u32, at: impl Fn(f32, f32) -> Vec3) -> TestMesh {
     let vertices = (0..=rows).flat_map(|row| (0..=columns).map(move |column| (column, row)));
     let positions =
@@ -31,7 +31,7 @@ fn spot(position: Vec3, at: Vec3, outer_radians: f32) -> LightSource {
     LightSource::Spot { position, direction, inner_radians: 0.5 * outer_radians, outer_radians }
 }
 
-/// Back and forth upon itself, layers being `apart`.
+/// A sheet folded back and forth, with layers `apart` units apart.
 fn folded(apart: f32) -> TestMesh {
     sheet(32, 4, |u, v| {
         let (fold, within) = ((8.0 * u).floor(), (8.0 * u).fract());
@@ -47,7 +47,7 @@ fn spiral() -> TestMesh {
     })
 }
 
-/// Its ends are joined by their vertices, turned over.
+/// The vertices join its ends, turned over.
 fn moebius_strip() -> TestMesh {
     const AROUND: u32 = 48;
     const ACROSS: u32 = 3;
@@ -83,7 +83,7 @@ fn fans() -> TestMesh {
     mesh
 }
 
-/// Each triangle of a ball three times, and each the other way around.
+/// Each triangle of a ball three times, and three times reversed.
 fn doubled() -> TestMesh {
     let mut ball = TestMesh::bumpy_ball(0.8, 6);
     let turned: Vec<[u32; 3]> = ball.indices.iter().map(|&[a, b, c]| [a, c, b]).collect();
@@ -93,7 +93,7 @@ fn doubled() -> TestMesh {
     ball
 }
 
-/// Squares of turned triangles like a chessboard's.
+/// Squares of reversed triangles in a chessboard's pattern.
 fn chessboard() -> TestMesh {
     let mut board = sheet(12, 12, |u, v| Vec3::new(2.0 * u - 1.0, 0.2 * (5.0 * u).sin(), 2.0 * v - 1.0));
     for (number, triangle) in board.indices.iter_mut().enumerate() {
@@ -104,7 +104,7 @@ fn chessboard() -> TestMesh {
     board
 }
 
-/// A sheet with a rim of triangles that have no area: two corners are one vertex, are in one place, or all are in a line.
+/// A sheet with a rim of triangles without an area: two corners are one vertex, two have one position, or all are on a line.
 fn zero_area_rim() -> TestMesh {
     const SIDE: u32 = 10;
     let mut mesh = sheet(SIDE, SIDE, |u, v| Vec3::new(1.8 * u - 0.9, 0.1 * (7.0 * u * v).sin(), 1.8 * v - 0.9));
@@ -121,7 +121,7 @@ fn zero_area_rim() -> TestMesh {
     mesh
 }
 
-/// A figure eight that is turned around while it goes around: it goes through itself along a circle (a Klein bottle).
+/// A figure eight that turns around while it goes around: it intersects itself along a circle (a Klein bottle).
 fn through_itself() -> TestMesh {
     sheet(24, 12, |u, v| {
         let ((sin, cos), (half_sin, half_cos)) = ((TAU * u).sin_cos(), (PI * u).sin_cos());
@@ -143,7 +143,7 @@ fn apart() -> TestMesh {
     mesh
 }
 
-/// Vertices in the midst of a sheet that are no numbers.
+/// A sheet with vertices of NaN and infinity in its midst.
 fn with_holes() -> TestMesh {
     let mut mesh = sheet(14, 14, |u, v| Vec3::new(2.0 * u - 1.0, 0.3 * (4.0 * v).cos(), 2.0 * v - 1.0));
     for (vertex, bad) in [(40, f32::NAN), (112, f32::INFINITY), (113, f32::NEG_INFINITY), (180, f32::NAN)] {
@@ -201,7 +201,8 @@ pub(super) fn of_bad_shapes() -> Vec<Case> {
     let above = [point(Vec3::new(0.5, 2.0, 1.0)), point(Vec3::new(0.2, 0.1, 0.4)), sun(0.2, -1.0, 0.1)];
     cases.push(Case::new("far larger and smaller than a tile", large_and_small(), view(camera(), 70, 20), &above));
 
-    // Lights in a ball, at a vertex, in an edge, and inside and beside a triangle of it: patches are on both sides of them.
+    // Lights inside a ball, at a vertex, on an edge, and inside and beside a triangle of it: patches are on both sides
+    // of them.
     let ball = over_floor(TestMesh::bumpy_ball(1.0, 9));
     let [a, b, c] = ball.triangles().corners(150);
     let inside = a + ((b - a) + (c - a)) * 0.25;
@@ -212,7 +213,7 @@ pub(super) fn of_bad_shapes() -> Vec<Case> {
         cases.push(Case::new(name, ball.clone(), view(camera, 20, 15), &within));
     }
 
-    // A sheet from far behind a light to far before it, beside, through and barely below it.
+    // A sheet from far behind a light to far before it, that passes beside, through and barely below the light.
     let long = sheet(6, 60, |u, v| Vec3::new(0.8 * u - 0.4, 0.1 * (30.0 * v).sin(), 12.0 * v - 6.0));
     let lights = [
         spot(Vec3::new(0.1, 0.4, 0.3), Vec3::new(0.0, -0.5, -3.0), 1.0),

@@ -9,8 +9,8 @@ use umbrage_verify::{Case, MIXED_SIDES, Random, TestMesh};
 use super::opacity::Squares;
 use super::{FAR, room};
 
-/// Offsets and shifts: four samples of a Hammersley set, two of eight, the largest ones either way, and ones whose
-/// columns and rows have little to do with each other.
+/// Offsets and shifts: four samples of a Hammersley set, two of eight, the largest ones in both directions, and some
+/// with unrelated columns and rows.
 fn patterns() -> Vec<(DVec2, Shifts)> {
     let hammersley = [(0.125, 0.125), (0.625, 0.375), (0.375, 0.625), (0.875, 0.875)];
     let of_eight = [(0.1875, 0.3125), (0.6875, 0.1875), (0.3125, 0.8125), (0.8125, 0.6875)];
@@ -36,7 +36,7 @@ pub(super) fn all() -> Vec<Case> {
     let mut soup = TestMesh::soup(&mut random, 80, 0.1);
     soup.append(&TestMesh::bumpy_ball(1.2, 8));
     soup.append(&TestMesh::plane(3, 500.0));
-    // Triangles as small as pixels and smaller, which are tested where they are set up, and their neighbours.
+    // Triangles of the size of pixels and smaller, which are tested where they are set up, and their neighbours.
     let mut fine = TestMesh::bumpy_ball(1.0, 22).placed(1.0, Vec3::Y * 0.3);
     fine.append(&TestMesh::plane(9, 3.0));
     let inside = Camera::look_at(random.point() * 0.5, random.point(), Vec3::Y, 1.4);

@@ -1,4 +1,4 @@
-//! Rays exactly through vertices and edges, and scenes whose corners, cameras and lights meet exactly.
+//! Rays exactly through vertices and edges, and scenes with corners, cameras and lights that coincide exactly.
 
 use glam::{DVec2, Vec3};
 use umbrage_rays::{Camera, LightSource, Projection};
@@ -18,7 +18,7 @@ pub(super) fn all() -> Vec<Known> {
     all
 }
 
-/// Sheets with vertices exactly on rays: they let no ray through, and don't shadow themselves from where the camera is.
+/// Sheets with vertices exactly on rays: no ray may slip through, and they must not shadow themselves from the camera.
 fn sheets() -> Vec<Known> {
     let mut random = Random::new(21);
     let sizes = [(16, 1), (16, 2), (16, 4)].into_iter().flat_map(|size| [false, true].map(|shell| (size, shell)));
@@ -123,8 +123,8 @@ fn floors(offset_pixels: DVec2) -> Case {
     Case { offset_pixels, ..Case::new("floors in one plane", mesh, view(camera, 32, 32), &lights) }
 }
 
-/// The same floor three times, cut along different diagonals, near and far; and triangles and their permuted copies, as pieces
-/// have that come apart.
+/// The same floor three times, cut along different diagonals, near and far; and triangles with permuted copies, like
+/// pieces that come apart.
 fn coincident() -> Vec<Case> {
     let mut cases = Vec::new();
     for offset in [Vec3::ZERO, FAR] {
@@ -150,7 +150,7 @@ fn coincident() -> Vec<Case> {
     cases
 }
 
-/// Corners, cameras and lights on lattices; the seeds are some at which bounds of zero fail.
+/// Corners, cameras and lights on lattices, with seeds at which bounds of zero fail.
 pub(super) fn lattices() -> Vec<Case> {
     let mut cases = Vec::new();
     for seed in 1030..1038 {

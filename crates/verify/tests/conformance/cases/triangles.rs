@@ -1,4 +1,4 @@
-//! Triangles of every number, in every bad place, of every bad shape, and such as are none.
+//! Few triangles, triangles in difficult places, triangles of bad shapes, and invalid triangles.
 
 use glam::Vec3;
 use umbrage_rays::{Camera, LightSource, Sides};
@@ -13,7 +13,7 @@ fn eye() -> Camera {
     Camera { position: Vec3::ZERO, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, ..camera() }
 }
 
-/// Every small number of triangles, and those about which groups of 16 and 64 are full.
+/// Every small number of triangles, and the numbers around full groups of 16 and 64.
 pub(super) fn few() -> Vec<Case> {
     let mut random = Random::new(2);
     let mut cases = Vec::new();
@@ -52,7 +52,7 @@ pub(super) fn in_bad_places() -> Vec<Case> {
     cases
 }
 
-/// Slivers, needles, shells that nearly touch, copies, and triangles around all else.
+/// Slivers, needles, shells that nearly touch, copies, and triangles around all others.
 pub(super) fn of_bad_shapes() -> Vec<Case> {
     let mut cases = Vec::new();
     let mut random = Random::new(31);
@@ -72,7 +72,7 @@ pub(super) fn of_bad_shapes() -> Vec<Case> {
         slivers.push([from, to, from + (to - from) * random.unit() + random.point() * thickness]);
     }
     for layer in 0..20 {
-        // Less than an f32's rounding apart at the camera's distance.
+        // The layers are less than an f32's rounding apart at the camera's distance.
         let depth = 1e-7 * layer as f32;
         slivers.push([Vec3::new(-1.0, -1.0, depth), Vec3::new(1.0, -1.0, -depth), Vec3::new(0.0, 1.0, depth)]);
     }
@@ -86,7 +86,7 @@ pub(super) fn of_bad_shapes() -> Vec<Case> {
         let (a, b) = (random.point(), random.point());
         needles.push([a, b, a.lerp(b, random.unit()) + random.point() * 1e-6]);
     }
-    // A shell that touches the floor's plane, ones just above it, and copies of one triangle.
+    // A shell that touches the floor's plane, some just above it, and copies of one triangle.
     for height in [-1.0, -1.0 + 4e-5, -1.0 + 1e-7] {
         needles.push([(-1.0, 0.5), (1.5, 0.7), (0.2, 2.0)].map(|(x, z)| Vec3::new(x, height, z)));
     }
@@ -105,7 +105,7 @@ pub(super) fn of_bad_shapes() -> Vec<Case> {
     for reach in [3.0, 50.0, 1e4, 1e9, 1e18] {
         (0..4).for_each(|_| around_light.push([(); 3].map(|()| random.point() * reach)));
     }
-    // One in the plane of the light, one with the light in a corner, one through it.
+    // One in the plane of the light, one with the light at a corner, one through it.
     around_light.push([light + Vec3::X, light - Vec3::Z * 0.5, light + Vec3::new(-2.0, 0.0, 1.0)]);
     around_light.push([light, light + Vec3::NEG_Y * 0.5, light + Vec3::new(0.3, -0.5, 0.0)]);
     around_light.push([light + Vec3::NEG_Y, light + Vec3::new(1.0, 0.5, 0.0), light + Vec3::new(-1.0, 0.5, 0.0)]);
@@ -114,7 +114,7 @@ pub(super) fn of_bad_shapes() -> Vec<Case> {
     cases
 }
 
-/// Triangles with indices out of range, without an area, and with corners that are no numbers: they change nothing.
+/// Triangles with indices out of range, without an area, and with NaN or infinite corners: they change nothing.
 pub(super) fn that_are_none() -> Vec<Case> {
     let mut random = Random::new(6);
     let mut soup = TestMesh::soup(&mut random, 100, 0.3);
@@ -144,7 +144,7 @@ pub(super) fn that_are_none() -> Vec<Case> {
     let count = broken.positions.len() as u32;
     broken.indices.push([0, 1, count]);
     broken.indices.push([u32::MAX, 1, 2]);
-    // Nor has the ball where its upper pole is one side of triangles.
+    // The ball's triangles at its upper pole have no area either.
     assert_eq!(broken.triangles().omitted().total(), 22 + 18);
     cases.push(Case::new("a broken room", broken.clone(), view(camera(), 29, 23), &lights));
     let fronts = Case::new("fronts of a broken room", broken, view(camera(), 29, 23), &lights[..3]);
@@ -157,8 +157,8 @@ pub(super) fn that_are_none() -> Vec<Case> {
     let no_vertices = TestMesh { positions: Vec::new(), indices: vec![[0, 1, 2], [0, 0, 0], [u32::MAX; 3]] };
     cases.push(Case::new("no vertices", no_vertices, view(camera(), 5, 5), &lights[..2]));
 
-    // Every way in which nine coordinates can be a number, NaN and either infinity, but the one that is all numbers, and a
-    // ball's triangles in between.
+    // All combinations of nine coordinates that are finite, NaN or either infinity, except the one that is all finite,
+    // with a ball's triangles in between.
     const WAYS: u32 = 4_u32.pow(9);
     let ball = TestMesh::ball(2);
     let mut patterns = TestMesh::default();

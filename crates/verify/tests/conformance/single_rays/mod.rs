@@ -1,4 +1,4 @@
-//! Rays that come one at a time, from anywhere to anywhere, through every structure that answers them.
+//! Single rays, from anywhere to anywhere, through every structure that answers them.
 
 mod rays;
 
@@ -14,16 +14,16 @@ use rays::all;
 
 use umbrage_verify::structures::Make;
 
-/// Rays through a mesh, and what the oracle says of them.
+/// Rays through a mesh, and the oracle's answers.
 pub(crate) struct Rays {
     pub(crate) name: String,
     pub(crate) mesh: TestMesh,
     pub(crate) rays: Vec<Ray>,
     /// The nearest hit of each.
     pub(crate) nearest: Vec<Option<Hit>>,
-    /// The nearest of those hits that are [picked](is_picked).
+    /// The nearest of the hits that are [picked](is_picked).
     pub(crate) nearest_picked: Vec<Option<Hit>>,
-    /// From some of the hits towards lights.
+    /// Shadow rays from some of the hits towards lights.
     pub(crate) shadows: Vec<Shadow>,
 }
 
@@ -32,16 +32,16 @@ pub(crate) struct Shadow {
     /// The triangle that the point is on.
     pub(crate) own: u32,
     pub(crate) is_blocked: bool,
-    /// Whether a triangle blocks it where that [casts](casts).
+    /// Whether a triangle blocks it at a point that [casts](casts) a shadow.
     pub(crate) is_blocked_by_casting: bool,
 }
 
-/// Hits that stop rays, as masks have them.
+/// Whether a hit stops a ray, as a mask decides it.
 pub(crate) fn is_picked(hit: &Hit) -> bool {
     hit.triangle % 3 != 1 && hit.barycentric[0] < 0.7
 }
 
-/// Triangles that stop light, as masks have them.
+/// Whether a triangle stops light at a point, as a mask decides it.
 pub(crate) fn casts(id: u32, barycentric: [f32; 2]) -> bool {
     !id.is_multiple_of(5) || barycentric[1] < 0.5
 }
@@ -51,7 +51,7 @@ impl Rays {
         let oracle = Oracle::new(mesh.triangles());
         let ask = |pick: fn(&Hit) -> bool| rays.par_iter().map(|ray| oracle.nearest(ray, pick)).collect::<Vec<_>>();
         let (nearest, nearest_picked) = (ask(|_| true), ask(is_picked));
-        // Lights where the mesh is, however large it is.
+        // Lights are placed relative to the mesh, for any size.
         let bounds = mesh.triangles().bounds();
         let at = |x: f32, y: f32, z: f32| point(bounds.center() + bounds.size() * glam::Vec3::new(x, y, z));
         let lights = [at(1.0, 1.5, 0.6), at(0.05, 0.1, 0.07), sun(0.3, -0.9, 0.1), sun(0.0, -1.0, 0.0)];
@@ -72,7 +72,7 @@ impl Rays {
     }
 }
 
-/// All rays, which are made when a first structure needs them.
+/// All rays, made when a first structure needs them.
 pub(crate) static ALL: LazyLock<Vec<Rays>> = LazyLock::new(all);
 
 /// To the last bit.
@@ -80,7 +80,7 @@ pub(crate) fn bits(hit: &Option<Hit>) -> Option<(u32, u64, [u32; 2])> {
     hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric.map(f32::to_bits)))
 }
 
-/// Compares a structure with the oracle, where it answers single rays.
+/// Compares a structure with the oracle, if it answers single rays.
 pub(crate) fn check(make: Make) {
     let mut structure = make(SimdLevel::default());
     if structure.single_rays().is_none() {

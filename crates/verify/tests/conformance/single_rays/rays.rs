@@ -29,7 +29,7 @@ pub(crate) fn all() -> Vec<Rays> {
     let (mesh, rays) = corners_of_cells_in_a_room();
     all.push(Rays::new("corners of nested cells", mesh, rays.into_iter().step_by(3).collect()));
 
-    // Each triangle twice more, elsewhere in the order.
+    // Each triangle twice more, at other ids.
     let mut mesh = blocks(&mut random, 30);
     let twins = mesh.clone();
     mesh.append(&twins);
@@ -70,7 +70,7 @@ pub(crate) fn all() -> Vec<Rays> {
     all
 }
 
-/// Meshes that structures get wrong when they are built or walked carelessly.
+/// Meshes that careless builders or traversals get wrong.
 fn odd_meshes(random: &mut Random) -> Vec<(&'static str, TestMesh)> {
     let mut identical = TestMesh::default();
     (0..300).for_each(|_| identical.push([Vec3::new(-1.0, -1.0, 0.0), Vec3::X, Vec3::Y]));
@@ -155,7 +155,7 @@ fn to_a_ball(random: &mut Random, smallness: f32) -> Rays {
     let target = |random: &mut Random| (random.point() * smallness + BALL).as_dvec3();
     let mut rays = Vec::new();
     for step in 0..100 {
-        // From the room, from near the ball, from inside of it, and from where numbers don't tell its cells apart.
+        // From the room, from near the ball, from inside of it, and from so far away that rounding merges its cells.
         let origin = match step % 4 {
             0 => random.point().as_dvec3() * 0.9,
             1 => target(random) + random.point().as_dvec3() * f64::from(smallness) * 5.0,
@@ -167,7 +167,9 @@ fn to_a_ball(random: &mut Random, smallness: f32) -> Rays {
     Rays::new(format!("to a ball of {smallness}"), stadium(8, smallness), rays)
 }
 
-/// Triangles with a corner exactly, or to 2⁻²¹, where cells of a uniform grid meet that has 16 of them for each triangle, and rays exactly through those corners, from nearby and so far away that crossings with cells' faces are rounded.
+/// Triangles with a corner exactly, or to 2⁻²¹, at the corners of cells of a uniform grid with 16 cells for each
+/// triangle. Rays go exactly through those corners, from nearby and from so far away that crossings with cells' faces
+/// are rounded.
 fn corners_of_cells() -> (TestMesh, Vec<Ray>) {
     let mut random = Random::new(21);
     let mut mesh = TestMesh::default();
@@ -196,8 +198,8 @@ fn corners_of_cells() -> (TestMesh, Vec<Ray>) {
     (mesh, rays)
 }
 
-/// The triangles of [`corners_of_cells`] inside of one cell of a room, in which a grid with 16 cells a triangle
-/// holds the grid that they have alone; and the same rays.
+/// The triangles of [`corners_of_cells`] inside one cell of a room. There a grid with 16 cells for each triangle
+/// contains the same grid as for them alone; and the same rays.
 fn corners_of_cells_in_a_room() -> (TestMesh, Vec<Ray>) {
     let (mut mesh, rays) = corners_of_cells();
     // 17 cells with an edge of 62 on each axis, of which the ninth is from about -31 to 31.
@@ -244,7 +246,8 @@ fn random_ray(random: &mut Random, reach: f32) -> Ray {
     Ray::new(origin, ((random.point() * 1.5).as_dvec3() - origin) * length)
 }
 
-/// Rays in planes of [`blocks`], along axes, diagonally through corners, and almost along axes down to what has no inverse.
+/// Rays in planes of [`blocks`], along axes, diagonally through corners, and almost along axes, down to components
+/// without a finite inverse.
 fn rays_in_planes(random: &mut Random, count: usize) -> Vec<Ray> {
     let mut rays = Vec::new();
     for step in 0..count {
@@ -257,7 +260,7 @@ fn rays_in_planes(random: &mut Random, count: usize) -> Vec<Ray> {
         let flat = (random.point() * 3.0).round().as_dvec3() * (DVec3::ONE - axis.abs());
         rays.push(Ray::new(origin - axis * 16.0, axis * [1.0, 1e-90, 1e90][step % 3]));
         rays.push(Ray::new(origin - axis * f64::from(1 << 30), axis));
-        // Zeros with either sign.
+        // Zeros with both signs.
         rays.push(Ray::new(origin, axis * DVec3::new(1.0, -1.0, 1.0)));
         // Diagonally through corners, and in a plane.
         let diagonal = (random.point() * 2.0).round().as_dvec3();
@@ -267,7 +270,7 @@ fn rays_in_planes(random: &mut Random, count: usize) -> Vec<Ray> {
                 rays.push(Ray::new(origin - direction * f64::from(1 << 26), direction));
             }
         }
-        // Almost along an axis, down to what has no inverse.
+        // Almost along an axis, down to components without a finite inverse.
         let tilt = random.point().as_dvec3() * 10.0_f64.powi(-((step % 20) as i32 * 17));
         rays.push(Ray::new(origin - axis * 16.0, axis + tilt * (DVec3::ONE - axis.abs())));
     }
@@ -294,8 +297,8 @@ fn rays_with_intervals(triangles: Triangles<'_>, random: &mut Random, count: usi
     rays
 }
 
-/// Rays to corners, edges and insides of triangles: in the triangle's plane, almost in it, and from anywhere; from nearby and
-/// from afar.
+/// Rays to corners, edges and insides of triangles: in the triangle's plane, almost in it, and from anywhere; from near
+/// and far.
 fn grazing_rays(triangles: Triangles<'_>, random: &mut Random, count: usize) -> Vec<Ray> {
     let mut rays = Vec::new();
     for step in 0..count {
@@ -316,7 +319,7 @@ fn grazing_rays(triangles: Triangles<'_>, random: &mut Random, count: usize) -> 
     rays
 }
 
-/// Zero, infinities, NaN and the ends of what numbers there are, in each part of a ray.
+/// Zero, infinities, NaN and the ends of f64's range, in each part of a ray.
 fn rays_of_unusual_numbers() -> Vec<Ray> {
     let plain = Ray::new(DVec3::new(0.1, 0.2, 4.0), DVec3::new(0.0, 0.1, -1.0));
     let mut rays = vec![plain; 20];

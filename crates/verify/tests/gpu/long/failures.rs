@@ -10,7 +10,7 @@ use umbrage::{Error, Renderer, Settings};
 
 use crate::common::{open, renderer};
 
-/// Far longer than a frame takes on a software adapter, its kernels' compilation included.
+/// Far longer than a frame takes on a software adapter, including its kernels' compilation.
 const A_HANG: Duration = Duration::from_secs(300);
 
 fn sized(side: u32) -> Settings {
@@ -36,8 +36,7 @@ fn a_device_lost_while_frames_are_rendered_is_an_error() {
     let frame = start.elapsed();
     drop(others);
 
-    // At another moment of a frame each time, while the frame's stages are on their way or are being recorded. Each device compiles
-    // all kernels.
+    // At another moment of a frame each time, while its stages run or are being recorded. Each device compiles all kernels.
     for quarter in [0, 3] {
         let gpu = open(DeviceLimits::Portable).expect("there was one before");
         let mut renderer = Renderer::with_gpu(gpu.clone()).expect("room for fixed tables");
@@ -60,7 +59,7 @@ fn a_device_lost_while_frames_are_rendered_is_an_error() {
         }
     }
 
-    // Others go on.
+    // Other devices go on.
     expect_same_triangles(&mut renderer().expect("there was one before"), &scene, &sized(64));
 }
 
@@ -70,7 +69,7 @@ fn too_little_memory_is_an_error_and_smaller_frames_go_on() {
     let mut renderer = Renderer::with_gpu(gpu).expect("room for fixed tables");
     let scene = umbrage::open("demo:cloth?triangles=3000").expect("a scene of the gallery");
     let large = umbrage::open("demo:cloth?triangles=1000000").expect("a scene of the gallery");
-    // Twice, since what has failed must not be taken for being there.
+    // Twice, since a failed buffer must not count as present.
     for _ in 0..2 {
         for (scene, settings) in [(&scene, sized(1024)), (&large, sized(64))] {
             let error = renderer.render(scene, 0.0, &settings).map(drop).expect_err("too little memory");

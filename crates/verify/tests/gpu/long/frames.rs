@@ -1,4 +1,4 @@
-//! More of what the GPU engine shows.
+//! More frames of the GPU engine.
 
 use glam::Vec3;
 use umbrage::gallery::DEMOS;
@@ -103,7 +103,7 @@ fn grounds_under_what_moves_and_what_doesnt() {
     }
 }
 
-/// The first try has too little room for the camera's lists, and its points are none: lights mustn't make room for them.
+/// The first attempt has too little room for the camera's lists, so it has no points: lights mustn't make room for them.
 #[test]
 fn large_pictures() {
     let Some(mut gpu) = renderer() else { return };

@@ -1,4 +1,4 @@
-//! What is seen in mirrors on a GPU is what the CPU sees in them.
+//! Reflections in mirrors on a GPU are those of the CPU.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ fn frame(name: &str, change: impl Fn(usize, &mut Material)) -> Frame {
     frame
 }
 
-/// Every other material is a mirror, in a colour.
+/// A frame with every other material a coloured mirror.
 fn polished(name: &str) -> Frame {
     frame(name, |index, material| {
         if index % 2 == 0 {
@@ -29,8 +29,8 @@ fn polished(name: &str) -> Frame {
     })
 }
 
-/// Compares both engines' pictures; by mirrors, rounding may lead to the triangle beside. In how many pixels something is shown
-/// that isn't without them.
+/// Compares both engines' pictures; by mirrors, rounding may lead to the neighbouring triangle. Returns the number of
+/// pixels that mirrors change.
 fn compare(name: &str, gpu: &mut Renderer, frame: &Frame, settings: &Settings) -> usize {
     let mut cpu = Renderer::default();
     let without = Settings { bounces: 0, ambient_occlusion: 0.0, ..settings.clone() };
@@ -179,7 +179,7 @@ fn nothing_much_to_follow() {
     let soups: [&[Vec3]; 4] = [
         &[],
         &[Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)],
-        // Two in one plane, one behind the camera, one through it, and one that isn't there.
+        // Two in one plane, one behind the camera, one through it, and one without an area.
         &[
             Vec3::new(-9.0, -9.0, 0.0),
             Vec3::new(9.0, -9.0, 0.0),

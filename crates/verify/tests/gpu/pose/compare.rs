@@ -1,4 +1,4 @@
-//! How posed vertices differ.
+//! Differences of posed vertices.
 
 use std::sync::Arc;
 
@@ -8,20 +8,20 @@ use umbrage::scene::rig::{Pose, Rig};
 
 use super::posing::{PosedVertices, Posing};
 
-/// How a GPU's vertices differ from the CPU's.
+/// Differences between a GPU's vertices and the CPU's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Difference {
     pub(crate) vertices: usize,
-    /// Vertices of which a coordinate has other bits. All NaN are one.
+    /// Vertices with a coordinate that has other bits; all NaN are the same.
     pub(crate) positions: usize,
-    /// The largest distance of two normals.
+    /// The largest distance between two normals.
     pub(crate) normal: f32,
-    /// The largest distance of two tangents, signs of bitangents counting as a fourth coordinate.
+    /// The largest distance between two tangents, with the bitangent's sign as a fourth coordinate.
     pub(crate) tangent: f32,
 }
 
 impl Difference {
-    /// Of unit vectors that went through two matrices and a cross product in f32.
+    /// Tolerance for unit vectors after two matrices and a cross product in f32.
     pub(crate) const ROUNDED: f32 = 1e-5;
 
     pub(crate) fn between(cpu: &Frame, gpu: &PosedVertices) -> Self {

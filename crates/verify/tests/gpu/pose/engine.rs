@@ -1,4 +1,4 @@
-//! A frame of the GPU engine brings what moves vertices to the GPU, and no vertices.
+//! A frame of the GPU engine uploads matrices and weights, and no vertices.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -12,7 +12,7 @@ use umbrage_gpu::Buffer;
 use crate::builder::{self, Builder};
 use crate::common::{gpu, renderer};
 
-/// A skinned and morphed strip of so many vertices beside a still one, with two triangles that no ray can hit.
+/// A skinned and morphed strip of `vertices` vertices beside a still one, with two triangles that no ray can hit.
 fn strips(vertices: u16) -> Scene {
     let mut file = Builder::new();
     let count = usize::from(vertices);
@@ -49,7 +49,7 @@ fn strips(vertices: u16) -> Scene {
 
 fn settings() -> Settings {
     let camera = Camera::look_at(Vec3::new(0.4, 0.8, 3.0), Vec3::new(0.2, 0.5, 0.0), Vec3::Y, 0.8);
-    // What turns shows its back, too.
+    // Turning triangles show their backs, too.
     Settings { width: 40, height: 30, camera: camera.into(), sides: Sides::Both, ..Settings::default() }
 }
 
@@ -68,7 +68,7 @@ fn uploads_do_not_grow_with_the_vertices() {
     let framed = Settings { camera: CameraChoice::Default, ..settings() };
     for settings in [settings(), framed] {
         let [small, large] = [1_000, 20_000].map(|vertices| uploads(vertices, &settings));
-        // All there is once, then only what moves it, whatever its size.
+        // Everything once, then only matrices and weights, for any number of vertices.
         assert!(large[0] > small[0] + 19_000 * 60);
         assert_eq!(large[1..], small[1..]);
         assert!(large[2] < 8_000, "{large:?}");
@@ -134,7 +134,7 @@ fn frames_are_those_of_the_cpu() {
     let scenes =
         [strips(200), strips(3_000), umbrage::open("demo:cloth?triangles=500").expect("a scene of the gallery")];
     let framed = Settings { camera: CameraChoice::Default, ..settings() };
-    // Scenes take each other's place, with and without a camera that is made from vertices.
+    // Scenes replace each other, with and without a camera that is made from vertices.
     for (place, seconds, settings) in [
         (0, 0.0, settings()),
         (0, 0.7, settings()),

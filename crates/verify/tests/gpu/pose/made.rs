@@ -1,4 +1,4 @@
-//! Rigs made to use every way of moving vertices, with every kind of number.
+//! Rigs made to use all ways of moving vertices, with all kinds of numbers.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use super::compare::{Difference, compare};
 use super::posing::Posing;
 use crate::common::gpu;
 
-/// How many joints the skin has.
+/// Number of the skin's joints.
 const JOINTS: usize = 5;
-/// Weights of a part, of which a shape may use fewer.
+/// Weights of a part; a shape may use fewer.
 const WEIGHTS: usize = 3;
 
-/// What coordinates, matrices and weights are like.
+/// Kinds of coordinates, matrices and weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Numbers {
     /// Of the size of a room.
@@ -92,7 +92,7 @@ fn shape(numbers: Numbers, vertices: usize, sets: usize, random: &mut Random) ->
     }
 }
 
-/// Skinned and rigid copies of shapes of all sizes, of which every second one moves.
+/// Skinned and rigid copies of shapes of all sizes; every second one moves.
 fn rig(numbers: Numbers, random: &mut Random) -> Rig {
     let sizes = [1, 3, 64, 65, 200, 7, 1000];
     let shapes: Vec<_> =
@@ -102,7 +102,7 @@ fn rig(numbers: Numbers, random: &mut Random) -> Rig {
     for copy in 0..20 {
         let shape = random.below(shapes.len()) as u32;
         let is_skinned = !shapes[shape as usize].influences.is_empty();
-        // The moving matrices are a skin's, then a rigid one; the still ones are the same once more.
+        // The moving matrices are a skin's, then a rigid one; the still ones are the same again.
         let moves = copy % 2 == 0;
         let first_matrix = if moves { 0 } else { JOINTS as u32 + 1 };
         let placement = if is_skinned {
@@ -118,7 +118,7 @@ fn rig(numbers: Numbers, random: &mut Random) -> Rig {
     Rig { shapes, parts, vertices, has_normals: true, has_tangents: true, moving_matrices: JOINTS + 1 }
 }
 
-/// What moves is new, the rest as in `still`.
+/// A pose with new moving matrices and weights, and the rest from `still`.
 fn moved(numbers: Numbers, still: &Pose, random: &mut Random) -> Pose {
     let mut pose = still.clone();
     pose.matrices[..=JOINTS].fill_with(|| numbers.matrix(random));
@@ -192,7 +192,7 @@ fn still_vertices_are_posed_once() {
     let first = first_pose(Numbers::Ordinary, &mut random);
     let (difference, posed) = compare(&mut posing, &rig, &first);
     difference.expect_rounding("first pose");
-    // A matrix that isn't among the moving ones stays what it was.
+    // Matrices outside of the moving ones must stay.
     let mut broken = first.clone();
     broken.matrices[JOINTS + 1..].fill(Affine3A::ZERO);
     let (difference, again) = compare(&mut posing, &rig, &broken);

@@ -8,7 +8,7 @@ use umbrage::scene::rig::{Pose, Rig};
 use umbrage_gpu::pose::{Pose as PoseStage, PosedAttributes};
 use umbrage_gpu::{Buffer, Recorder};
 
-/// Poses rigs on a GPU, as the engine does, and fetches what that keeps there: no renderer does, as its
+/// Poses rigs on a GPU, as the engine does, and fetches the vertices. No renderer does that, since its
 /// [`frame`](umbrage::Renderer::frame) is posed on the CPU.
 pub(crate) struct Posing {
     gpu: Gpu,
@@ -22,11 +22,11 @@ pub(crate) struct Posing {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PosedVertices {
     pub(crate) positions: Vec<Vec3>,
-    /// Of each vertex; empty where the rig has none.
+    /// One for each vertex; empty if the rig has none.
     pub(crate) normals: Vec<Vec3>,
-    /// Of each vertex; empty where the rig has none.
+    /// One for each vertex; empty if the rig has none.
     pub(crate) tangents: Vec<Vec4>,
-    /// How long that took on the GPU; zero where it can't tell.
+    /// GPU time in milliseconds; zero if it can't tell.
     pub(crate) milliseconds: f64,
 }
 
@@ -41,7 +41,7 @@ impl Posing {
         }
     }
 
-    /// The vertices of a rig in a pose. Where the rig is that of the last call, only those that move are posed.
+    /// The vertices of a rig in a pose. If the rig is that of the last call, only moving vertices are posed.
     pub(crate) fn pose(&mut self, rig: &Arc<Rig>, pose: &Pose) -> Result<PosedVertices, GpuError> {
         let Self { gpu, stage, positions, attributes, .. } = self;
         if !self.on_gpu.as_ref().is_some_and(|old| Arc::ptr_eq(old, rig)) {

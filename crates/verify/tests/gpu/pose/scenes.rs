@@ -13,7 +13,7 @@ fn compare_moments(posing: &mut Posing, scene: &Scene, name: &str) {
     let (mut frame, mut bare, mut pose) = (Frame::default(), Frame::default(), Pose::default());
     let mut sum = Difference::default();
     let mut milliseconds = Vec::new();
-    // The last one is the first again, in which all that moves is back where it was.
+    // The last moment is the first again, with all moving vertices back in place.
     for part in [0.0, 0.13, 0.5, 0.77, 0.0] {
         let seconds = part * scene.duration_seconds();
         scene.pose(seconds, &mut frame).unwrap_or_else(|error| panic!("{error}"));

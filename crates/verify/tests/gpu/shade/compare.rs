@@ -1,4 +1,4 @@
-//! How two films differ.
+//! Differences of films.
 
 use umbrage::scene::Frame;
 use umbrage::{Error, Film, Renderer, Settings};
@@ -11,12 +11,12 @@ pub(crate) struct Engines {
     gpu: Pooled<Renderer>,
 }
 
-/// The same frame twice.
+/// The films of one frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Films {
     pub(crate) cpu: Film,
     pub(crate) gpu: Film,
-    /// Bytes of the frame that the GPU didn't have yet, and of what says how it is rendered.
+    /// Bytes that the frame uploaded: new parts of the frame, and its parameters.
     pub(crate) uploaded_bytes: u64,
 }
 
@@ -33,17 +33,16 @@ impl Engines {
     }
 }
 
-/// How many pixels of two films differ, and by how much at most.
+/// Number of pixels in which two films differ, and their largest differences.
 ///
 /// The CPU has hits in f64 and shades in f32; the GPU has both in f32 and may contract sums of products. Most pixels so
-/// agree to about 10⁻⁶, less than a hundredth of a level. Three things can make more of a rounding: a texel edge on a
-/// triangle with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a unit
-/// in the last place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the plane
-/// of the triangle that it shines on. On lavapipe and on `SwiftShader` no picture of these tests has such
-/// a pixel.
+/// agree to about 10⁻⁶, less than a hundredth of a level. Three things can enlarge a rounding: a texel edge on a triangle
+/// with so many texels that f32 weights hardly tell them apart (on a floor of 100,000 texels a side, half a unit in the last
+/// place is 0.003 texels, on the CPU as well), a ray that only grazes its triangle, and a light in the plane of the triangle
+/// that it shines on. On lavapipe and on `SwiftShader` no picture of these tests has such a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Difference {
-    /// Of how many.
+    /// Number of compared pixels.
     pub(crate) pixels: usize,
     /// Pixels that differ by more than [`Difference::LEVELS`] in some channel after tone mapping.
     pub(crate) colors: usize,
@@ -64,7 +63,7 @@ impl Difference {
     const LEVELS: f32 = 1.0;
     const COVERAGE: f32 = 1e-4;
     const NORMAL: f32 = 1e-2;
-    /// Rays that only graze a triangle have a depth that is hardly defined in f32.
+    /// Rays that only graze a triangle have an ill-defined depth in f32.
     const RELATIVE_DEPTH: f32 = 1e-3;
 
     pub(crate) fn of(cpu: &Film, gpu: &Film, settings: &Settings) -> Self {
@@ -87,7 +86,7 @@ impl Difference {
         difference
     }
 
-    /// Fails where more pixels differ than one in 10,000, or any has another triangle.
+    /// Fails if more than one pixel in 10,000 differs, or any has another triangle.
     pub(crate) fn expect_alike(&self, name: &str) {
         let Self { pixels, colors, coverages, normals, depths, triangles, .. } = *self;
         println!("{name}: {self:?}");

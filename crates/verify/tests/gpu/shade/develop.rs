@@ -21,7 +21,7 @@ impl Developer {
         Some(Self { stage, planes: FilmPlanes::new(&gpu), gpu })
     }
 
-    /// sRGB-encoded RGBA, pixel by pixel.
+    /// Develops a film to sRGB-encoded RGBA, pixel by pixel.
     fn develop(&mut self, film: &Film, settings: &Settings) -> Vec<[u8; 4]> {
         let Self { gpu, stage, planes } = self;
         let tone_map = match settings.tone_map {
@@ -46,13 +46,13 @@ impl Developer {
         words.into_iter().map(u32::to_le_bytes).collect()
     }
 
-    /// Pixels that the GPU develops more than one level off from how the CPU develops the same film with `settings`.
+    /// Number of pixels that the GPU develops more than one level off from the CPU, with the same film and `settings`.
     pub(crate) fn developed_otherwise(&mut self, film: &Film, settings: &Settings) -> usize {
         let developed = self.develop(film, settings);
         otherwise(&film.develop(settings).pixels, &developed)
     }
 
-    /// The same, where the CPU's settings are others.
+    /// The same, with other settings on the CPU.
     pub(crate) fn developed_otherwise_than(&mut self, film: &Film, settings: &Settings, of_cpu: &Settings) -> usize {
         let developed = self.develop(film, settings);
         otherwise(&film.develop(of_cpu).pixels, &developed)

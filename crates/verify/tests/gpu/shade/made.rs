@@ -1,4 +1,5 @@
-//! Frames made to use every part of shading: textures of all kinds, lights of all kinds, what is around and in between.
+//! Frames made to use every part of shading: textures of all kinds, lights of all kinds, surroundings and transparent
+//! surfaces.
 
 use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 use std::sync::Arc;
@@ -57,7 +58,7 @@ fn texture(size: [u32; 2], space: ColorSpace, filter: Filter, wrap: [Wrap; 2], r
     Texture::new("made", size, texels, space, filter, wrap)
 }
 
-/// Bytes of what stays the same while a frame moves.
+/// Bytes of a frame's static parts.
 fn still_bytes(frame: &Frame) -> u64 {
     let Mesh { triangles, tex_coords, colors, .. } = &*frame.mesh;
     let tex_coords: usize = tex_coords.iter().map(|coords| size_of_val(&**coords)).sum();
@@ -69,7 +70,7 @@ fn settings(side: u32) -> Settings {
     Settings { width: side, height: side - 20, ..Settings::default() }
 }
 
-/// Every wrap with every wrap, filter, space, coordinate set and a transform.
+/// All pairs of wraps, with all filters, spaces and coordinate sets, and a transform.
 fn textured_panels() -> Frame {
     let mut random = Random::new(7);
     let (mut materials, mut textures) = (Vec::new(), Vec::new());
@@ -90,7 +91,7 @@ fn textured_panels() -> Frame {
     panels(materials, textures, 6)
 }
 
-/// Every use of a texture, and materials from rough plastic to polished metal.
+/// All uses of textures, and materials from rough plastic to polished metal.
 fn varied_panels() -> Frame {
     let mut random = Random::new(11);
     let mut made = |space| texture([32, 32], space, Filter::Linear, [Wrap::Repeat; 2], &mut random);
@@ -122,7 +123,7 @@ fn varied_panels() -> Frame {
         plain,
     ];
     let mut frame = panels(materials, textures, 4);
-    // A second wall of panels stands behind the first, so that there is something to see through it.
+    // A second wall of panels behind the first, so that transparent panels show panels behind them.
     let mut mesh = (*frame.mesh).clone();
     let (vertices, triangles) = (frame.positions.len() as u32, mesh.triangles.len());
     frame.positions.extend(frame.positions.clone().iter().map(|position| *position + Vec3::new(0.3, 0.4, -1.5)));
@@ -200,13 +201,13 @@ fn lights() -> Vec<Light> {
         light(spot(FRAC_PI_6), 20.0),
         Light { range: Some(4.0), ..light(spot(0.0), 20.0) },
         light(LightSource::Directional { direction }, 2.0),
-        // From behind, and near a panel. A light in a panel's plane is on either side of it as numbers are rounded.
+        // From behind, and near a panel. A light in a panel's plane is on either side of it, by rounding.
         light(LightSource::Point { position: Vec3::new(1.5, 1.5, -2.0) }, 5.0),
         light(LightSource::Point { position: Vec3::new(1.1, 1.1, 0.01) }, 0.05),
     ]
 }
 
-/// Hills of light that are smooth but for one small sun.
+/// A smooth panorama with one small sun.
 fn panorama() -> Background {
     let (width, height) = (128, 64);
     let texel = |place: usize| {
@@ -266,13 +267,13 @@ fn frames_that_share_memory_keep_apart() {
     moved.tangents.clear();
     let flat = Frame { normals: Vec::new(), ..moved.clone() };
     let frames = [varied_panels(), posed, moved, flat];
-    // What goes to the GPU for a frame that it has just shown: what moves, and how it is to be rendered.
+    // The bytes that a frame uploads when it is shown again: moving parts and parameters.
     let mut again = |frame: &Frame| {
         let twice = [(); 2].map(|()| engines.render(frame, &settings).expect("a frame").uploaded_bytes);
         twice[1]
     };
     let moving_bytes = frames.each_ref().map(&mut again);
-    // Beside vertices that is as much for a single panel without textures: neither mesh nor materials are in it.
+    // Besides vertices, it uploads as much for a single panel without textures: neither mesh nor materials are part of it.
     let single = panels(vec![Material { double_sided: true, ..Material::default() }], Vec::new(), 1);
     let beside_vertices = |frame: &Frame, bytes: u64| {
         let Frame { positions, normals, tangents, .. } = frame;
@@ -282,7 +283,7 @@ fn frames_that_share_memory_keep_apart() {
     for place in 1..4 {
         assert_eq!(beside_vertices(&frames[place], moving_bytes[place]), least, "frame {place}");
     }
-    // Frames 1 to 3 share all that doesn't move.
+    // Frames 1 to 3 share all static parts.
     for (place, is_new) in [(0, true), (1, true), (2, false), (3, false), (1, false), (0, true), (3, true), (2, false)]
     {
         let films = engines.render(&frames[place], &settings).expect("a frame");

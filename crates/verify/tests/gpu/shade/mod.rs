@@ -1,5 +1,5 @@
-//! The GPU's pictures against the CPU's, of made frames in which all kinds of materials, lights and surroundings are.
-//! `gpu.rs` compares frames of scenes.
+//! The GPU's pictures against the CPU's, for made frames with all kinds of materials, lights and surroundings.
+//! `frames.rs` compares frames of scenes.
 
 mod compare;
 mod develop;

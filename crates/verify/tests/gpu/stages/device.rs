@@ -27,7 +27,7 @@ fn a_closed_device_is_an_error() {
     gpu.close();
     let error = sum(&gpu).expect_err("a lost device");
     assert!(matches!(error, GpuError::Lost(_) | GpuError::Rejected(_)), "{error:?}");
-    // It stays so, and nothing waits for ever.
+    // The device stays lost, and no call hangs.
     assert!(sum(&gpu).is_err());
     let another = common::gpu().expect("there was one before");
     assert_eq!(sum(&another).expect("a sum"), 500_500);
@@ -39,7 +39,7 @@ fn what_is_too_large_is_named() {
     let mut buffer = Buffer::storage(&gpu, "triangles");
     let error = buffer.reserve(&gpu, 1 << 40).expect_err("too large");
     assert_eq!(error.to_string(), "triangles needs 1099511627776 bytes in one buffer; this GPU allows 134217728");
-    // Nothing was asked of the device, which goes on.
+    // Nothing was submitted to the device, which goes on.
     assert_eq!(sum(&gpu).expect("a sum"), 500_500);
 }
 
@@ -75,7 +75,7 @@ fn a_device_is_shared_with_whoever_has_opened_it() {
     assert_eq!(*gpu.adapter(), Adapter::of(&adapter));
     assert_eq!(gpu.has_timestamps(), adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY));
     assert_eq!(gpu.max_binding_bytes(), Gpu::open("", DeviceLimits::Adapter).expect("a device").max_binding_bytes());
-    // Others poll and submit meanwhile.
+    // Meanwhile another owner polls and submits.
     thread::scope(|scope| {
         let sums = scope.spawn(|| (0..50).map(|_| sum(&gpu).expect("a sum")).collect::<Vec<_>>());
         while !sums.is_finished() {
@@ -84,7 +84,7 @@ fn a_device_is_shared_with_whoever_has_opened_it() {
         }
         assert_eq!(sums.join().expect("no panic"), [500_500; 50]);
     });
-    // Lost for one is lost for all.
+    // A device that is lost for one owner is lost for all.
     device.destroy();
     assert!(sum(&gpu).is_err());
 }

@@ -8,7 +8,7 @@ mod primitives;
 mod shade;
 mod tile_order;
 
-/// Numbers without order: small ones for an even seed, any at all for an odd one.
+/// Pseudorandom numbers: small ones for an even seed, any for an odd one.
 pub(crate) fn numbers(count: usize, seed: u32) -> Vec<u32> {
     let mut state = 0x9e37_79b9_u32.wrapping_mul(seed + 1) | 1;
     let mut next = || {

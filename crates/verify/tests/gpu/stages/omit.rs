@@ -20,11 +20,11 @@ fn omitted(gpu: &Gpu, omit: &mut Omit, triangles: Triangles<'_>) -> Omitted {
 fn omit_counts_what_the_cpu_leaves_out() {
     let Some(gpu) = common::gpu() else { return };
     let mut omit = Omit::new(&gpu).expect("room for a few words");
-    // Zeros of both signs are one, as are some of the others.
+    // Zeros of both signs compare equal, as do some of the others.
     let special = [0.0, -0.0, 1.0, f32::NAN, f32::INFINITY, f32::MAX, f32::from_bits(1), -1.0];
     for (seed, size) in [0, 1, 2, 7, 8, 9, 63, 64, 65, 5_000, 200_000].into_iter().enumerate() {
         let seed = 2 * seed as u32;
-        // Few vertices for many triangles, and some that aren't there.
+        // Few vertices for many triangles, and some indices out of range.
         let vertices = 40 + size / 3;
         let positions: Vec<Vec3> = numbers(vertices, seed)
             .iter()

@@ -1,10 +1,10 @@
-//! What kernels are said to have done.
+//! Counts of kernels' operations.
 
 use umbrage_gpu::{Buffer, Gpu, Groups, Kernel, KernelOperations, Recorder};
 
 use crate::common;
 
-/// Adds up numbers in a loop that is as long as the invocation's number says.
+/// Adds up numbers in a loop with as many turns as the invocation's index.
 const SUMS: &str = "import package::dispatch::{Invocation, flat_index};
 @group(0) @binding(0) var<storage, read_write> sums: array<u32>;
 @compute @workgroup_size(64)
@@ -37,7 +37,7 @@ fn what_is_in_a_loop_counts_once_a_turn() {
     assert_eq!(twice.lockstep - once.lockstep, 21 * 32 * (31 + 63 + 95 + 99));
 }
 
-/// Runs a kernel, checks its sums, and says what it has done.
+/// Runs a kernel, checks its sums, and returns its counts.
 fn run(gpu: &Gpu, text: &str) -> KernelOperations {
     let kernel = Kernel::of_text(gpu, text, "add_up", &[]);
     let mut sums = Buffer::storage(gpu, "sums");

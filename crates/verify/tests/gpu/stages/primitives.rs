@@ -6,7 +6,7 @@ use umbrage_gpu::{Buffer, Gpu, Groups, Kernel, Recorder};
 use super::numbers;
 use crate::common;
 
-/// Sizes from nothing to 2²⁰ + 1, with those around powers of two.
+/// Sizes from zero to 2²⁰ + 1, around all powers of two.
 fn sizes() -> Vec<usize> {
     let around = (0..=20).map(|power| 1_usize << power).flat_map(|size| [size - 1, size, size + 1]);
     let mut sizes: Vec<_> = around.collect();
@@ -49,7 +49,7 @@ fn prefix_sums_are_those_of_std() {
 #[test]
 fn rows_of_workgroups_take_everything() {
     let Some(gpu) = common::gpu() else { return };
-    // How many workgroups there are, and one more than the last one's number.
+    // The number of workgroups, and the last one's index plus one.
     let text = "import package::dispatch::{Invocation, flat_group};\n\
         @group(0) @binding(0) var<storage, read_write> taken: array<atomic<u32>>;\n\
         @compute @workgroup_size(1) fn take(at: Invocation) {\n\
@@ -63,7 +63,7 @@ fn rows_of_workgroups_take_everything() {
         recorder.stage("take", |pass| take.dispatch(&gpu, pass, &[&taken], Groups::Flat(count)));
         recorder.submit_and_wait().expect("done");
         let [groups, last] = taken.read::<[u32; 2]>(&gpu, 1).expect("read")[0];
-        // The last row may have more than are asked for.
+        // The last row may have more workgroups than requested.
         assert!((count..count.max(1) + 1024).contains(&groups) && last == groups, "{groups} groups for {count}");
     }
 }

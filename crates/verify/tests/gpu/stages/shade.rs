@@ -1,4 +1,4 @@
-//! Shading where there is nothing to shade: an empty scene, and images of a few pixels.
+//! Shading of an empty scene, and images of a few pixels.
 
 use std::time::Instant;
 
@@ -21,7 +21,7 @@ fn a_scene_without_triangles_shows_its_surroundings() {
     let mut shade = Shade::new(&gpu).expect("room");
     println!("the kernels are ready after {:.2} s", start.elapsed().as_secs_f64());
     let level = |level: usize| ((level.max(1) as f32 - 0.5) / 255.0 + 0.055) / 1.055;
-    // The lower levels are elsewhere on the curve, and not looked at.
+    // The lower levels aren't on the real curve, and aren't used.
     let levels = std::array::from_fn(|index| if index == 0 { 0.0 } else { level(index).powf(2.4) });
     let mut develop = Develop::new(&gpu, &levels).expect("room");
     let mut planes = FilmPlanes::new(&gpu);

@@ -44,7 +44,7 @@ fn view(width: u32, height: u32) -> View {
     View { camera, width, height }
 }
 
-/// Renders; the pixels' colours.
+/// Renders a frame and returns its pixels' colours.
 pub(crate) fn render(
     gpu: &Gpu,
     frame: &mut KdFrame,
@@ -64,7 +64,7 @@ pub(crate) fn render(
     }
 }
 
-/// Compares what the rays of the last bounce hit, and what shadows their points, with the CPU; how many did.
+/// Compares the hits of the last bounce's rays, and the shadows of their points, with the CPU; returns their numbers.
 fn check_last(gpu: &Gpu, frame: &KdFrame, scene: &Scene, traced: bool) -> [usize; 2] {
     let triangles = scene.mesh.triangles();
     let questions = frame.last_shadows().read_shadows(gpu).expect("read");
@@ -93,7 +93,7 @@ fn every_bounce_is_answered_as_by_the_cpu() {
     let Some(mut device) = device() else { return };
     let Device { gpu, frame } = &mut *device;
     let scene = things(gpu);
-    // Some pixels beside the last block.
+    // Some pixels are outside of whole blocks.
     let view = view(50, 42);
     let mut before = usize::MAX;
     for bounces in 0..4 {
@@ -102,7 +102,7 @@ fn every_bounce_is_answered_as_by_the_cpu() {
         assert!(hits > 5 && hits < before && shadowed > 2, "{hits} and {shadowed} at {bounces}");
         before = hits;
     }
-    // Each stage has its time where there is a clock.
+    // Each stage has a time if the device has timestamps.
     frame
         .prepare(gpu, &scene.nodes, &view, &KdScenery { primary: KdPrimary::Rasterised, ..SCENERY }, &MATERIALS)
         .expect("room");
@@ -156,7 +156,7 @@ fn rasterised_primary_hits_differ_only_at_edges() {
         });
         let pairs = found[0].1.iter().zip(&found[1].1);
         let differ = pairs.clone().filter(|(traced, drawn)| triangle(traced) != triangle(drawn)).count();
-        // Where triangles coincide either may be drawn.
+        // Of coincident triangles, either may be drawn.
         println!("{differ} of {} pixels show another triangle", found[0].1.len());
         assert!(differ < found[0].1.len() / 50, "{differ}");
         for (traced, drawn) in pairs.filter_map(|(traced, drawn)| traced.zip(*drawn)) {
@@ -169,7 +169,7 @@ fn rasterised_primary_hits_differ_only_at_edges() {
         let colors = traced.0.iter().zip(&drawn.0).filter(|(traced, drawn)| traced != drawn).count();
         assert!(colors <= differ, "{colors} of {differ}");
     }
-    // With mirrors, as much as the first hits.
+    // With mirrors, about as many differ as in the first hits.
     let [traced, drawn] = [KdPrimary::Traced, KdPrimary::Rasterised].map(|primary| {
         render(gpu, frame, &scene, &view(100, 80), &KdScenery { primary, bounces: 3, ..SCENERY }, &MATERIALS)
     });
@@ -215,7 +215,7 @@ fn light_shadows_and_mirrors_have_the_colours_of_the_formula() {
             let is_shaded = on_floor.x > EDGE.into();
             let diffuse = floor_color * (1.0 - floor.mirror);
             let lit = if is_shaded { Vec3::ZERO } else { diffuse * SCENERY.light_color * 0.8 };
-            // The mirrored ray meets the plate as far beyond the floor's point as its height says.
+            // The mirrored ray meets the plate at a distance from the floor's point that follows from the plate's height.
             let at_plate = on_floor.x + ray.direction.x / -ray.direction.y * 5.0;
             let beyond = if at_plate > EDGE.into() { plate_color * SCENERY.ambient } else { SCENERY.sky };
             let mirrored = beyond * floor_color * floor.mirror;
@@ -238,7 +238,7 @@ fn frames_of_one_device_do_not_disturb_each_other() {
         for primary in [KdPrimary::Traced, KdPrimary::Rasterised, KdPrimary::Traced] {
             let found = render(gpu, &mut other, &scene, &view(96, 96), &scenery(primary), &MATERIALS);
             let differ = found.iter().zip(&expected).filter(|(found, expected)| found != expected).count();
-            // Rasterised ones only at edges.
+            // Rasterised ones may differ only at edges.
             assert!(differ < if primary == KdPrimary::Traced { 1 } else { 150 }, "{options:?}, {primary:?}: {differ}");
         }
     }

@@ -1,4 +1,4 @@
-//! Rays through the kd-tree on the GPU against the CPU's, which the predicate is asked about: equal bit for bit.
+//! Rays through the kd-tree on the GPU against the CPU's, which uses the predicate: equal bit for bit.
 
 mod frames;
 mod rays;
@@ -31,7 +31,7 @@ fn device() -> Option<Pooled<Device>> {
     Some(device)
 }
 
-/// Single rays in each way, and packets.
+/// Traversals of single rays and of packets.
 fn walks() -> Vec<KdTracerOptions> {
     let single = |traversal| KdTracerOptions { traversal, packet: None, counts: true, from_triangles: false };
     let packet = |traversal, lanes| KdTracerOptions { packet: Some(lanes), ..single(traversal) };
@@ -48,7 +48,7 @@ fn walks() -> Vec<KdTracerOptions> {
     ]
 }
 
-/// A scene with its tree, on both sides.
+/// A scene with its tree, on CPU and GPU.
 struct Scene {
     mesh: Mesh,
     tree: KdTree,
@@ -68,14 +68,14 @@ impl Scene {
     }
 }
 
-/// What a tracer says of rays.
+/// A tracer's nearest hits of rays.
 fn nearest(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> Vec<Option<Hit>> {
     let mut records = KdRecords::new(gpu);
     records.write_rays(gpu, rays.iter().copied(), tracer.options().lanes()).expect("room");
     nearest_of(gpu, tracer, scene, &records, rays.len())
 }
 
-/// What a tracer says of so many rays on the GPU.
+/// A tracer's nearest hits of `count` rays on the GPU.
 fn nearest_of(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, records: &KdRecords, count: usize) -> Vec<Option<Hit>> {
     loop {
         tracer.prepare(gpu, count as u32, 1).expect("room");
@@ -88,7 +88,7 @@ fn nearest_of(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, records: &KdRecor
     }
 }
 
-/// What a tracer says of points and lights.
+/// A tracer's answers for points and lights.
 fn blocked(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, questions: &[(LightSource, HitPoint, u32)]) -> Vec<bool> {
     let mut records = KdRecords::new(gpu);
     records.write_shadows(gpu, questions.iter().copied(), tracer.options().lanes()).expect("room");
@@ -107,7 +107,7 @@ fn bits(hit: Option<Hit>) -> Option<(u32, u64, [u32; 2])> {
     hit.map(|hit| (hit.triangle, hit.t.to_bits(), hit.barycentric.map(f32::to_bits)))
 }
 
-/// Compares with the CPU; how many rays hit, and what that took.
+/// Compares with the CPU; returns the number of hits, and the work.
 fn check(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> (usize, KdTracerWork) {
     let found = nearest(gpu, tracer, scene, rays);
     let mut hits = 0;

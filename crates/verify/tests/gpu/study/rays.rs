@@ -1,4 +1,4 @@
-//! Rays of all kinds, each way through the tree.
+//! Rays of all kinds, by each traversal.
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
@@ -24,7 +24,7 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
     of_mixed.extend(grazing_rays(mixed.mesh.triangles(), &mut random, 60));
     of_mixed.extend(rays_with_intervals(mixed.mesh.triangles(), &mut random, 40));
     let of_flat = free(rays_in_planes(&mut random, 150));
-    // From a hit on, without the triangle that was hit.
+    // From a hit on, without its triangle.
     let mut of_mixed = free(of_mixed);
     for step in 0..200 {
         let (ray, _) = of_mixed[step];
@@ -43,7 +43,7 @@ fn nearest_hits_are_those_of_the_cpu_each_way() {
     }
 }
 
-/// Mirrors and glass ask so: what the point touches, as far as anybody can tell, isn't hit.
+/// The queries of mirrors and glass: triangles whose planes touch the point's box aren't hit.
 #[test]
 fn rays_from_triangles_hit_what_those_of_the_cpu_do() {
     let Some(device) = device() else { return };
@@ -60,7 +60,7 @@ fn rays_from_triangles_hit_what_those_of_the_cpu_do() {
             for step in 0..400 {
                 let mut ray = random_ray(&mut random, reach);
                 if step % 2 == 0 {
-                    // To an edge: there its neighbour's plane is as near as rounding tells.
+                    // To an edge, where the neighbour's plane is within rounding errors.
                     let [a, b, _] = triangles.corners(step / 2 % triangles.len() as u32).map(Vec3::as_dvec3);
                     ray.direction = a + (b - a) * f64::from(random.point().x.abs()) - ray.origin;
                 }
@@ -70,7 +70,7 @@ fn rays_from_triangles_hit_what_those_of_the_cpu_do() {
                 };
                 let Some((t, id)) = hit else { continue };
                 let [a, b, c] = triangles.corners(id).map(Vec3::as_dvec3);
-                // Anywhere, along the triangle, and nearly along it.
+                // In any direction, along the triangle, and nearly along it.
                 let along = (b - a) * f64::from(random.point().x) + (c - a) * f64::from(random.point().y);
                 let direction = match step / 2 % 3 {
                     0 => random.point().as_dvec3(),
@@ -147,7 +147,7 @@ fn shadows_are_those_of_the_cpu_each_way() {
             .map(|(step, (ray, hit))| {
                 let mut point = HitPoint::new(ray, hit.t);
                 if step % 3 == 0 {
-                    // What isn't farther from the point than this doesn't shadow it.
+                    // Triangles within this distance of the point don't shadow it.
                     point.error = [0.001, 0.02, 0.3][step / 3 % 3];
                 }
                 (lights[step % 4], point, hit.triangle)

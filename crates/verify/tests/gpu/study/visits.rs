@@ -1,4 +1,4 @@
-//! What rays take, in visits; no test, since it compares ways rather than checking one.
+//! Work of rays, in visits; not a test, since it compares traversals.
 
 use glam::Vec3;
 use umbrage_gpu::Gpu;

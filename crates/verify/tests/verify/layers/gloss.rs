@@ -1,10 +1,10 @@
-//! Layers whose small mirrors are followed.
+//! Layers with followed reflections of microfacets.
 
 use umbrage::Panorama;
 
 use super::*;
 
-/// The mean of what is seen of a square from some direction where rays from its small mirrors are followed.
+/// The mean radiance of a square from some direction, with followed rays from its microfacets.
 fn drawn(frame: &Frame, view: DVec3, background: &Background, samples: u32) -> DVec3 {
     let up = if view.z > 0.99 { Vec3::Y } else { Vec3::Z };
     let camera = Camera::look_at((view * 4.0).as_vec3(), Vec3::ZERO, up, 0.1);
@@ -50,7 +50,7 @@ fn what_layers_mirror_is_what_suns_light_there() {
             layered(metal(0.4), on_top(Layers { anisotropy: stretch(0.7, 0.5).anisotropy, ..film(1.6, 420.0) })),
         ),
     ] {
-        // Narrower highlights are too narrow for so many suns, where they are seen from the side.
+        // Narrower highlights are too narrow for this number of suns at grazing views.
         let lowest = if material.roughness < 0.5 { 0.3 } else { 0.15 };
         for view in [direction(0.9, 30.0), direction(0.5, 200.0), direction(0.3, 100.0), direction(lowest, 10.0)] {
             let expected = under_some_suns(&material, view, |from| from.x < 0.0);
@@ -69,7 +69,7 @@ fn layers_that_are_followed_are_as_bright_under_white_surroundings() {
         let smooth = Material { roughness: 0.0, ..material.clone() };
         let mut below_a_mirror = material.clone();
         below_a_mirror.layers.as_mut().expect("layers").clearcoat = coat(0.8, 0.0).clearcoat;
-        // What is lost between the facets of smooth grooves, the table of round ones doesn't know.
+        // The table of isotropic lobes lacks the energy loss between the facets of smooth grooves.
         let is_stretched = material.layers.as_ref().is_some_and(|layers| layers.anisotropy.strength > 0.0);
         let kinds = [("", material), ("below a mirror ", below_a_mirror), ("smooth ", smooth)];
         for (kind, material) in kinds.into_iter().take(if is_stretched { 2 } else { 3 }) {
@@ -77,7 +77,7 @@ fn layers_that_are_followed_are_as_bright_under_white_surroundings() {
                 let view = direction(cosine, 30.0);
                 let once = radiance(&material, view, Vec::new(), WHITE);
                 let followed = drawn(&square(&material), view, &WHITE, 128);
-                // Of grooves, a round highlight that covers as much stands in the table.
+                // For grooves, the table has an isotropic highlight of the same area.
                 let tolerance = if is_stretched { 0.065 } else { 0.02 };
                 expect_near(followed, once, tolerance, &format!("{kind}{name}, {cosine}"));
             }
@@ -89,7 +89,7 @@ fn layers_that_are_followed_are_as_bright_under_white_surroundings() {
 fn bumps_that_mirror_into_their_triangle_are_not_black() {
     let metal = Material { metallic: 1.0, ..plain(Vec3::ONE, 0.3) };
     let mut frame = square(&metal);
-    // Nearly away from the view, so that most of what it mirrors is below.
+    // Nearly away from the view, so that most of the mirrored directions are below.
     frame.normals = vec![direction(0.9, 180.0).as_vec3(); 4];
     let shown = drawn(&frame, direction(0.5, 0.0), &WHITE, 64);
     assert!((0.9..1.01).contains(&shown.x), "{shown}");

@@ -1,4 +1,4 @@
-//! glTF's further layers of materials: against their formulas in f64, under even light, and where they are off.
+//! glTF's further layers of materials: against their formulas in f64, under even light, and switched off.
 
 mod gloss;
 mod reference;
@@ -16,7 +16,7 @@ use umbrage::{Background, Film, Renderer, Settings};
 const BLACK: Background = Background::Color(Vec3::ZERO);
 const WHITE: Background = Background::Color(Vec3::ONE);
 
-/// A material of some colour that is no metal.
+/// A dielectric material of some colour.
 fn plain(color: Vec3, roughness: f32) -> Material {
     Material { base_color: color.extend(1.0), roughness, double_sided: true, ..Material::default() }
 }
@@ -29,7 +29,7 @@ fn no_specular() -> Specular {
     Specular { factor: 0.0, ..Specular::default() }
 }
 
-/// What has no reflection of its own, below some layers.
+/// A base without any reflection, below some layers.
 fn nothing_below(layers: Layers) -> Material {
     layered(plain(Vec3::ZERO, 0.5), Layers { specular: no_specular(), ..layers })
 }
@@ -57,7 +57,7 @@ fn direction(cosine: f64, turn_degrees: f64) -> DVec3 {
     DVec3::new(cos, sin, 0.0) * (1.0 - cosine * cosine).sqrt() + DVec3::Z * cosine
 }
 
-/// Light from a direction, of so much irradiance where a surface faces it.
+/// Parallel light from a direction, with irradiance `intensity` on a surface that faces it.
 fn sun(from: DVec3, intensity: f64) -> Light {
     Light {
         casts_shadow: false,
@@ -74,12 +74,12 @@ fn square(material: &Material) -> Frame {
     frame
 }
 
-/// What a square shows from some direction.
+/// Radiance of a square towards some direction.
 fn radiance(material: &Material, view: DVec3, lights: Vec<Light>, background: Background) -> DVec3 {
     shown(&Frame { lights, ..square(material) }, view, background, 0)
 }
 
-/// What is seen of a frame's origin from some direction.
+/// Radiance at a frame's origin towards some direction.
 fn shown(frame: &Frame, view: DVec3, background: Background, bounces: u32) -> DVec3 {
     let up = if view.z > 0.99 { Vec3::Y } else { Vec3::Z };
     let camera = Camera::look_at((view * 4.0).as_vec3(), Vec3::ZERO, up, 0.1);
@@ -90,22 +90,22 @@ fn shown(frame: &Frame, view: DVec3, background: Background, bounces: u32) -> DV
     film.color[5].truncate().as_dvec3()
 }
 
-/// Radiance for each unit that a light sends to surfaces that face it.
+/// Radiance for each unit of irradiance of a surface that faces the light.
 fn lit(material: &Material, view: DVec3, light: DVec3) -> DVec3 {
     radiance(material, view, vec![sun(light, 1.0)], BLACK)
 }
 
-/// What is shown under light of radiance 1 from everywhere, that is many suns.
+/// Radiance under light of radiance 1 from everywhere, made of many suns.
 fn under_suns(material: &Material, view: DVec3) -> DVec3 {
     under_some_suns(material, view, |_| true)
 }
 
-/// What is shown under those of them that are in some directions.
+/// Radiance under the suns in some directions.
 fn under_some_suns(material: &Material, view: DVec3, is_there: impl Fn(DVec3) -> bool) -> DVec3 {
     const RINGS: usize = 64;
     const STEPS: usize = 128;
     let light = |ring: usize, step: usize| {
-        // Cosines are squares, so that there are many suns near the horizon, where sheen and lacquer reflect most.
+        // Cosines are squares, so that there are many suns near the horizon, where sheen and coat reflect most.
         let root = (ring as f64 + 0.5) / RINGS as f64;
         let angle = (step as f64 + 0.5) / STEPS as f64 * 360.0;
         (direction(root * root, angle), 4.0 * PI * root / (RINGS * STEPS) as f64)
@@ -138,7 +138,7 @@ fn lacquer_is_as_its_formula_says() {
             let got = lit(&nothing_below(coat(0.7, roughness as f32)), view, light);
             expect_near(got, DVec3::splat(part(0.7) * lobe), 1e-4, &of);
         }
-        // What is below it is dimmed, and so is what is emitted.
+        // The coat dims the layers below it, and emission.
         let color = Vec3::new(0.8, 0.5, 0.2);
         let below = layered(plain(color, 0.5), Layers { specular: no_specular(), ..coat(0.7, 0.3) });
         let base = color.as_dvec3() / PI * light.z * (1.0 - part(0.7));
@@ -170,7 +170,7 @@ fn sheen_is_as_its_formula_says() {
 
 #[test]
 fn stretched_highlights_are_as_their_formula_says() {
-    // Black metal: what it reflects is Fresnel's term of no reflection straight ahead.
+    // Black metal: its reflection is Fresnel's term with no reflection at normal incidence.
     for (roughness, strength, rotation) in [(0.3, 0.0, 0.0), (0.3, 0.5, 0.0), (0.4, 0.9, 0.7), (0.6, 1.0, -2.0)] {
         for (view, light) in pairs() {
             let metal = Material { metallic: 1.0, ..plain(Vec3::ZERO, roughness as f32) };
@@ -183,7 +183,7 @@ fn stretched_highlights_are_as_their_formula_says() {
     }
 }
 
-/// What light that bounces between microfacets adds, as a factor, to a lobe that mirrors so much straight ahead.
+/// Factor by which light that bounces between microfacets raises a lobe with this reflectance at normal incidence.
 fn scattered_again(f0: f64, roughness: f64, view: DVec3) -> f64 {
     1.0 + f0 * (1.0 / reference::albedo(|light| reference::ggx(roughness, view, light)) - 1.0)
 }
@@ -203,7 +203,7 @@ fn mirrored_colours_are_as_their_formula_says() {
                 let lobe = reference::ggx(roughness, view, light) * light.z;
                 fresnel * lobe * scattered_again(f0, roughness, view)
             });
-            // What is scattered again comes from a table that has it to about a hundredth.
+            // Multiple scattering comes from a table that is right to about a hundredth.
             expect_near(lit(&material, view, light), expected, 0.015, &format!("ior {ior}, {view} {light}"));
         }
     }
@@ -231,7 +231,7 @@ fn films_are_as_their_formula_says() {
     }
 }
 
-/// White materials with layers of all kinds and of several at once.
+/// White materials with layers of all kinds, one or several at once.
 fn white_ones() -> Vec<(String, Material)> {
     let mut all = Vec::new();
     for roughness in [0.3_f32, 0.6, 1.0] {
@@ -275,7 +275,7 @@ fn no_material_shows_more_than_white_surroundings_have() {
             assert!(shown.max_element() <= 1.005 && shown.min_element() >= 0.0, "{name}, {cosine}: {shown}");
         }
     }
-    // What sheen doesn't reflect of even light, white cloth does.
+    // White cloth reflects the even light that sheen doesn't.
     let cloth = layered(plain(Vec3::ONE, 1.0), Layers { specular: no_specular(), ..sheen(Vec3::ONE, 0.6) });
     for cosine in COSINES {
         let shown = radiance(&cloth, direction(cosine, 30.0), Vec::new(), WHITE);
@@ -302,7 +302,7 @@ fn no_material_reflects_more_than_suns_send_from_everywhere() {
         }
     }
     println!("at most {}, by {} more than without", most[0], most[1]);
-    // What the table of light that is scattered again gives too much, which it does without layers as well.
+    // The excess of the table of multiple scattering, which it has without layers as well.
     assert!(most[0] < 1.06 && most[1] < 0.04, "{most:?}");
 }
 
@@ -318,7 +318,7 @@ fn smooth_lacquer_is_a_mirror_where_bounces_follow_it() {
         let of_metal = Vec3::new(0.5, 0.6, 0.7).as_dvec3().map(|f0| reference::schlick(f0, 1.0, cosine)) * (1.0 - part);
         for (material, factor) in [
             (nothing_below(coat(0.7, 0.0)), DVec3::splat(part)),
-            // Rough lacquer is none, but what it covers may be; and both are.
+            // A rough coat is no mirror, but the surface below may be; and both may be.
             (nothing_below(coat(0.7, 0.3)), DVec3::ZERO),
             (below, of_metal),
             (layered(metal.clone(), coat(0.7, 0.0)), of_metal + part),
@@ -335,7 +335,7 @@ fn smooth_lacquer_is_a_mirror_where_bounces_follow_it() {
             assert_eq!(shown(&frame, view, BLACK, 0), DVec3::ZERO);
         }
     }
-    // What is around the scene is seen as brightly, followed or not.
+    // The surroundings look as bright with followed reflections as without.
     let frame = square(&layered(metal, coat(1.0, 0.0)));
     let [once, followed] = [0, 1].map(|bounces| shown(&frame, direction(0.5, 0.0), WHITE, bounces));
     expect_near(followed, once, 2e-3, "followed");
@@ -387,7 +387,7 @@ fn layers_that_are_off_change_nothing() {
     let rendered = |frame: &Frame| Renderer::default().render_frame(frame, &settings).expect("a frame").clone();
     let expected = rendered(&without);
     assert!(bits(&expected) == bits(&rendered(&with)));
-    // What is beside a layer in a block has the bits that it has elsewhere.
+    // Pixels beside a layer in a block have the same bits as elsewhere.
     let everything = Layers {
         specular: Specular { factor: 0.3, ..Specular::default() },
         sheen: sheen(Vec3::ONE, 0.5).sheen,

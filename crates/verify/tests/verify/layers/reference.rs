@@ -1,11 +1,10 @@
-//! The extensions' formulas, one number after the other in f64, written from their texts alone. Normal (0, 0, 1), tangent
-//! (1, 0, 0).
+//! The extensions' formulas, in scalar f64, written from their texts alone. Normal (0, 0, 1), tangent (1, 0, 0).
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// Cosines that a lobe needs.
+/// Cosines of a lobe.
 struct Angles {
     half: DVec3,
     n_h: f64,
@@ -61,7 +60,8 @@ fn lambda(cosine: f64, alpha: f64) -> f64 {
     if cosine < 0.5 { l(cosine).exp() } else { (2.0 * l(0.5) - l(1.0 - cosine)).exp() }
 }
 
-/// `KHR_materials_iridescence`: what a film of some index and thickness makes of a surface that mirrors `f0` straight ahead.
+/// `KHR_materials_iridescence`: reflectance of a film of some index and thickness on a surface with `f0` at normal
+/// incidence.
 pub(super) fn film(ior: f64, nanometers: f64, f0: [f64; 3], cosine: f64) -> [f64; 3] {
     let squared = |x: f64| x * x;
     let f0_of = |behind: f64, before: f64| squared((behind - before) / (behind + before));
@@ -105,7 +105,7 @@ fn sensitivity(nanometers: f64, shift: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// What a lobe reflects of even light from all around, by the midpoint rule.
+/// Albedo of a lobe under even light, by the midpoint rule.
 pub(super) fn albedo(lobe: impl Fn(DVec3) -> f64) -> f64 {
     const STEPS: usize = 400;
     let mut sum = 0.0;

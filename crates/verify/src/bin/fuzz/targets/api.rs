@@ -1,4 +1,4 @@
-//! Frames, settings, cameras and lights that programs might make.
+//! Frames, settings, cameras and lights that a program might make.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::{Answer, Target, check_film, files};
 use crate::mutate::{REAL, any};
 use crate::worker::Workplace;
 
-/// The renderer and its answers, about scenes of the corpus that were changed as programs may change them.
+/// The renderer and its answers, for scenes of the corpus with changes that a program might make.
 pub(crate) struct Api {
     scenes: Vec<Scene>,
 }
@@ -28,7 +28,7 @@ impl Target for Api {
     fn run(&mut self, random: &mut Random, _: &mut Workplace<'_>) -> Result<Answer> {
         let mut renderer = Renderer::default();
         let mut answer = Answer::Refused;
-        // The second finds the first one's memory.
+        // The second frame finds the first one's memory.
         for _ in 0..2 {
             let mut frame = any(random, &self.scenes).at(f64::from(random.unit()))?;
             let mut dice = Dice { odd: *any(random, &[0, 0, 1, 4]), random };
@@ -59,7 +59,7 @@ impl Target for Api {
     }
 }
 
-/// Random values, `odd` in sixteen of which are none that anybody would want.
+/// Random values; `odd` of sixteen are absurd.
 struct Dice<'a> {
     random: &'a mut Random,
     odd: usize,
@@ -70,7 +70,7 @@ impl Dice<'_> {
         self.random.below(count) == 0
     }
 
-    /// From −1 to 1, or odd.
+    /// From −1 to 1, or absurd.
     fn number(&mut self) -> f32 {
         let is_odd = self.random.below(16) < self.odd;
         if is_odd { *any(self.random, &REAL) as f32 } else { 2.0 * self.random.unit() - 1.0 }
@@ -80,7 +80,7 @@ impl Dice<'_> {
         Vec3::new(self.number(), self.number(), self.number())
     }
 
-    /// An index below `count`, or odd.
+    /// An index below `count`, or absurd.
     fn index(&mut self, count: usize) -> u32 {
         let is_odd = self.random.below(16) < self.odd;
         if is_odd { u32::MAX >> self.random.below(32) } else { self.random.below(count.max(1)) as u32 }
@@ -136,7 +136,7 @@ impl Dice<'_> {
         }
     }
 
-    /// Sets one of all that programs may set, within its range or not.
+    /// Changes one thing that a program may set, within its range or not.
     fn change(&mut self, frame: &mut Frame, settings: &mut Settings) {
         let (mesh, materials) = (Arc::make_mut(&mut frame.mesh), Arc::make_mut(&mut frame.materials));
         let (vertices, textures) = (frame.positions.len(), materials.textures.len());

@@ -14,13 +14,13 @@ use super::{Answer, Target, check_film};
 use crate::mutate::{REAL, any, changed_words, mutate};
 use crate::worker::Workplace;
 
-/// A file's name and what it holds.
+/// A file's name and contents.
 type Seed = (String, Vec<u8>);
 
-/// What files may take: less than what ends the program.
+/// Memory budget of readers: below the worker's limit.
 const MAX_MEMORY: u64 = 1 << 29;
 
-/// The scene of a file or several, within that.
+/// Opens the scene of one or several files within that budget.
 fn open(path: &Path) -> Result<Scene, umbrage::scene::Error> {
     umbrage::open_with(path, &OpenOptions { max_memory: MAX_MEMORY, ..OpenOptions::default() })
 }
@@ -40,13 +40,13 @@ fn corpus(folder: &str) -> Result<Vec<Seed>> {
 /// A small picture of a frame.
 pub(super) fn render(frame: &Frame, settings: &Settings) -> Result<()> {
     match Renderer::default().render_frame(frame, &Settings { width: 6, height: 5, ..settings.clone() }) {
-        // So large that it can't be seen from anywhere.
+        // The frame is so large that no camera can see all of it.
         Err(Error::Camera(_)) => Ok(()),
         film => check_film(film?, frame),
     }
 }
 
-/// Looks at some moments of a scene, and at a picture of it.
+/// Poses a scene at some moments, and renders it.
 fn look_at(random: &mut Random, scene: &Scene) -> Result<()> {
     let (mut frame, mut pose) = (Frame::default(), Pose::default());
     for _ in 0..3 {
@@ -71,9 +71,9 @@ fn look_at(random: &mut Random, scene: &Scene) -> Result<()> {
 /// The reader of a kind of scene files.
 pub(crate) struct Reader {
     seeds: Vec<Seed>,
-    /// Which of them are scenes; the others are what these name.
+    /// Indices of the scene files; the others are files that these name.
     scenes: Vec<usize>,
-    /// The last mutant, which stays until there is another.
+    /// Index of the last changed file, which stays until the next.
     changed: usize,
 }
 
@@ -92,7 +92,7 @@ impl Target for Reader {
         place.write(name, bytes)?;
         let scene = *any(random, &self.scenes);
         let path = place.folder.join(&self.seeds[scene].0);
-        // Sometimes the file beside it that has the same name but for its end.
+        // Sometimes the changed file is one with the same name and another extension.
         let beside = (0..self.seeds.len()).filter(|&seed| seed != scene && random.below(2) == 0);
         let is_its = |&seed: &usize| Path::new(&self.seeds[seed].0).file_stem() == path.file_stem();
         self.changed = beside.filter(is_its).last().unwrap_or(scene);
@@ -110,7 +110,7 @@ impl Target for Reader {
     }
 }
 
-/// Three numbered files, one of which is a mutant, and what one may call them.
+/// Three numbered files, one of them a mutant, and names for the sequence.
 pub(crate) struct Sequence {
     seeds: Vec<Seed>,
 }
@@ -179,7 +179,7 @@ impl Target for Images {
     }
 }
 
-/// Whole scenes at any moment, and those of the gallery by any address.
+/// Whole scenes at any moment, and scenes of the gallery by any address.
 pub(crate) struct Poses {
     scenes: Vec<Scene>,
 }
@@ -195,7 +195,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
     let files = corpus("glb")?.into_iter().map(|(name, _)| folder.join("glb").join(name));
     let scenes = files.chain([folder.join("gltf/room.gltf")]).map(Scene::open);
-    // Some are refused, which is what they are there for.
+    // Some are refused, as the corpus intends.
     Ok(scenes.filter_map(Result::ok).collect())
 }
 
@@ -209,7 +209,7 @@ impl Target for Poses {
         if random.below(2) == 0 {
             address = String::from_utf8_lossy(&changed_words(random, address.as_bytes(), b"demo:?=&")).into_owned();
         }
-        // It would do as it is told; without a number scenes are large.
+        // Without a number, or with a large one, the scene would be large.
         let number = address.rsplit_once('=').map(|(_, number)| number.parse());
         if number.is_none_or(|number| number.is_ok_and(|number: u64| number > 999)) {
             return Ok(Answer::Refused);

@@ -1,4 +1,4 @@
-//! What mutants are given to, and what has to be true where they are accepted.
+//! The fuzzer's targets, and the checks of accepted mutants.
 
 mod api;
 mod files;
@@ -11,16 +11,16 @@ use umbrage_verify::Random;
 
 use crate::worker::Workplace;
 
-/// What came of a mutant.
+/// Outcome of a mutant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     Accepted,
     Refused,
 }
 
-/// Something that mutants are given to.
+/// Code that is fuzzed.
 pub(crate) trait Target {
-    /// Makes the mutant that belongs to `random` and tries it. An error is a finding, as is a panic.
+    /// Makes the mutant that follows from `random` and tries it. An error is a finding, and so is a panic.
     fn run(&mut self, random: &mut Random, place: &mut Workplace<'_>) -> Result<Answer>;
 }
 
@@ -44,7 +44,7 @@ const TARGETS: [(&str, Open); 14] = [
     (BROKEN, |_, _| Ok(Box::new(Broken))),
 ];
 
-/// What no mutant can be given to, so that a test sees how that is found.
+/// A target that always fails, for the test of the fuzzer itself.
 pub(crate) const BROKEN: &str = "broken";
 
 struct Broken;
@@ -54,7 +54,7 @@ impl Target for Broken {
         match random.below(4) {
             0 => panic!("this panics"),
             1 => bail!("this is wrong"),
-            // As many bytes as no machine has.
+            // More bytes than any machine has.
             2 => Ok(if vec![0_u8; 1 << 50].is_empty() { Answer::Accepted } else { Answer::Refused }),
             _ => Ok(Answer::Accepted),
         }
@@ -72,7 +72,7 @@ pub(crate) fn open(name: &str, place: &Workplace<'_>) -> Result<Box<dyn Target>>
     open(name, place)
 }
 
-/// Whether a film of a frame has numbers, and no triangles but those that there are.
+/// Checks that a film has no NaN or infinity, and only triangles of the frame.
 fn check_film(film: &Film, frame: &Frame) -> Result<()> {
     if let Some(color) = film.color.iter().find(|color| !color.is_finite()) {
         bail!("a colour is {color}");

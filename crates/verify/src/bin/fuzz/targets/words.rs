@@ -1,4 +1,4 @@
-//! What people write on command lines.
+//! Words of command lines.
 
 use std::fmt::{Debug, Display};
 use std::path::{Path, PathBuf};
@@ -18,13 +18,13 @@ use super::{Answer, Target};
 use crate::mutate::{any, changed_words, written_number};
 use crate::worker::Workplace;
 
-/// Values that flags take.
+/// Values of flags.
 const VALUES: &str = "\
     point:1,2,3:40:1,0.5,0 sun:-1,-2,-1 spot:0,3,0:0,0,0:40:500:noshadow 9,4,9:0,1,0:30 0 1 cpu #ff8000 0.5,0.5,0.5 sky 24 \
     30000/1001 0..2 0..=1 4x4 8 16 32 neutral clip gif exr y4m apng a.gif a_%02d.png a.exr %04d.exr - bvh grid listed \
     kdtree:kd-lazy=64 listed:slices=3,light-rays=48 short-stack:8 444 json text all none";
 
-/// A value as it is, changed, or a number.
+/// A value: unchanged, changed, or a number.
 fn value(random: &mut Random) -> String {
     let values: Vec<&str> = VALUES.split_whitespace().collect();
     let (seed, other) = (any(random, &values), any(random, &values));
@@ -35,7 +35,7 @@ fn value(random: &mut Random) -> String {
     }
 }
 
-/// The library's words for structures, lights, cameras and the like, and its table of options.
+/// The library's parsers of structures, lights, cameras and the like, and its table of options.
 pub(crate) struct Options;
 
 impl Target for Options {
@@ -66,7 +66,7 @@ impl Target for Options {
     }
 }
 
-/// The value that a text says, if any, which has to be the value that it says itself.
+/// Parses a text, if it can be parsed, and checks that the value's own text parses to the same value.
 fn said_again<T: FromStr + Display + Debug + PartialEq>(text: &str) -> Result<Option<T>> {
     let Ok(value) = text.parse::<T>() else { return Ok(None) };
     let again = value.to_string();
@@ -74,14 +74,14 @@ fn said_again<T: FromStr + Display + Debug + PartialEq>(text: &str) -> Result<Op
     Ok(Some(value))
 }
 
-/// Command lines of the program `umbrage` beside this one, of the flags that its help lists.
+/// Command lines for the program `umbrage` beside this one, made of the flags in its help.
 pub(crate) struct Command {
     program: PathBuf,
     flags: Vec<String>,
 }
 
 impl Command {
-    /// How long a picture of a few pixels may take.
+    /// Time limit of a picture of a few pixels.
     const PATIENCE: Duration = Duration::from_secs(10);
 
     pub(crate) fn open(place: &Workplace<'_>) -> Result<Self> {
@@ -104,7 +104,7 @@ impl Target for Command {
                 words.push(value(random));
             }
         }
-        // What is said last counts, and keeps the work small.
+        // The last value of a flag counts; these keep the work small.
         words.extend(["--size", "4x4", "--samples", "1", "--threads", "2"].map(str::to_owned));
         if !words.iter().any(|word| word == "--time") {
             words.extend(["--frames", "0..1"].map(str::to_owned));

@@ -1,5 +1,5 @@
-//! Triangles in every bad place for lights that see by two angles: around their axes, through the seam behind them and
-//! through the planes in which angles are right ones. All other tests of this folder have such lights as well.
+//! Triangles in difficult places for lights that see by two angles: around their axes, through the seam behind them and
+//! through the planes of right angles. All other tests of this folder have such lights as well.
 
 use glam::Vec3;
 use umbrage_gpu::LightOptions;
@@ -42,7 +42,7 @@ fn triangles_around_the_axes_of_a_light() {
         let (across, beside) = (axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector()));
         let mut mesh = ball.clone();
         for side in [-0.7, 0.7] {
-            // One that the axis goes through, one that ends in it, and one with a corner there.
+            // One that the axis passes through, one with an edge on it, and one with a corner there.
             let at = |along: f32, x: f32, y: f32| axis * along + across * x + beside * y;
             mesh.push([at(side, 0.3, 0.1), at(side * 1.2, -0.2, 0.3), at(side, -0.1, -0.4)]);
             mesh.push([at(side * 1.5, 0.2, 0.0), at(side * 1.5, -0.2, 0.0), at(side * 1.5, 0.0, 0.4)]);
@@ -62,7 +62,7 @@ fn triangles_around_the_axes_of_a_light() {
         let truth = case.truth();
         grids.check_against(&format!("around {axis}"), &case, &truth);
         assert!(grids.work().iter().all(|work| work.faces == 1), "{:?}", grids.work());
-        // All rectangles around one axis, and around the others the one that all of it is in.
+        // All rectangles of angles around one axis, and around the others the full rectangle.
         for clamp in if axis == Vec3::X { &CLAMPS[..] } else { &CLAMPS[1..2] } {
             grids.check_lights(&format!("around {axis}"), &case, &truth, clamped(*clamp));
         }
@@ -74,7 +74,7 @@ fn thin_triangles_through_the_seam_and_through_right_angles() {
     let Some(mut grids) = grids() else { return };
     let (mut mesh, _) = inside_of_a_ball();
     let mut random = Random::new(71);
-    // All directions from the middle have some that cross them, whichever axes the light has.
+    // Some of them cross each direction from the middle, for any axes of the light.
     for _ in 0..400 {
         let (middle, aside) = (random.point().normalize_or_zero() * 1.5, random.point() * 0.6);
         let thickness = random.point() * 0.02;
@@ -122,7 +122,7 @@ fn lights_on_slanted_triangles() {
     for _ in 0..24 {
         let [a, b, c] = [(); 3].map(|()| random.point() * 1.5);
         mesh.push([a, b, c]);
-        // Rounded, it is on either side of the plane, nearer than f32 can tell.
+        // After rounding it is on either side of the plane, nearer than f32 can tell.
         lights.push(point(a + ((b - a) + (c - a)) * 0.3));
     }
     let case = case(&mesh, view(look, 30, 24), &lights);
@@ -141,12 +141,12 @@ fn one_grid_where_faces_need_six() {
         println!("{options:?}: {:?}", grids.work());
         let faces: Vec<_> = grids.work().iter().map(|work| work.faces).collect();
         assert_eq!(faces, expected);
-        // Few pairs are left to the predicate: a filter that leaves all of them would find the same.
+        // Few pairs are left to the predicate: a filter that leaves all of them would give the same answers.
         assert!(grids.work().iter().all(|work| work.undecided < 200), "{:?}", grids.work());
     }
 }
 
-/// Prints what lights in the middle are as work, through faces and by angles.
+/// Prints the work of lights in the middle, through faces and by angles.
 #[test]
 fn a_hall_with_lights_in_it() {
     let Some(mut grids) = grids() else { return };

@@ -1,4 +1,4 @@
-//! Too much in one place.
+//! Many triangles in one place.
 
 use glam::Vec3;
 use umbrage_rays::Camera;
@@ -16,13 +16,13 @@ fn ten_thousand_identical_triangles() {
     let lights = [point(Vec3::new(3.0, 5.0, 2.0)), sun(0.3, -1.0, 0.2)];
     grids.check("copies", &case(&mesh, view(camera(), 21, 16), &lights));
     grids.check("copies", &case(&mesh, view(parallel_camera(), 9, 7), &lights));
-    // A light in their edge leaves all of them to exact arithmetic.
+    // A light on their edge leaves all of them to exact arithmetic.
     grids.check("copies", &case(&mesh, view(camera(), 6, 4), &[point(a.midpoint(b))]));
 }
 
 #[test]
 fn a_crowd_in_one_plane() {
-    // No filter can tell which is nearer: every pixel leaves hundreds of hits to exact arithmetic.
+    // No filter can tell the nearest: every pixel leaves hundreds of hits to exact arithmetic.
     let Some(mut grids) = grids() else { return };
     let mut random = Random::new(54);
     let mut mesh = TestMesh::default();
@@ -40,7 +40,7 @@ fn hundreds_of_thousands_of_triangles_in_one_tile() {
     let Some(mut grids) = grids() else { return };
     let mut random = Random::new(55);
     let mut mesh = TestMesh::floor(8);
-    // All of them are seen through four pixels on each axis; some are far larger than their pixels.
+    // All of them are within four pixels on each axis; some are far larger than their pixels.
     let camera = Camera::look_at(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, Vec3::Y, 0.8);
     for number in 0..200_000 {
         let size = if number % 64 == 0 { 0.04 } else { 0.003 };
@@ -63,7 +63,7 @@ fn hundreds_of_thousands_of_triangles_in_one_light_cell() {
 #[test]
 fn a_million_points_in_one_light_cell() {
     let Some(mut grids) = grids() else { return };
-    // A card of a thousandth of what else is seen fills nearly all of the image; a ball half shadows it.
+    // A card a thousandth the size of the scene fills nearly all of the image; a ball half shadows it.
     let mesh = TestMesh::card();
     let camera = Camera::look_at(Vec3::new(0.0, 0.0, 2e-3), Vec3::ZERO, Vec3::Y, 0.9);
     let lights = [point(Vec3::new(0.3, 2.0, 3.0)), point(Vec3::new(4.0, 1.0, 8.0)), sun(0.0, -0.3, -1.0)];

@@ -1,4 +1,4 @@
-//! The GPU's grids, in all the forms that they have, against what is true.
+//! The GPU's grids, in all their forms, against the truth.
 
 use glam::Vec3;
 use umbrage_gpu::{
@@ -12,8 +12,8 @@ use umbrage_verify::{Case, TestMesh, Truth};
 
 use crate::common::{Pool, Pooled, gpu};
 
-/// Both mappings of the camera's grid, one and many slices, each with a map of lights with one and with several. Each form
-/// of the camera's grid has kernels of its own, which take seconds to compile.
+/// Both mappings of the camera's grid, one and many slices, each with a map of lights with one and with several. Each
+/// form of the camera's grid has kernels of its own, which take seconds to compile.
 const FORMS: [(CameraOptions, [LightOptions; 2]); 2] = [
     (CameraOptions { mapping: 1, slices: 16 }, [FACES, LightOptions { slices: 5, ..FACES }]),
     (CameraOptions { mapping: 2, slices: 1 }, [SPHERICAL, LightOptions { slices: 3, ..SPHERICAL }]),
@@ -24,7 +24,7 @@ const FACES: LightOptions = LightOptions { map: LightMapping::Faces, clamp: None
 /// Lights that see by angles.
 pub(crate) const SPHERICAL: LightOptions = LightOptions { map: LightMapping::Spherical, ..FACES };
 
-/// The questions that the oracle is asked at most; the CPU's grids, which have been compared with it, answer more.
+/// Maximum number of questions for the oracle; the CPU's grids, which have been compared with it, answer more.
 const MOST_QUESTIONS: usize = 10_000_000;
 
 /// A device and its grids.
@@ -48,7 +48,7 @@ pub(crate) fn grids() -> Option<Pooled<Grids>> {
 }
 
 impl Grids {
-    /// Compares every form with the truth, by the oracle where that isn't too much to ask.
+    /// Compares every form with the truth, from the oracle if that has few enough questions.
     pub(crate) fn check(&mut self, name: &str, case: &Case) {
         let View { width, height, .. } = case.view;
         let questions = (width * height) as usize * case.mesh.indices.len() * (1 + case.lights.len());
@@ -56,7 +56,7 @@ impl Grids {
         self.check_against(name, case, &truth);
     }
 
-    /// Compares every form with a truth that is known.
+    /// Compares every form with a known truth.
     pub(crate) fn check_against(&mut self, name: &str, case: &Case, truth: &Truth) {
         for (form, (_, lights)) in FORMS.into_iter().enumerate() {
             for options in lights {
@@ -65,7 +65,7 @@ impl Grids {
         }
     }
 
-    /// Compares lights that see so with the truth.
+    /// Compares lights with these options with the truth.
     pub(crate) fn check_lights(&mut self, name: &str, case: &Case, truth: &Truth, options: LightOptions) {
         self.check_form(name, case, truth, 0, options);
     }
@@ -78,24 +78,24 @@ impl Grids {
         assert!(complaint.is_none(), "{}: {}", about(), complaint.unwrap_or_default());
     }
 
-    /// What the lights of the last case that was compared were as work.
+    /// Work of the last compared case's lights.
     pub(crate) fn work(&self) -> &[LightWork] {
         self.lights.work()
     }
 
-    /// How many faces each light has.
+    /// Number of faces of each light.
     pub(crate) fn faces(&mut self, case: &Case) -> Vec<u32> {
         self.shown(case, 0, LightOptions::default()).expect("a small scene");
         self.work().iter().map(|work| work.faces).collect()
     }
 
-    /// What a form of the camera's grid shows, and lights that see so.
+    /// Answers of a form of the camera's grid, and of lights with these options.
     fn shown(&mut self, case: &Case, form: usize, options: LightOptions) -> Result<Truth, GpuError> {
         let Self { gpu, geometry, cameras, lights } = self;
         let camera = &mut cameras[form];
         lights.set_options(gpu, options);
         let sources: Vec<_> = case.lights.iter().copied().map(Some).collect();
-        // Frames grow what was too small; none needs more than a few.
+        // Frames grow buffers that were too small; none needs more than a few.
         for _ in 0..8 {
             camera.prepare(gpu, geometry, &case.view, case.offset_pixels, Sight::default())?;
             lights.prepare(gpu, geometry, &case.view, case.offset_pixels, &sources)?;
@@ -111,7 +111,7 @@ impl Grids {
     }
 }
 
-/// What is asked about a triangle.
+/// A triangle's flags.
 fn number(case: &Case, id: u32) -> u32 {
     TriangleFlags { is_one_sided: !case.sides.has_back(id), ..TriangleFlags::default() }.with_material(0)
 }
@@ -129,7 +129,7 @@ fn read(gpu: &Gpu, camera: &CameraGrid, lights: &LightGrid, view: View, count: u
     })
 }
 
-/// The first difference between what a GPU shows and the truth, and how many there are; `None` where there is none.
+/// The first difference between a GPU's answers and the truth, and the number of differences; `None` if there are none.
 fn complaint(case: &Case, found: &Truth, truth: &Truth) -> Option<String> {
     let at = |place: usize| (place as u32 % case.view.width, place as u32 / case.view.width);
     let others = |found: &[u32], truth: &[u32]| -> Vec<usize> {
@@ -157,7 +157,7 @@ fn pixels(view: View) -> impl Iterator<Item = (u32, u32)> {
     (0..view.height).flat_map(move |y| (0..view.width).map(move |x| (x, y)))
 }
 
-/// What the CPU's grids show.
+/// The answers of the CPU's grids.
 pub(crate) fn truth_of_cpu(case: &Case) -> Truth {
     let (shot, mut grids, mut seen) = (case.shot(), DirectGrids::default(), SeenPixels::default());
     grids.build(shot.triangles);
@@ -168,7 +168,7 @@ pub(crate) fn truth_of_cpu(case: &Case) -> Truth {
     Truth { triangle: case.pixels().map(|(x, y)| seen.triangle_at(x, y)).collect(), lit }
 }
 
-/// What is seen of a mesh.
+/// A case of a mesh, a view and lights.
 pub(crate) fn case(mesh: &TestMesh, view: View, lights: &[LightSource]) -> Case {
     Case::new("", mesh.clone(), view, lights)
 }

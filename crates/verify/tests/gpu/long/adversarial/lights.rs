@@ -1,4 +1,4 @@
-//! Lights in every bad place.
+//! Lights at difficult positions.
 
 use glam::Vec3;
 use umbrage_rays::LightSource;
@@ -35,7 +35,7 @@ fn spots_in_the_middle_have_a_face_around_their_cone() {
             let inner_radians = 0.5 * outer_radians;
             LightSource::Spot { position, direction, inner_radians, outer_radians }
         };
-        // The last two are too wide for one, or shine away from all that is seen.
+        // The last two are too wide for one face, or shine away from all seen points.
         let lights = [
             spot(0.01, Vec3::new(-0.3, -1.0, -0.2)),
             spot(0.2, Vec3::NEG_Y),

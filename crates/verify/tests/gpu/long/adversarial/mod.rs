@@ -1,4 +1,4 @@
-//! What breaks ray tracers, through the GPU's grids: triangles and shadows are the truth's in every pixel.
+//! Input that breaks ray tracers, through the GPU's grids: triangles and shadows are the truth's in every pixel.
 
 mod angles;
 mod crowds;

@@ -1,4 +1,5 @@
-//! Rays exactly through vertices and edges: none slips between triangles, and each has the lowest id of those it meets.
+//! Rays exactly through vertices and edges: none slips between triangles, and each has the lowest id of the triangles
+//! that it meets.
 
 use glam::Vec3;
 use umbrage_verify::lights::point;
@@ -13,11 +14,11 @@ fn sheets_hold_every_ray() {
     for (position, scale) in SheetShape::PLACES {
         for is_orthographic in [false, true] {
             for (side, step, has_shell) in [(16, 1, false), (32, 2, true), (32, 8, false)] {
-                // A second sheet so close needs the bits that a position has none left of.
+                // Positions away from zero have no bits left for a second sheet so close.
                 let has_shell = has_shell && position == Vec3::ZERO;
                 let shape = SheetShape { side, step, position, scale, is_orthographic, has_shell };
                 let sheet = Sheet::new(shape, &mut random);
-                // One light that sees what the camera sees, and one in a vertex.
+                // One light at the camera, and one at a vertex.
                 let lights = [sheet.light, point(sheet.mesh.positions[sheet.mesh.positions.len() / 3])];
                 let case = Case::new("", sheet.mesh, sheet.view, &lights);
                 let case = Case { offset_pixels: sheet.offset_pixels, ..case };

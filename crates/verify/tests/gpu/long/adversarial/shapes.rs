@@ -1,4 +1,4 @@
-//! Triangles of every bad shape and in every bad place.
+//! Triangles of bad shapes and in difficult places.
 
 use glam::{EulerRot, Quat, Vec3};
 use umbrage_rays::Camera;
@@ -29,7 +29,7 @@ fn few_triangles() {
     }
 }
 
-/// Long carpets that begin behind the camera, less and less above their floor, level and aslant.
+/// Long carpets that begin behind the camera, at smaller and smaller heights above their floor, level and aslant.
 #[test]
 fn carpets_on_floors() {
     let Some(mut grids) = grids() else { return };
@@ -66,13 +66,13 @@ fn what_is_no_triangle_is_never_there() {
     for vertex in [count, count + 1, 1 << 20, u32::MAX, u32::MAX / 3 + 1] {
         mesh.indices.extend([[vertex, 0, 80], [0, vertex, 80], [0, 80, vertex], [vertex, vertex, vertex]]);
     }
-    // No triangle but those of the room has corners, so the room is the truth.
+    // Only the room's triangles have valid corners, so the room is the truth.
     let lights = [point(Vec3::new(2.0, 3.0, 1.0)), sun(0.3, -1.0, 0.2), point(mesh.positions[3])];
     for camera in [camera(), parallel_camera()] {
         let view = view(camera, 41, 29);
         let truth = case(&room, view, &lights).truth();
         grids.check_against("bad vertices", &case(&mesh, view, &lights), &truth);
-        // Depths that no inverse depth has: each point is compared with all triangles.
+        // Depths without a finite inverse: each point is compared with all triangles.
         let (scale, offset) = (1e32, Vec3::ZERO);
         let view = umbrage_rays::View { camera: placed(camera, scale, offset), width: 11, height: 9 };
         let [huge, room] = [mesh.clone(), room.clone()].map(|mesh| mesh.placed(scale, offset));
@@ -80,7 +80,7 @@ fn what_is_no_triangle_is_never_there() {
         let truth = case(&room, view, &lights).truth();
         grids.check_against("bad vertices of a huge world", &case(&huge, view, &lights), &truth);
     }
-    // Nor where there is no vertex at all.
+    // Nor without any vertex.
     let indices = [[0, 1, 2], [5, 5, 5]];
     let none = case(&TestMesh { positions: Vec::new(), indices: indices.to_vec() }, view(camera(), 5, 5), &lights);
     let truth = case(&TestMesh::default(), view(camera(), 5, 5), &lights).truth();

@@ -1,4 +1,4 @@
-//! Rays, triangles and lights of the kinds that are hard to decide.
+//! Rays, triangles and lights that are hard to decide.
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::Ray;
@@ -13,11 +13,11 @@ pub(crate) struct Pair {
     pub(crate) corners: [Vec3; 3],
 }
 
-/// How many kinds of pair there are.
+/// Number of kinds of pairs.
 pub(crate) const KINDS: u64 = 17;
 
 impl Pair {
-    /// Some pair of the kind that `index` asks for, at a scale from 2⁻⁶⁰ to 2⁶⁰ for two of three.
+    /// A random pair of the kind of `index`; two of three are at a scale from 2⁻⁶⁰ to 2⁶⁰.
     pub(crate) fn random(random: &mut Random, index: u64) -> Self {
         let mut pair = Self::of_kind(random, index % KINDS);
         if !(index / KINDS).is_multiple_of(3) {
@@ -27,7 +27,7 @@ impl Pair {
             pair.ray.direction *= 2.0_f64.powi(random.below(121) as i32 - 60);
         }
         if random.below(16) == 0 {
-            // So short that bounds on products with it underflow.
+            // So short that error bounds with it underflow.
             pair.ray.direction *= 2.0_f64.powi(-700);
         }
         if random.below(4) == 0 {
@@ -63,7 +63,7 @@ impl Pair {
                 let [a, b, _] = corners.map(Vec3::as_dvec3);
                 Self { ray: ray(origin, a.lerp(b, random.unit())), corners }
             }
-            // In the triangle's plane, from anywhere in it or along it.
+            // In the triangle's plane, from anywhere in it or along an edge.
             7 => {
                 let [i, j, k, l] = [(); 4].map(|()| random.below(7) as f64 - 3.0);
                 let origin = a + (b - a) * i + (c - a) * j;
@@ -85,13 +85,13 @@ impl Pair {
                 let corners = [whole[0], whole[1], whole[0] + (whole[1] - whole[0]) * random.below(3) as f32];
                 Self { ray: ray(whole_origin, a), corners }
             }
-            // Far from where the numbers are fine.
+            // Far from the origin, where f32 is coarse.
             12 => {
                 let far = random.whole_point(1 << 20);
                 let corners = corners.map(|corner| corner + far);
                 Self { ray: ray(origin + far.as_dvec3(), inside(corners)), corners }
             }
-            // In the plane exactly, of corners whose products have more bits than double-double numbers.
+            // Exactly in the plane, for corners whose products have more bits than double-double numbers.
             13 => {
                 let uneven = |point: Vec3, random: &mut Random| {
                     Vec3::from_array(point.to_array().map(|number| number * 2.0_f32.powi(random.below(25) as i32 - 12)))
@@ -101,7 +101,7 @@ impl Pair {
                 let along = if random.below(2) == 0 { b - a } else { c - b };
                 Self { ray: Ray::new(b + c - a, along), corners }
             }
-            // With coordinates in common, so that the next ones order the corners.
+            // With common coordinates, so that the next ones order the corners.
             14 | 15 => {
                 let zeros = [0.0, -0.0];
                 let mut corners = corners.map(|corner| corner.with_x(zeros[random.below(2) as usize]));
@@ -110,7 +110,7 @@ impl Pair {
                 }
                 Self { ray: ray(origin, inside(corners)), corners }
             }
-            // Coordinates of any size, or none that is a number.
+            // Coordinates of any size, or NaN.
             _ => {
                 let corners = [(); 3].map(|()| Vec3::from_array([(); 3].map(|()| random.any_f32())));
                 Self { ray: ray(origin, inside(corners).clamp(DVec3::splat(-1e40), DVec3::splat(1e40))), corners }
@@ -131,14 +131,14 @@ pub(crate) struct Shadowing {
 }
 
 impl Shadowing {
-    /// Some case of the kind that `index` asks for.
+    /// A random case of the kind of `index`.
     pub(crate) fn random(random: &mut Random, index: u64) -> Self {
         let Pair { ray, corners } = Pair::random(random, index);
         let t = crossing(&ray, corners).map_or(1.0, |crossing| crossing.t);
         // Half of the points aren't on the triangle but well in front of or behind it.
         let t = match random.below(4) {
             0 | 1 => t * (random.unit() * 2.0),
-            // By about as much as rounding may.
+            // Off by about a rounding error.
             2 => t * (1.0 + (random.below(65) as f64 - 32.0) * f64::EPSILON),
             _ => t,
         };
@@ -153,7 +153,7 @@ impl Shadowing {
             1 => a,
             2 => b + (c - a) * random.below(3) as f32,
             3 => point,
-            // Where a corner, an edge or a point inside is in the middle between light and point.
+            // So that a corner, an edge or a point inside is midway between light and point.
             4 => beyond(a),
             5 => a + b - point,
             _ => beyond(a * (1.0 - v - w) + b * v + c * w),
@@ -174,12 +174,12 @@ impl Random {
         Vec3::from_array([(); 3].map(|()| (self.unit() * 2.0 - 1.0) as f32))
     }
 
-    /// Of whole numbers below `end`, of both signs.
+    /// Integers of magnitude below `end`, of both signs.
     pub(crate) fn whole_point(&mut self, end: u64) -> Vec3 {
         Vec3::from_array([(); 3].map(|()| (self.below(2 * end - 1) as f32) - (end - 1) as f32))
     }
 
-    /// Any bits at all for one of 32, else a number of a size from 2⁻⁴⁰ to 2⁴⁰ or zero.
+    /// Any bits once in 32 times, else zero or a number between 2⁻⁴⁰ and 2⁴⁰ in magnitude.
     pub(crate) fn any_f32(&mut self) -> f32 {
         let bits = self.bits() as u32;
         match self.below(32) {

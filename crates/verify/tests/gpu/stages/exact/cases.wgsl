@@ -1,4 +1,4 @@
-// What comes before each of these tests' kernels: cases of so many words, and the answers to them.
+// Prefix of each of these tests' kernels: cases of CASE_WORDS words, and their answers.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64};
@@ -6,7 +6,7 @@ import package::exact::double::{F64};
 @group(0) @binding(0) var<storage, read> inputs: array<u32>;
 @group(0) @binding(1) var<storage, read_write> outputs: array<u32>;
 
-// An invocation's case; there may be fewer.
+// Index of an invocation's case; there may be fewer cases.
 fn case_number_of(at: Invocation) -> u32 {
     return flat_index(at, 64u);
 }

@@ -2,7 +2,7 @@
 
 use super::{Random, common, kernel, map};
 
-/// What the kernel writes for each pair.
+/// Words that the kernel writes for each pair.
 const RESULT_WORDS: usize = 24;
 
 #[test]
@@ -81,7 +81,7 @@ fn dekker(a: f64, b: f64) -> f64 {
     ((a_high * b_high - a * b) + a_high * b_low + a_low * b_high) + a_low * b_low
 }
 
-/// Dekker's products are exact where the splitting doesn't overflow and the last of their 106 bits isn't below the
+/// Dekker's products are exact if the splitting doesn't overflow and the last of their 106 bits isn't below the
 /// smallest number.
 fn dekker_is_exact(a: f64, b: f64) -> bool {
     let product = (a * b).abs();
@@ -89,7 +89,7 @@ fn dekker_is_exact(a: f64, b: f64) -> bool {
     splits && product < 2.0_f64.powi(1020) && (product > 2.0_f64.powi(-960) || a == 0.0 || b == 0.0)
 }
 
-/// Every pair of the numbers at which something changes, and their neighbours.
+/// All pairs of numbers at limits of f32 and f64, and of their neighbours.
 fn special_pairs() -> Vec<[f64; 2]> {
     let powers = [-1074, -1073, -1022, -1021, -960, -537, -150, -149, -126, -54, -53, -52, -1, 0, 1, 52, 53, 54, 127];
     let powers = powers.into_iter().chain([128, 511, 512, 970, 1022, 1023]);
@@ -108,7 +108,7 @@ fn special_pairs() -> Vec<[f64; 2]> {
     numbers.iter().flat_map(|&a| numbers.iter().map(move |&b| [a, b])).collect()
 }
 
-/// A pair of the kind that the index asks for.
+/// A random pair of the kind of `index`.
 fn random_pair(random: &mut Random, index: u64) -> [f64; 2] {
     let any = f64::from_bits(random.bits());
     let sparse = f64::from_bits(random.bits() & random.bits() & random.bits());
@@ -122,7 +122,7 @@ fn random_pair(random: &mut Random, index: u64) -> [f64; 2] {
         0 => [any, f64::from_bits(random.bits())],
         1 => [any, near(random, any, 2)],
         2 => [ordinary, near(random, ordinary, 60)],
-        // Cancels but for a few bits.
+        // A sum that cancels to a few bits.
         3 => [ordinary, -f64::from_bits(ordinary.to_bits() ^ (1 << random.below(54)) ^ random.below(4))],
         // Halfway cases: few bits set, or a half of the last place.
         4 => [sparse, f64::from_bits(random.bits() & random.bits() & random.bits())],

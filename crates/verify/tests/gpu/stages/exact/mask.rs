@@ -1,4 +1,4 @@
-//! What alpha masks cut away.
+//! Opacity masks.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ const CASE_WORDS: usize = 64;
 const FIRST_TEXEL: usize = 24;
 const MOST_TEXELS: usize = CASE_WORDS - FIRST_TEXEL;
 
-/// A point of a triangle with a mask, which is to be there where its opacity is at least the cutoff: so asking with two
-/// neighbouring cutoffs finds the opacity to its last bit.
+/// A point of a masked triangle, which is there if its opacity is at least the cutoff: two neighbouring cutoffs find
+/// the opacity to its last bit.
 #[test]
 fn opacities_are_those_that_the_frame_compares() {
     let Some(gpu) = common::gpu() else { return };
@@ -62,7 +62,7 @@ impl Leaf {
             Vec2::new(single(2.0), single(2.0)),
         );
         let (v, w) = (single(0.5).abs(), single(0.5).abs());
-        // Far from the image positions are whole numbers, at last such that one more changes nothing.
+        // Far from the image, positions are integers, at last so large that adding one changes nothing.
         let reach = 10.0_f64.powi(random.below(12) as i32 - 1) * if random.below(50) == 0 { 1e30 } else { 1.0 };
         let mut coordinate = || match random.below(16) {
             0 => random.any_f32(),

@@ -1,4 +1,4 @@
-//! What the shaders compute in integers against what Rust computes in f64: equal bit for bit, without any tolerance.
+//! Integer arithmetic of the shaders against Rust's f64: equal bit for bit, without any tolerance.
 
 mod cases;
 mod double;
@@ -14,12 +14,12 @@ use crate::common;
 /// The workgroup size of the tests' kernels.
 const LANES: u32 = 64;
 
-/// A kernel of a test's own, which follows what all of them share.
+/// A test's own kernel, after the common prefix.
 fn kernel(gpu: &Gpu, text: &str, entry: &'static str) -> Kernel {
     Kernel::of_text(gpu, &format!("{}{text}", include_str!("cases.wgsl")), entry, &[])
 }
 
-/// What `kernel` makes of each of `inputs`: `words` u32 for each.
+/// Runs `kernel` on each of `inputs`; it writes `words` u32 for each.
 fn map<T: bytemuck::Pod>(gpu: &Gpu, kernel: &Kernel, inputs: &[T], words: usize) -> Vec<u32> {
     let (mut input, mut output) = (Buffer::storage(gpu, "inputs"), Buffer::storage(gpu, "outputs"));
     input.write(gpu, inputs).expect("room");

@@ -1,4 +1,4 @@
-//! The predicate, the shadows and the camera's rays.
+//! The predicate, shadows and the camera's rays.
 
 use glam::{DVec3, Vec3};
 use umbrage_gpu::{Gpu, Kernel};

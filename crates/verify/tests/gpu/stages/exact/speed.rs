@@ -1,4 +1,4 @@
-//! How fast the predicate is; no test, since it depends on the machine.
+//! Speed of the predicate; not a test, since it depends on the machine.
 
 use glam::DVec3;
 use umbrage_gpu::{Buffer, Gpu, Groups, Kernel, Recorder};
@@ -38,14 +38,14 @@ fn speed() {
     }
 }
 
-/// A pair's triangle between a light at the ray's origin and a point on the ray.
+/// A case with the pair's triangle between a light at the ray's origin and a point on the ray.
 fn beyond(random: &mut Random, pair: &Pair) -> Shadowing {
     let ray = Ray::new(DVec3::ZERO, pair.ray.origin + pair.ray.direction * 2.0);
     let light = pair.ray.origin.as_vec3();
     Shadowing { ray, t: 1.0, is_directional: random.below(2) == 0, light, corners: pair.corners }
 }
 
-/// Seconds of all of this process's threads, which other work on the machine doesn't lengthen.
+/// CPU seconds of all threads of this process, which don't depend on other work on the machine.
 fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").expect("Linux");
     let fields: Vec<f64> = stat.split(' ').filter_map(|field| field.parse().ok()).collect();

@@ -1,8 +1,8 @@
-//! Numbers of 64 bits: how far they are from what is exact.
+//! Errors of numbers of 64 bits.
 
 use super::{Random, common, kernel, map};
 
-/// What the kernel writes for each pair.
+/// Words that the kernel writes for each pair.
 const RESULT_WORDS: usize = 34;
 
 #[test]
@@ -20,7 +20,7 @@ fn wide_numbers_are_as_exact_as_they_say() {
     }
 }
 
-/// Numbers whose products and their losses are normal, some of them integers, close to each other, or zero.
+/// Numbers with normal products and rounding errors, some of them integers, close to each other, or zero.
 fn random_pair(random: &mut Random, index: u64) -> [f64; 2] {
     let near = |random: &mut Random, exponent: u64| {
         f64::from_bits((random.bits() & 0x800f_ffff_ffff_ffff) | ((exponent + random.below(200)) << 52))
@@ -63,7 +63,7 @@ fn check(a: f64, b: f64, words: &[u32]) {
     let kept = f64::from_bits(u64::from(words[20]) | (u64::from(words[21]) << 32));
     assert!(kept == a || (kept == 0.0 && a.is_subnormal()), "{a:e} kept as {kept:e}");
     let rounded = f32::from_bits(words[22]);
-    // The nearest, or the other one of two that are equally near.
+    // The nearest, or the other one of a tie.
     let off = (f64::from(rounded) - a).abs() - (f64::from(a as f32) - a).abs();
     assert!(rounded == a as f32 || off == 0.0, "{a:e} as f32: {rounded:e}");
     assert_eq!(words[23] == 1, a.abs() < 2.0_f64.powi(30), "{a:e} as a fixed-point number");
@@ -83,7 +83,7 @@ fn check(a: f64, b: f64, words: &[u32]) {
     assert_eq!(words[25] == 1, a.abs() < b.abs(), "{a:e} and {b:e} compared");
 }
 
-/// The sum of two f64, and what was lost of it.
+/// The sum of two f64, and its rounding error.
 fn two_sum(a: f64, b: f64) -> [f64; 2] {
     let sum = a + b;
     let b_seen = sum - a;
