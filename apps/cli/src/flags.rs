@@ -6,7 +6,7 @@ use clap_complete::Shell;
 use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, GroundChoice, OpenOptions};
-use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
+use umbrage::spec::{BackgroundSpec, CameraSpec, Length, LightSpec};
 use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, engine, layers};
@@ -42,7 +42,7 @@ const RENDER_EXAMPLES: &str = "
       As many samples as it takes
   umbrage render demo:marbles --gloss
       Blurred reflections
-  umbrage render demo:marbles --aperture 0.2 --light-radius 0.3
+  umbrage render demo:marbles --aperture 2% --light-radius 0.3
       A lens that is sharp at one depth only, and shadows with soft edges
   umbrage render demo:marbles --light rect:3,3,2:0,0.5,0:2.5x0.6
       The light of a panel
@@ -272,10 +272,10 @@ impl RenderFlags {
             size: _,
             samples: _,
             noise: _,
-            aperture: _,
-            focus: _,
+            aperture,
+            focus,
             shutter: _,
-            light_radius: _,
+            light_radius,
             sky_shadows: _,
             structure: _,
             sides: _,
@@ -283,7 +283,7 @@ impl RenderFlags {
             bounces: _,
             least_contribution: _,
             gloss: _,
-            ambient_occlusion: _,
+            ambient_occlusion,
             tone_map: _,
             layers: _,
             bit_depth: _,
@@ -299,7 +299,8 @@ impl RenderFlags {
             opening;
         format!(
             "{camera:?} {lights:?} {orbit_light:?} {background:?} {show:?} {engine:?} {device:?} {animation:?} {variant:?} \
-             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?} {crease:?} {exposure:?}"
+             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?} {crease:?} {exposure:?} {aperture} {focus:?} {light_radius} \
+             {ambient_occlusion}"
         )
     }
 }
@@ -363,19 +364,21 @@ pub(crate) struct RenderFlags {
     /// picture. There are 1024 unless you say otherwise
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero)]
     pub(crate) noise: f32,
-    /// Diameter of the camera's lens in world units: with 0, everything is sharp
-    #[arg(long, value_name = "DIAMETER", default_value = "0", value_parser = values::from_zero)]
-    pub(crate) aperture: f32,
-    /// Depth at which the lens has everything sharp, in world units [default: that of what the middle of the picture shows]
-    #[arg(long, value_name = "DEPTH", value_parser = values::above_zero, requires = "aperture")]
-    pub(crate) focus: Option<f32>,
+    /// Diameter of the camera's lens, in world units (0.1) or as a share of the scene's size (2%), as `umbrage info` says it: the
+    /// diagonal of its bounds at its first moment. With 0, everything is sharp
+    #[arg(long, value_name = "LENGTH", default_value = "0", allow_hyphen_values = true, value_parser = values::length)]
+    pub(crate) aperture: Length,
+    /// Depth at which the lens has everything sharp, in world units (2.5) or as a share of the scene's size (80%) [default: that
+    /// of what the middle of the picture shows]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = values::distance, requires = "aperture")]
+    pub(crate) focus: Option<Length>,
     /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds)]
     pub(crate) shutter: f64,
-    /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units, of suns in degrees (the
-    /// sun's is 0.27). Shadows have soft edges
-    #[arg(long, value_name = "R", default_value = "0", value_parser = values::from_zero)]
-    pub(crate) light_radius: f32,
+    /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units (0.1) or as a share of the
+    /// scene's size (2%), of suns in degrees (the sun's is 0.27). Shadows have soft edges
+    #[arg(long, value_name = "LENGTH", default_value = "0", allow_hyphen_values = true, value_parser = values::length)]
+    pub(crate) light_radius: Length,
     /// Light from all around (--background) casts shadows, too: each sample has one direction of it
     #[arg(long)]
     pub(crate) sky_shadows: bool,
@@ -387,8 +390,8 @@ pub(crate) struct RenderFlags {
     /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ,
     /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle, or a panel around a point that faces another,
     /// rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT[:CANDELA[:R,G,B]] with a level width, or disk:X,Y,Z:X,Y,Z:RADIUS[:CANDELA[:R,G,B]]; then,
-    /// if wanted, :radius=R of points and spots in world units, of suns in degrees, and :noshadow, with which nothing keeps the
-    /// light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
+    /// if wanted, :radius=R of points and spots, of suns in degrees, and :noshadow, with which nothing keeps the light away.
+    /// Sizes are in world units (0.1) or shares of the scene's size (2%). Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
     /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers
@@ -433,10 +436,17 @@ pub(crate) struct RenderFlags {
     /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights
     #[arg(long)]
     pub(crate) gloss: bool,
-    /// Light from all around doesn't come from where something is nearer than this, in world units: each sample looks in one
-    /// direction
-    #[arg(long, value_name = "RADIUS", default_value = "0", value_parser = values::from_zero, conflicts_with = "sky_shadows")]
-    pub(crate) ambient_occlusion: f32,
+    /// Light from all around doesn't come from where something is nearer than this, in world units (0.1) or as a share of the
+    /// scene's size (2%): each sample looks in one direction
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0",
+        allow_hyphen_values = true,
+        value_parser = values::length,
+        conflicts_with = "sky_shadows"
+    )]
+    pub(crate) ambient_occlusion: Length,
     /// How brightness that no screen can show becomes colours that it can. Unlit materials and a background of one colour stay
     /// as they are
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]

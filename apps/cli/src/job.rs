@@ -6,7 +6,7 @@ use std::{fs, thread};
 use bytesize::ByteSize;
 use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
 use umbrage::rays::Choice;
-use umbrage::spec::{BackgroundSpec, LightSpec};
+use umbrage::spec::{BackgroundSpec, Length, LightSpec};
 use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure, gallery};
 
 use crate::failure::{Failure, say};
@@ -17,7 +17,7 @@ use crate::values::ExposureFlag;
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
 pub(crate) struct Job {
-    /// As they were given; camera and lights follow from them once the scene is open.
+    /// As they were given; camera, lights and shares of the scene's size follow from them once the scene is open.
     pub(crate) flags: RenderFlags,
     pub(crate) scene: PathBuf,
     pub(crate) moments: Moments,
@@ -64,10 +64,7 @@ impl Job {
             height: flags.size.height,
             samples: quality.samples,
             noise: flags.noise,
-            aperture: flags.aperture,
-            focus: flags.focus,
             shutter_seconds: flags.shutter,
-            light_radius: flags.light_radius,
             sky_shadows: flags.sky_shadows,
             structure,
             sides: flags.sides,
@@ -75,7 +72,6 @@ impl Job {
             bounces: quality.bounces,
             least_contribution: flags.least_contribution,
             gloss: flags.gloss,
-            ambient_occlusion: flags.ambient_occlusion,
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: match flags.exposure {
                 Some(ExposureFlag::Stops(stops)) => stops,
@@ -86,6 +82,7 @@ impl Job {
             motion_seconds: flags.fps.seconds(1),
             ..Settings::default()
         };
+        let settings = with_lengths(settings, &flags, 0.0);
         check_memory(&settings, &flags.scene.opening)?;
         let (rate, compression, chroma) = (flags.fps, flags.png_compression, flags.chroma);
         let output_options = Options { rate, bit_depth, compression, float_depth, chroma };
@@ -154,6 +151,18 @@ impl Schedule {
     }
 }
 
+/// The settings with the lengths of the flags, in a scene of this size.
+pub(crate) fn with_lengths(settings: Settings, flags: &RenderFlags, scene_size: f32) -> Settings {
+    let length = |length: Length| length.in_scene(scene_size);
+    Settings {
+        aperture: length(flags.aperture),
+        focus: flags.focus.map(length),
+        light_radius: length(flags.light_radius),
+        ambient_occlusion: length(flags.ambient_occlusion),
+        ..settings
+    }
+}
+
 /// Whether what only numbered frames can have is asked of them.
 fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Failure> {
     let asked = [("--shard", flags.shard.is_some()), ("--resume", flags.resume)];
@@ -206,12 +215,12 @@ impl Quality {
     /// What was asked for; by default a still is smooth and shows mirrors, and frames are fast.
     fn new(flags: &RenderFlags, is_still: bool) -> Result<Self, Failure> {
         let spread = [
-            ("--aperture", flags.aperture > 0.0),
+            ("--aperture", flags.aperture.is_positive()),
             ("--shutter", flags.shutter > 0.0),
-            ("--light-radius", flags.light_radius > 0.0),
+            ("--light-radius", flags.light_radius.is_positive()),
             ("--sky-shadows", flags.sky_shadows),
             ("--gloss", flags.gloss),
-            ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
+            ("--ambient-occlusion", flags.ambient_occlusion.is_positive()),
             ("--light with a size", flags.lights.iter().any(LightSpec::is_wide)),
         ];
         let spread = spread.into_iter().find(|(_, is_asked)| *is_asked).map(|(what, _)| what);

@@ -219,6 +219,39 @@ fn pictures_follow_exposure_tone_map_and_background() {
 }
 
 #[test]
+fn lengths_are_world_units_or_shares_of_the_scene() {
+    let place = Workplace::new();
+    // Half of the diagonal of the triangle's box of 2 by 2 by 0, at every moment.
+    for time in ["0", "0.25"] {
+        for [share, length] in [
+            ["--aperture=50%", "--aperture=1.4142135"],
+            ["--light-radius=50%", "--light-radius=1.4142135"],
+            ["--light=point:1,2,3:radius=50%", "--light=point:1,2,3:radius=1.4142135"],
+            ["--light=disk:1,2,3:0,0,0:50%", "--light=disk:1,2,3:0,0,0:1.4142135"],
+        ] {
+            let rest = ["--samples", "4", "--time", time];
+            let pictures = [share, length, "--exposure=0"].map(|flag| place.picture(&[&[flag][..], &rest].concat()));
+            assert!(pictures[0] == pictures[1] && pictures[0] != pictures[2], "{share}");
+        }
+    }
+    let sharp = place.picture(&["--aperture", "50%", "--focus", "176.7767%", "--samples", "4"]);
+    assert_eq!(sharp, place.picture(&["--aperture", "50%", "--focus", "5", "--samples", "4"]));
+    let refused = |flags: &[&str]| place.fail_said(&[&["render", "scene.gltf"], flags].concat());
+    for flag in ["--aperture", "--light-radius", "--ambient-occlusion", "--focus"] {
+        for value in ["-3%", "%", "2 parts"] {
+            let said = refused(&["--aperture", "1", flag, value]);
+            assert!(said.contains("is no length: give world units") && said.contains(value), "{said}");
+        }
+    }
+    assert!(refused(&["--aperture", "200%"]).contains("more than the whole scene"));
+    let sun = refused(&["--light", "sun:0,-1,0", "--light-radius", "2%"]);
+    assert!(sun.contains("in degrees, such as --light-radius 0.27"), "{sun}");
+    fs::write(place.path("none.gltf"), br#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": []}]}"#).unwrap();
+    let empty = place.fail_said(&["render", "none.gltf", "--ambient-occlusion", "2%"]);
+    assert!(empty.contains("the scene has no size") && empty.contains("give world units"), "{empty}");
+}
+
+#[test]
 fn threads_do_not_change_the_picture_and_samples_smooth_it() {
     let place = Workplace::new();
     let one = place.picture(&["--threads", "1"]);

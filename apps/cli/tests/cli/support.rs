@@ -58,6 +58,13 @@ impl Workplace {
         stderr
     }
 
+    /// What a command that must fail for its flags says on standard error, warnings included.
+    pub(crate) fn fail_said(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        text(&output.stderr)
+    }
+
     /// Renders the scene at 16 by 12 pixels with further flags, and gives the pixels.
     pub(crate) fn picture(&self, flags: &[&str]) -> Vec<[u8; 3]> {
         let arguments = [&["render", "scene.gltf", "--size", "16x12", "-o", "picture.png"], flags].concat();
