@@ -32,6 +32,8 @@ const RENDER_EXAMPLES: &str = "
       Layers for compositing; docs/files.md has their channels
   umbrage render demo:gears --frames 0..48 -o g_%04d.png --shard 2/3 --resume
       The second third of the frames, without those that are there already
+  umbrage render demo:gears --quality 80 -o gears.jpg
+      A small file
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
@@ -287,6 +289,7 @@ impl RenderFlags {
             tone_map: _,
             layers: _,
             bit_depth: _,
+            quality: _,
             png_compression: _,
             chroma: _,
             texture_memory: _,
@@ -327,8 +330,9 @@ impl SceneFlags {
 
 #[derive(Args, Debug)]
 pub(crate) struct RenderFlags {
-    /// The file to write: .png, .exr, .gif, .apng or .y4m; with %04d, a numbered .png or .exr for each frame; `-`
-    /// for standard output (y4m only) [default: umbrage.png; umbrage_%04d.png for several frames]
+    /// The file to write: .png, .jpg, .webp, .exr, .gif, .apng, .mp4 (by the program ffmpeg) or .y4m; with %04d, a numbered
+    /// .png, .jpg, .webp or .exr for each frame; `-` for standard output (y4m only) [default: umbrage.png; umbrage_%04d.png for
+    /// several frames]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// The file's format, whatever its name
@@ -405,7 +409,7 @@ pub(crate) struct RenderFlags {
     )]
     pub(crate) orbit_light: Option<OrbitingLights>,
     /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image; `none` is the sky's
-    /// light on what is transparent where the scene isn't, in .png, .apng and .exr
+    /// light on what is transparent where the scene isn't, in .png, .webp, .exr and .apng
     #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
     /// Brightness: each stop doubles it, and `auto` measures what the picture has, of an animation one picture. Unlit materials
@@ -461,6 +465,9 @@ pub(crate) struct RenderFlags {
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]
     #[arg(long, value_name = "8|16|32")]
     pub(crate) bit_depth: Option<u8>,
+    /// How much of the picture a JPEG keeps, 1 to 100 [default: 92]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) quality: Option<u8>,
     /// How a PNG or APNG is compressed
     #[arg(long, default_value = "fast", value_parser = choice::<Compression>())]
     pub(crate) png_compression: Compression,

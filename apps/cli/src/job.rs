@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::{fs, thread};
 
 use bytesize::ByteSize;
-use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
+use umbrage::output::{
+    BitDepth, FloatDepth, Format, FrameRate, JpegQuality, NumberedPath, Options, Target, extensions,
+};
 use umbrage::rays::Choice;
 use umbrage::spec::{BackgroundSpec, Length, LightSpec};
 use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure, gallery};
@@ -85,7 +87,8 @@ impl Job {
         let settings = with_lengths(settings, &flags, 0.0);
         check_memory(&settings, &flags.scene.opening)?;
         let (rate, compression, chroma) = (flags.fps, flags.png_compression, flags.chroma);
-        let output_options = Options { rate, bit_depth, compression, float_depth, chroma };
+        let jpeg_quality = jpeg_quality(format, flags.quality)?;
+        let output_options = Options { rate, bit_depth, compression, float_depth, jpeg_quality, chroma };
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
@@ -319,7 +322,7 @@ fn target(output: Option<PathBuf>, format: Option<Format>, several_frames: bool)
         Some(format) => Ok((Target::Path(path), format)),
         None => Err(Failure::input(
             format!("{}: the name doesn't tell the format", path.display()),
-            "use .png, .exr, .gif, .apng or .y4m, or add `--format FORMAT`",
+            format!("use {}, or add `--format FORMAT`", extensions(|_| true)),
         )),
     }
 }
@@ -333,15 +336,27 @@ fn is_numbered(target: &Target) -> Result<bool, Failure> {
 
 fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth), Failure> {
     let (levels, floats) = (BitDepth::default(), FloatDepth::default());
+    let wrong = |bits: u8| {
+        let message = format!("--bit-depth {bits}: {} files don't come with that", format.name());
+        Failure::input(message, "PNG and APNG have 8 or 16 bits a channel, EXR 16 or 32, the others 8")
+    };
     match (format, bits) {
-        (_, None) | (Format::Gif | Format::Y4m | Format::Png | Format::Apng, Some(8)) => Ok((levels, floats)),
-        (Format::Png | Format::Apng, Some(16)) => Ok((BitDepth::Sixteen, floats)),
         (Format::Exr, Some(16)) => Ok((levels, FloatDepth::Half)),
         (Format::Exr, Some(32)) => Ok((levels, FloatDepth::Full)),
-        (_, Some(bits)) => Err(Failure::input(
-            format!("--bit-depth {bits}: {} files don't come with that", format.name()),
-            "PNG and APNG have 8 or 16 bits a channel, EXR 16 or 32, the others 8",
-        )),
+        (Format::Png | Format::Apng, Some(16)) => Ok((BitDepth::Sixteen, floats)),
+        (Format::Exr, Some(8)) => Err(wrong(8)),
+        (_, None | Some(8)) => Ok((levels, floats)),
+        (_, Some(bits)) => Err(wrong(bits)),
+    }
+}
+
+fn jpeg_quality(format: Format, quality: Option<u8>) -> Result<JpegQuality, Failure> {
+    match quality {
+        Some(quality) if format != Format::Jpeg => {
+            let message = format!("--quality {quality}: {} files have none", format.name());
+            Err(Failure::input(message, "write a .jpg, or leave it out"))
+        }
+        _ => Ok(quality.and_then(JpegQuality::new).unwrap_or_default()),
     }
 }
 
@@ -503,5 +518,16 @@ mod tests {
         assert!(depths(&["--bit-depth", "8", "-o", "a.exr"]).is_err());
         assert!(depths(&["--bit-depth", "16", "-o", "a.gif"]).is_err());
         assert!(depths(&["--bit-depth", "9"]).is_err());
+    }
+
+    #[test]
+    fn qualities_belong_to_jpegs() {
+        let quality = |arguments: &[&str]| job(arguments).map(|job| job.output_options.jpeg_quality.get());
+        assert_eq!(quality(&["-o", "a.jpeg"]).unwrap(), 92);
+        assert_eq!(quality(&["-o", "a.jpg", "--quality", "70"]).unwrap(), 70);
+        let Failure::Input { message, hint } = quality(&["-o", "a.webp", "--quality", "70"]).unwrap_err() else {
+            panic!()
+        };
+        assert!(message.contains("--quality 70: webp") && hint.unwrap().contains(".jpg"), "{message}");
     }
 }

@@ -26,6 +26,8 @@ fn every_format_is_written() {
     let place = Workplace::new();
     for (name, start) in [
         ("a.png", &b"\x89PNG"[..]),
+        ("a.JPEG", b"\xff\xd8\xff\xe0\0\x10JFIF"),
+        ("a.webp", b"RIFF"),
         ("a.EXR", b"\x76\x2f\x31\x01"),
         ("a.gif", b"GIF89a"),
         ("a.apng", b"\x89PNG"),
@@ -36,7 +38,33 @@ fn every_format_is_written() {
     }
     place.succeed(&["render", "scene.gltf", "--size", "16x12", "--format", "exr", "-o", "b.bin"]);
     assert!(fs::read(place.path("b.bin")).unwrap().starts_with(b"\x76\x2f\x31\x01"));
-    assert_eq!(place.names(), ["a.EXR", "a.apng", "a.gif", "a.png", "a.y4m", "b.bin"]);
+    assert_eq!(place.names(), ["a.EXR", "a.JPEG", "a.apng", "a.gif", "a.png", "a.webp", "a.y4m", "b.bin"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn mp4_files_are_made_by_ffmpeg_or_not_at_all() {
+    let place = Workplace::new();
+    let render = ["render", "scene.gltf", "--size", "16x12", "--frames", "0..3", "-o", "a.mp4"];
+    place.stand_in_for_ffmpeg("cat > $to");
+    let output = place.command(&render).env("PATH", place.path_with_stand_in()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let video = fs::read(place.path("a.mp4")).unwrap();
+    assert_eq!(video.windows(6).filter(|bytes| bytes == b"FRAME\n").count(), 3);
+    fs::remove_file(place.path("a.mp4")).unwrap();
+    place.stand_in_for_ffmpeg("echo 'Unknown encoder' >&2; exit 8");
+    let failed = place.command(&render).env("PATH", place.path_with_stand_in()).output().unwrap();
+    assert_eq!(
+        (failed.status.code(), text(&failed.stderr).as_str()),
+        (Some(1), "error: a.mp4: can't be written: ffmpeg failed: Unknown encoder\n")
+    );
+    let missing = place.command(&render).env("PATH", place.path("")).output().unwrap();
+    let said = text(&missing.stderr);
+    assert!(
+        missing.status.code() == Some(2) && said.contains("install it") && said.contains("or write .y4m or .gif"),
+        "{said}"
+    );
+    assert_eq!(place.names(), ["bin"]);
 }
 
 #[test]

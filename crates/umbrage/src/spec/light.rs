@@ -279,7 +279,7 @@ mod tests {
     fn sizes_may_be_shares_of_the_scene() {
         for (text, shape) in [
             ("point:0,2,0:radius=10%", LightShape::Ball(0.5)),
-            ("spot:0,3,0:0,0,0:60:radius=1%:noshadow", LightShape::Ball(0.05)),
+            ("point:1,3,0:radius=1%:noshadow", LightShape::Ball(0.05)),
             ("rect:0,3,0:0,0,0:20%x50%", LightShape::Rectangle { width: 1.0, height: 2.5 }),
             ("disk:0,3,0:0,0,0:2%", LightShape::Disk(0.1)),
             ("disk:0,3,0:0,0,0:2", LightShape::Disk(2.0)),
