@@ -50,6 +50,8 @@ const RENDER_EXAMPLES: &str = "
       The light of a panel
   umbrage render demo:shatter --time 1 --shutter 0.02
       What moves leaves streaks, as on film with an open shutter
+  umbrage render demo:marbles --background skyblue
+      Before one colour
   umbrage render demo:shatter --ground shadow --background none -o model.png
       A model and its shadow, to be put over another picture
   umbrage render demo:gears --ground matte --sky-shadows
@@ -362,7 +364,7 @@ pub(crate) struct RenderFlags {
     pub(crate) size: Size,
     /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well [default: 4 for a
     /// still, 1 for frames, 64 where there is something to spread them over]
-    #[arg(long, value_name = "N", value_parser = values::samples())]
+    #[arg(long, value_name = "N", value_parser = values::samples)]
     pub(crate) samples: Option<u32>,
     /// Take only as many of --samples (16, 32, 64 ...) as it needs for a noise of so many levels of 255, in the mean over the
     /// picture. There are 1024 unless you say otherwise
@@ -370,18 +372,18 @@ pub(crate) struct RenderFlags {
     pub(crate) noise: f32,
     /// Diameter of the camera's lens, in world units (0.1) or as a share of the scene's size (2%), as `umbrage info` says it: the
     /// diagonal of its bounds at its first moment. With 0, everything is sharp
-    #[arg(long, value_name = "LENGTH", default_value = "0", allow_hyphen_values = true, value_parser = values::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length)]
     pub(crate) aperture: Length,
     /// Depth at which the lens has everything sharp, in world units (2.5) or as a share of the scene's size (80%) [default: that
     /// of what the middle of the picture shows]
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = values::distance, requires = "aperture")]
+    #[arg(long, value_name = "LENGTH", value_parser = values::distance, requires = "aperture")]
     pub(crate) focus: Option<Length>,
     /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds)]
     pub(crate) shutter: f64,
     /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units (0.1) or as a share of the
     /// scene's size (2%), of suns in degrees (the sun's is 0.27). Shadows have soft edges
-    #[arg(long, value_name = "LENGTH", default_value = "0", allow_hyphen_values = true, value_parser = values::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length)]
     pub(crate) light_radius: Length,
     /// Light from all around (--background) casts shadows, too: each sample has one direction of it
     #[arg(long)]
@@ -395,7 +397,7 @@ pub(crate) struct RenderFlags {
     /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle, or a panel around a point that faces another,
     /// rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT[:CANDELA[:R,G,B]] with a level width, or disk:X,Y,Z:X,Y,Z:RADIUS[:CANDELA[:R,G,B]]; then,
     /// if wanted, :radius=R of points and spots, of suns in degrees, and :noshadow, with which nothing keeps the light away.
-    /// Sizes are in world units (0.1) or shares of the scene's size (2%). Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
+    /// Colours are R,G,B, #rrggbb or names in CSS. Sizes are in world units (0.1) or shares of the scene's size (2%). Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
     /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers
@@ -408,8 +410,8 @@ pub(crate) struct RenderFlags {
         default_missing_value = "first"
     )]
     pub(crate) orbit_light: Option<OrbitingLights>,
-    /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image; `none` is the sky's
-    /// light on what is transparent where the scene isn't, in .png, .webp, .exr and .apng
+    /// What is behind and around the scene: sky, a colour (its name in CSS, #rrggbb or linear R,G,B), or a latitude-longitude
+    /// image; `none` is the sky's light before a transparent background, in .png, .webp, .exr and .apng
     #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
     /// Brightness: each stop doubles it, and `auto` measures what the picture has, of an animation one picture. Unlit materials
@@ -446,7 +448,6 @@ pub(crate) struct RenderFlags {
         long,
         value_name = "LENGTH",
         default_value = "0",
-        allow_hyphen_values = true,
         value_parser = values::length,
         conflicts_with = "sky_shadows"
     )]
@@ -541,7 +542,7 @@ pub(crate) struct ViewFlags {
     pub(crate) size: Option<Size>,
     /// Camera rays for each pixel of a picture that stays: it becomes sharper until it has them [default: as in the last
     /// window, at first 64]
-    #[arg(long, value_name = "N", value_parser = values::samples())]
+    #[arg(long, value_name = "N", value_parser = values::samples)]
     pub(crate) samples: Option<u32>,
     /// Neither recall the last window's settings nor keep this one's
     #[arg(long)]

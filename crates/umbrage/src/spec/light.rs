@@ -6,11 +6,12 @@ use glam::Vec3;
 use umbrage_rays::LightSource;
 use umbrage_scene::{Light, LightShape};
 
+use super::color::color;
 use super::{Length, Words, number, vector};
 
 /// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to another with
 /// the cone's full angle, or a flat one around a point that faces another, `rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT` or
-/// `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B`, `:radius=R` of any other than a flat
+/// `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, a colour as `:R,G,B`, `:#rrggbb` or by its name in CSS, `:radius=R` of any other than a flat
 /// one, and `:noshadow`. Sizes are in world units or, such as `2%`, shares of the scene's size; a sun's radius is in degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSpec {
@@ -194,11 +195,11 @@ impl FromStr for LightSpec {
         let (intensity, color) = match rest {
             [] => (None, Vec3::ONE),
             [intensity] => (Some(number(intensity)?), Vec3::ONE),
-            [intensity, color] => (Some(number(intensity)?), vector(color)?),
+            [intensity, named] => (Some(number(intensity)?), color(named)?),
             _ => return Err("there is too much behind the colour".to_owned()),
         };
-        if intensity.is_some_and(|intensity| intensity < 0.0) || color.min_element() < 0.0 {
-            return Err("a light's strength and colour aren't below zero".to_owned());
+        if intensity.is_some_and(|intensity| intensity < 0.0) {
+            return Err("a light's strength isn't below zero".to_owned());
         }
         if let (LightSource::Directional { .. }, LightShape::Ball(degrees)) = (source, shape) {
             if is_share {
@@ -267,6 +268,7 @@ mod tests {
         let sun = light("sun:0,-2,0:5:1,0.5,0");
         assert_eq!(sun.source, LightSource::Directional { direction: Vec3::NEG_Y });
         assert_eq!((sun.intensity, sun.color), (5.0, Vec3::new(1.0, 0.5, 0.0)));
+        assert_eq!(light("sun:0,-2,0:5:yellow").color, Vec3::new(1.0, 1.0, 0.0));
         let LightSource::Spot { direction, inner_radians, outer_radians, .. } = light("spot:0,3,0:0,0,0:60").source
         else {
             panic!("not a spot")
@@ -299,6 +301,8 @@ mod tests {
             ("point:1,2,3:x", "`x` is not a number"),
             ("point:1,2,3:-1", "below zero"),
             ("point:1,2,3:1:1,1,1:1", "too much"),
+            ("point:1,2,3:1:1,-1,1", "a colour isn't below zero"),
+            ("point:1,2,3:1:orang", "`orange`"),
             ("sun:0,0,0", "no length"),
             ("point:1,2,3:radius=x", "`x` is no length"),
             ("point:1,2,3:radius=-1", "world units from 0"),

@@ -5,6 +5,7 @@
 
 mod background;
 mod camera;
+mod color;
 mod length;
 mod light;
 
