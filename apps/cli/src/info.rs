@@ -76,7 +76,7 @@ pub(crate) fn run(flags: &InfoFlags) -> Result<(), Failure> {
         return Ok(io::stdout().write_all(engine::devices(flags.json)?.as_bytes())?);
     }
     let Some(address) = &flags.scene else { return gallery(flags.json) };
-    let opening = Progress::opening(address, false);
+    let opening = Progress::task("opening", address, false);
     let scene = umbrage::open_with(address, &flags.opening.options())?;
     drop(opening);
     if flags.kd_tree.has_options() && !flags.structure {

@@ -92,6 +92,22 @@ impl Job {
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
+    /// How many samples soft effects want, where they have fewer.
+    pub(crate) fn advice(&self) -> Option<String> {
+        let (flags, samples) = (&self.flags, self.settings.samples);
+        let has_soft_shadows =
+            flags.light_radius.is_positive() || flags.sky_shadows || flags.lights.iter().any(LightSpec::is_wide);
+        let (effect, copies) = match () {
+            () if has_soft_shadows => ("soft shadows", "edges"),
+            () if flags.aperture.is_positive() => ("blurred outlines", "copies"),
+            () if flags.shutter > 0.0 => ("streaks", "copies"),
+            () => return None,
+        };
+        let wanted = Quality::SPREAD;
+        let said = || format!("{effect} with {samples} samples show {samples} {copies}; {wanted} or more look smooth");
+        (samples < wanted && flags.noise == 0.0).then(said)
+    }
+
     /// The background's file, where it has one.
     pub(crate) fn background_file(&self) -> Option<&Path> {
         match &self.flags.background {
@@ -373,7 +389,8 @@ fn layers(flags: &RenderFlags, format: Format) -> Result<Layers, Failure> {
 
 fn background(spec: &BackgroundSpec, max_memory: u64) -> Result<Background, Failure> {
     spec.open_within(max_memory).map_err(|error| {
-        let hint = "a background is `sky`, `none`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
+        let hint =
+            "a background is `sky`, `none`, a colour's name, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
         Failure::input(format!("--background: {error}"), hint)
     })
 }
@@ -468,6 +485,23 @@ mod tests {
             assert_eq!(job(flags).unwrap().settings.samples, 64);
             assert_eq!(job(&[flags, &["--samples", "2"]].concat()).unwrap().settings.samples, 2);
         }
+    }
+
+    #[test]
+    fn soft_effects_say_how_many_samples_they_want() {
+        let advice = |arguments: &[&str]| job(arguments).unwrap().advice();
+        let soft = "soft shadows with 16 samples show 16 edges; 64 or more look smooth";
+        for flag in [&["--sky-shadows"][..], &["--light-radius", "2%"], &["--light", "disk:0,2,0:0,0,0:1"]] {
+            assert_eq!(advice(&[flag, &["--samples", "16"]].concat()).as_deref(), Some(soft), "{flag:?}");
+            assert_eq!(advice(flag), None);
+        }
+        assert!(
+            advice(&["--aperture", "2%", "--samples", "4"]).unwrap().starts_with("blurred outlines with 4 samples")
+        );
+        assert!(advice(&["--shutter", "0.1", "--samples", "63"]).unwrap().starts_with("streaks with 63"));
+        // Their directions are each pixel's own.
+        assert_eq!(advice(&["--ambient-occlusion", "1", "--samples", "4"]), None);
+        assert_eq!(advice(&["--sky-shadows", "--noise", "1", "--samples", "32"]), None);
     }
 
     #[test]
