@@ -2,7 +2,6 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-use clap::builder::RangedI64ValueParser;
 use umbrage::Settings;
 use umbrage::spec::Length;
 
@@ -107,8 +106,10 @@ impl fmt::Display for Shard {
 }
 
 /// Camera rays for each pixel.
-pub(crate) fn samples() -> RangedI64ValueParser<u32> {
-    clap::value_parser!(u32).range(1..=i64::from(Settings::MAX_SAMPLES))
+pub(crate) fn samples(text: &str) -> Result<u32, String> {
+    let most = Settings::MAX_SAMPLES;
+    let samples = text.parse().ok().filter(|samples| (1..=most).contains(samples));
+    samples.ok_or_else(|| format!("give whole samples from 1 to {most}, such as 16"))
 }
 
 /// A moment: finite and not negative.

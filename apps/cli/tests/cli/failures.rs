@@ -12,7 +12,7 @@ fn wrong_flags_name_what_is_right() {
     for (flags, part) in [
         (&["--size", "100000x2"][..], "16384 pixels a side"),
         (&["--size", "wide"], "such as 1280x720"),
-        (&["--samples", "0"], "1..=4096"),
+        (&["--samples", "0"], "whole samples from 1 to 4096"),
         (&["--frames", "5..5"], "no frame in that range"),
         (&["--frames", "0..2", "--time", "1"], "cannot be used with"),
         (&["--time", "-1"], "seconds from 0"),

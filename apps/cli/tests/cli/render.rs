@@ -14,7 +14,8 @@ fn a_still_is_a_picture_of_the_scene() {
     let place = Workplace::new();
     let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--time", "0", "--size", "16x12"]);
     assert_eq!(stdout, "");
-    assert!(stderr.contains("umbrage.png") && stderr.contains("scene.gltf (1 triangle) at 16x12"), "{stderr}");
+    assert!(stderr.starts_with("umbrage.png: opened in ") && stderr.contains(" s, rendered in "), "{stderr}");
+    assert!(stderr.ends_with(" s: second 0.000 of scene.gltf (1 triangle) at 16x12\n"), "{stderr}");
     assert_eq!(place.names(), ["umbrage.png"]);
     let pixels = decode_png(&place.path("umbrage.png"));
     let [red, green, _] = pixels[6 * 16 + 8];
@@ -117,7 +118,9 @@ fn layers_are_the_same_bytes_every_time() {
 #[test]
 fn frames_are_numbered_and_move() {
     let place = Workplace::new();
-    place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "2..5", "--fps", "12"]);
+    let (_, said) = place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "2..5", "--fps", "12"]);
+    assert!(said.starts_with("umbrage_%04d.png: opened in ") && said.contains(" s, 3 frames rendered in "), "{said}");
+    assert!(said.ends_with(" a second): scene.gltf (1 triangle) at 16x12\n"), "{said}");
     assert_eq!(place.names(), ["umbrage_0002.png", "umbrage_0003.png", "umbrage_0004.png"]);
     let frame = decode_png(&place.path("umbrage_0003.png"));
     assert_ne!(frame, decode_png(&place.path("umbrage_0002.png")));
@@ -244,6 +247,31 @@ fn pictures_follow_exposure_tone_map_and_background() {
     assert_eq!(place.picture(&["--background", "0,0,1", "--tone-map", "clip"])[0], [0, 0, 255]);
     fs::copy(place.path("picture.png"), place.path("sky.png")).unwrap();
     assert_ne!(place.picture(&["--background", "sky.png"]), plain);
+}
+
+#[test]
+fn exposure_is_measured_for_files_and_once_for_an_animation() {
+    let place = Workplace::new();
+    let lit = |candela: &str, more: &[&str]| {
+        let light = format!("point:1,2,3:{candela}");
+        place.picture(&[&["--time", "0", "--background", "black", "--light", &light], more].concat())
+    };
+    let bright = lit("80", &[]);
+    // Four times as much light is two stops less.
+    assert_eq!(lit("20", &[]), bright);
+    assert_eq!(lit("20", &["--exposure", "auto"]), bright);
+    let fixed = ["--exposure", "0"];
+    assert!(brightness(&lit("20", &fixed)) < brightness(&lit("80", &fixed)));
+    let brightest = bright.as_flattened().iter().max().unwrap();
+    assert!((200..255).contains(brightest), "nearly white: {brightest}");
+    // The triangle moves away from the lamp.
+    let first_of = |frames: &str| {
+        place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", frames, "-o", "f_%d.png"]);
+        decode_png(&place.path("f_0.png"))
+    };
+    let first = first_of("0..1");
+    assert_eq!(first_of("0..5"), first);
+    assert_ne!(place.picture(&["--time", "0", "--samples", "1", "--bounces", "0"]), first);
 }
 
 #[test]
