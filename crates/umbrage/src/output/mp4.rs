@@ -24,8 +24,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Ends the encoders of this process, so that none of them makes its file again. Whoever starts or drops one after this waits
-/// for ever.
+/// Ends the encoders of this process, so that none of them makes its file again. To start or drop one waits for ever then.
 pub(super) fn end_encoders() {
     let running = locked(&RUNNING);
     for child in &*running {
@@ -85,11 +84,11 @@ impl Mp4Writer {
     }
 }
 
-/// Why there is no MP4 file without ffmpeg.
+/// The error without ffmpeg.
 const NO_FFMPEG: &str = "MP4 files are made by the program ffmpeg, which isn't found: install it (the package `ffmpeg` of apt, \
                          dnf, brew or winget), or write .y4m or .gif";
 
-/// What ffmpeg is told: raw video comes on standard input, and its colours are those of BT.709.
+/// The arguments of ffmpeg: raw video comes on standard input, and its colours are those of BT.709.
 fn arguments(to: &Path) -> Vec<OsString> {
     const BEFORE: [&str; 22] = [
         "-v",
@@ -158,7 +157,7 @@ impl Encoder {
         }
     }
 
-    /// What it said last, or else what writing to it ended with: never a broken pipe, which is that of a reader who has gone.
+    /// The encoder's last line of standard error, or else `source`; never a broken pipe, which means that a reader has gone.
     fn failure(&mut self, source: &io::Error) -> io::Error {
         end(&self.child);
         let mut said = Vec::new();
