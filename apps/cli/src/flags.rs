@@ -6,7 +6,7 @@ use clap_complete::Shell;
 use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, GroundChoice, OpenOptions};
-use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
+use umbrage::spec::{BackgroundSpec, CameraSpec, Length, LightSpec};
 use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, ToneMap};
 
 use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, engine, layers};
@@ -32,6 +32,8 @@ const RENDER_EXAMPLES: &str = "
       Layers for compositing; docs/files.md has their channels
   umbrage render demo:gears --frames 0..48 -o g_%04d.png --shard 2/3 --resume
       The second third of the frames, without those that are there already
+  umbrage render demo:gears --quality 80 -o gears.jpg
+      A small file
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
   umbrage render demo:glass --bounces 8 -o glass.png
@@ -42,12 +44,14 @@ const RENDER_EXAMPLES: &str = "
       As many samples as it takes
   umbrage render demo:marbles --gloss
       Blurred reflections
-  umbrage render demo:marbles --aperture 0.2 --light-radius 0.3
+  umbrage render demo:marbles --aperture 2% --light-radius 0.3
       A lens that is sharp at one depth only, and shadows with soft edges
   umbrage render demo:marbles --light rect:3,3,2:0,0.5,0:2.5x0.6
       The light of a panel
   umbrage render demo:shatter --time 1 --shutter 0.02
       What moves leaves streaks, as on film with an open shutter
+  umbrage render demo:marbles --background skyblue
+      Before one colour
   umbrage render demo:shatter --ground shadow --background none -o model.png
       A model and its shadow, to be put over another picture
   umbrage render demo:gears --ground matte --sky-shadows
@@ -272,10 +276,10 @@ impl RenderFlags {
             size: _,
             samples: _,
             noise: _,
-            aperture: _,
-            focus: _,
+            aperture,
+            focus,
             shutter: _,
-            light_radius: _,
+            light_radius,
             sky_shadows: _,
             structure: _,
             sides: _,
@@ -283,10 +287,11 @@ impl RenderFlags {
             bounces: _,
             least_contribution: _,
             gloss: _,
-            ambient_occlusion: _,
+            ambient_occlusion,
             tone_map: _,
             layers: _,
             bit_depth: _,
+            quality: _,
             png_compression: _,
             chroma: _,
             texture_memory: _,
@@ -299,7 +304,8 @@ impl RenderFlags {
             opening;
         format!(
             "{camera:?} {lights:?} {orbit_light:?} {background:?} {show:?} {engine:?} {device:?} {animation:?} {variant:?} \
-             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?} {crease:?} {exposure:?}"
+             {hide:?} {sequence_fps:?} {allow_outside:?} {ground:?} {crease:?} {exposure:?} {aperture} {focus:?} {light_radius} \
+             {ambient_occlusion}"
         )
     }
 }
@@ -326,8 +332,9 @@ impl SceneFlags {
 
 #[derive(Args, Debug)]
 pub(crate) struct RenderFlags {
-    /// The file to write: .png, .exr, .gif, .apng or .y4m; with %04d, a numbered .png or .exr for each frame; `-`
-    /// for standard output (y4m only) [default: umbrage.png; umbrage_%04d.png for several frames]
+    /// The file to write: .png, .jpg, .webp, .exr, .gif, .apng, .mp4 (by the program ffmpeg) or .y4m; with %04d, a numbered
+    /// .png, .jpg, .webp or .exr for each frame; `-` for standard output (y4m only) [default: umbrage.png; umbrage_%04d.png for
+    /// several frames]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// The file's format, whatever its name
@@ -357,25 +364,27 @@ pub(crate) struct RenderFlags {
     pub(crate) size: Size,
     /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well [default: 4 for a
     /// still, 1 for frames, 64 where there is something to spread them over]
-    #[arg(long, value_name = "N", value_parser = values::samples())]
+    #[arg(long, value_name = "N", value_parser = values::samples)]
     pub(crate) samples: Option<u32>,
     /// Take only as many of --samples (16, 32, 64 ...) as it needs for a noise of so many levels of 255, in the mean over the
     /// picture. There are 1024 unless you say otherwise
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero)]
     pub(crate) noise: f32,
-    /// Diameter of the camera's lens in world units: with 0, everything is sharp
-    #[arg(long, value_name = "DIAMETER", default_value = "0", value_parser = values::from_zero)]
-    pub(crate) aperture: f32,
-    /// Depth at which the lens has everything sharp, in world units [default: that of what the middle of the picture shows]
-    #[arg(long, value_name = "DEPTH", value_parser = values::above_zero, requires = "aperture")]
-    pub(crate) focus: Option<f32>,
+    /// Diameter of the camera's lens, in world units (0.1) or as a share of the scene's size (2%), as `umbrage info` says it: the
+    /// diagonal of its bounds at its first moment. With 0, everything is sharp
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length)]
+    pub(crate) aperture: Length,
+    /// Depth at which the lens has everything sharp, in world units (2.5) or as a share of the scene's size (80%) [default: that
+    /// of what the middle of the picture shows]
+    #[arg(long, value_name = "LENGTH", value_parser = values::distance, requires = "aperture")]
+    pub(crate) focus: Option<Length>,
     /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds)]
     pub(crate) shutter: f64,
-    /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units, of suns in degrees (the
-    /// sun's is 0.27). Shadows have soft edges
-    #[arg(long, value_name = "R", default_value = "0", value_parser = values::from_zero)]
-    pub(crate) light_radius: f32,
+    /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units (0.1) or as a share of the
+    /// scene's size (2%), of suns in degrees (the sun's is 0.27). Shadows have soft edges
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length)]
+    pub(crate) light_radius: Length,
     /// Light from all around (--background) casts shadows, too: each sample has one direction of it
     #[arg(long)]
     pub(crate) sky_shadows: bool,
@@ -387,8 +396,8 @@ pub(crate) struct RenderFlags {
     /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ,
     /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle, or a panel around a point that faces another,
     /// rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT[:CANDELA[:R,G,B]] with a level width, or disk:X,Y,Z:X,Y,Z:RADIUS[:CANDELA[:R,G,B]]; then,
-    /// if wanted, :radius=R of points and spots in world units, of suns in degrees, and :noshadow, with which nothing keeps the
-    /// light away. Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
+    /// if wanted, :radius=R of points and spots, of suns in degrees, and :noshadow, with which nothing keeps the light away.
+    /// Colours are R,G,B, #rrggbb or names in CSS. Sizes are in world units (0.1) or shares of the scene's size (2%). Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
     /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers
@@ -401,8 +410,8 @@ pub(crate) struct RenderFlags {
         default_missing_value = "first"
     )]
     pub(crate) orbit_light: Option<OrbitingLights>,
-    /// What is behind and around the scene: sky, #rrggbb, linear R,G,B, or a latitude-longitude image; `none` is the sky's
-    /// light on what is transparent where the scene isn't, in .png, .apng and .exr
+    /// What is behind and around the scene: sky, a colour (its name in CSS, #rrggbb or linear R,G,B), or a latitude-longitude
+    /// image; `none` is the sky's light before a transparent background, in .png, .webp, .exr and .apng
     #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
     /// Brightness: each stop doubles it, and `auto` measures what the picture has, of an animation one picture. Unlit materials
@@ -433,10 +442,16 @@ pub(crate) struct RenderFlags {
     /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights
     #[arg(long)]
     pub(crate) gloss: bool,
-    /// Light from all around doesn't come from where something is nearer than this, in world units: each sample looks in one
-    /// direction
-    #[arg(long, value_name = "RADIUS", default_value = "0", value_parser = values::from_zero, conflicts_with = "sky_shadows")]
-    pub(crate) ambient_occlusion: f32,
+    /// Light from all around doesn't come from where something is nearer than this, in world units (0.1) or as a share of the
+    /// scene's size (2%): each sample looks in one direction
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0",
+        value_parser = values::length,
+        conflicts_with = "sky_shadows"
+    )]
+    pub(crate) ambient_occlusion: Length,
     /// How brightness that no screen can show becomes colours that it can. Unlit materials and a background of one colour stay
     /// as they are
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
@@ -451,6 +466,9 @@ pub(crate) struct RenderFlags {
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]
     #[arg(long, value_name = "8|16|32")]
     pub(crate) bit_depth: Option<u8>,
+    /// How much of the picture a JPEG keeps, 1 to 100 [default: 92]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) quality: Option<u8>,
     /// How a PNG or APNG is compressed
     #[arg(long, default_value = "fast", value_parser = choice::<Compression>())]
     pub(crate) png_compression: Compression,
@@ -524,7 +542,7 @@ pub(crate) struct ViewFlags {
     pub(crate) size: Option<Size>,
     /// Camera rays for each pixel of a picture that stays: it becomes sharper until it has them [default: as in the last
     /// window, at first 64]
-    #[arg(long, value_name = "N", value_parser = values::samples())]
+    #[arg(long, value_name = "N", value_parser = values::samples)]
     pub(crate) samples: Option<u32>,
     /// Neither recall the last window's settings nor keep this one's
     #[arg(long)]

@@ -26,6 +26,8 @@ struct Contents {
     vertices: usize,
     /// World units; `None` where nothing can be hit.
     bounds: Option<[[f32; 3]; 2]>,
+    /// Of which lengths may be shares, in world units.
+    size: f32,
     duration_seconds: f64,
     objects: Vec<String>,
     materials: Vec<String>,
@@ -74,7 +76,7 @@ pub(crate) fn run(flags: &InfoFlags) -> Result<(), Failure> {
         return Ok(io::stdout().write_all(engine::devices(flags.json)?.as_bytes())?);
     }
     let Some(address) = &flags.scene else { return gallery(flags.json) };
-    let opening = Progress::opening(address, false);
+    let opening = Progress::task("opening", address, false);
     let scene = umbrage::open_with(address, &flags.opening.options())?;
     drop(opening);
     if flags.kd_tree.has_options() && !flags.structure {
@@ -154,6 +156,7 @@ impl Contents {
             triangles: triangles.len(),
             vertices: frame.positions.len(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+            size: scene.size(),
             duration_seconds: scene.duration_seconds(),
             objects: scene.objects().iter().map(ToString::to_string).collect(),
             materials: frame.materials.materials.iter().map(|material| material.name.clone()).collect(),
@@ -179,6 +182,9 @@ impl Contents {
         match self.bounds {
             Some([min, max]) => line("bounds", &format!("{} to {}", point(min), point(max))),
             None => line("bounds", "none: no triangle can be hit"),
+        }
+        if self.size > 0.0 {
+            line("size", &format!("{}, the diagonal of the bounds; a length of 2% is {}", self.size, 0.02 * self.size));
         }
         line("duration", &format!("{} s", self.duration_seconds));
         // All of them, since one is hidden by its name.

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 use std::{fs, thread};
 
 use bytesize::ByteSize;
-use umbrage::output::{BitDepth, FloatDepth, Format, FrameRate, NumberedPath, Options, Target};
+use umbrage::output::{
+    BitDepth, FloatDepth, Format, FrameRate, JpegQuality, NumberedPath, Options, Target, extensions,
+};
 use umbrage::rays::Choice;
-use umbrage::spec::{BackgroundSpec, LightSpec};
+use umbrage::spec::{BackgroundSpec, Length, LightSpec};
 use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure, gallery};
 
 use crate::failure::{Failure, say};
@@ -17,7 +19,7 @@ use crate::values::ExposureFlag;
 /// A render that makes sense: what is left to go wrong is in the scene or in the system.
 #[derive(Debug)]
 pub(crate) struct Job {
-    /// As they were given; camera and lights follow from them once the scene is open.
+    /// As they were given; camera, lights and shares of the scene's size follow from them once the scene is open.
     pub(crate) flags: RenderFlags,
     pub(crate) scene: PathBuf,
     pub(crate) moments: Moments,
@@ -64,10 +66,7 @@ impl Job {
             height: flags.size.height,
             samples: quality.samples,
             noise: flags.noise,
-            aperture: flags.aperture,
-            focus: flags.focus,
             shutter_seconds: flags.shutter,
-            light_radius: flags.light_radius,
             sky_shadows: flags.sky_shadows,
             structure,
             sides: flags.sides,
@@ -75,7 +74,6 @@ impl Job {
             bounces: quality.bounces,
             least_contribution: flags.least_contribution,
             gloss: flags.gloss,
-            ambient_occlusion: flags.ambient_occlusion,
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: match flags.exposure {
                 Some(ExposureFlag::Stops(stops)) => stops,
@@ -86,10 +84,28 @@ impl Job {
             motion_seconds: flags.fps.seconds(1),
             ..Settings::default()
         };
+        let settings = with_lengths(settings, &flags, 0.0);
         check_memory(&settings, &flags.scene.opening)?;
         let (rate, compression, chroma) = (flags.fps, flags.png_compression, flags.chroma);
-        let output_options = Options { rate, bit_depth, compression, float_depth, chroma };
+        let jpeg_quality = jpeg_quality(format, flags.quality)?;
+        let output_options = Options { rate, bit_depth, compression, float_depth, jpeg_quality, chroma };
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
+    }
+
+    /// How many samples soft effects want, where they have fewer.
+    pub(crate) fn advice(&self) -> Option<String> {
+        let (flags, samples) = (&self.flags, self.settings.samples);
+        let has_soft_shadows =
+            flags.light_radius.is_positive() || flags.sky_shadows || flags.lights.iter().any(LightSpec::is_wide);
+        let (effect, copies) = match () {
+            () if has_soft_shadows => ("soft shadows", "edges"),
+            () if flags.aperture.is_positive() => ("blurred outlines", "copies"),
+            () if flags.shutter > 0.0 => ("streaks", "copies"),
+            () => return None,
+        };
+        let wanted = Quality::SPREAD;
+        let said = || format!("{effect} with {samples} samples show {samples} {copies}; {wanted} or more look smooth");
+        (samples < wanted && flags.noise == 0.0).then(said)
     }
 
     /// The background's file, where it has one.
@@ -154,6 +170,18 @@ impl Schedule {
     }
 }
 
+/// The settings with the lengths of the flags, in a scene of this size.
+pub(crate) fn with_lengths(settings: Settings, flags: &RenderFlags, scene_size: f32) -> Settings {
+    let length = |length: Length| length.in_scene(scene_size);
+    Settings {
+        aperture: length(flags.aperture),
+        focus: flags.focus.map(length),
+        light_radius: length(flags.light_radius),
+        ambient_occlusion: length(flags.ambient_occlusion),
+        ..settings
+    }
+}
+
 /// Whether what only numbered frames can have is asked of them.
 fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Failure> {
     let asked = [("--shard", flags.shard.is_some()), ("--resume", flags.resume)];
@@ -206,12 +234,12 @@ impl Quality {
     /// What was asked for; by default a still is smooth and shows mirrors, and frames are fast.
     fn new(flags: &RenderFlags, is_still: bool) -> Result<Self, Failure> {
         let spread = [
-            ("--aperture", flags.aperture > 0.0),
+            ("--aperture", flags.aperture.is_positive()),
             ("--shutter", flags.shutter > 0.0),
-            ("--light-radius", flags.light_radius > 0.0),
+            ("--light-radius", flags.light_radius.is_positive()),
             ("--sky-shadows", flags.sky_shadows),
             ("--gloss", flags.gloss),
-            ("--ambient-occlusion", flags.ambient_occlusion > 0.0),
+            ("--ambient-occlusion", flags.ambient_occlusion.is_positive()),
             ("--light with a size", flags.lights.iter().any(LightSpec::is_wide)),
         ];
         let spread = spread.into_iter().find(|(_, is_asked)| *is_asked).map(|(what, _)| what);
@@ -310,7 +338,7 @@ fn target(output: Option<PathBuf>, format: Option<Format>, several_frames: bool)
         Some(format) => Ok((Target::Path(path), format)),
         None => Err(Failure::input(
             format!("{}: the name doesn't tell the format", path.display()),
-            "use .png, .exr, .gif, .apng or .y4m, or add `--format FORMAT`",
+            format!("use {}, or add `--format FORMAT`", extensions(|_| true)),
         )),
     }
 }
@@ -324,15 +352,27 @@ fn is_numbered(target: &Target) -> Result<bool, Failure> {
 
 fn bit_depths(format: Format, bits: Option<u8>) -> Result<(BitDepth, FloatDepth), Failure> {
     let (levels, floats) = (BitDepth::default(), FloatDepth::default());
+    let wrong = |bits: u8| {
+        let message = format!("--bit-depth {bits}: {} files don't come with that", format.name());
+        Failure::input(message, "PNG and APNG have 8 or 16 bits a channel, EXR 16 or 32, the others 8")
+    };
     match (format, bits) {
-        (_, None) | (Format::Gif | Format::Y4m | Format::Png | Format::Apng, Some(8)) => Ok((levels, floats)),
-        (Format::Png | Format::Apng, Some(16)) => Ok((BitDepth::Sixteen, floats)),
         (Format::Exr, Some(16)) => Ok((levels, FloatDepth::Half)),
         (Format::Exr, Some(32)) => Ok((levels, FloatDepth::Full)),
-        (_, Some(bits)) => Err(Failure::input(
-            format!("--bit-depth {bits}: {} files don't come with that", format.name()),
-            "PNG and APNG have 8 or 16 bits a channel, EXR 16 or 32, the others 8",
-        )),
+        (Format::Png | Format::Apng, Some(16)) => Ok((BitDepth::Sixteen, floats)),
+        (Format::Exr, Some(8)) => Err(wrong(8)),
+        (_, None | Some(8)) => Ok((levels, floats)),
+        (_, Some(bits)) => Err(wrong(bits)),
+    }
+}
+
+fn jpeg_quality(format: Format, quality: Option<u8>) -> Result<JpegQuality, Failure> {
+    match quality {
+        Some(quality) if format != Format::Jpeg => {
+            let message = format!("--quality {quality}: {} files have none", format.name());
+            Err(Failure::input(message, "write a .jpg, or leave it out"))
+        }
+        _ => Ok(quality.and_then(JpegQuality::new).unwrap_or_default()),
     }
 }
 
@@ -349,7 +389,8 @@ fn layers(flags: &RenderFlags, format: Format) -> Result<Layers, Failure> {
 
 fn background(spec: &BackgroundSpec, max_memory: u64) -> Result<Background, Failure> {
     spec.open_within(max_memory).map_err(|error| {
-        let hint = "a background is `sky`, `none`, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
+        let hint =
+            "a background is `sky`, `none`, a colour's name, `#rrggbb`, linear `r,g,b` or a latitude-longitude image";
         Failure::input(format!("--background: {error}"), hint)
     })
 }
@@ -447,6 +488,23 @@ mod tests {
     }
 
     #[test]
+    fn soft_effects_say_how_many_samples_they_want() {
+        let advice = |arguments: &[&str]| job(arguments).unwrap().advice();
+        let soft = "soft shadows with 16 samples show 16 edges; 64 or more look smooth";
+        for flag in [&["--sky-shadows"][..], &["--light-radius", "2%"], &["--light", "disk:0,2,0:0,0,0:1"]] {
+            assert_eq!(advice(&[flag, &["--samples", "16"]].concat()).as_deref(), Some(soft), "{flag:?}");
+            assert_eq!(advice(flag), None);
+        }
+        assert!(
+            advice(&["--aperture", "2%", "--samples", "4"]).unwrap().starts_with("blurred outlines with 4 samples")
+        );
+        assert!(advice(&["--shutter", "0.1", "--samples", "63"]).unwrap().starts_with("streaks with 63"));
+        // Their directions are each pixel's own.
+        assert_eq!(advice(&["--ambient-occlusion", "1", "--samples", "4"]), None);
+        assert_eq!(advice(&["--sky-shadows", "--noise", "1", "--samples", "32"]), None);
+    }
+
+    #[test]
     fn stills_are_smooth_and_frames_are_fast() {
         let quality = |arguments: &[&str]| {
             let Settings { samples, bounces, .. } = job(arguments).unwrap().settings;
@@ -494,5 +552,16 @@ mod tests {
         assert!(depths(&["--bit-depth", "8", "-o", "a.exr"]).is_err());
         assert!(depths(&["--bit-depth", "16", "-o", "a.gif"]).is_err());
         assert!(depths(&["--bit-depth", "9"]).is_err());
+    }
+
+    #[test]
+    fn qualities_belong_to_jpegs() {
+        let quality = |arguments: &[&str]| job(arguments).map(|job| job.output_options.jpeg_quality.get());
+        assert_eq!(quality(&["-o", "a.jpeg"]).unwrap(), 92);
+        assert_eq!(quality(&["-o", "a.jpg", "--quality", "70"]).unwrap(), 70);
+        let Failure::Input { message, hint } = quality(&["-o", "a.webp", "--quality", "70"]).unwrap_err() else {
+            panic!()
+        };
+        assert!(message.contains("--quality 70: webp") && hint.unwrap().contains(".jpg"), "{message}");
     }
 }

@@ -34,11 +34,11 @@ impl Progress {
         Self::shown_later(bar, template, part, quiet)
     }
 
-    /// Starts to wait for a scene to be read or made; a `quiet` one never shows.
-    pub(crate) fn opening(scene: &Path, quiet: bool) -> Self {
+    /// Starts to wait for a task whose parts aren't known, such as opening a scene; a `quiet` one never shows.
+    pub(crate) fn task(name: &str, scene: &Path, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
-        bar.set_message(scene.display().to_string());
-        Self::shown_later(bar, "{spinner} opening {msg}, {elapsed} so far", None, quiet)
+        bar.set_message(format!("{name} {}", scene.display()));
+        Self::shown_later(bar, "{spinner} {msg}, {elapsed} so far", None, quiet)
     }
 
     fn shown_later(bar: ProgressBar, template: &str, part: Option<umbrage::Progress>, quiet: bool) -> Self {

@@ -22,7 +22,7 @@ use crate::written::{self, FrameWriter, Rendered};
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     use_threads(job.flags.scene.threads, Some([job.settings.width, job.settings.height]))?;
     let started = Instant::now();
-    let opening = Progress::opening(&job.scene, job.flags.quiet);
+    let opening = Progress::task("opening", &job.scene, job.flags.quiet);
     let scene = umbrage::open_with(&job.scene, &job.flags.open_options())?;
     drop(opening);
     if !job.flags.quiet {
@@ -34,6 +34,9 @@ pub(crate) fn run(job: &Job) -> Result<(), Failure> {
     let mut report = Report::new(&job.scene, &job.settings);
     report.open_milliseconds = 1e3 * started.elapsed().as_secs_f64();
     let started = Instant::now();
+    if let (Some(advice), false) = (job.advice(), job.flags.quiet) {
+        say(format_args!("note: {advice}"));
+    }
     render_frames(job, &scene, &mut report)?;
     if !job.flags.quiet {
         say(summary(job, &report, started.elapsed().as_secs_f64()));
@@ -58,6 +61,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     if let Some(records) = &records {
         records.prepare()?;
     }
+    let preparing = Progress::task("preparing", &job.scene, job.flags.quiet);
     let mut staging = Staging::new(job, scene, schedule.seconds(schedule.frames.start))?;
     let (mut renderer, engine) = engine::renderer(job)?;
     report.engine = engine;
@@ -71,6 +75,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     } else {
         None
     };
+    drop(preparing);
     let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
     let mut told = Vec::new();
     let mut render = |frame: u32, mut film: Film| -> Result<Rendered, Failure> {
@@ -136,23 +141,24 @@ fn warn_of_omitted(frame: u32, omitted: &[OmittedTriangles], told: &mut Vec<&'st
     }
 }
 
-/// One line that says what was written where.
-fn summary(job: &Job, report: &Report, elapsed_seconds: f64) -> String {
+/// One line with the output's name, the times of opening and of rendering, and the contents.
+fn summary(job: &Job, report: &Report, render_seconds: f64) -> String {
     let target = match &job.target {
         Target::Path(path) => path.as_path(),
         Target::Stdout => Path::new("standard output"),
     };
     let (width, height) = (job.settings.width, job.settings.height);
     let triangles = report.frames.last().map_or(0, |frame| frame.stats.triangles);
-    let shown = match &report.frames[..] {
-        [single] => format!("second {:.3}", single.seconds),
-        frames => report::count(frames.len() as u64, "frame"),
+    let scene =
+        format!("{} ({}) at {width}x{height}", job.scene.display(), report::count(triangles as u64, "triangle"));
+    let opened = format!("opened in {:.2} s", 1e-3 * report.open_milliseconds);
+    let rendered = match &report.frames[..] {
+        [single] => format!("{opened}, rendered in {render_seconds:.2} s: second {:.3} of {scene}", single.seconds),
+        frames => {
+            let (count, rate) = (report::count(frames.len() as u64, "frame"), frames.len() as f64 / render_seconds);
+            format!("{opened}, {count} rendered in {render_seconds:.2} s ({rate:.1} a second): {scene}")
+        }
     };
-    let rendered = format!(
-        "{shown} of {} ({}) at {width}x{height} in {elapsed_seconds:.2} s",
-        job.scene.display(),
-        report::count(triangles as u64, "triangle"),
-    );
     let there = report.already_there;
     let all = report::count((there + report.frames.len()) as u64, "frame");
     let there =

@@ -3,12 +3,13 @@ use std::str::FromStr;
 
 use glam::{Quat, Vec3};
 use umbrage::rays::LightSource;
-use umbrage::scene::{Frame, Light, NamedCamera};
-use umbrage::spec::CameraSpec;
+use umbrage::scene::{Frame, Light, LightShape, NamedCamera};
+use umbrage::spec::{CameraSpec, Length, LightSpec};
 use umbrage::{CameraChoice, Scene, Settings};
 
 use crate::failure::Failure;
-use crate::job::Job;
+use crate::flags::RenderFlags;
+use crate::job::{Job, with_lengths};
 
 /// The cameras and lights of the command line, moment by moment.
 pub(crate) struct Staging {
@@ -22,21 +23,31 @@ pub(crate) struct Staging {
 
 impl Staging {
     /// # Errors
-    /// Where the scene can't be posed or lacks the camera.
+    /// Where the scene can't be posed, lacks the camera, or has no size of which there could be a share.
     pub(crate) fn new(job: &Job, scene: &Scene, first_seconds: f64) -> Result<Self, Failure> {
         let mut frame = Frame::default();
-        let mut settings = job.settings.clone();
+        let size = scene.size();
+        check_shares(&job.flags, size)?;
+        let mut settings = with_lengths(job.settings.clone(), &job.flags, size);
         // The frame says which cameras there are, and where the scene is.
         if matches!(job.flags.camera, Some(CameraSpec::Listed(_)))
             || job.flags.orbit_light.is_some()
             || !job.flags.lights.is_empty()
+            || job.flags.light_radius.is_share()
         {
             scene.pose(first_seconds, &mut frame)?;
         }
         settings.camera = camera_choice(job.flags.camera.as_ref(), &frame.cameras)?;
         let center = frame.animation_bounds.center();
         if !job.flags.lights.is_empty() {
-            settings.lights = Some(job.flags.lights.iter().map(|light| light.light(center)).collect());
+            settings.lights = Some(job.flags.lights.iter().map(|light| light.light(center, size)).collect());
+        }
+        let mut lights = settings.lights.as_ref().unwrap_or(&frame.lights).iter();
+        let is_bare_sun =
+            |light: &Light| matches!(light.source, LightSource::Directional { .. }) && light.shape == LightShape::POINT;
+        if job.flags.light_radius.is_share() && lights.any(is_bare_sun) {
+            let message = format!("--light-radius {}: a sun's radius is no share of the scene", job.flags.light_radius);
+            return Err(Failure::input(message, "give it in degrees, such as --light-radius 0.27"));
         }
         Ok(Self { settings, orbiting: job.flags.orbit_light.clone(), center, frame })
     }
@@ -60,6 +71,16 @@ impl Staging {
         }
         settings.lights = Some(lights);
         Ok(settings)
+    }
+}
+
+/// Whether the scene has a size, where there are lengths that are shares of it.
+fn check_shares(flags: &RenderFlags, size: f32) -> Result<(), Failure> {
+    let lengths = [Some(flags.aperture), flags.focus, Some(flags.light_radius), Some(flags.ambient_occlusion)];
+    let is_asked = lengths.into_iter().flatten().any(Length::is_share) || flags.lights.iter().any(LightSpec::is_share);
+    match is_asked && size <= 0.0 {
+        true => Err(Failure::input("the scene has no size of which a length could be a share", "give world units")),
+        false => Ok(()),
     }
 }
 

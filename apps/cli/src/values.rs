@@ -2,8 +2,8 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-use clap::builder::RangedI64ValueParser;
 use umbrage::Settings;
+use umbrage::spec::Length;
 
 /// The longest side of an image, in pixels.
 const MAX_SIDE_PIXELS: u32 = Settings::MAX_SIDE;
@@ -106,8 +106,10 @@ impl fmt::Display for Shard {
 }
 
 /// Camera rays for each pixel.
-pub(crate) fn samples() -> RangedI64ValueParser<u32> {
-    clap::value_parser!(u32).range(1..=i64::from(Settings::MAX_SAMPLES))
+pub(crate) fn samples(text: &str) -> Result<u32, String> {
+    let most = Settings::MAX_SAMPLES;
+    let samples = text.parse().ok().filter(|samples| (1..=most).contains(samples));
+    samples.ok_or_else(|| format!("give whole samples from 1 to {most}, such as 16"))
 }
 
 /// A moment: finite and not negative.
@@ -122,9 +124,20 @@ pub(crate) fn from_zero(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| "give a number from 0, such as 0.1".to_owned())
 }
 
-/// A finite number above zero.
-pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
-    from_zero(text).ok().filter(|number| *number > 0.0).ok_or_else(|| "give a number above 0, such as 2.5".to_owned())
+/// A length of at most the scene's size, where it is a share of that.
+pub(crate) fn length(text: &str) -> Result<Length, String> {
+    match text.parse()? {
+        Length::Percent(percent) if percent > 100.0 => {
+            Err(format!("`{text}` is more than the whole scene; give a share of its size, such as 2%"))
+        }
+        length => Ok(length),
+    }
+}
+
+/// A distance above zero. Cameras are farther away than the scene is large.
+pub(crate) fn distance(text: &str) -> Result<Length, String> {
+    let distance: Length = text.parse()?;
+    if distance.is_positive() { Ok(distance) } else { Err("give a distance above 0, such as 2.5 or 80%".to_owned()) }
 }
 
 /// Files of a sequence for each second.
@@ -211,7 +224,9 @@ mod tests {
     #[test]
     fn numbers_are_finite() {
         assert!(seconds("-1").is_err() && seconds("nan").is_err() && seconds("0.5") == Ok(0.5));
-        assert!(from_zero("-0.1").is_err() && from_zero("inf").is_err() && above_zero("0").is_err());
+        assert!(from_zero("-0.1").is_err() && from_zero("inf").is_err() && distance("0%").is_err());
+        assert!(length("100%").is_ok() && length("200%").unwrap_err().contains("more than the whole scene"));
+        assert_eq!(distance("200%"), Ok(Length::Percent(200.0)));
         assert!(sequence_fps("0").is_err() && "inf".parse::<ExposureFlag>().is_err() && crease("-1").is_err());
     }
 }

@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn scenes_cameras_and_lights_are_copied_as_they_are_shown() {
-        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO, 1.0);
         let lights = vec![
             light("point:0.1,2,0:radius=0.3"),
             light("sun:0,-1,0:5:1,0.5,0:noshadow"),
@@ -211,7 +211,7 @@ mod tests {
                 assert_eq!(format!("{:?}", job.flags.scene.opening.options()), format!("{options:?}"));
                 assert_eq!(job.flags.camera, camera);
                 for (spec, light) in job.flags.lights.iter().zip(&lights) {
-                    let said = spec.light(Vec3::ZERO);
+                    let said = spec.light(Vec3::ZERO, 1.0);
                     // A spot's direction and cone may differ in their last bits.
                     let is_spot = matches!(light.source, LightSource::Spot { .. });
                     assert_eq!((said.intensity, said.color), (light.intensity, light.color));

@@ -1,9 +1,9 @@
-//! Parses the command line, and answers options of other programs with their names here.
+//! Parses the command line, and answers options that there aren't, such as those of other programs.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Arg, CommandFactory, FromArgMatches};
+use clap::{CommandFactory, FromArgMatches};
 
 use crate::failure::Failure;
 use crate::flags::Flags;
@@ -26,40 +26,66 @@ pub(crate) enum Asked {
     Flags(Box<Flags>),
     /// Help, the version, or an error of clap's.
     Said(clap::Error),
-    /// An option of other programs.
+    /// An option that there isn't, such as those of other programs.
     Wrong(Failure),
 }
 
 impl Asked {
     pub(crate) fn of(words: impl IntoIterator<Item = OsString>) -> Self {
-        let parsed = with_negative_numbers(Flags::command()).try_get_matches_from(words);
+        let parsed = Flags::command().try_get_matches_from(with_negative_values(words));
         match parsed.and_then(|matches| Flags::from_arg_matches(&matches)) {
             Ok(flags) => Self::Flags(Box::new(flags)),
-            Err(said) => elsewhere(&said).map_or(Self::Said(said), Self::Wrong),
+            Err(said) => unknown_option(&said).map_or(Self::Said(said), Self::Wrong),
         }
     }
 }
 
-/// Has options take negative numbers as values, which they refuse in clearer words than "unexpected argument '-4'".
-fn with_negative_numbers(command: clap::Command) -> clap::Command {
-    let takes_number = |arg: &Arg| arg.get_action().takes_values() && !arg.is_positional();
-    command
-        .mut_args(|arg| if takes_number(&arg) { arg.allow_negative_numbers(true) } else { arg })
-        .mut_subcommands(with_negative_numbers)
+/// Has values that begin with `-` and a digit go to the option before them, which refuses them in clearer words than
+/// "unexpected argument '-4'".
+fn with_negative_values(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut are_values = false;
+    for word in words {
+        are_values |= word == "--";
+        let is_negative = word.to_str().is_some_and(|word| {
+            word.strip_prefix('-')
+                .is_some_and(|rest| rest.starts_with(|first: char| first.is_ascii_digit() || first == '.'))
+        });
+        match joined.last_mut() {
+            Some(option) if is_negative && !are_values && is_long_option(option) => {
+                option.push("=");
+                option.push(word);
+            }
+            _ => joined.push(word),
+        }
+    }
+    joined
 }
 
-/// The error where an option has the name that other programs give it.
-fn elsewhere(said: &clap::Error) -> Option<Failure> {
+/// Whether a word is an option without its value.
+fn is_long_option(word: &OsStr) -> bool {
+    word.to_str().is_some_and(|word| word.starts_with("--") && !word.contains('='))
+}
+
+/// The error where there is no such option, with one that was meant where that is known.
+fn unknown_option(said: &clap::Error) -> Option<Failure> {
     let Some(ContextValue::String(option)) = said.get(ContextKind::InvalidArg) else { return None };
-    if said.kind() != ErrorKind::UnknownArgument {
+    if said.kind() != ErrorKind::UnknownArgument || !option.starts_with('-') {
         return None;
     }
-    let (_, hint) = ELSEWHERE.iter().find(|(names, _)| names.contains(&option.as_str()))?;
-    Some(Failure::input(format!("there is no option {option}"), *hint))
+    let of_others = ELSEWHERE.iter().find(|(names, _)| names.contains(&option.as_str())).map(|(_, hint)| *hint);
+    let hint = match (of_others, said.get(ContextKind::SuggestedArg)) {
+        (Some(hint), _) => hint.to_owned(),
+        (None, Some(ContextValue::String(similar))) => format!("a similar option is {similar}"),
+        _ => "`umbrage help COMMAND` lists a command's options".to_owned(),
+    };
+    Some(Failure::input(format!("there is no option {option}"), hint))
 }
 
 #[cfg(test)]
 mod tests {
+    use clap::Arg;
+
     use super::*;
 
     fn asked(line: &str) -> Asked {
@@ -73,6 +99,10 @@ mod tests {
             ("--width=100", "--size"),
             ("--scene a.obj", "umbrage render"),
             ("-i a", "itself"),
+            ("--smell", "umbrage help"),
+            ("--samles 4", "--samples"),
+            ("--fov -40", "--camera"),
+            ("-4", "umbrage help"),
         ] {
             match asked(&format!("umbrage render a.obj {option}")) {
                 Asked::Wrong(Failure::Input { message, hint }) => {
@@ -81,7 +111,7 @@ mod tests {
                 other => panic!("{option}: {other:?}"),
             }
         }
-        assert!(matches!(asked("umbrage render a.obj --smell"), Asked::Said(_)));
+        assert!(matches!(asked("umbrage render a.obj b.obj"), Asked::Said(_)));
     }
 
     #[test]
@@ -99,13 +129,24 @@ mod tests {
     }
 
     #[test]
-    fn negative_numbers_are_values() {
-        for (option, part) in [("--samples -4", "-4 is not in"), ("--frames -5..3", "frames as A..B")] {
+    fn values_may_begin_with_a_sign() {
+        for (option, part) in [
+            ("--samples -4", "whole samples from 1 to 4096"),
+            ("--samples 4.5", "whole samples from 1 to 4096"),
+            ("--frames -5..3", "frames as A..B"),
+            ("--size -4x4", "such as 1280x720"),
+            ("--time -1s", "seconds from 0"),
+            ("--shard -1/8", "such as 3/8"),
+            ("--aperture -3%", "is no length"),
+            ("--max-memory -1GB", "a size is needed"),
+            ("--camera 0,0,5", "needs a point to look at"),
+        ] {
             match asked(&format!("umbrage render a.obj {option}")) {
                 Asked::Said(said) => assert!(said.to_string().contains(part), "{said}"),
                 other => panic!("{option}: {other:?}"),
             }
         }
-        assert!(matches!(asked("umbrage render a.obj --exposure -1"), Asked::Flags(_)));
+        assert!(matches!(asked("umbrage render a.obj --exposure -1 --camera -1,0,0:0,0,0"), Asked::Flags(_)));
+        assert!(matches!(asked("umbrage render --quiet -- -4.obj"), Asked::Flags(_)));
     }
 }

@@ -79,7 +79,7 @@ impl LightList {
             ),
             (LightSource::Directional { direction }, LightShape::POINT),
         ]
-        .map(|(source, shape)| LightSpec::new(source).shaped(shape).light(center))
+        .map(|(source, shape)| LightSpec::new(source).shaped(shape).light(center, size))
     }
 
     /// Adds a light and selects it.

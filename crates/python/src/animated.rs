@@ -218,7 +218,7 @@ impl Scene {
     ///     In place of the file's: lights as bright as full sunlight at the middle of the scene, or words as of the command, such as
     ///     ``"sun:-1,-2,-1:3:1,0.9,0.8:radius=0.3"``.
     /// background : str, default "sky"
-    ///     ``"sky"``, ``"none"``, ``"#rrggbb"`` or the path of a latitude–longitude image.
+    ///     ``"sky"``, ``"none"``, a colour such as ``"orange"`` or ``"#rrggbb"``, or the path of a latitude–longitude image.
     /// bounces : int, default 0
     ///     Mirrors and surfaces of glass that light may come by, 0 to 1024.
     /// exposure_stops : float, default 0

@@ -8,6 +8,7 @@ use std::time::Duration;
 use glam::Vec3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use umbrage::rays::Bounds;
 use umbrage::scene::{Frame, NamedCamera};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{CameraChoice, Error, Image, Renderer, Settings};
@@ -90,16 +91,21 @@ impl Look {
             Some(CameraSpec::Listed(name)) => settings.camera = listed(name, &frame.cameras)?,
         }
         if let Some(lights) = lights {
-            let center = middle(frame);
-            settings.lights = Some(lights.iter().map(|light| light.light(center)).collect());
+            let bounds = bounds(frame);
+            let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
+            let size = match subject {
+                Subject::Moment(scene, _) => scene.size(),
+                Subject::Frame(_) if bounds.is_empty() => 0.0,
+                Subject::Frame(_) => bounds.size().length(),
+            };
+            settings.lights = Some(lights.iter().map(|light| light.light(center, size)).collect());
         }
         Ok(settings)
     }
 }
 
-fn middle(frame: &Frame) -> Vec3 {
-    let bounds = if frame.animation_bounds.is_empty() { frame.triangles().bounds() } else { frame.animation_bounds };
-    if bounds.is_empty() { Vec3::ZERO } else { bounds.center() }
+fn bounds(frame: &Frame) -> Bounds {
+    if frame.animation_bounds.is_empty() { frame.triangles().bounds() } else { frame.animation_bounds }
 }
 
 fn listed(name: &str, cameras: &[NamedCamera]) -> PyResult<CameraChoice> {

@@ -23,6 +23,7 @@ mod polygon;
 mod scene;
 mod smooth;
 mod still;
+mod survey;
 mod text;
 mod texture;
 

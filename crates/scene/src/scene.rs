@@ -10,11 +10,12 @@ use umbrage_rays::{Bounds, Camera, LightSource};
 use crate::folder::Files;
 use crate::formats::{self, Format};
 use crate::gltf::{GltfScene, variants};
-use crate::ground::{self, Grounded};
+use crate::ground::Grounded;
 use crate::hidden::Hidden;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::smooth::{self, FlatTriangles};
+use crate::survey::Survey;
 use crate::{Error, Frame, Ground, GroundChoice, Light, foreign};
 use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
@@ -70,6 +71,8 @@ pub trait Animated: Debug + Send + Sync {
 pub struct Scene {
     source: Arc<dyn Animated>,
     animation_bounds: Bounds,
+    /// See [`size`](Self::size).
+    size: f32,
     /// Lights the frames of a file that has no light of its own.
     sun: Light,
     /// The names of the objects that its first moment has.
@@ -283,10 +286,11 @@ impl Scene {
     /// # Errors
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
-        let Survey { bounds: animation_bounds, objects, lacks_floor } = Survey::of(&*source)?;
+        let Survey { bounds: animation_bounds, size, objects, lacks_floor } = Survey::of(&*source)?;
         Ok(Self {
             source: source.into(),
             animation_bounds,
+            size,
             sun: sun_above(),
             objects,
             lacks_floor,
@@ -323,6 +327,7 @@ impl Scene {
         let mut scene = Self {
             source: Arc::clone(&self.source),
             animation_bounds: self.animation_bounds,
+            size: self.size,
             sun: self.sun.clone(),
             objects: self.objects.clone(),
             lacks_floor: self.lacks_floor,
@@ -449,6 +454,13 @@ impl Scene {
         light
     }
 
+    /// How large the scene is: the length of the diagonal of its bounds at its first moment, in world units, without a
+    /// ground; zero where nothing can be hit.
+    #[must_use]
+    pub fn size(&self) -> f32 {
+        self.size
+    }
+
     /// How long the scene's animation takes before it starts again; zero for a motionless scene.
     #[must_use]
     pub fn duration_seconds(&self) -> f64 {
@@ -489,7 +501,7 @@ impl Scene {
 }
 
 /// Takes away what a source adds to a frame.
-fn begin(frame: &mut Frame) {
+pub(crate) fn begin(frame: &mut Frame) {
     frame.lights.clear();
     frame.cameras.clear();
 }
@@ -503,36 +515,6 @@ fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     let names: Vec<_> = objects.iter().take(MOST).map(|name| format!("`{name}`")).collect();
     let others = if objects.len() > MOST { format!(" and {} others", objects.len() - MOST) } else { String::new() };
     format!("there is no object `{wanted}`; the scene has {}{others}", names.join(", "))
-}
-
-/// What is found out about a scene before it is shown.
-struct Survey {
-    /// Over a few moments, which is enough for a view that doesn't cut much off.
-    bounds: Bounds,
-    /// The names of the objects of the first moment.
-    objects: Vec<Arc<str>>,
-    /// Whether that has neither lights nor a floor.
-    lacks_floor: bool,
-}
-
-impl Survey {
-    fn of(source: &dyn Animated) -> Result<Self, Error> {
-        const MOMENTS: u32 = 5;
-        let duration = source.duration_seconds();
-        let moments = if duration > 0.0 { MOMENTS } else { 1 };
-        let mut frame = Frame::default();
-        let mut survey = Self { bounds: Bounds::EMPTY, objects: Vec::new(), lacks_floor: false };
-        for moment in 0..moments {
-            begin(&mut frame);
-            source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
-            survey.bounds = survey.bounds.union(frame.triangles().bounds());
-            if moment == 0 {
-                survey.objects = frame.mesh.objects.names().to_vec();
-                survey.lacks_floor = ground::lacks_floor(&frame);
-            }
-        }
-        Ok(survey)
-    }
 }
 
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
@@ -576,7 +558,7 @@ fn sun_above() -> Light {
 const NEARLY_WHITE: f32 = 0.65 * std::f32::consts::PI;
 
 /// The length of a box's diagonal, as far as a float holds it.
-fn diagonal(bounds: Bounds) -> f32 {
+pub(crate) fn diagonal(bounds: Bounds) -> f32 {
     (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length().min(f32::MAX.into()) as f32
 }
 

@@ -1,7 +1,7 @@
 //! An animation without a window: a second of a scene as a GIF.
 //!
 //! `cargo run --release --example animation -- OUTPUT.gif`; numbered files are `OUTPUT.%03d.png` or so, and `.apng`,
-//! `.exr` and `.y4m` are written too.
+//! `.jpg`, `.webp`, `.exr`, `.mp4` (through ffmpeg) and `.y4m` are written too.
 
 use std::error::Error;
 use std::path::PathBuf;

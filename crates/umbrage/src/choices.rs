@@ -87,9 +87,12 @@ choices! { ToneMap, "tone map":
 
 choices! { Format, "format":
     "png" => Png, "8 or 16 bits a channel; one file for each frame";
+    "jpg" => Jpeg, "small, with a loss that --quality sets; one file for each frame";
+    "webp" => WebP, "8 bits a channel without loss; one file for each frame";
     "exr" => Exr, "linear radiance, depth, normals, triangle ids and layers; one file for each frame";
     "gif" => Gif, "an animation of at most 256 colours a frame";
     "apng" => Apng, "an animated PNG";
+    "mp4" => Mp4, "H.264 video, by the program ffmpeg";
     "y4m" => Y4m, "uncompressed video that encoders read";
 }
 
@@ -122,7 +125,7 @@ mod tests {
         assert_eq!(names::<PixelView>(), ["normals", "uv", "depth", "wireframe"]);
         assert_eq!(names::<ToneMap>(), ["neutral", "clip"]);
         assert_eq!(names::<Sides>(), ["file", "both", "front"]);
-        assert_eq!(names::<Format>(), ["png", "exr", "gif", "apng", "y4m"]);
+        assert_eq!(names::<Format>(), ["png", "jpg", "webp", "exr", "gif", "apng", "mp4", "y4m"]);
         assert_eq!(names::<Chroma>(), ["420", "444"]);
         assert_eq!(names::<Compression>(), ["fast", "small"]);
     }

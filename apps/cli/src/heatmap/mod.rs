@@ -26,7 +26,7 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     check_memory(&Settings { width, height, ..Settings::default() }, &flags.scene.opening)?;
     let address = flags.scene.address();
     use_threads(flags.scene.threads, Some([width, height]))?;
-    let opening = Progress::opening(&address, false);
+    let opening = Progress::task("opening", &address, false);
     let scene = umbrage::open_with(&address, &flags.scene.opening.options())?;
     drop(opening);
     let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));

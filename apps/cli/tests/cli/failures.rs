@@ -12,7 +12,7 @@ fn wrong_flags_name_what_is_right() {
     for (flags, part) in [
         (&["--size", "100000x2"][..], "16384 pixels a side"),
         (&["--size", "wide"], "such as 1280x720"),
-        (&["--samples", "0"], "1..=4096"),
+        (&["--samples", "0"], "whole samples from 1 to 4096"),
         (&["--frames", "5..5"], "no frame in that range"),
         (&["--frames", "0..2", "--time", "1"], "cannot be used with"),
         (&["--time", "-1"], "seconds from 0"),
@@ -28,13 +28,15 @@ fn wrong_flags_name_what_is_right() {
         (&["--simd", "mmx"], "no SIMD level `mmx`"),
         (&["--bit-depth", "12"], "PNG and APNG have 8 or 16"),
         (&["--tone-map", "aces"], "neutral"),
-        (&["-o", "a.jpeg"], "use .png, .exr"),
+        (&["-o", "a.bmp"], "use .png, .jpg, .webp, .exr, .gif, .apng, .mp4 or .y4m"),
         (&["-o", "-"], "--format y4m"),
         (&["-o", "none/a.png"], "there is no folder none"),
         (&["-o", "."], "format"),
         (&["-o", "a.png", "--frames", "0..2"], "a_%04d.png"),
         (&["-o", "%d_%d.png"], "only one number"),
         (&["-o", "a.gif", "--fps", "60"], "at most 50 frames"),
+        (&["-o", "a.mp4", "--size", "15x12"], "16x12 in place of 15x12"),
+        (&["-o", "a.jpg", "--quality", "0"], "1..=100"),
         (&["--max-memory", "much"], "--max-memory"),
         (&["--max-memory", "1kB"], "--max-memory"),
         (&["--max-memory", "1GB", "--size", "4096x4096"], "a picture of 4096x4096 takes about 1.9 GiB"),
@@ -82,7 +84,7 @@ fn wrong_scenes_are_bad_input() {
 #[test]
 fn a_full_disk_is_a_failure_to_write() {
     let place = Workplace::new();
-    for format in ["png", "exr", "gif", "apng", "y4m"] {
+    for format in ["png", "jpg", "webp", "exr", "gif", "apng", "y4m"] {
         let flags = ["render", "scene.gltf", "--size", "400x300", "-o", "/dev/full", "--format", format];
         let stderr = place.fail(1, &flags);
         assert!(stderr.contains("/dev/full: can't be written"), "{format}: {stderr}");

@@ -19,7 +19,11 @@ fn is_partial(name: &str) -> bool {
 
 /// Starts a render, and waits until a hidden file is there.
 fn started(place: &Workplace, flags: &[&str]) -> Child {
-    let mut child = place.command(flags).stderr(Stdio::null()).spawn().unwrap();
+    waited_for(place, &mut place.command(flags))
+}
+
+fn waited_for(place: &Workplace, command: &mut Command) -> Child {
+    let mut child = command.stderr(Stdio::null()).spawn().unwrap();
     let deadline = Instant::now() + PATIENCE;
     while !place.names().iter().any(|name| is_partial(name)) {
         assert!(Instant::now() < deadline, "{:?}", place.names());
@@ -75,6 +79,19 @@ fn signals_leave_nothing_behind() {
         assert_eq!(place.names(), ["a.gif"]);
         assert_eq!(fs::read(place.path("a.gif")).unwrap(), b"before");
     }
+}
+
+#[test]
+fn signals_end_the_encoder_before_it_writes() {
+    let place = Workplace::new();
+    place.stand_in_for_ffmpeg("sleep 0.4; cat > $to");
+    let flags = ["render", "scene.gltf", "--size", "16x12", "-o", "a.mp4", "--frames", "0..100000"];
+    let mut command = place.command(&flags);
+    let mut child = waited_for(&place, command.env("PATH", place.path_with_stand_in()));
+    assert!(shell(&place, &format!("kill -INT {}", child.id())).0.success());
+    assert_eq!(child.wait().unwrap().signal(), Some(2));
+    sleep(Duration::from_millis(600));
+    assert_eq!(place.names(), ["bin"]);
 }
 
 #[test]

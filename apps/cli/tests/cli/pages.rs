@@ -12,6 +12,7 @@ fn info_shows_what_is_in_a_scene() {
         "scene.gltf: glTF scene",
         "triangles    1\n",
         "bounds       (-1, -1, 0) to (1, 1, 0)",
+        "size         2.828427, the diagonal of the bounds; a length of 2% is 0.056568",
         "`paint`",
         "`lamp` point 60 candela",
         "2: `front` at (0, 0, 5), `far` at (0, 0, 25)",
@@ -54,6 +55,7 @@ fn info_comes_as_json() {
     assert_eq!(json["animations"][0]["plays"], true);
     assert_eq!(json["lights"][0]["kind"], "point");
     assert_eq!(json["bounds"][1][1], 1.0);
+    assert!((json["size"].as_f64().unwrap() - 8_f64.sqrt()).abs() < 1e-6);
     assert_eq!(place.fail(2, &["info", "none.obj"]).lines().count(), 2);
 }
 

@@ -14,7 +14,8 @@ fn a_still_is_a_picture_of_the_scene() {
     let place = Workplace::new();
     let (stdout, stderr) = place.succeed(&["render", "scene.gltf", "--time", "0", "--size", "16x12"]);
     assert_eq!(stdout, "");
-    assert!(stderr.contains("umbrage.png") && stderr.contains("scene.gltf (1 triangle) at 16x12"), "{stderr}");
+    assert!(stderr.starts_with("umbrage.png: opened in ") && stderr.contains(" s, rendered in "), "{stderr}");
+    assert!(stderr.ends_with(" s: second 0.000 of scene.gltf (1 triangle) at 16x12\n"), "{stderr}");
     assert_eq!(place.names(), ["umbrage.png"]);
     let pixels = decode_png(&place.path("umbrage.png"));
     let [red, green, _] = pixels[6 * 16 + 8];
@@ -26,6 +27,8 @@ fn every_format_is_written() {
     let place = Workplace::new();
     for (name, start) in [
         ("a.png", &b"\x89PNG"[..]),
+        ("a.JPEG", b"\xff\xd8\xff\xe0\0\x10JFIF"),
+        ("a.webp", b"RIFF"),
         ("a.EXR", b"\x76\x2f\x31\x01"),
         ("a.gif", b"GIF89a"),
         ("a.apng", b"\x89PNG"),
@@ -36,7 +39,33 @@ fn every_format_is_written() {
     }
     place.succeed(&["render", "scene.gltf", "--size", "16x12", "--format", "exr", "-o", "b.bin"]);
     assert!(fs::read(place.path("b.bin")).unwrap().starts_with(b"\x76\x2f\x31\x01"));
-    assert_eq!(place.names(), ["a.EXR", "a.apng", "a.gif", "a.png", "a.y4m", "b.bin"]);
+    assert_eq!(place.names(), ["a.EXR", "a.JPEG", "a.apng", "a.gif", "a.png", "a.webp", "a.y4m", "b.bin"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn mp4_files_are_made_by_ffmpeg_or_not_at_all() {
+    let place = Workplace::new();
+    let render = ["render", "scene.gltf", "--size", "16x12", "--frames", "0..3", "-o", "a.mp4"];
+    place.stand_in_for_ffmpeg("cat > $to");
+    let output = place.command(&render).env("PATH", place.path_with_stand_in()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let video = fs::read(place.path("a.mp4")).unwrap();
+    assert_eq!(video.windows(6).filter(|bytes| bytes == b"FRAME\n").count(), 3);
+    fs::remove_file(place.path("a.mp4")).unwrap();
+    place.stand_in_for_ffmpeg("echo 'Unknown encoder' >&2; exit 8");
+    let failed = place.command(&render).env("PATH", place.path_with_stand_in()).output().unwrap();
+    assert_eq!(
+        (failed.status.code(), text(&failed.stderr).as_str()),
+        (Some(1), "error: a.mp4: can't be written: ffmpeg failed: Unknown encoder\n")
+    );
+    let missing = place.command(&render).env("PATH", place.path("")).output().unwrap();
+    let said = text(&missing.stderr);
+    assert!(
+        missing.status.code() == Some(2) && said.contains("install it") && said.contains("or write .y4m or .gif"),
+        "{said}"
+    );
+    assert_eq!(place.names(), ["bin"]);
 }
 
 #[test]
@@ -89,7 +118,9 @@ fn layers_are_the_same_bytes_every_time() {
 #[test]
 fn frames_are_numbered_and_move() {
     let place = Workplace::new();
-    place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "2..5", "--fps", "12"]);
+    let (_, said) = place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", "2..5", "--fps", "12"]);
+    assert!(said.starts_with("umbrage_%04d.png: opened in ") && said.contains(" s, 3 frames rendered in "), "{said}");
+    assert!(said.ends_with(" a second): scene.gltf (1 triangle) at 16x12\n"), "{said}");
     assert_eq!(place.names(), ["umbrage_0002.png", "umbrage_0003.png", "umbrage_0004.png"]);
     let frame = decode_png(&place.path("umbrage_0003.png"));
     assert_ne!(frame, decode_png(&place.path("umbrage_0002.png")));
@@ -216,6 +247,64 @@ fn pictures_follow_exposure_tone_map_and_background() {
     assert_eq!(place.picture(&["--background", "0,0,1", "--tone-map", "clip"])[0], [0, 0, 255]);
     fs::copy(place.path("picture.png"), place.path("sky.png")).unwrap();
     assert_ne!(place.picture(&["--background", "sky.png"]), plain);
+}
+
+#[test]
+fn exposure_is_measured_for_files_and_once_for_an_animation() {
+    let place = Workplace::new();
+    let lit = |candela: &str, more: &[&str]| {
+        let light = format!("point:1,2,3:{candela}");
+        place.picture(&[&["--time", "0", "--background", "black", "--light", &light], more].concat())
+    };
+    let bright = lit("80", &[]);
+    // Four times as much light is two stops less.
+    assert_eq!(lit("20", &[]), bright);
+    assert_eq!(lit("20", &["--exposure", "auto"]), bright);
+    let fixed = ["--exposure", "0"];
+    assert!(brightness(&lit("20", &fixed)) < brightness(&lit("80", &fixed)));
+    let brightest = bright.as_flattened().iter().max().unwrap();
+    assert!((200..255).contains(brightest), "nearly white: {brightest}");
+    // The triangle moves away from the lamp.
+    let first_of = |frames: &str| {
+        place.succeed(&["render", "scene.gltf", "--size", "16x12", "--frames", frames, "-o", "f_%d.png"]);
+        decode_png(&place.path("f_0.png"))
+    };
+    let first = first_of("0..1");
+    assert_eq!(first_of("0..5"), first);
+    assert_ne!(place.picture(&["--time", "0", "--samples", "1", "--bounces", "0"]), first);
+}
+
+#[test]
+fn lengths_are_world_units_or_shares_of_the_scene() {
+    let place = Workplace::new();
+    // Half of the diagonal of the triangle's box of 2 by 2 by 0, at every moment.
+    for time in ["0", "0.25"] {
+        for [share, length] in [
+            ["--aperture=50%", "--aperture=1.4142135"],
+            ["--light-radius=50%", "--light-radius=1.4142135"],
+            ["--light=point:1,2,3:radius=50%", "--light=point:1,2,3:radius=1.4142135"],
+            ["--light=disk:1,2,3:0,0,0:50%", "--light=disk:1,2,3:0,0,0:1.4142135"],
+        ] {
+            let rest = ["--samples", "4", "--time", time];
+            let pictures = [share, length, "--exposure=0"].map(|flag| place.picture(&[&[flag][..], &rest].concat()));
+            assert!(pictures[0] == pictures[1] && pictures[0] != pictures[2], "{share}");
+        }
+    }
+    let sharp = place.picture(&["--aperture", "50%", "--focus", "176.7767%", "--samples", "4"]);
+    assert_eq!(sharp, place.picture(&["--aperture", "50%", "--focus", "5", "--samples", "4"]));
+    let refused = |flags: &[&str]| place.fail_said(&[&["render", "scene.gltf"], flags].concat());
+    for flag in ["--aperture", "--light-radius", "--ambient-occlusion", "--focus"] {
+        for value in ["-3%", "%", "2 parts"] {
+            let said = refused(&["--aperture", "1", flag, value]);
+            assert!(said.contains("is no length: give world units") && said.contains(value), "{said}");
+        }
+    }
+    assert!(refused(&["--aperture", "200%"]).contains("more than the whole scene"));
+    let sun = refused(&["--light", "sun:0,-1,0", "--light-radius", "2%"]);
+    assert!(sun.contains("in degrees, such as --light-radius 0.27"), "{sun}");
+    fs::write(place.path("none.gltf"), br#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": []}]}"#).unwrap();
+    let empty = place.fail_said(&["render", "none.gltf", "--ambient-occlusion", "2%"]);
+    assert!(empty.contains("the scene has no size") && empty.contains("give world units"), "{empty}");
 }
 
 #[test]

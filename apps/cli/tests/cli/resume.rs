@@ -186,12 +186,12 @@ fn files_of_a_sequence_and_what_they_name_count() {
         let (_, stderr) = place.succeed(&flags);
         assert!(stderr.contains(expected), "{expected} in {stderr}");
     };
-    render("f_%d.png: 2 frames of s");
+    render(", 2 frames rendered in ");
     for (name, from, to) in
         [("s/a_2.obj", "v 1 0 0", "v 2 0 0"), ("s/a_1.mtl", "0.1", "0.7"), ("s/a_2.mtl", "0.1", "0.7")]
     {
         render("2 of 2 frames were there already");
         replace(&place, name, from, to);
-        render("f_%d.png: 2 frames of s");
+        render(", 2 frames rendered in ");
     }
 }

@@ -58,6 +58,31 @@ impl Workplace {
         stderr
     }
 
+    /// What a command that must fail for its flags says on standard error, warnings included.
+    pub(crate) fn fail_said(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        text(&output.stderr)
+    }
+
+    /// Makes `bin/ffmpeg`, a script that knows the file to write as `$to`.
+    #[cfg(unix)]
+    pub(crate) fn stand_in_for_ffmpeg(&self, script: &str) {
+        use std::os::unix::fs::PermissionsExt;
+
+        let folder = self.path("bin");
+        fs::create_dir_all(&folder).unwrap();
+        let script = format!("#!/bin/sh\nfor to; do :; done\nto=${{to#file:}}\n{script}\n");
+        fs::write(folder.join("ffmpeg"), script).unwrap();
+        fs::set_permissions(folder.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+    }
+
+    /// The search path for programs with the stand-in before all others.
+    #[cfg(unix)]
+    pub(crate) fn path_with_stand_in(&self) -> String {
+        format!("{}:{}", self.path("bin").display(), std::env::var("PATH").unwrap_or_default())
+    }
+
     /// Renders the scene at 16 by 12 pixels with further flags, and gives the pixels.
     pub(crate) fn picture(&self, flags: &[&str]) -> Vec<[u8; 3]> {
         let arguments = [&["render", "scene.gltf", "--size", "16x12", "-o", "picture.png"], flags].concat();

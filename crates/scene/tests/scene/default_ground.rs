@@ -55,6 +55,27 @@ fn a_ground_is_at_the_foot_of_the_scene_however_far_that_is_from_the_origin() {
 }
 
 #[test]
+fn a_ground_reaches_thirty_half_diagonals_and_faces_up() {
+    // Its diagonal is 3, and its middle (1, 2.5, -1).
+    let obj = b"v 0 2 0\nv 2 2 0\nv 0 3 -2\nf 1 2 3\n";
+    for (text, height) in [("shadow", 2.0 - 3e-5), ("matte:0.5", 0.5)] {
+        let frame = opened(obj, text.parse().unwrap()).at(0.0).unwrap();
+        let triangles = frame.triangles();
+        let corners = [triangles.corners(1), triangles.corners(2)];
+        for [a, b, c] in corners {
+            assert!((b - a).cross(c - a).y > 0.0);
+            for corner in [a, b, c] {
+                let off = corner - Vec3::new(1.0, height, -1.0);
+                assert!((off.abs() - Vec3::new(45.0, 0.0, 45.0)).length() < 1e-4, "{text}: {corner}");
+            }
+        }
+        let material = frame.mesh.material_of_triangle[2] as usize;
+        let material = &frame.materials.materials[material];
+        assert_eq!((&*material.name, material.catches_shadows), ("ground", text == "shadow"));
+    }
+}
+
+#[test]
 fn the_sun_that_is_made_is_above_the_left_of_the_framing_camera_at_any_size() {
     for scale in [1e-20_f32, 1.0, 1e30] {
         let obj = format!("v 0 0 0\nv {scale} 0 0\nv 0 {scale} 0\nv 0 0 {scale}\nf 1 2 3\nf 1 2 4\n");

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 mod builder;
+mod default_camera;
 mod default_ground;
 mod files;
 mod files_bad_input;

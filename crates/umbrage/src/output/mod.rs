@@ -10,10 +10,13 @@ mod exr;
 mod format;
 mod frame_rate;
 mod gif;
+mod jpeg;
+mod mp4;
 mod numbered_path;
 mod palette;
 mod partial_file;
 mod png;
+mod webp;
 mod writer;
 mod y4m;
 
@@ -22,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 pub use exr::FloatDepth;
 pub(crate) use format::eight_bits;
-pub use format::{BitDepth, Compression, Format};
+pub use format::{BitDepth, Compression, Format, JpegQuality, extensions};
 pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;
 pub use partial_file::{remove_partial_files, sweep, write_whole};

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use tempfile::TempPath;
 
-use super::{Error, NumberedPath};
+use super::{Error, NumberedPath, mp4};
 
 /// The hidden files that this process writes.
 static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -21,6 +21,7 @@ fn written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 /// Removes the hidden files of all [writers](super::Writer) of this process, which must end then: whoever begins or
 /// finishes a file after this waits for ever.
 pub fn remove_partial_files() {
+    mp4::end_encoders();
     let written = written();
     for path in &*written {
         // What isn't there any more needs no removing.
@@ -75,6 +76,11 @@ impl PartialFile {
     /// Where to write to; give it back (drop it) before [`PartialFile::keep`].
     pub(crate) fn file(&self) -> Arc<File> {
         Arc::clone(&self.file)
+    }
+
+    /// The path under which it is written.
+    pub(crate) fn hidden_path(&self) -> &Path {
+        self.renaming.as_ref().map_or(&self.path, |(from, _)| from)
     }
 
     /// Gives the file its name, in place of what had it before.

@@ -7,10 +7,14 @@ use umbrage_rays::Choice;
 
 use super::apng::ApngWriter;
 use super::gif::{self, GifWriter};
+use super::mp4::Mp4Writer;
 use super::partial_file::{self, Look, PartialFile};
 use super::png::Coding;
 use super::y4m::Y4mWriter;
-use super::{BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, NumberedPath, exr, png};
+use super::{
+    BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, JpegQuality, NumberedPath, exr, extensions,
+    jpeg, mp4, png, webp,
+};
 use crate::{Background, Film, Image, Settings};
 
 /// Where pictures go.
@@ -33,6 +37,8 @@ pub struct Options {
     pub compression: Compression,
     /// Colours of an EXR.
     pub float_depth: FloatDepth,
+    /// How much a JPEG keeps.
+    pub jpeg_quality: JpegQuality,
     /// Colours of raw video.
     pub chroma: Chroma,
 }
@@ -86,14 +92,17 @@ impl Writer {
         }
         let has_alpha = settings.background == Background::Transparent;
         if has_alpha && !format.has_alpha() {
-            let cause = format!("{} files can't say what is transparent: write .png, .apng or .exr", format.name());
+            let others = extensions(Format::has_alpha);
+            let cause = format!("{} files can't say what is transparent: write {others}", format.name());
             return Err(Error::unsuitable(path, cause));
         }
         if let Target::Path(path) = target {
             partial_file::sweep(path);
         }
         let kind = match format {
-            Format::Png | Format::Exr => Kind::Stills(Stills::new(path, format, frames, *options)?),
+            Format::Png | Format::Jpeg | Format::WebP | Format::Exr => {
+                Kind::Stills(Stills::new(path, format, frames, *options)?)
+            }
             Format::Gif => {
                 let size = gif::size(path, size, rate)?;
                 Kind::animation(target, |sink| GifWriter::new(sink, size, rate))?
@@ -102,6 +111,12 @@ impl Writer {
                 let count = frames.end - frames.start;
                 let coding = Coding { depth: bit_depth, compression, has_alpha };
                 Kind::animation(target, |sink| ApngWriter::new(sink, size, count, rate, coding))?
+            }
+            Format::Mp4 => {
+                mp4::check_size(path, size)?;
+                let partial = PartialFile::create(path)?;
+                let animation = Mp4Writer::new(mp4::FFMPEG.as_ref(), partial.hidden_path(), path, size, rate)?;
+                Kind::Animation(Box::new(animation), Some(partial))
             }
             Format::Y4m => Kind::animation(target, |sink| Y4mWriter::new(sink, size, rate, chroma))?,
         };
@@ -189,9 +204,10 @@ impl Stills {
         if numbered.is_none() && frames.len() > 1 {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let cause = format!(
-                "one name for {} frames; number them ({stem}_%04d.{}) or use an animation (.gif, .apng, .y4m)",
+                "one name for {} frames; number them ({stem}_%04d.{}) or use an animation ({})",
                 frames.len(),
-                format.name()
+                format.name(),
+                extensions(Format::is_animation)
             );
             return Err(Error::unsuitable(path, cause));
         }
@@ -209,6 +225,8 @@ impl Stills {
     fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings, look: Look<'_>) -> Result<(), Error> {
         let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
+            Format::Jpeg => jpeg::write(&film.develop(settings), &path, self.options.jpeg_quality, look),
+            Format::WebP => webp::write(&film.develop(settings), &path, look),
             Format::Exr => {
                 let rate = self.numbered.as_ref().map(|_| self.options.rate);
                 exr::write(film, &path, self.options.float_depth, rate, look)
@@ -256,9 +274,9 @@ mod tests {
         names
     }
 
-    /// For each format, a writer of `frames` of which those of the numbers `written` are.
+    /// For each format that needs no other program, a writer of `frames` of which those of the numbers `written` are.
     fn writers(folder: &Path, frames: Range<u32>, written: Range<u32>) -> impl Iterator<Item = Writer> {
-        Format::all().map(move |format| {
+        Format::all().filter(|format| *format != Format::Mp4).map(move |format| {
             let name = if format.is_animation() { "out" } else { "out_%03d" };
             let path = folder.join(format!("{name}.{}", format.name()));
             let mut writer = create(&path, format, frames.clone()).unwrap();
@@ -271,7 +289,10 @@ mod tests {
     fn every_format_writes_every_frame() {
         let folder = tempfile::tempdir().unwrap();
         writers(folder.path(), 5..7, 5..7).for_each(|writer| writer.finish().unwrap());
-        let expected = ["out.apng", "out.gif", "out.y4m", "out_005.exr", "out_005.png", "out_006.exr", "out_006.png"];
+        let stills = ["exr", "jpg", "png", "webp"].map(|name| [5, 6].map(|number| format!("out_00{number}.{name}")));
+        let animations = ["out.apng", "out.gif", "out.y4m"].map(str::to_owned);
+        let mut expected = [&animations[..], stills.as_flattened()].concat();
+        expected.sort();
         assert_eq!(names(folder.path()), expected);
     }
 
@@ -279,7 +300,7 @@ mod tests {
     fn an_interrupted_render_keeps_its_whole_frames_only() {
         let folder = tempfile::tempdir().unwrap();
         writers(folder.path(), 0..3, 0..1).for_each(drop);
-        assert_eq!(names(folder.path()), ["out_000.exr", "out_000.png"]);
+        assert_eq!(names(folder.path()), ["out_000.exr", "out_000.jpg", "out_000.png", "out_000.webp"]);
     }
 
     #[test]
@@ -287,7 +308,7 @@ mod tests {
         use std::io::{Read, Seek};
 
         let folder = tempfile::tempdir().unwrap();
-        for format in [Format::Png, Format::Exr] {
+        for format in [Format::Png, Format::Jpeg, Format::WebP, Format::Exr] {
             let path = folder.path().join(format!("%d.{}", format.name()));
             let mut writer = create(&path, format, 7..9).unwrap();
             let numbered = |number: u32| folder.path().join(format!("{number}.{}", format.name()));
@@ -302,7 +323,7 @@ mod tests {
             let refused = writer.write_and_look(8, &film(), &settings(), &mut |_| Err(io::Error::other("no")));
             assert!(refused.unwrap_err().to_string().contains("can't be written: no") && !numbered(8).exists());
         }
-        assert_eq!(names(folder.path()), ["7.exr", "7.png"]);
+        assert_eq!(names(folder.path()), ["7.exr", "7.jpg", "7.png", "7.webp"]);
     }
 
     #[test]
@@ -315,7 +336,7 @@ mod tests {
         let transparent = Settings { background: Background::Transparent, ..settings() };
         let target = Target::Path(folder.path().join("a.gif"));
         let refusal = Writer::create(&target, Format::Gif, &(0..1), &transparent, &Options::default());
-        assert!(refusal.err().unwrap().to_string().contains("write .png, .apng or .exr"));
+        assert!(refusal.err().unwrap().to_string().contains("write .png, .webp, .exr or .apng"));
         assert!(refused("none/a.png", Format::Png, 0..1).contains("there is no folder"));
         assert!(refused("", Format::Exr, 0..1).contains("is a folder"));
         let stdout = Writer::create(&Target::Stdout, Format::Png, &(0..1), &settings(), &Options::default());

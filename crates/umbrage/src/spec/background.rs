@@ -5,11 +5,12 @@ use std::str::FromStr;
 use glam::Vec3;
 use umbrage_scene::OpenOptions;
 
+use super::color::{color, is_name};
 use super::{Words, vector};
-use crate::panorama::linear_from_srgb;
 use crate::{Background, Error};
 
-/// What is behind and around a scene: `sky`, `none`, `#rrggbb`, linear `R,G,B`, or the path of a latitude–longitude image.
+/// What is behind and around a scene: `sky`, `none`, a colour by its name in CSS, as `#rrggbb` or as linear
+/// `R,G,B`, or the path of a latitude–longitude image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum BackgroundSpec {
     /// The sky.
@@ -66,26 +67,12 @@ impl FromStr for BackgroundSpec {
             "none" => return Ok(Self::Transparent),
             _ => {}
         }
-        if let Some(digits) = text.strip_prefix('#') {
-            return hexadecimal_color(digits)
-                .map(Self::Color)
-                .ok_or_else(|| "give a colour as #rrggbb, such as #203040".to_owned());
+        // A file without an extension is named with its folder: `./sky`.
+        if text.starts_with('#') || is_name(text) || vector(text).is_ok() {
+            return color(text).map(Self::Color);
         }
-        match vector(text) {
-            Ok(color) if color.min_element() < 0.0 => Err("a colour isn't below zero".to_owned()),
-            Ok(color) => Ok(Self::Color(color)),
-            Err(_) => Ok(Self::File(text.into())),
-        }
+        Ok(Self::File(text.into()))
     }
-}
-
-/// The linear colour of six hexadecimal digits of sRGB.
-fn hexadecimal_color(digits: &str) -> Option<Vec3> {
-    if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-        return None;
-    }
-    let bytes = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
-    Some(Vec3::from_slice(&bytes.map(|byte| linear_from_srgb(f32::from(byte) / 255.0))[1..]))
 }
 
 #[cfg(test)]
@@ -99,6 +86,9 @@ mod tests {
         assert_eq!("#ff0000".parse(), Ok(BackgroundSpec::Color(Vec3::X)));
         assert_eq!("0,0.5,2".parse(), Ok(BackgroundSpec::Color(Vec3::new(0.0, 0.5, 2.0))));
         assert_eq!("a,b.hdr".parse(), Ok(BackgroundSpec::File("a,b.hdr".into())));
+        assert_eq!("blue".parse(), Ok(BackgroundSpec::Color(Vec3::Z)));
+        assert_eq!("./blue".parse(), Ok(BackgroundSpec::File("./blue".into())));
+        assert!("bleu".parse::<BackgroundSpec>().unwrap_err().contains("`blue`"));
         for bad in ["#12345", "#+12345", "0,-1,0"] {
             assert!(bad.parse::<BackgroundSpec>().is_err(), "{bad}");
         }

@@ -6,12 +6,13 @@ use glam::Vec3;
 use umbrage_rays::LightSource;
 use umbrage_scene::{Light, LightShape};
 
-use super::{Words, number, vector};
+use super::color::color;
+use super::{Length, Words, number, vector};
 
 /// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to another with
 /// the cone's full angle, or a flat one around a point that faces another, `rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT` or
-/// `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, `:R,G,B`, `:radius=R` of any other than a flat
-/// one, in world units or, of a sun, degrees, and `:noshadow`.
+/// `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, a colour as `:R,G,B`, `:#rrggbb` or by its name in CSS, `:radius=R` of any other than a flat
+/// one, and `:noshadow`. Sizes are in world units or, such as `2%`, shares of the scene's size; a sun's radius is in degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSpec {
     source: LightSource,
@@ -21,6 +22,8 @@ pub struct LightSpec {
     intensity: Option<f32>,
     color: Vec3,
     shape: LightShape,
+    /// Whether the shape's lengths are in hundredths of the scene's size.
+    is_share: bool,
     casts_shadow: bool,
 }
 
@@ -31,13 +34,21 @@ impl LightSpec {
     /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
     #[must_use]
     pub fn new(source: LightSource) -> Self {
-        Self { source, target: None, intensity: None, color: Vec3::ONE, shape: LightShape::POINT, casts_shadow: true }
+        Self {
+            source,
+            target: None,
+            intensity: None,
+            color: Vec3::ONE,
+            shape: LightShape::POINT,
+            is_share: false,
+            casts_shadow: true,
+        }
     }
 
-    /// The same of another shape. A flat one needs [a source to one side](LightSource::to_one_side).
+    /// The same of another shape, in world units. A flat one needs [a source to one side](LightSource::to_one_side).
     #[must_use]
     pub fn shaped(self, shape: LightShape) -> Self {
-        Self { shape, ..self }
+        Self { shape, is_share: false, ..self }
     }
 
     /// Whether it is more than a point.
@@ -46,9 +57,15 @@ impl LightSpec {
         self.shape.is_wide()
     }
 
-    /// The light in a scene around `center`.
+    /// Whether its size depends on the scene's.
     #[must_use]
-    pub fn light(&self, center: Vec3) -> Light {
+    pub fn is_share(&self) -> bool {
+        self.is_share
+    }
+
+    /// The light in a scene around `center` of this [size](umbrage_scene::Scene::size).
+    #[must_use]
+    pub fn light(&self, center: Vec3, scene_size: f32) -> Light {
         // An irradiance of π makes a white surface as bright as a screen's white.
         let bright = match self.source {
             LightSource::Directional { .. } => PI,
@@ -58,8 +75,21 @@ impl LightSpec {
             }
         };
         let intensity = self.intensity.unwrap_or(bright);
-        let Self { color, shape, casts_shadow, .. } = *self;
+        let Self { color, casts_shadow, .. } = *self;
+        let length = |length: f32| self.length(length).in_scene(scene_size);
+        let shape = match self.shape {
+            LightShape::Ball(radius) => LightShape::Ball(length(radius)),
+            LightShape::Disk(radius) => LightShape::Disk(length(radius)),
+            LightShape::Rectangle { width, height } => {
+                LightShape::Rectangle { width: length(width), height: length(height) }
+            }
+        };
         Light { color, casts_shadow, shape, ..Light::new(self.source, intensity) }
+    }
+
+    /// One of the shape's lengths.
+    fn length(&self, number: f32) -> Length {
+        if self.is_share { Length::Percent(number) } else { Length::World(number) }
     }
 }
 
@@ -88,7 +118,7 @@ impl TryFrom<&Light> for LightSpec {
             return Err(UnspeakableLight::Range);
         }
         let Light { source, color, shape, casts_shadow, .. } = *light;
-        Ok(Self { source, target: None, intensity: Some(light.intensity), color, shape, casts_shadow })
+        Ok(Self { source, target: None, intensity: Some(light.intensity), color, shape, is_share: false, casts_shadow })
     }
 }
 
@@ -102,8 +132,10 @@ impl fmt::Display for LightSpec {
                 let (position, target) = (Words(position), Words(target));
                 match self.shape {
                     LightShape::Ball(_) => write!(f, "spot:{position}:{target}:{}", 2.0 * outer_radians.to_degrees())?,
-                    LightShape::Rectangle { width, height } => write!(f, "rect:{position}:{target}:{width}x{height}")?,
-                    LightShape::Disk(radius) => write!(f, "disk:{position}:{target}:{radius}")?,
+                    LightShape::Rectangle { width, height } => {
+                        write!(f, "rect:{position}:{target}:{}x{}", self.length(width), self.length(height))?;
+                    }
+                    LightShape::Disk(radius) => write!(f, "disk:{position}:{target}:{}", self.length(radius))?,
                 }
             }
         }
@@ -114,7 +146,7 @@ impl fmt::Display for LightSpec {
         if let LightShape::Ball(radius) = self.shape
             && radius > 0.0
         {
-            write!(f, ":radius={radius}")?;
+            write!(f, ":radius={}", self.length(radius))?;
         }
         f.write_str(if self.casts_shadow { "" } else { ":noshadow" })
     }
@@ -129,12 +161,12 @@ impl FromStr for LightSpec {
             None => (text, true),
         };
         let (text, radius) = match text.rsplit_once(":radius=") {
-            Some((rest, radius)) => (rest, Some(number(radius)?)),
+            Some((rest, radius)) => (rest, Some(radius.parse::<Length>()?)),
             None => (text, None),
         };
-        let ball = LightShape::Ball(radius.unwrap_or(0.0));
+        let ball = ball(radius.unwrap_or(Length::World(0.0)));
         let parts: Vec<&str> = text.split(':').collect();
-        let (source, target, shape, rest) = match parts[..] {
+        let (source, target, (shape, is_share), rest) = match parts[..] {
             ["point", position, ref rest @ ..] => {
                 (LightSource::Point { position: vector(position)? }, None, ball, rest)
             }
@@ -163,19 +195,21 @@ impl FromStr for LightSpec {
         let (intensity, color) = match rest {
             [] => (None, Vec3::ONE),
             [intensity] => (Some(number(intensity)?), Vec3::ONE),
-            [intensity, color] => (Some(number(intensity)?), vector(color)?),
+            [intensity, named] => (Some(number(intensity)?), color(named)?),
             _ => return Err("there is too much behind the colour".to_owned()),
         };
-        if intensity.is_some_and(|intensity| intensity < 0.0) || color.min_element() < 0.0 {
-            return Err("a light's strength and colour aren't below zero".to_owned());
+        if intensity.is_some_and(|intensity| intensity < 0.0) {
+            return Err("a light's strength isn't below zero".to_owned());
         }
-        if radius.is_some_and(|radius| radius < 0.0) {
-            return Err("a light's radius isn't below zero".to_owned());
+        if let (LightSource::Directional { .. }, LightShape::Ball(degrees)) = (source, shape) {
+            if is_share {
+                return Err("a sun's radius is in degrees, such as :radius=0.27, and no share of the scene".to_owned());
+            }
+            if degrees > Light::MAX_SUN_RADIUS_DEGREES {
+                return Err(format!("a sun's radius is at most {} degrees", Light::MAX_SUN_RADIUS_DEGREES));
+            }
         }
-        if matches!(source, LightSource::Directional { .. }) && radius > Some(Light::MAX_SUN_RADIUS_DEGREES) {
-            return Err(format!("a sun's radius is at most {} degrees", Light::MAX_SUN_RADIUS_DEGREES));
-        }
-        Ok(Self { source, target, intensity, color, shape, casts_shadow })
+        Ok(Self { source, target, intensity, color, shape, is_share, casts_shadow })
     }
 }
 
@@ -185,17 +219,25 @@ fn aimed(kind: &str, position: &str, target: &str) -> Result<(Vec3, Vec3, Vec3),
     Ok((position, target, direction(target - position, &format!("the way from a {kind} to its target"))?))
 }
 
-/// The shape of a flat light.
-fn flat(kind: &str, size: &str) -> Result<LightShape, String> {
-    let length = |text: &str| {
-        let length = number(text)?;
-        if length < 0.0 { Err(format!("a {kind}'s size isn't below zero")) } else { Ok(length) }
-    };
+/// The shape of a light that is no flat one, and whether its radius is a share of the scene's size.
+fn ball(radius: Length) -> (LightShape, bool) {
+    (LightShape::Ball(radius.number()), radius.is_share())
+}
+
+/// The shape of a flat light, and whether its lengths are shares of the scene's size.
+fn flat(kind: &str, size: &str) -> Result<(LightShape, bool), String> {
     if kind == "disk" {
-        return Ok(LightShape::Disk(length(size)?));
+        let radius: Length = size.parse()?;
+        return Ok((LightShape::Disk(radius.number()), radius.is_share()));
     }
     let (width, height) = size.split_once('x').ok_or_else(|| format!("`{size}` is not a size such as 2x1"))?;
-    Ok(LightShape::Rectangle { width: length(width)?, height: length(height)? })
+    let (width, height): (Length, Length) = (width.parse()?, height.parse()?);
+    if width.is_share() != height.is_share() {
+        return Err(format!(
+            "`{size}`: both sides are in world units, or both are shares of the scene, such as 20%x10%"
+        ));
+    }
+    Ok((LightShape::Rectangle { width: width.number(), height: height.number() }, width.is_share()))
 }
 
 fn direction(vector: Vec3, what: &str) -> Result<Vec3, String> {
@@ -218,7 +260,7 @@ mod tests {
 
     #[test]
     fn lights_parse() {
-        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let light = |text: &str| text.parse::<LightSpec>().unwrap().light(Vec3::ZERO, 1.0);
         let point = light("point:0,2,0");
         assert_eq!(point.source, LightSource::Point { position: Vec3::new(0.0, 2.0, 0.0) });
         assert_eq!((point.intensity, point.color, point.casts_shadow), (4.0 * PI, Vec3::ONE, true));
@@ -226,12 +268,28 @@ mod tests {
         let sun = light("sun:0,-2,0:5:1,0.5,0");
         assert_eq!(sun.source, LightSource::Directional { direction: Vec3::NEG_Y });
         assert_eq!((sun.intensity, sun.color), (5.0, Vec3::new(1.0, 0.5, 0.0)));
+        assert_eq!(light("sun:0,-2,0:5:yellow").color, Vec3::new(1.0, 1.0, 0.0));
         let LightSource::Spot { direction, inner_radians, outer_radians, .. } = light("spot:0,3,0:0,0,0:60").source
         else {
             panic!("not a spot")
         };
         assert_eq!(direction, Vec3::NEG_Y);
         assert!((outer_radians - PI / 6.0).abs() < 1e-6 && inner_radians < outer_radians);
+    }
+
+    #[test]
+    fn sizes_may_be_shares_of_the_scene() {
+        for (text, shape) in [
+            ("point:0,2,0:radius=10%", LightShape::Ball(0.5)),
+            ("point:1,3,0:radius=1%:noshadow", LightShape::Ball(0.05)),
+            ("rect:0,3,0:0,0,0:20%x50%", LightShape::Rectangle { width: 1.0, height: 2.5 }),
+            ("disk:0,3,0:0,0,0:2%", LightShape::Disk(0.1)),
+            ("disk:0,3,0:0,0,0:2", LightShape::Disk(2.0)),
+        ] {
+            let spec: LightSpec = text.parse().unwrap();
+            assert_eq!((spec.light(Vec3::ZERO, 5.0).shape, spec.is_share()), (shape, text.contains('%')), "{text}");
+            assert_eq!(spec.to_string(), text);
+        }
     }
 
     #[test]
@@ -243,9 +301,14 @@ mod tests {
             ("point:1,2,3:x", "`x` is not a number"),
             ("point:1,2,3:-1", "below zero"),
             ("point:1,2,3:1:1,1,1:1", "too much"),
+            ("point:1,2,3:1:1,-1,1", "a colour isn't below zero"),
+            ("point:1,2,3:1:orang", "`orange`"),
             ("sun:0,0,0", "no length"),
-            ("point:1,2,3:radius=x", "`x` is not a number"),
-            ("point:1,2,3:radius=-1", "below zero"),
+            ("point:1,2,3:radius=x", "`x` is no length"),
+            ("point:1,2,3:radius=-1", "world units from 0"),
+            ("point:1,2,3:radius=-3%", "such as 2%"),
+            ("sun:0,-1,0:radius=1%", "in degrees"),
+            ("rect:0,3,0:0,0,0:10%x1", "both"),
             ("sun:0,-1,0:radius=46", "45 degrees"),
             ("spot:0,3,0:0,3,0:60", "no length"),
             ("spot:0,3,0:0,0,0:0", "0.1 to 180"),
@@ -253,8 +316,8 @@ mod tests {
             ("rect:0,3,0:0,0,0", "give point:"),
             ("rect:0,3,0:0,3,0:1x1", "no length"),
             ("rect:0,3,0:0,0,0:1", "2x1"),
-            ("rect:0,3,0:0,0,0:1x-1", "below zero"),
-            ("disk:0,3,0:0,0,0:x", "`x` is not a number"),
+            ("rect:0,3,0:0,0,0:1x-1", "`-1` is no length"),
+            ("disk:0,3,0:0,0,0:x", "`x` is no length"),
             ("disk:0,3,0:0,0,0:1:radius=1", "no :radius=R"),
         ] {
             let refused = text.parse::<LightSpec>().unwrap_err();
@@ -273,9 +336,9 @@ mod tests {
         let hidden = Light { casts_shadow: false, ..light.clone() };
         assert!(said(&hidden).unwrap().ends_with(":noshadow"));
         assert_eq!(said(&Light { range: Some(3.0), ..light }), Err(UnspeakableLight::Range));
-        let source = "spot:0,3,0:0,0,0:60".parse::<LightSpec>().unwrap().light(Vec3::ZERO);
+        let source = "spot:0,3,0:0,0,0:60".parse::<LightSpec>().unwrap().light(Vec3::ZERO, 1.0);
         let again: LightSpec = said(&source).unwrap().parse().unwrap();
-        assert_eq!(again.light(Vec3::ZERO).intensity, source.intensity);
+        assert_eq!(again.light(Vec3::ZERO, 1.0).intensity, source.intensity);
         for text in [
             "point:0,2,0",
             "point:0,2,0:radius=0.5",
@@ -285,8 +348,8 @@ mod tests {
             "disk:0,3,0:0,0,0:0.5",
         ] {
             let spec: LightSpec = text.parse().unwrap();
-            let light = spec.light(Vec3::ZERO);
-            assert_eq!(said(&light).unwrap().parse::<LightSpec>().unwrap().light(Vec3::ZERO), light, "{text}");
+            let light = spec.light(Vec3::ZERO, 1.0);
+            assert_eq!(said(&light).unwrap().parse::<LightSpec>().unwrap().light(Vec3::ZERO, 1.0), light, "{text}");
             assert_eq!(spec.to_string().parse(), Ok(spec), "{text}");
         }
     }

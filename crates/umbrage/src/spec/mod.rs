@@ -5,6 +5,8 @@
 
 mod background;
 mod camera;
+mod color;
+mod length;
 mod light;
 
 use std::fmt;
@@ -13,6 +15,7 @@ use glam::Vec3;
 
 pub use background::BackgroundSpec;
 pub use camera::{CameraSpec, LookAt};
+pub use length::Length;
 pub use light::{LightSpec, UnspeakableLight};
 
 /// Three numbers with commas between them.

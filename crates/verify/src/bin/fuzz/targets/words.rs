@@ -43,7 +43,7 @@ impl Target for Options {
         let text = value(random);
         let light = said_again::<LightSpec>(&text)?;
         if let Some(light) = &light {
-            check_lights(&[light.light(glam::Vec3::ONE)])?;
+            check_lights(&[light.light(glam::Vec3::ONE, 3.0)])?;
         }
         let is_camera = said_again::<CameraSpec>(&text)?.is_some_and(|camera| matches!(camera, CameraSpec::LookAt(_)));
         let is_background =

@@ -1,0 +1,42 @@
+use std::sync::Arc;
+
+use umbrage_rays::Bounds;
+
+use crate::scene::{begin, diagonal};
+use crate::{Animated, Error, Frame, ground};
+
+/// What is found out about a scene before it is shown.
+pub(crate) struct Survey {
+    /// Over a few moments, which is enough for a view that doesn't cut much off.
+    pub(crate) bounds: Bounds,
+    /// The diagonal of the bounds of the first of these moments that has any.
+    pub(crate) size: f32,
+    /// The names of the objects of the first moment.
+    pub(crate) objects: Vec<Arc<str>>,
+    /// Whether that has neither lights nor a floor.
+    pub(crate) lacks_floor: bool,
+}
+
+impl Survey {
+    pub(crate) fn of(source: &dyn Animated) -> Result<Self, Error> {
+        const MOMENTS: u32 = 5;
+        let duration = source.duration_seconds();
+        let moments = if duration > 0.0 { MOMENTS } else { 1 };
+        let mut frame = Frame::default();
+        let mut survey = Self { bounds: Bounds::EMPTY, size: 0.0, objects: Vec::new(), lacks_floor: false };
+        for moment in 0..moments {
+            begin(&mut frame);
+            source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
+            let bounds = frame.triangles().bounds();
+            survey.bounds = survey.bounds.union(bounds);
+            if survey.size == 0.0 && !bounds.is_empty() {
+                survey.size = diagonal(bounds);
+            }
+            if moment == 0 {
+                survey.objects = frame.mesh.objects.names().to_vec();
+                survey.lacks_floor = ground::lacks_floor(&frame);
+            }
+        }
+        Ok(survey)
+    }
+}
