@@ -127,6 +127,13 @@ pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
     from_zero(text).ok().filter(|number| *number > 0.0).ok_or_else(|| "give a number above 0, such as 2.5".to_owned())
 }
 
+/// The size of points, or the width of lines, in pixels.
+pub(crate) fn mark_size(text: &str) -> Result<f32, String> {
+    let sizes = Settings::MARK_SIZES;
+    let size = text.parse::<f32>().ok().filter(|size| sizes.contains(size));
+    size.ok_or_else(|| format!("give pixels from {} to {}, such as 3", sizes.start(), sizes.end()))
+}
+
 /// Files of a sequence for each second.
 pub(crate) fn sequence_fps(text: &str) -> Result<f64, String> {
     let fps = text.parse::<f64>().ok().filter(|fps| (0.01..=1000.0).contains(fps));
@@ -212,6 +219,7 @@ mod tests {
     fn numbers_are_finite() {
         assert!(seconds("-1").is_err() && seconds("nan").is_err() && seconds("0.5") == Ok(0.5));
         assert!(from_zero("-0.1").is_err() && from_zero("inf").is_err() && above_zero("0").is_err());
+        assert!(mark_size("0.4").is_err() && mark_size("nan").is_err() && mark_size("100") == Ok(100.0));
         assert!(sequence_fps("0").is_err() && "inf".parse::<ExposureFlag>().is_err() && crease("-1").is_err());
     }
 }

@@ -98,7 +98,7 @@ impl Look {
 }
 
 fn middle(frame: &Frame) -> Vec3 {
-    let bounds = if frame.animation_bounds.is_empty() { frame.triangles().bounds() } else { frame.animation_bounds };
+    let bounds = if frame.animation_bounds.is_empty() { frame.bounds() } else { frame.animation_bounds };
     if bounds.is_empty() { Vec3::ZERO } else { bounds.center() }
 }
 

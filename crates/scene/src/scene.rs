@@ -76,6 +76,8 @@ pub struct Scene {
     objects: Vec<Arc<str>>,
     /// Whether its first moment has neither lights nor a floor.
     lacks_floor: bool,
+    /// Whether its first moment has points or lines.
+    has_marks: bool,
     hidden: Option<Hidden>,
     ground: Option<Grounded>,
     files: Vec<PathBuf>,
@@ -283,13 +285,14 @@ impl Scene {
     /// # Errors
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
-        let Survey { bounds: animation_bounds, objects, lacks_floor } = Survey::of(&*source)?;
+        let Survey { bounds: animation_bounds, objects, lacks_floor, has_marks } = Survey::of(&*source)?;
         Ok(Self {
             source: source.into(),
             animation_bounds,
             sun: sun_above(),
             objects,
             lacks_floor,
+            has_marks,
             hidden: None,
             ground: None,
             files: Vec::new(),
@@ -326,12 +329,19 @@ impl Scene {
             sun: self.sun.clone(),
             objects: self.objects.clone(),
             lacks_floor: self.lacks_floor,
+            has_marks: self.has_marks,
             hidden,
             ground: None,
             files: self.files.clone(),
         };
         scene.set_ground(self.ground());
         Ok(scene)
+    }
+
+    /// Whether there are points or lines, as far as the scene's first moment has them.
+    #[must_use]
+    pub fn has_marks(&self) -> bool {
+        self.has_marks
     }
 
     /// Whether an object isn't shown.
@@ -513,6 +523,7 @@ struct Survey {
     objects: Vec<Arc<str>>,
     /// Whether that has neither lights nor a floor.
     lacks_floor: bool,
+    has_marks: bool,
 }
 
 impl Survey {
@@ -521,14 +532,15 @@ impl Survey {
         let duration = source.duration_seconds();
         let moments = if duration > 0.0 { MOMENTS } else { 1 };
         let mut frame = Frame::default();
-        let mut survey = Self { bounds: Bounds::EMPTY, objects: Vec::new(), lacks_floor: false };
+        let mut survey = Self { bounds: Bounds::EMPTY, objects: Vec::new(), lacks_floor: false, has_marks: false };
         for moment in 0..moments {
             begin(&mut frame);
             source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
-            survey.bounds = survey.bounds.union(frame.triangles().bounds());
+            survey.bounds = survey.bounds.union(frame.bounds());
             if moment == 0 {
                 survey.objects = frame.mesh.objects.names().to_vec();
                 survey.lacks_floor = ground::lacks_floor(&frame);
+                survey.has_marks = !frame.mesh.marks.is_empty();
             }
         }
         Ok(survey)
