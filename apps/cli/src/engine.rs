@@ -1,6 +1,6 @@
 //! Which engine renders.
 
-use umbrage::{EngineKind, Renderer};
+use umbrage::{EngineKind, Renderer, Scene};
 
 use crate::failure::{Failure, say};
 use crate::job::Job;
@@ -13,12 +13,12 @@ mod gpu;
 
 pub(crate) use gpu::devices;
 
-/// A renderer on the engine that the job asks for, and its name.
-pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
+/// A renderer of a scene on the engine that the job asks for, and its name.
+pub(crate) fn renderer(job: &Job, scene: &Scene) -> Result<(Renderer, String), Failure> {
     match job.flags.engine {
         EngineKind::Cpu => Ok(on_cpu(job)),
         EngineKind::Gpu => gpu::open(job.flags.device.as_deref().unwrap_or_default()),
-        EngineKind::Auto => match found(job) {
+        EngineKind::Auto => match found(job, scene) {
             Ok(renderer) => Ok(renderer),
             Err(why) => {
                 if !job.flags.quiet {
@@ -31,9 +31,12 @@ pub(crate) fn renderer(job: &Job) -> Result<(Renderer, String), Failure> {
 }
 
 /// On the first GPU, or why there is none.
-fn found(job: &Job) -> Result<(Renderer, String), String> {
+fn found(job: &Job, scene: &Scene) -> Result<(Renderer, String), String> {
     if job.settings.smooth_terminator {
         return Err("it alone has smooth terminators".to_owned());
+    }
+    if scene.has_marks() {
+        return Err("it alone draws points and lines".to_owned());
     }
     job.settings.structure.check_on_gpu().map_err(|error| error.to_string())?;
     gpu::first(job.flags.device.as_deref().unwrap_or_default())

@@ -284,6 +284,8 @@ impl RenderFlags {
             structure: _,
             sides: _,
             smooth_terminator: _,
+            point_size: _,
+            line_width: _,
             bounces: _,
             least_contribution: _,
             gloss: _,
@@ -432,6 +434,12 @@ pub(crate) struct RenderFlags {
     /// Light ends on round surfaces where their vertices' normals say, instead of at whole triangles. On the CPU
     #[arg(long)]
     pub(crate) smooth_terminator: bool,
+    /// Diameter of the scene's points, in pixels; on the CPU
+    #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size)]
+    pub(crate) point_size: f32,
+    /// Width of the scene's lines, in pixels; on the CPU
+    #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size)]
+    pub(crate) line_width: f32,
     /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
     /// background alone, and glass refracts nothing [default: 2 for a still and with --gloss, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]

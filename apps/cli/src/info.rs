@@ -24,7 +24,9 @@ struct Contents {
     kind: String,
     triangles: usize,
     vertices: usize,
-    /// World units; `None` where nothing can be hit.
+    points: usize,
+    lines: usize,
+    /// World units; `None` where nothing can be seen.
     bounds: Option<[[f32; 3]; 2]>,
     /// Of which lengths may be shares, in world units.
     size: f32,
@@ -125,7 +127,7 @@ fn gallery(as_json: bool) -> Result<(), Failure> {
 impl Contents {
     fn of(address: &Path, scene: &Scene, frame: &Frame) -> Self {
         let triangles = frame.triangles();
-        let bounds = triangles.bounds();
+        let (bounds, marks) = (frame.bounds(), &frame.mesh.marks);
         let animations = scene.animations().iter().map(|animation| AnimationContents {
             name: animation.name.clone(),
             seconds: animation.seconds,
@@ -155,6 +157,8 @@ impl Contents {
             kind: kind(address),
             triangles: triangles.len(),
             vertices: frame.positions.len(),
+            points: marks.points().len(),
+            lines: marks.lines().len(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
             size: scene.size(),
             duration_seconds: scene.duration_seconds(),
@@ -179,6 +183,11 @@ impl Contents {
         };
         line("triangles", &thousands(self.triangles as u64));
         line("vertices", &thousands(self.vertices as u64));
+        for (name, count) in [("points", self.points), ("lines", self.lines)] {
+            if count > 0 {
+                line(name, &thousands(count as u64));
+            }
+        }
         match self.bounds {
             Some([min, max]) => line("bounds", &format!("{} to {}", point(min), point(max))),
             None => line("bounds", "none: no triangle can be hit"),

@@ -74,6 +74,8 @@ impl Job {
             bounces: quality.bounces,
             least_contribution: flags.least_contribution,
             gloss: flags.gloss,
+            point_size: flags.point_size,
+            line_width: flags.line_width,
             background: background(&flags.background, flags.scene.opening.options().max_memory)?,
             exposure_stops: match flags.exposure {
                 Some(ExposureFlag::Stops(stops)) => stops,

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Instant;
 
 use umbrage::output::{NumberedPath, Target, Writer};
-use umbrage::{Film, OmittedTriangles, Scene, Settings};
+use umbrage::{Film, OmittedTriangles, Scene, Settings, Stats};
 
 use crate::engine;
 use crate::failure::{Failure, say};
@@ -63,7 +63,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     }
     let preparing = Progress::task("preparing", &job.scene, job.flags.quiet);
     let mut staging = Staging::new(job, scene, schedule.seconds(schedule.frames.start))?;
-    let (mut renderer, engine) = engine::renderer(job)?;
+    let (mut renderer, engine) = engine::renderer(job, scene)?;
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
     let measured = if job.measures_exposure() && job.moments.are_several() {
@@ -93,7 +93,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
         }
         let stats = renderer.stats().clone();
         if !job.flags.quiet {
-            warn_of_omitted(frame, &stats.omitted, &mut told);
+            warn_of_omitted(frame, &stats, &mut told);
         }
         let report = FrameReport { frame, seconds, render_milliseconds, write_milliseconds: 0.0, stats };
         Ok(Rendered { film, settings, report })
@@ -130,9 +130,15 @@ fn outputs(job: &Job, frames: &Range<u32>) -> Result<Vec<PathBuf>, Failure> {
     })
 }
 
-/// Says which triangles aren't in a picture, once for each reason.
-fn warn_of_omitted(frame: u32, omitted: &[OmittedTriangles], told: &mut Vec<&'static str>) {
-    for OmittedTriangles { reason, count, .. } in omitted {
+/// Says which triangles, points and lines aren't in a picture, once for each reason.
+fn warn_of_omitted(frame: u32, stats: &Stats, told: &mut Vec<&'static str>) {
+    const CPU_ALONE: &str = "only the CPU draws them";
+    if stats.omitted_marks > 0 && !told.contains(&CPU_ALONE) {
+        let marks = thousands(stats.omitted_marks as u64);
+        say(format_args!("warning: frame {frame}: left out {marks} points and lines: {CPU_ALONE}"));
+        told.push(CPU_ALONE);
+    }
+    for OmittedTriangles { reason, count, .. } in &stats.omitted {
         if !told.contains(reason) {
             let triangles = report::count(u64::from(*count), "triangle");
             say(format_args!("warning: frame {frame}: left out {triangles}: {reason}"));

@@ -109,6 +109,9 @@ impl Report {
         line(if self.frames.len() == 1 { "counts" } else { "counts (last frame)" }, String::new());
         line("triangles", thousands(stats.triangles as u64));
         line("vertices", thousands(stats.vertices as u64));
+        if stats.marks > 0 {
+            line("points and lines", thousands(stats.marks as u64));
+        }
         line("lights", thousands(stats.lights as u64));
         line("samples a pixel", thousands(u64::from(stats.samples)));
         line("camera rays", thousands(stats.camera_rays));
@@ -133,6 +136,9 @@ impl Report {
             line("tiles found in memory", thousands(found));
             line("bytes in memory", thousands(resident_bytes));
             line("bytes in the file", thousands(file_bytes));
+        }
+        if stats.omitted_marks > 0 {
+            let _ = writeln!(text, "  left out: {} points and lines", thousands(stats.omitted_marks as u64));
         }
         for omitted in &stats.omitted {
             let _ = writeln!(

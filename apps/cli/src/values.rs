@@ -140,6 +140,13 @@ pub(crate) fn distance(text: &str) -> Result<Length, String> {
     if distance.is_positive() { Ok(distance) } else { Err("give a distance above 0, such as 2.5 or 80%".to_owned()) }
 }
 
+/// The size of points, or the width of lines, in pixels.
+pub(crate) fn mark_size(text: &str) -> Result<f32, String> {
+    let sizes = Settings::MARK_SIZES;
+    let size = text.parse::<f32>().ok().filter(|size| sizes.contains(size));
+    size.ok_or_else(|| format!("give pixels from {} to {}, such as 3", sizes.start(), sizes.end()))
+}
+
 /// Files of a sequence for each second.
 pub(crate) fn sequence_fps(text: &str) -> Result<f64, String> {
     let fps = text.parse::<f64>().ok().filter(|fps| (0.01..=1000.0).contains(fps));
@@ -227,6 +234,7 @@ mod tests {
         assert!(from_zero("-0.1").is_err() && from_zero("inf").is_err() && distance("0%").is_err());
         assert!(length("100%").is_ok() && length("200%").unwrap_err().contains("more than the whole scene"));
         assert_eq!(distance("200%"), Ok(Length::Percent(200.0)));
+        assert!(mark_size("0.4").is_err() && mark_size("nan").is_err() && mark_size("100") == Ok(100.0));
         assert!(sequence_fps("0").is_err() && "inf".parse::<ExposureFlag>().is_err() && crease("-1").is_err());
     }
 }

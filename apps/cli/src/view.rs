@@ -137,7 +137,7 @@ mod tests {
         for sides in umbrage::Sides::all() {
             on_cpu(Settings { sides, bounces: 3, ..Settings::default() });
         }
-        on_cpu(Settings { smooth_terminator: true, ..Settings::default() });
+        on_cpu(Settings { smooth_terminator: true, point_size: 3.5, line_width: 0.5, ..Settings::default() });
         for name in ["", "it's a GPU"] {
             assert_copied(&Settings::default(), &EngineChoice::Gpu(name.to_owned()));
         }

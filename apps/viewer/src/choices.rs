@@ -21,6 +21,9 @@ pub(crate) struct Choices {
     /// On the CPU.
     pub(crate) smooth_terminator: bool,
     pub(crate) bounces: u32,
+    /// Of points and lines, in pixels.
+    pub(crate) point_size: f32,
+    pub(crate) line_width: f32,
     /// Of pictures that stay, and of recordings.
     pub(crate) samples: u32,
     /// Of pictures that another one follows at once.
@@ -91,13 +94,15 @@ impl Default for Choices {
     fn default() -> Self {
         let Settings { sides, smooth_terminator, bounces, aperture, focus, .. } = Settings::default();
         let Settings { shutter_seconds, light_radius, sky_shadows, ambient_occlusion, .. } = Settings::default();
-        let Settings { gloss, exposure_stops, tone_map, .. } = Settings::default();
+        let Settings { gloss, exposure_stops, tone_map, point_size, line_width, .. } = Settings::default();
         Self {
             engine: EngineChoice::default(),
             structures: Structures::default(),
             sides,
             smooth_terminator,
             bounces,
+            point_size,
+            line_width,
             samples: 64,
             samples_in_motion: 1,
             aperture,
@@ -184,11 +189,19 @@ impl Choices {
             sides: self.sides,
             smooth_terminator: self.smooth_terminator && self.engine == EngineChoice::Cpu,
             bounces,
+            point_size: in_pixels(self.point_size),
+            line_width: in_pixels(self.line_width),
             exposure_stops: self.exposure_stops,
             tone_map: self.tone_map,
             ..Settings::default()
         }
     }
+}
+
+/// A size of points or lines that there can be.
+fn in_pixels(size: f32) -> f32 {
+    let (least, most) = Settings::MARK_SIZES.into_inner();
+    size.clamp(least, most)
 }
 
 impl Choices {

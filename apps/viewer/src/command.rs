@@ -114,6 +114,14 @@ impl CommandLine<'_> {
         if settings.sides != default.sides {
             flag(&mut line, "sides", settings.sides.name());
         }
+        for (name, size, own) in [
+            ("point-size", settings.point_size, default.point_size),
+            ("line-width", settings.line_width, default.line_width),
+        ] {
+            if size != own {
+                flag(&mut line, name, &size.to_string());
+            }
+        }
         if settings.smooth_terminator {
             line.push_str(" --smooth-terminator");
         }

@@ -105,7 +105,7 @@ impl Look {
 }
 
 fn bounds(frame: &Frame) -> Bounds {
-    if frame.animation_bounds.is_empty() { frame.triangles().bounds() } else { frame.animation_bounds }
+    if frame.animation_bounds.is_empty() { frame.bounds() } else { frame.animation_bounds }
 }
 
 fn listed(name: &str, cameras: &[NamedCamera]) -> PyResult<CameraChoice> {

@@ -88,6 +88,10 @@ impl Frame {
         check_indices(["triangle", "vertex"], &self.mesh.triangles, |corners| *corners, self.positions.len())?;
         let of_triangle = &self.mesh.material_of_triangle;
         check_indices(["triangle", "material"], of_triangle, |&material| [material], materials.len())?;
+        let marks = &self.mesh.marks;
+        check_indices(["point", "vertex"], marks.points(), |&vertex| [vertex], self.positions.len())?;
+        check_indices(["line", "vertex"], marks.lines(), |line| *line, self.positions.len())?;
+        check_indices(["run of points and lines", "material"], &marks.materials(), |&of| [of], materials.len())?;
         let used = |material: &Material| {
             let of_layers = material.layers.as_ref().map_or([None; 10], |layers| layers.textures());
             material.textures().into_iter().chain(of_layers).flatten().map(|used| used.texture)

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, Camera, Parts, Triangles};
 
-use crate::{Light, Material, Materials, Objects, Texture};
+use crate::{Light, Marks, Material, Materials, Objects, Texture};
 
 /// A scene at one moment: triangles in world space, and what lights, colours and sees them.
 ///
@@ -57,15 +57,22 @@ pub struct Mesh {
     pub objects: Objects,
     /// How many triangles, which are the last ones, are a [`Ground`](crate::Ground) that was put under the scene.
     pub ground_triangles: usize,
+    /// Points and lines.
+    pub marks: Marks,
 }
 
 impl Mesh {
-    /// The same vertices with some of the triangles: those of `runs`, in rising order, each of one object.
-    pub(crate) fn with_triangles(&self, runs: impl Iterator<Item = Range<usize>>) -> Self {
+    /// The same vertices with some of the triangles: those of `runs`, in rising order, each of one object; and with
+    /// those points and lines for which `shows_marks` says so, as [`Marks::only`] asks.
+    pub(crate) fn with_only(
+        &self,
+        runs: impl Iterator<Item = Range<usize>>,
+        shows_marks: impl Fn(usize, Option<u32>) -> bool,
+    ) -> Self {
         let nothing = (Vec::new(), Vec::new(), Vec::new());
         let (triangles, material_of_triangle, part_of_triangle) = nothing;
-        let objects = self.objects.without_triangles();
-        let mut mesh = Self { triangles, material_of_triangle, part_of_triangle, objects, ..self.clone() };
+        let (objects, marks) = (self.objects.without_triangles(), self.marks.only(shows_marks));
+        let mut mesh = Self { triangles, material_of_triangle, part_of_triangle, objects, marks, ..self.clone() };
         for run in runs {
             if let Some(object) = self.objects.of_triangle(run.start as u32) {
                 mesh.objects.begin(mesh.triangles.len(), &self.objects.names()[object as usize]);
@@ -119,6 +126,19 @@ impl Frame {
         Triangles { positions: &self.positions, indices: &self.mesh.triangles }
     }
 
+    /// A box around all that is seen: triangles that rays can hit, points and lines.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.triangles().bounds().union(Bounds::of_points(self.mark_positions()))
+    }
+
+    /// Where the ends of points and lines are, as far as they are anywhere.
+    fn mark_positions(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
+        let vertices = self.mesh.marks.vertices();
+        vertices
+            .filter_map(|vertex| self.positions.get(vertex as usize).copied().filter(|position| position.is_finite()))
+    }
+
     /// Which of them move together, as far as is known.
     #[must_use]
     pub fn parts(&self) -> Parts<'_> {
@@ -137,6 +157,7 @@ impl Frame {
             + size_of_val(mesh.part_of_triangle.as_slice())
             + mesh.tex_coords.iter().map(|coords| size_of_val(coords.as_slice())).sum::<usize>()
             + size_of_val(mesh.colors.as_slice())
+            + mesh.marks.bytes()
             + self.materials.textures.iter().map(Texture::bytes).sum::<usize>()
             + self.materials.texture_traffic().map_or(0, |traffic| traffic.resident_bytes as usize)
     }
@@ -157,11 +178,12 @@ impl Frame {
         // Without a ground: it reaches far beyond.
         let indices = &self.mesh.triangles[..self.mesh.triangles.len().saturating_sub(self.mesh.ground_triangles)];
         let triangles = Triangles { indices, ..self.triangles() };
-        if self.animation_bounds.is_empty() || triangles.bounds() == self.animation_bounds {
+        let bounds = triangles.bounds().union(Bounds::of_points(self.mark_positions()));
+        if self.animation_bounds.is_empty() || bounds == self.animation_bounds {
             // Nothing moves, as far as is known: the triangles themselves make a tighter view than their box.
             let vertices = indices.as_flattened().iter();
             let corners = vertices.filter_map(|&vertex| self.positions.get(vertex as usize).copied());
-            Camera::framing(corners, FORWARD, aspect, VERTICAL_FOV_RADIANS)
+            Camera::framing(corners.chain(self.mark_positions()), FORWARD, aspect, VERTICAL_FOV_RADIANS)
         } else {
             Camera::framing(self.animation_bounds.corners(), FORWARD, aspect, VERTICAL_FOV_RADIANS)
         }

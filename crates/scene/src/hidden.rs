@@ -38,7 +38,9 @@ impl Hidden {
                 let are_hidden: Vec<bool> = mesh.objects.names().iter().map(|name| self.has(name)).collect();
                 let runs = mesh.objects.runs(mesh.triangles.len());
                 let shown = runs.filter(|(_, object)| object.is_none_or(|object| !are_hidden[object as usize]));
-                mesh.with_triangles(shown.map(|(run, _)| run))
+                mesh.with_only(shown.map(|(run, _)| run), |_, object| {
+                    object.is_none_or(|object| !are_hidden[object as usize])
+                })
             });
         }
     }

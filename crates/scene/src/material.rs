@@ -125,6 +125,12 @@ impl Material {
         self.transmission > 0.0 && self.volume.thickness > 0.0
     }
 
+    /// Whether what is straight behind its surfaces may be seen through them.
+    #[must_use]
+    pub fn is_see_through(&self) -> bool {
+        self.alpha == Alpha::Blend || self.transmission > 0.0
+    }
+
     /// What a surface is shown in whose file says nothing of materials: rough, light grey and two-sided.
     #[must_use]
     pub fn clay() -> Self {

@@ -57,6 +57,11 @@ impl Objects {
         Some(self.runs[run].1)
     }
 
+    /// The object that was begun last.
+    pub(crate) fn last(&self) -> Option<u32> {
+        self.runs.last().map(|&(_, object)| object)
+    }
+
     /// All of so many triangles in runs, each with the object that its triangles are of.
     pub(crate) fn runs(&self, triangles: usize) -> impl Iterator<Item = (Range<usize>, Option<u32>)> {
         let begun = self.runs.iter().map(|&(first, object)| (first as usize, Some(object)));

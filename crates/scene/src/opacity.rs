@@ -40,8 +40,7 @@ impl Frame {
     /// Whether some material lets one look through it at what is behind.
     #[must_use]
     pub fn is_see_through(&self) -> bool {
-        let through = |material: &Material| material.alpha == Alpha::Blend || material.transmission > 0.0;
-        self.materials.materials.iter().any(through)
+        self.materials.materials.iter().any(Material::is_see_through)
     }
 
     /// What stops camera rays: everything does, but what an alpha mask cuts away.

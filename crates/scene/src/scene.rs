@@ -79,6 +79,8 @@ pub struct Scene {
     objects: Vec<Arc<str>>,
     /// Whether its first moment has neither lights nor a floor.
     lacks_floor: bool,
+    /// Whether its first moment has points or lines.
+    has_marks: bool,
     hidden: Option<Hidden>,
     ground: Option<Grounded>,
     files: Vec<PathBuf>,
@@ -286,7 +288,7 @@ impl Scene {
     /// # Errors
     /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
-        let Survey { bounds: animation_bounds, size, objects, lacks_floor } = Survey::of(&*source)?;
+        let Survey { bounds: animation_bounds, size, objects, lacks_floor, has_marks } = Survey::of(&*source)?;
         Ok(Self {
             source: source.into(),
             animation_bounds,
@@ -294,6 +296,7 @@ impl Scene {
             sun: sun_above(),
             objects,
             lacks_floor,
+            has_marks,
             hidden: None,
             ground: None,
             files: Vec::new(),
@@ -331,12 +334,19 @@ impl Scene {
             sun: self.sun.clone(),
             objects: self.objects.clone(),
             lacks_floor: self.lacks_floor,
+            has_marks: self.has_marks,
             hidden,
             ground: None,
             files: self.files.clone(),
         };
         scene.set_ground(self.ground());
         Ok(scene)
+    }
+
+    /// Whether there are points or lines, as far as the scene's first moment has them.
+    #[must_use]
+    pub fn has_marks(&self) -> bool {
+        self.has_marks
     }
 
     /// Whether an object isn't shown.

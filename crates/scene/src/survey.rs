@@ -15,6 +15,8 @@ pub(crate) struct Survey {
     pub(crate) objects: Vec<Arc<str>>,
     /// Whether that has neither lights nor a floor.
     pub(crate) lacks_floor: bool,
+    /// Whether it has points or lines.
+    pub(crate) has_marks: bool,
 }
 
 impl Survey {
@@ -23,11 +25,12 @@ impl Survey {
         let duration = source.duration_seconds();
         let moments = if duration > 0.0 { MOMENTS } else { 1 };
         let mut frame = Frame::default();
-        let mut survey = Self { bounds: Bounds::EMPTY, size: 0.0, objects: Vec::new(), lacks_floor: false };
+        let mut survey =
+            Self { bounds: Bounds::EMPTY, size: 0.0, objects: Vec::new(), lacks_floor: false, has_marks: false };
         for moment in 0..moments {
             begin(&mut frame);
             source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
-            let bounds = frame.triangles().bounds();
+            let bounds = frame.bounds();
             survey.bounds = survey.bounds.union(bounds);
             if survey.size == 0.0 && !bounds.is_empty() {
                 survey.size = diagonal(bounds);
@@ -35,6 +38,7 @@ impl Survey {
             if moment == 0 {
                 survey.objects = frame.mesh.objects.names().to_vec();
                 survey.lacks_floor = ground::lacks_floor(&frame);
+                survey.has_marks = !frame.mesh.marks.is_empty();
             }
         }
         Ok(survey)

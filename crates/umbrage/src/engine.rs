@@ -32,7 +32,9 @@ pub(crate) struct Staged<'a> {
 impl Staged<'_> {
     /// Whether pictures may show something of the frame as it is, whatever exposure and tone map do to the rest.
     pub(crate) fn has_flat(&self) -> bool {
-        self.surroundings.are_flat() || self.frame.materials.materials.iter().any(|material| material.unlit)
+        self.surroundings.are_flat()
+            || !self.frame.mesh.marks.is_empty()
+            || self.frame.materials.materials.iter().any(|material| material.unlit)
     }
 }
 
@@ -166,6 +168,11 @@ pub(crate) trait Engine: Debug + Send + Sync {
     /// The CPU, whose stages can be asked for without rendering.
     fn cpu(&mut self) -> Option<&mut Cpu> {
         None
+    }
+
+    /// Whether pictures have the frame's points and lines.
+    fn draws_marks(&self) -> bool {
+        false
     }
 
     /// What each pixel showed at the last sample.

@@ -68,6 +68,9 @@ pub enum Error {
     /// A number of the settings is below zero, or none.
     #[error("{0} is not a number from 0")]
     NotFromZero(&'static str),
+    /// [`Settings::point_size`] or [`Settings::line_width`] is none of [`Settings::MARK_SIZES`].
+    #[error("{0} of {1} pixels: there must be {min} to {max}", min = Settings::MARK_SIZES.start(), max = Settings::MARK_SIZES.end())]
+    MarkSize(&'static str, f32),
     /// [`Settings::focus`] is not above zero.
     #[error("the focus is not a depth above 0")]
     Focus,

@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use umbrage_rays::{Camera, View};
 use umbrage_scene::{Frame, Light, check_camera, check_lights};
 
@@ -62,6 +64,10 @@ pub struct Settings {
     /// direction. With 0, and with a single sample, nothing does; [`sky_shadows`](Self::sky_shadows) looks as
     /// far as the scene reaches.
     pub ambient_occlusion: f32,
+    /// Diameter of points in pixels, from [`Settings::MARK_SIZES`]. On the CPU.
+    pub point_size: f32,
+    /// Width of lines in pixels, from [`Settings::MARK_SIZES`]. On the CPU.
+    pub line_width: f32,
     /// What is behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
@@ -96,6 +102,8 @@ impl Default for Settings {
             least_contribution: 0.002,
             gloss: false,
             ambient_occlusion: 0.0,
+            point_size: 2.0,
+            line_width: 2.0,
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
@@ -119,6 +127,9 @@ impl Settings {
 
     /// The most mirrors that light may come by.
     pub const MAX_BOUNCES: u32 = 1_024;
+
+    /// The sizes that points and lines may have, in pixels.
+    pub const MARK_SIZES: RangeInclusive<f32> = 0.5..=100.0;
 
     /// What a pixel takes until its picture is written, as measured: the film has 36 of these.
     pub(crate) const BYTES_OF_PIXEL: usize = 96;
@@ -206,6 +217,11 @@ impl Settings {
         ] {
             if !(number.is_finite() && number >= 0.0) {
                 return Err(Error::NotFromZero(what));
+            }
+        }
+        for (what, size) in [("points", self.point_size), ("lines", self.line_width)] {
+            if !Self::MARK_SIZES.contains(&size) {
+                return Err(Error::MarkSize(what, size));
             }
         }
         if self.focus.is_some_and(|focus| !(focus.is_finite() && focus > 0.0)) {

@@ -15,6 +15,10 @@ pub struct Stats {
     pub triangles: usize,
     /// Vertices of the frame.
     pub vertices: usize,
+    /// Points and lines of the frame.
+    pub marks: usize,
+    /// How many of these are left out of the picture, as they are on a GPU.
+    pub omitted_marks: usize,
     /// Lights of the frame.
     pub lights: usize,
     /// Samples that each pixel took.
@@ -107,6 +111,8 @@ impl Stats {
         self.samples = samples;
         self.triangles = frame.mesh.triangles.len() - frame.mesh.ground_triangles;
         self.vertices = frame.positions.len();
+        self.marks = frame.mesh.marks.len();
+        self.omitted_marks = if engine.draws_marks() { 0 } else { self.marks };
         self.lights = lights.len();
         self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(samples);
         self.frame_bytes = frame.bytes();

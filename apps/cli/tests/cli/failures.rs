@@ -23,6 +23,8 @@ fn wrong_flags_name_what_is_right() {
         (&["--background", "#12"], "#rrggbb"),
         (&["--background", "none.hdr"], "none.hdr"),
         (&["--background", "."], "not a regular file"),
+        (&["--point-size", "0"], "pixels from 0.5 to 100"),
+        (&["--line-width", "wide"], "pixels from 0.5 to 100"),
         (&["--exposure", "nan"], "stops from -60 to 60"),
         (&["--threads", "0"], "1..=1024"),
         (&["--simd", "mmx"], "no SIMD level `mmx`"),

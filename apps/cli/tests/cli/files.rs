@@ -20,6 +20,25 @@ fn formats_that_are_not_read_name_the_tool_that_converts_them() {
 }
 
 #[test]
+fn a_file_of_points_and_lines_is_drawn_and_counted() {
+    let place = Workplace::new();
+    fs::write(place.path("wire.obj"), "v 0 0 0\nv 2 0 0\nv 0 1 0\nl 1 2 3\np 1 3 2 2\n").unwrap();
+    let (text, _) = place.succeed(&["info", "wire.obj"]);
+    for part in ["points       4\n", "lines        2\n", "bounds       (0, 0, 0) to (2, 1, 0)"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    let (json, _) = place.succeed(&["info", "wire.obj", "--json"]);
+    assert!(json.contains("\"points\": 4") && json.contains("\"lines\": 2"), "{json}");
+    let render = |size: &str| {
+        let flags = ["render", "wire.obj", "--size", "32x32", "--point-size", size, "--line-width", size];
+        let (_, stderr) = place.succeed(&[&flags[..], &["--stats", "text", "-o", "wire.png"]].concat());
+        assert!(!stderr.contains("warning"), "{stderr}");
+        fs::read(place.path("wire.png")).unwrap()
+    };
+    assert_ne!(render("1"), render("8"));
+}
+
+#[test]
 fn what_is_not_drawn_is_said_once() {
     let place = Workplace::new();
     let warnings = |name: &str, content: &[u8], flags: &[&str]| {

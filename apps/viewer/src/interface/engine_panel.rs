@@ -46,6 +46,11 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
             "Light ends on round surfaces where their vertices' normals say, instead of at whole triangles",
         );
     }
+    if choices.engine == EngineChoice::Cpu {
+        for (size, name) in [(&mut choices.point_size, "Points"), (&mut choices.line_width, "Lines")] {
+            ui.add(Slider::new(size, 0.5..=16.0).text(name)).on_hover_text("Of the scene's own, in pixels");
+        }
+    }
     ComboBox::from_label("Sides").selected_text(choices.sides.name()).show_ui(ui, |ui| {
         for &(name, sides, about) in Sides::CHOICES {
             ui.selectable_value(&mut choices.sides, sides, name).on_hover_text(about);

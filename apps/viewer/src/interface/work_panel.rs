@@ -59,6 +59,12 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         if stats.uploaded_bytes > 0 {
             row("uploaded", format!("{} bytes", HumanCount(stats.uploaded_bytes)));
         }
+        if stats.omitted_marks > 0 {
+            row(
+                "left out",
+                format!("{} points and lines: only the CPU draws them", HumanCount(stats.omitted_marks as u64)),
+            );
+        }
         for omitted in &stats.omitted {
             row("left out", format!("{}: {}", HumanCount(u64::from(omitted.count)), omitted.reason));
         }

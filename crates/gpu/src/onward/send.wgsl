@@ -26,8 +26,11 @@ import package::onward::way::{
 @group(0) @binding(7) var<storage, read> paths_before: array<OnwardPath>;
 
 const SEND_INFINITE = F64(0u, 0x7ff00000u);
-// How many surfaces one behind the other are seen through.
-const MOST_LAYERS: u32 = 32u;
+// The CPU's bounds: behind so many surfaces one behind the other, rays with a throughput below this end; behind the second
+// number, all rays do.
+const MANY_LAYERS: u32 = 32u;
+const LEAST_PART = 1.0 / 1024.0;
+const MOST_LAYERS: u32 = 256u;
 
 @compute @workgroup_size(64)
 fn send(at: Invocation) {
@@ -121,8 +124,9 @@ fn go_straight_on(number: u32, ray: u32, path: OnwardPath) {
     for (var index = 0u; index < RAY_T_MIN; index++) {
         records[word + index] = records_before[word_before + index];
     }
-    // Behind so many, the interval is empty.
-    let is_last = path.layers >= MOST_LAYERS;
+    // Then the interval is empty.
+    let through = max(path.through.x, max(path.through.y, path.through.z));
+    let is_last = path.layers >= MOST_LAYERS || path.layers >= MANY_LAYERS && through < LEAST_PART;
     var t = point_number(number * POINT_WORDS + POINT_T);
     if is_last {
         t = SEND_INFINITE;

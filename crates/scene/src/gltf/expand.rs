@@ -11,7 +11,7 @@ use crate::rig::{Part, Placement};
 impl Parts {
     /// Copies each primitive's mesh for each of its parts, and frees the primitives' own. `default_material` is the index of
     /// the material for primitives without one. The fronts of parts that are mirrored at rest are turned back.
-    pub(super) fn take_mesh(&mut self, default_material: u32, rest: &Rest) -> Mesh {
+    pub(super) fn take_mesh(&mut self, default_material: u32, rest: &Rest, object_of_part: &[u32]) -> Mesh {
         let (vertices, triangles) = (self.vertices, self.triangles);
         let mut all = Mesh {
             triangles: Vec::with_capacity(triangles),
@@ -20,15 +20,22 @@ impl Parts {
             ..Mesh::default()
         };
         let mut bodies = Bodies::new(&self.matrices, rest);
-        for part in &self.parts {
+        for (part, &object) in self.parts.iter().zip(object_of_part) {
             let primitive = &self.primitives[part.shape as usize];
-            let Mesh { triangles, tex_coords, colors, .. } = &primitive.mesh;
+            let Mesh { triangles, tex_coords, colors, marks, .. } = &primitive.mesh;
+            let material = primitive.material.unwrap_or(default_material);
+            if !marks.is_empty() {
+                all.marks.begin(material, Some(object));
+                marks.points().iter().for_each(|&vertex| all.marks.push_point(part.first_vertex + vertex));
+                let lines = marks.lines().iter().map(|line| line.map(|vertex| part.first_vertex + vertex));
+                lines.for_each(|line| all.marks.push_line(line));
+            }
             let is_mirrored = self.is_mirrored(part, rest);
             all.triangles.extend(triangles.iter().map(|corners| {
                 let [a, b, c] = corners.map(|vertex| part.first_vertex + vertex);
                 if is_mirrored { [a, c, b] } else { [a, b, c] }
             }));
-            all.material_of_triangle.resize(all.triangles.len(), primitive.material.unwrap_or(default_material));
+            all.material_of_triangle.resize(all.triangles.len(), material);
             bodies.add(part, &primitive.shape, triangles, &mut all);
             let end = part.first_vertex as usize + primitive.shape.positions.len();
             for (all, own) in all.tex_coords.iter_mut().zip(tex_coords) {

@@ -94,26 +94,27 @@ impl GltfScene {
         let without_material = |primitive: &primitive::Primitive| primitive.material.is_none();
         let needs_default = parts.primitives.iter().any(without_material);
         let materials = material::read(&document, needs_default, &mut warnings)?;
-        let objects = parts.objects(&document)?;
+        let (objects, object_of_part) = parts.objects(&document)?;
         let has_toggles = document.pointers.iter().any(|channel| channel.toggled_node().is_some());
         if has_toggles {
             // A mesh without hidden nodes beside the whole one.
             document.take_for::<[[f32; 4]; 2]>(parts.vertices, "nodes that come and go")?;
-            document.take_for::<[u32; 5]>(parts.triangles, "nodes that come and go")?;
+            document.take_for::<[u32; 5]>(parts.triangles + parts.marks, "nodes that come and go")?;
         }
         let changes_materials = animations.moved.iter().any(|moved| matches!(moved.target, Target::Material(..)));
         let emissions = document.json.materials.iter().filter(|_| changes_materials).map(Emission::of).collect();
         warnings.extend(document.warnings());
         // The file's bytes are as large as what was made from them.
         drop(document);
-        let mesh = parts.take_mesh(materials.materials.len().saturating_sub(1) as u32, &rest);
+        let default_material = materials.materials.len().saturating_sub(1) as u32;
+        let mesh = parts.take_mesh(default_material, &rest, &object_of_part);
         let mesh = Mesh { objects, ..mesh };
-        if mesh.triangles.is_empty() {
+        if mesh.triangles.is_empty() && mesh.marks.is_empty() {
             warnings.push("the file has no triangles in the scene that is shown".to_owned());
         }
         let mesh = Arc::new(mesh);
         let toggles = std::mem::take(&mut animations.toggles);
-        let visibility = has_toggles.then(|| Visibility::new(&nodes, toggles, parts.triangles_of_nodes(), &mesh));
+        let visibility = has_toggles.then(|| Visibility::new(&nodes, toggles, parts.of_nodes(), &mesh));
         let (rig, matrix_sources) = parts.into_rig(&rest, &animations);
         Ok(Self {
             path: path.to_owned(),

@@ -14,13 +14,13 @@ use super::document::Document;
 use super::instances::Instances;
 use super::matrices::{Added, Matrices, MatrixSource};
 use super::nodes::Nodes;
-use super::primitive::{Primitive, triangle_count};
+use super::primitive::{Primitive, piece_count};
 use super::rest::Rest;
 use crate::rig::{Influences, Part, Placement, Rig};
 use crate::{Error, Objects};
 
-/// The most triangles that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
-/// which no primitive keeps any that its triangles don't use.
+/// The most triangles, points and lines that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
+/// which no primitive keeps any that these don't use.
 const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// The parts of a scene and what they are made from.
@@ -36,6 +36,9 @@ pub(super) struct Parts {
     of_nodes: Vec<(u32, usize)>,
     pub(super) vertices: usize,
     pub(super) triangles: usize,
+    /// How many points and lines there are, and the node of each part that has some.
+    pub(super) marks: usize,
+    node_of_marks: Vec<u32>,
 }
 
 /// A visible node's mesh, before it is read.
@@ -69,6 +72,8 @@ impl Parts {
             of_nodes: Vec::new(),
             vertices: 0,
             triangles: 0,
+            marks: 0,
+            node_of_marks: Vec::new(),
         };
         let primitives_of_mesh = parts.read_primitives(document, &shown, warnings)?;
         for shown in shown {
@@ -89,28 +94,17 @@ impl Parts {
     ) -> Result<HashMap<usize, Vec<u32>>, Error> {
         let mut primitives_of_mesh = HashMap::new();
         let mut to_read = Vec::new();
-        let (mut without_triangles, mut first_without) = (0, String::new());
         for shown in shown {
             let is_new = !primitives_of_mesh.contains_key(&shown.mesh);
             let of_mesh: &mut Vec<u32> = primitives_of_mesh.entry(shown.mesh).or_default();
             for (number, json) in shown.json.primitives.iter().enumerate().filter(|_| is_new) {
                 let location = format!("meshes[{}].primitives[{number}]", shown.mesh);
-                let Checked::Valid(mode) = json.mode else {
+                let Checked::Valid(_) = json.mode else {
                     return Err(document.malformed(format_args!("{location}.mode"), "it is none of 0 … 6"));
                 };
-                if triangle_count(mode, 0).is_some() {
-                    of_mesh.push(to_read.len() as u32);
-                    to_read.push((location, json));
-                } else {
-                    without_triangles += 1;
-                    first_without = if without_triangles == 1 { location } else { first_without };
-                }
+                of_mesh.push(to_read.len() as u32);
+                to_read.push((location, json));
             }
-        }
-        if without_triangles > 0 {
-            warnings.push(format!(
-                "{without_triangles} primitives of points or lines were left out, the first is {first_without}"
-            ));
         }
         // Collected one by one, so that of several errors always the same one is told.
         let read: Vec<Result<_, Error>> =
@@ -133,8 +127,8 @@ impl Parts {
         warnings: &mut Vec<String>,
     ) -> Result<(), Error> {
         let Primitive { shape, mesh, .. } = &self.primitives[primitive as usize];
-        let (vertices, triangles) = (shape.positions.len(), mesh.triangles.len());
-        if triangles == 0 {
+        let (vertices, triangles, marks) = (shape.positions.len(), mesh.triangles.len(), mesh.marks.len());
+        if triangles + marks == 0 {
             return Ok(());
         }
         let location = format!("nodes[{}]", shown.node);
@@ -166,7 +160,9 @@ impl Parts {
         // What meshes and frames hold of them.
         document.take_for::<([u32; 3], [u32; 2])>(copies.saturating_mul(triangles), &location)?;
         document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
-        document.take_for::<(Part, (u32, usize))>(copies, &location)?;
+        // Of points and lines, with what holds a run of them.
+        document.take_for::<[u32; 2]>(copies.saturating_mul(marks), &location)?;
+        document.take_for::<(Part, (u32, usize), [u64; 8])>(copies, &location)?;
         let added = match (joints, *rigid) {
             (Some((skin, joints)), _) => self.matrices.add_skin(skin, joints),
             (None, Some(added)) => added,
@@ -186,20 +182,25 @@ impl Parts {
         self.of_nodes.extend((0..copies).map(|_| (shown.node as u32, triangles)));
         self.vertices += copies * vertices;
         self.triangles += copies * triangles;
+        if marks > 0 {
+            self.marks += copies * marks;
+            self.node_of_marks.extend((0..copies).map(|_| shown.node as u32));
+        }
         Ok(())
     }
 
-    /// Nodes and how many triangles they have, in the order of the triangles.
-    pub(super) fn triangles_of_nodes(&self) -> Vec<(u32, usize)> {
-        self.of_nodes.clone()
+    /// Nodes and how many triangles they have, in the order of the triangles; and the node of each run of points and lines.
+    pub(super) fn of_nodes(&self) -> (Vec<(u32, usize)>, Vec<u32>) {
+        (self.of_nodes.clone(), self.node_of_marks.clone())
     }
 
-    /// The objects that triangles are of: nodes by their names, or else their meshes', or else their numbers.
+    /// The objects that triangles are of: nodes by their names, or else their meshes', or else their numbers. And that of each
+    /// part, by its number.
     ///
     /// # Errors
     /// Where there is no memory for so many names.
-    pub(super) fn objects(&self, document: &Document) -> Result<Objects, Error> {
-        let mut objects = Objects::default();
+    pub(super) fn objects(&self, document: &Document) -> Result<(Objects, Vec<u32>), Error> {
+        let (mut objects, mut object_of_part) = (Objects::default(), Vec::with_capacity(self.parts.len()));
         let (mut first, mut last) = (0, None);
         for &(node, triangles) in &self.of_nodes {
             if last.replace(node) != Some(node) {
@@ -213,9 +214,10 @@ impl Parts {
                     None => objects.begin(first, &format!("node {node}")),
                 }
             }
+            object_of_part.extend(objects.last());
             first += triangles;
         }
-        Ok(objects)
+        Ok((objects, object_of_part))
     }
 
     /// A rig of all parts, and where the matrices of its poses come from.
@@ -266,7 +268,7 @@ fn shown<'a>(document: &'a Document, nodes: &Nodes, first_weights: &[u32]) -> Re
     Ok(shown)
 }
 
-/// Checks, before any memory is taken for them, that there won't be absurdly many triangles or morph targets.
+/// Checks, before any memory is taken for them, that there won't be absurdly many triangles, points, lines or morph targets.
 fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error> {
     const MAX_MORPHED: u64 = 1 << 30;
     let mut triangles_of_mesh = HashMap::new();
@@ -293,7 +295,7 @@ fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error
     Ok(())
 }
 
-/// How many triangles a mesh has, once and for each morph target, as far as its accessors say.
+/// How many triangles, points and lines a mesh has, once and for each morph target, as far as its accessors say.
 fn count_triangles(document: &Document, shown: &Shown<'_>) -> Result<(u64, u64), Error> {
     let (mut triangles, mut with_targets) = (0_u64, 0_u64);
     for (number, primitive) in shown.json.primitives.iter().enumerate() {
@@ -307,7 +309,7 @@ fn count_triangles(document: &Document, shown: &Shown<'_>) -> Result<(u64, u64),
             continue;
         };
         let elements = document.accessor(counted, format_args!("{location}.{name}"))?.count() as u64;
-        let own = triangle_count(mode, elements).unwrap_or(0);
+        let own = piece_count(mode, elements);
         let targets = primitive.targets.as_ref().map_or(0, Vec::len) as u64;
         triangles = triangles.saturating_add(own);
         with_targets = with_targets.saturating_add(own.saturating_mul(1 + targets));

@@ -1,4 +1,4 @@
-//! One primitive of a mesh: its triangles and its vertices in the mesh's own space.
+//! One primitive of a mesh: its triangles, points or lines and its vertices in the mesh's own space.
 
 use std::fmt::Display;
 
@@ -11,7 +11,7 @@ use super::accessor::Accessor;
 use super::document::Document;
 use super::material::tangent_coords;
 use crate::rig::{Deltas, Influences, MorphTarget, Shape};
-use crate::{Error, Mesh};
+use crate::{Error, Marks, Mesh};
 
 /// A primitive, and what of it was left out or mended, in words.
 #[derive(Debug, Default)]
@@ -25,9 +25,9 @@ pub(super) struct Primitive {
 }
 
 impl Primitive {
-    /// Reads a primitive of triangles; `location` is its path in the JSON. It is empty where it has no positions.
+    /// Reads a primitive of triangles, points or lines; `location` is its path in the JSON. It is empty where it has no positions.
     ///
-    /// Vertices that no triangle uses are left out: some writers have many primitives share one large vertex buffer.
+    /// Vertices that none of these uses are left out: some writers have many primitives share one large vertex buffer.
     ///
     /// # Errors
     /// Where an attribute or an index is broken.
@@ -39,16 +39,24 @@ impl Primitive {
             return Ok(primitive);
         };
         let count = positions.count();
-        let (triangles, odd) = read_triangles(document, json, count, location)?;
+        let Pieces { mut points, mut lines, mut triangles, odd } = Pieces::read(document, json, count, location)?;
         if odd > 0 {
-            primitive.warnings.push(format!("{location}: {odd} vertices at the end make no whole triangle"));
+            let whole = if json.mode == Checked::Valid(Mode::Lines) { "line" } else { "triangle" };
+            primitive.warnings.push(format!("{location}: {odd} vertices at the end make no whole {whole}"));
         }
-        let (triangles, kept) = without_unused_vertices(triangles, count);
+        let used = [&mut points[..], lines.as_flattened_mut(), triangles.as_flattened_mut()];
+        let kept = without_unused_vertices(used, count);
         let kept = kept.as_deref();
+        let mut marks = Marks::default();
+        if triangles.is_empty() {
+            marks.add(points, lines, 0);
+        }
+        let tex_coords = |set| if marks.is_empty() { attributes.tex_coords(set, count, kept) } else { Ok(Vec::new()) };
         primitive.mesh = Mesh {
             triangles,
-            tex_coords: [attributes.tex_coords(0, count, kept)?, attributes.tex_coords(1, count, kept)?],
+            tex_coords: [tex_coords(0)?, tex_coords(1)?],
             colors: attributes.colors(count, kept)?,
+            marks,
             ..Mesh::default()
         };
         primitive.material = json.material.map(|material| material.value() as u32);
@@ -184,71 +192,98 @@ fn unit_tangent(tangent: Vec4) -> Vec4 {
     }
 }
 
-/// How many triangles a primitive of `elements` indices or vertices has; `None` for points and lines.
-pub(super) fn triangle_count(mode: Mode, elements: u64) -> Option<u64> {
+/// How many triangles, points or lines a primitive of `elements` indices or vertices has.
+pub(super) fn piece_count(mode: Mode, elements: u64) -> u64 {
     match mode {
-        Mode::Triangles => Some(elements / 3),
-        Mode::TriangleStrip | Mode::TriangleFan => Some(elements.saturating_sub(2)),
-        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
+        Mode::Triangles => elements / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => elements.saturating_sub(2),
+        Mode::Points | Mode::LineLoop => elements,
+        Mode::Lines => elements / 2,
+        Mode::LineStrip => elements.saturating_sub(1),
     }
 }
 
-/// The triangles of a primitive with `vertices` vertices, and how many elements at the end make no whole triangle.
-fn read_triangles(
-    document: &Document,
-    json: &mesh::Primitive,
-    vertices: usize,
-    location: &str,
-) -> Result<(Vec<[u32; 3]>, usize), Error> {
-    let elements = match json.indices {
-        Some(indices) => {
-            let accessor = document.accessor(indices, format_args!("{location}.indices"))?;
-            let indices: Vec<u32> = accessor.whole_numbers(None, |[index]| index)?;
-            if let Some(at) = indices.iter().position(|&index| index as usize >= vertices) {
-                let cause = format!("element {at} is vertex {}, but there are {vertices} vertices", indices[at]);
-                return Err(document.malformed(format_args!("{location}.indices"), cause));
+/// What a primitive is made of: of these, all but one are empty.
+#[derive(Debug, Default)]
+struct Pieces {
+    points: Vec<u32>,
+    lines: Vec<[u32; 2]>,
+    triangles: Vec<[u32; 3]>,
+    /// How many elements at the end make no whole triangle or line.
+    odd: usize,
+}
+
+impl Pieces {
+    /// Those of a primitive with `vertices` vertices.
+    fn read(document: &Document, json: &mesh::Primitive, vertices: usize, location: &str) -> Result<Self, Error> {
+        let elements = elements(document, json, vertices, location)?;
+        let two = |two: &[u32]| [two[0], two[1]];
+        let strip = |(at, three): (usize, &[u32])| {
+            // Every second triangle of a strip turns the other way; the specification swaps its last two vertices.
+            if at % 2 == 0 { [three[0], three[1], three[2]] } else { [three[0], three[2], three[1]] }
+        };
+        let mut pieces = Self::default();
+        match json.mode {
+            Checked::Valid(Mode::Points) => pieces.points = elements,
+            Checked::Valid(Mode::Lines) => {
+                let (lines, odd) = elements.as_chunks();
+                (pieces.lines, pieces.odd) = (lines.to_vec(), odd.len());
             }
-            indices
+            Checked::Valid(Mode::LineStrip) => pieces.lines = elements.windows(2).map(two).collect(),
+            Checked::Valid(Mode::LineLoop) => {
+                let closing = elements.last().zip(elements.first()).map(|(&last, &first)| [last, first]);
+                pieces.lines = elements.windows(2).map(two).chain(closing).collect();
+            }
+            Checked::Valid(Mode::TriangleStrip) => {
+                pieces.triangles = elements.windows(3).enumerate().map(strip).collect();
+            }
+            Checked::Valid(Mode::TriangleFan) => {
+                let (&center, rim) = elements.split_first().unwrap_or((&0, &[]));
+                pieces.triangles = rim.windows(2).map(|two| [two[0], two[1], center]).collect();
+            }
+            Checked::Valid(Mode::Triangles) | Checked::Invalid => {
+                let (triangles, odd) = elements.as_chunks();
+                (pieces.triangles, pieces.odd) = (triangles.to_vec(), odd.len());
+            }
         }
-        None => (0..count_u32(document, vertices, location)?).collect(),
-    };
-    let strip = |(at, three): (usize, &[u32])| {
-        // Every second triangle of a strip turns the other way; the specification swaps its last two vertices.
-        if at % 2 == 0 { [three[0], three[1], three[2]] } else { [three[0], three[2], three[1]] }
-    };
-    Ok(match json.mode {
-        Checked::Valid(Mode::TriangleStrip) => (elements.windows(3).enumerate().map(strip).collect(), 0),
-        Checked::Valid(Mode::TriangleFan) => {
-            let Some((&center, rim)) = elements.split_first() else { return Ok((Vec::new(), 0)) };
-            (rim.windows(2).map(|two| [two[0], two[1], center]).collect(), 0)
-        }
-        _ => {
-            let (triangles, odd) = elements.as_chunks::<3>();
-            (triangles.to_vec(), odd.len())
-        }
-    })
+        Ok(pieces)
+    }
+}
+
+/// The elements of a primitive with `vertices` vertices: its indices, or else all vertices.
+fn elements(document: &Document, json: &mesh::Primitive, vertices: usize, location: &str) -> Result<Vec<u32>, Error> {
+    let Some(indices) = json.indices else { return Ok((0..count_u32(document, vertices, location)?).collect()) };
+    let accessor = document.accessor(indices, format_args!("{location}.indices"))?;
+    let indices: Vec<u32> = accessor.whole_numbers(None, |[index]| index)?;
+    if let Some(at) = indices.iter().position(|&index| index as usize >= vertices) {
+        let cause = format!("element {at} is vertex {}, but there are {vertices} vertices", indices[at]);
+        return Err(document.malformed(format_args!("{location}.indices"), cause));
+    }
+    Ok(indices)
 }
 
 fn count_u32(document: &Document, count: usize, location: impl Display) -> Result<u32, Error> {
     u32::try_from(count).map_err(|_| document.malformed(location, format!("{count} vertices are too many")))
 }
 
-/// Renumbers the vertices so that only used ones remain, and says which ones these were, rising; `None` where all are.
-fn without_unused_vertices(mut triangles: Vec<[u32; 3]>, vertices: usize) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
-    let mut used = vec![false; vertices];
-    for &vertex in triangles.as_flattened() {
-        used[vertex as usize] = true;
+/// Renumbers the vertices, of which all that are `used` are given, so that only these remain, and says which ones these
+/// were, rising; `None` where all are.
+fn without_unused_vertices(mut used: [&mut [u32]; 3], vertices: usize) -> Option<Vec<u32>> {
+    let mut are_used = vec![false; vertices];
+    for &mut vertex in used.iter_mut().flat_map(|used| used.iter_mut()) {
+        are_used[vertex as usize] = true;
     }
-    if used.iter().all(|&used| used) {
-        return (triangles, None);
+    if are_used.iter().all(|&used| used) {
+        return None;
     }
-    let kept: Vec<u32> = used.iter().enumerate().filter(|&(_, &used)| used).map(|(vertex, _)| vertex as u32).collect();
+    let kept = are_used.iter().enumerate().filter(|&(_, &used)| used).map(|(vertex, _)| vertex as u32);
+    let kept: Vec<u32> = kept.collect();
     let mut new_from_old = vec![0; vertices];
     for (new, &old) in kept.iter().enumerate() {
         new_from_old[old as usize] = new as u32;
     }
-    for vertex in triangles.as_flattened_mut() {
+    for vertex in used.iter_mut().flat_map(|used| used.iter_mut()) {
         *vertex = new_from_old[*vertex as usize];
     }
-    (triangles, Some(kept))
+    Some(kept)
 }

@@ -24,19 +24,27 @@ pub(super) struct Visibility {
     order: Vec<u32>,
     /// Nodes and how many triangles they have, one after the other, of the whole mesh.
     triangles: Vec<(u32, usize)>,
+    /// The node of each run of its points and lines.
+    marks: Vec<u32>,
     whole: Arc<Mesh>,
     /// The last mesh that was made, and the nodes that it shows.
     last: Mutex<Option<(Vec<bool>, Arc<Mesh>)>>,
 }
 
 impl Visibility {
-    pub(super) fn new(nodes: &Nodes, toggles: Vec<Toggle>, triangles: Vec<(u32, usize)>, whole: &Arc<Mesh>) -> Self {
+    pub(super) fn new(
+        nodes: &Nodes,
+        toggles: Vec<Toggle>,
+        (triangles, marks): (Vec<(u32, usize)>, Vec<u32>),
+        whole: &Arc<Mesh>,
+    ) -> Self {
         Self {
             toggles,
             own: nodes.shows_itself.clone(),
             parents: nodes.parents.clone(),
             order: nodes.order.clone(),
             triangles,
+            marks,
             whole: Arc::clone(whole),
             last: Mutex::new(None),
         }
@@ -77,6 +85,7 @@ impl Visibility {
             first = run.end;
             (node, run)
         });
-        self.whole.with_triangles(runs.filter(|&(node, _)| visible[node as usize]).map(|(_, run)| run))
+        let shown = runs.filter(|&(node, _)| visible[node as usize]).map(|(_, run)| run);
+        self.whole.with_only(shown, |number, _| visible[self.marks[number] as usize])
     }
 }

@@ -10,7 +10,7 @@ use crate::polygon::Cutter;
 use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
 use crate::texture::linear_from_srgb;
-use crate::{Error, Objects, text};
+use crate::{Error, Marks, Objects, text};
 
 /// What an OBJ file says about shapes, in the file's own indices.
 #[derive(Debug, Default)]
@@ -39,6 +39,7 @@ pub(super) struct Geometry {
     /// The index of `material` in `material_names` once a triangle used it.
     material_index: Option<u32>,
     pub(super) objects: Objects,
+    pub(super) marks: Marks,
     left_out: LeftOut,
     /// Of the face that is read.
     face: Vec<u32>,
@@ -57,7 +58,6 @@ struct Corner {
 /// What was understood but no frame can hold, and what wasn't understood.
 #[derive(Debug, Default)]
 struct LeftOut {
-    lines_and_points: usize,
     small_faces: usize,
     /// Texture coordinates and normals that corners name but that aren't there.
     absent: usize,
@@ -87,6 +87,9 @@ impl Geometry {
             geometry
                 .statement(line, line_number)
                 .map_err(|cause| Error::malformed(path, format!("line {line_number}"), cause))?;
+        }
+        if geometry.triangles.is_empty() && geometry.marks.is_empty() {
+            geometry.show_all_positions().map_err(|cause| Error::malformed(path, "the vertices", cause))?;
         }
         geometry.forget_absent();
         let Self { corners, positions, triangles, cutter, .. } = &mut geometry;
@@ -121,10 +124,7 @@ impl Geometry {
                 self.libraries.push(String::from_utf8_lossy(rest).into_owned());
                 Ok(())
             }
-            b"l" | b"p" => {
-                self.left_out.lines_and_points += 1;
-                Ok(())
-            }
+            b"p" | b"l" => self.points_or_lines(rest, keyword == b"l", line_number),
             b"o" | b"g" => self.object(rest),
             // Hints that don't change what is seen.
             b"" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" => Ok(()),
@@ -186,6 +186,40 @@ impl Geometry {
         let Self { corners, positions, triangles, cutter, .. } = self;
         cutter.cut(&self.face, |vertex| position_of(corners, positions, vertex), triangles)?;
         self.material_of_triangle.resize(self.triangles.len(), material);
+        Ok(())
+    }
+
+    /// Points, or the vertices of lines one after the other.
+    fn points_or_lines(&mut self, rest: &[u8], are_lines: bool, line_number: usize) -> Result<(), String> {
+        let material = self.used_material()?;
+        self.marks.go_on(material, self.objects.last());
+        let mut last = None;
+        for word in before_comment(rest) {
+            let corner = Corner { tex_coord: None, normal: None, ..self.corner(word)? };
+            let vertex = self.vertex(corner, line_number)?;
+            self.marks.reserve(usize::from(!are_lines), usize::from(are_lines), &self.budget)?;
+            match last.replace(vertex) {
+                _ if !are_lines => self.marks.push_point(vertex),
+                Some(last) => self.marks.push_line([last, vertex]),
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Has all positions be points, in a file with nothing else.
+    fn show_all_positions(&mut self) -> Result<(), String> {
+        let positions = self.positions.len() as u32;
+        if positions == 0 {
+            return Ok(());
+        }
+        let material = self.used_material()?;
+        self.marks.go_on(material, None);
+        self.marks.reserve(positions as usize, 0, &self.budget)?;
+        for position in (1..=positions).filter_map(NonZeroU32::new) {
+            let vertex = self.vertex(Corner { position, tex_coord: None, normal: None }, 0)?;
+            self.marks.push_point(vertex);
+        }
         Ok(())
     }
 
@@ -324,11 +358,8 @@ impl Geometry {
 
     /// What was left out, for a person.
     pub(super) fn warnings(&self) -> Vec<String> {
-        let LeftOut { lines_and_points, small_faces, absent, statements, first_statement } = &self.left_out;
+        let LeftOut { small_faces, absent, statements, first_statement } = &self.left_out;
         let mut warnings = Vec::new();
-        if *lines_and_points > 0 {
-            warnings.push(format!("left out {lines_and_points} statements that draw lines or points"));
-        }
         if *small_faces > 0 {
             warnings.push(format!("left out {small_faces} faces with fewer than three corners"));
         }

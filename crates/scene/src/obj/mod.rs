@@ -75,12 +75,14 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
         }
     };
     let vertices = geometry.vertices(path)?;
-    if geometry.triangles.is_empty() {
+    if geometry.triangles.is_empty() && geometry.marks.is_empty() {
         warnings.push("the file has no faces".to_owned());
     }
     let triangles = mem::take(&mut geometry.triangles);
     let mut frame = vertices.into_frame(triangles, mem::take(&mut geometry.material_of_triangle), materials);
-    Arc::make_mut(&mut frame.mesh).objects = mem::take(&mut geometry.objects);
+    let mesh = Arc::make_mut(&mut frame.mesh);
+    mesh.objects = mem::take(&mut geometry.objects);
+    mesh.marks = mem::take(&mut geometry.marks);
     Ok(Still { frame, warnings, ..Still::default() })
 }
 

@@ -183,7 +183,8 @@ fn index_list(properties: &[Property]) -> Option<(usize, Scalar, Scalar)> {
     })
 }
 
-fn index(value: f64, vertex_count: u64) -> Result<u32, String> {
+/// The vertex that a value names, of so many.
+pub(super) fn index(value: f64, vertex_count: u64) -> Result<u32, String> {
     let vertex = value as u32;
     if f64::from(vertex) == value && u64::from(vertex) < vertex_count {
         Ok(vertex)

@@ -1,6 +1,7 @@
 //! The Stanford polygon format, in text and in binary of either byte order.
 
 mod body;
+mod edges;
 mod faces;
 mod header;
 mod vertices;
@@ -10,7 +11,7 @@ use std::sync::Arc;
 
 use crate::memory::Budget;
 use crate::still::{Still, Vertices};
-use crate::{Error, Material, Materials};
+use crate::{Error, Marks, Material, Materials};
 use body::Body;
 use faces::{Faces, Form};
 use header::{Element, Header};
@@ -20,8 +21,8 @@ use header::{Element, Header};
 /// From `vertex`: `x y z`, `nx ny nz`, `s t` or `u v` or `texture_u texture_v` (turned upside down, as in OBJ), and
 /// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
 /// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says, and colours, unless vertices have
-/// some; from `tristrips`: `vertex_indices`, -1 ending a strip.
-/// Everything else is read past.
+/// some; from `tristrips`: `vertex_indices`, -1 ending a strip; from `edge`: `vertex1 vertex2`, as lines. Where there is none
+/// of these, all vertices are points. Everything else is read past.
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
@@ -34,6 +35,8 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     let vertex_count = vertex_count.ok_or_else(|| Error::malformed(path, "header", "no element `vertex`"))?;
     let mut vertices = None;
     let mut faces = Faces::new(vertex_count, budget);
+    let mut marks = Marks::default();
+    marks.begin(0, None);
     for element in &header.elements {
         check_count(path, element, &header, &body)?;
         let positions = vertices.as_ref().map_or(&[][..], |vertices: &Vertices| &vertices.positions);
@@ -45,6 +48,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
             }
             "face" => faces.read(Form::Polygon, element, &mut body, positions).map_err(at_row)?,
             "tristrips" => faces.read(Form::Strips, element, &mut body, positions).map_err(at_row)?,
+            "edge" => edges::read(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?,
             _ => skip(element, &mut body).map_err(at_row)?,
         }
     }
@@ -54,8 +58,20 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     if !body.is_blank() {
         warnings.push(format!("left out {} bytes after the last element", body.bytes_left()));
     }
-    if faces.triangles.is_empty() {
-        warnings.push(format!("the file has no faces, only {} points", vertices.positions.len()));
+    if faces.triangles.is_empty() && marks.is_empty() {
+        let Vertices { positions, normals, .. } = &mut vertices;
+        // Points have no use for normals.
+        *normals = Vec::new();
+        let room = marks.reserve(positions.len(), 0, budget);
+        room.map_err(|cause| Error::malformed(path, "vertex", cause))?;
+        let somewhere = positions.iter().zip(0..).filter(|(position, _)| position.is_finite());
+        somewhere.for_each(|(_, vertex)| marks.push_point(vertex));
+        let nowhere = positions.len() - marks.len();
+        if nowhere > 0 {
+            warnings.push(format!("left out {nowhere} points with a coordinate that is not finite"));
+        } else if positions.is_empty() {
+            warnings.push("the file has neither faces nor points".to_owned());
+        }
     }
     if vertices.colors.is_empty() {
         let Faces { triangles, colors, .. } = &mut faces;
@@ -72,7 +88,8 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     let taken = budget.take_for::<u32>(faces.triangles.len(), "triangles' materials");
     taken.map_err(|cause| Error::malformed(path, "face", cause))?;
     let material_of_triangle = vec![0; faces.triangles.len()];
-    let frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
+    let mut frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
+    Arc::make_mut(&mut frame.mesh).marks = marks;
     Ok(Still { frame, warnings, ..Still::default() })
 }
 

@@ -155,9 +155,9 @@ fn what_is_left_out_is_a_warning() {
     let mut more = text(XYZ, ROWS);
     more.extend(b"9 9 9\n");
     assert!(warning("a.ply", &more).contains("left out 6 bytes after the last element"));
-    let points = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
-                   end_header\n1 2 3";
-    assert!(warning("a.ply", points).contains("no faces, only 1 points"));
+    let nothing = b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
+                   end_header\n";
+    assert!(warning("a.ply", nothing).contains("neither faces nor points"));
     let header = "element vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\nelement face 3\n\
                   property list uchar uchar vertex_indices\nproperty list uchar float texcoord\n";
     let body = [0, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2, 0, 2, 0, 1, 0, 0, 0];

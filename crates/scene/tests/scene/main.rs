@@ -15,6 +15,7 @@ mod files_sequence;
 mod files_stl;
 mod gltf_reader;
 mod instances;
+mod marks;
 mod memory;
 mod opacity;
 mod pose_allocations;

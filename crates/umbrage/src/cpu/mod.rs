@@ -4,6 +4,7 @@ mod caught;
 mod copies;
 mod kept;
 mod layers;
+mod marks;
 mod met;
 mod onward;
 mod samples;
@@ -25,6 +26,7 @@ use umbrage_scene::{Frame, FrameOpacity, Light, Material, Scene};
 use copies::Copies;
 pub(crate) use kept::Kept;
 pub(crate) use layers::SeenAndLit;
+use marks::Marks;
 use samples::OneSample;
 use shadow::Casting;
 use terminator::SmoothTerminator;
@@ -299,7 +301,9 @@ impl Engine for Cpu {
         film: &'a mut Film,
         stats: &'a mut Stats,
     ) -> Outcome<'a> {
-        stats.time("shade", || self.shade_pixels(staged, samples, film));
+        let has_marks = !staged.frame.mesh.marks.is_empty();
+        let marks = if has_marks { stats.time("marks", || Marks::new(staged, samples)) } else { None };
+        stats.time("shade", || self.shade_pixels(staged, samples, marks.as_ref(), film));
         Outcome::Known(Ok(()))
     }
 
@@ -323,6 +327,10 @@ impl Engine for Cpu {
 
     fn seen(&self) -> &SeenPixels {
         self.last_sample().map_or(&self.seen, |(seen, _)| seen)
+    }
+
+    fn draws_marks(&self) -> bool {
+        true
     }
 
     fn light_masks(&self) -> &[LightMask] {

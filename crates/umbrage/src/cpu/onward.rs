@@ -9,6 +9,7 @@ use umbrage_rays::{Hit, LightSource, Ray};
 use umbrage_rays::{SimdLevel, dispatch};
 use umbrage_scene::Material;
 
+use super::marks::{MarkStrip, Marks};
 use super::met::Ways;
 use super::shade::{Shading, Strip};
 use super::stops;
@@ -17,8 +18,12 @@ use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
 use crate::shade::gloss::{Facets, Gloss, scattered};
 use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put, vector_of};
 
-/// How many surfaces one behind the other are seen through.
-const MOST_LAYERS: u32 = 32;
+/// Behind so many surfaces one behind the other, rays with a throughput below [`LEAST_PART`] end.
+const MANY_LAYERS: u32 = 32;
+/// Behind so many, only opaque surfaces are seen, so that a ray ends however many there are.
+const MOST_LAYERS: u32 = 256;
+/// A quarter of what a picture of 8 bits can show of white.
+const LEAST_PART: f32 = 1.0 / 1024.0;
 
 /// What becomes of the light that comes along a ray.
 #[derive(Clone, Copy, Debug)]
@@ -130,8 +135,15 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// Answers all rays, and those that go on from these, and adds what they see to the film.
-    pub(super) fn follow(&mut self, level: SimdLevel, shading: &Shading<'_>, film: &mut Strip<'_>) {
+    /// Answers all rays, and those that go on from these, and adds what they see to the film: with points and lines in
+    /// between, if there are any.
+    pub(super) fn follow(
+        &mut self,
+        level: SimdLevel,
+        shading: &Shading<'_>,
+        marks: Option<(&Marks, &MarkStrip)>,
+        film: &mut Strip<'_>,
+    ) {
         let Self { next, now, found, shadows } = self;
         shading.light(shadows, film);
         while !next.is_empty() {
@@ -139,6 +151,9 @@ impl Queue {
             next.clear();
             found.clear();
             found.extend(now.iter().map(|onward| shading.nearest(onward)));
+            if let Some((marks, drawn)) = marks {
+                drawn.stop(marks, now, found, film);
+            }
             for (now, found) in now.chunks(LANES).zip(found.chunks(LANES)) {
                 dispatch!(level, simd => shading.shade_onward(simd, now, found, next, shadows, film));
             }
@@ -183,11 +198,14 @@ impl Shading<'_> {
     /// What a ray meets.
     fn nearest(&self, Onward { ray, path, from }: &Onward) -> Option<Hit> {
         debug_assert!(self.sends_rays_onward, "what answers rays that go on was built");
-        if path.layers >= MOST_LAYERS {
+        if path.layers >= MANY_LAYERS && path.through.max_element() < LEAST_PART {
             return None;
         }
         let triangles = self.frame.triangles();
-        let stops = |other: &Hit| stops(self.frame, ray, other, self.sides);
+        let stops = |other: &Hit| {
+            stops(self.frame, ray, other, self.sides)
+                && (path.layers < MOST_LAYERS || !self.frame.material(other.triangle).is_see_through())
+        };
         match from {
             From::Behind => self.rays_onward.nearest(triangles, ray, &stops),
             // As with shadows: neither the surface itself nor what the point touches, as far as anybody can tell.

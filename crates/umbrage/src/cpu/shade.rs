@@ -10,6 +10,7 @@ use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
 use umbrage_scene::{Frame, Light};
 
+use super::marks::{MarkStrip, Marks};
 use super::met::Met;
 use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
@@ -25,7 +26,7 @@ use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
-    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, samples: &Samples, film: &mut Film) {
+    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, samples: &Samples, marks: Option<&Marks>, film: &mut Film) {
         let Staged { frame, lights, sky_lights, ref view, surroundings, .. } = *staged;
         let Self { masks: lit, seen, sides, follows, .. } = self;
         let (sides, follows, rays_onward) = (sides.get(), *follows, self.single_rays());
@@ -58,8 +59,8 @@ impl Cpu {
         let planes = color.par_chunks_mut(rows).zip(flat).zip(depth.par_chunks_mut(rows));
         let planes = planes.zip(normal.par_chunks_mut(rows)).zip(triangle.par_chunks_mut(rows));
         planes.enumerate().for_each_init(
-            Queue::default,
-            |queue, (strip, ((((color, flat), depth), normal), triangle))| {
+            <(Queue, MarkStrip)>::default,
+            |(queue, drawn), (strip, ((((color, flat), depth), normal), triangle))| {
                 let y = strip as u32 * TileOrder::BLOCK;
                 let mut film = Strip { color, flat, depth, normal, triangle };
                 if samples.as_slice()[0].index == 0 {
@@ -67,12 +68,20 @@ impl Cpu {
                 }
                 for (which, sample) in samples.as_slice().iter().enumerate() {
                     let one = OneSample::new(seen.order(), samples, which);
+                    if let Some(marks) = marks {
+                        drawn.draw(marks, view, sample, y);
+                    }
                     for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
                         let block = Block { view, sample, corner: [x, y] };
-                        let shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, queue));
+                        let before = [queue.next.len(), queue.shadows.len()];
+                        let mut shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, queue));
+                        if let Some(marks) = marks {
+                            let ids = one.slots(block.corner).of(&seen.triangle);
+                            drawn.cover(marks, frame, &block, &ids, &mut shaded).take_from(queue, before);
+                        }
                         film.add_block(&block, &shaded);
                     }
-                    queue.follow(level, &shading, &mut film);
+                    queue.follow(level, &shading, marks.map(|marks| (marks, &*drawn)), &mut film);
                 }
             },
         );
@@ -115,19 +124,19 @@ pub(super) enum AroundLight {
 }
 
 /// What rays see that is shown as it is.
-struct Flat {
-    color: [Each<f32>; 3],
+pub(super) struct Flat {
+    pub(super) color: [Each<f32>; 3],
     /// Of the pixel.
-    part: Each<f32>,
+    pub(super) part: Each<f32>,
 }
 
 /// What the camera rays of a block saw.
-struct Shaded {
+pub(super) struct Shaded {
     /// Radiance, without what comes by rays that go on.
-    color: [Each<f32>; 3],
-    flat: Option<Flat>,
+    pub(super) color: [Each<f32>; 3],
+    pub(super) flat: Option<Flat>,
     /// How much of what is behind it is hidden.
-    coverage: Each<f32>,
+    pub(super) coverage: Each<f32>,
     /// The lanes that saw a triangle; there is nothing of it in the others.
     shown: u16,
     depth: Each<f32>,
@@ -465,6 +474,11 @@ impl Strip<'_> {
     /// Adds to a pixel what it shows, and how much that hides of what is behind.
     pub(super) fn add(&mut self, pixel: u32, radiance: Vec3, coverage: f32) {
         self.color[pixel as usize] += radiance.extend(coverage);
+    }
+
+    /// Adds to what a pixel shows as it is.
+    pub(super) fn add_flat(&mut self, pixel: u32, flat: Vec4) {
+        self.flat.iter_mut().for_each(|sum| sum[pixel as usize] += flat);
     }
 
     /// Adds what a light does, of which only a surface that catches shadows has a `coverage`: less of it.

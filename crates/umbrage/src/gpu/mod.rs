@@ -131,8 +131,8 @@ impl FilmFetch {
 }
 
 impl GpuEngine {
-    /// How many surfaces one behind the other are seen through.
-    const MOST_LAYERS: usize = 32;
+    /// How many surfaces one behind the other are seen through: the CPU's.
+    const MOST_LAYERS: usize = 256;
     /// How often a frame is done again with more room: what a list needs is known once those before it fit.
     const MOST_TRIES: usize = 16;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
 use umbrage::rays::{Camera, LightSource, Projection, View};
-use umbrage::scene::{BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
+use umbrage::scene::{Alpha, BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
 use umbrage::{Background, CameraChoice, Error, Film, LightMask, Renderer, Seen, Settings, Settled, Stats, Structure};
 use umbrage_verify::real_scene;
 
@@ -362,6 +362,41 @@ fn answers_without_a_frame_or_an_image_are_refused() {
     if let Some(mut gpu) = common::renderer() {
         assert!(matches!(gpu.see(&frame, &View { width: 8, ..view }), Err(Error::AnswersOnGpu)));
         assert!(matches!(gpu.shadow(&seen, &[]), Err(Error::AnswersOnGpu)));
+    }
+}
+
+#[test]
+fn many_panes_are_seen_through_without_points_which_are_counted() {
+    const PANES: u32 = 40;
+    const OPACITY: f32 = 0.01;
+    let corners = |pane: u32| {
+        let z = if pane == 0 { -1.0 } else { pane as f32 * 0.01 };
+        [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]].map(|[x, y]| Vec3::new(x, y, z))
+    };
+    let triangles = (0..=PANES).flat_map(|pane| [[0, 1, 2], [0, 2, 3]].map(|corners| corners.map(|of| 4 * pane + of)));
+    let mut frame = Frame::from_triangles((0..=PANES).flat_map(corners).collect(), triangles.collect());
+    let unlit = |color: Vec4| Material { base_color: color, unlit: true, ..Material::clay() };
+    let materials = &mut Arc::make_mut(&mut frame.materials).materials;
+    *materials = vec![unlit(Vec4::ONE), Material { alpha: Alpha::Blend, ..unlit(Vec4::W * OPACITY) }];
+    let mesh = Arc::make_mut(&mut frame.mesh);
+    mesh.material_of_triangle[2..].fill(1);
+    mesh.marks.add([0, 1], [[2, 3]], 0);
+    let projection = Projection::Orthographic { half_height: 1.0 };
+    let camera = Camera { projection, ..Camera::look_at(Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 1.0) };
+    for bounces in [0, 1] {
+        let background = Background::Color(Vec3::ZERO);
+        let settings = Settings { camera: camera.into(), width: 8, height: 8, background, bounces, ..settings() };
+        let check = |renderer: &mut Renderer, omitted: usize| {
+            let seen = renderer.render_frame(&frame, &settings).expect("a frame").color[27].truncate();
+            let expected = Vec3::splat((1.0 - OPACITY).powi(PANES as i32));
+            assert!(seen.abs_diff_eq(expected, 1e-4), "{seen} rather than {expected} with {bounces} bounces");
+            let Stats { marks, omitted_marks, .. } = *renderer.stats();
+            assert_eq!([marks, omitted_marks], [3, omitted]);
+        };
+        check(&mut Renderer::default(), 0);
+        if let Some(mut gpu) = common::renderer() {
+            check(&mut gpu, 3);
+        }
     }
 }
 

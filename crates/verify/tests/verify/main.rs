@@ -11,6 +11,7 @@ mod gltf_scenes;
 mod ground;
 mod layers;
 mod made_light;
+mod marks;
 mod matrix;
 mod mirrors;
 mod moving;

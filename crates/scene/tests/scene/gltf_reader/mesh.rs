@@ -32,14 +32,27 @@ fn strips_and_fans_become_triangles() {
 }
 
 #[test]
-fn points_and_lines_are_left_out_with_a_warning() {
-    for mode in 0..4 {
+fn points_and_lines_are_read_in_every_mode() {
+    let indices = [4, 1, 3, 1, 0];
+    for (mode, points, lines) in [
+        (0, &[4.0, 1.0, 3.0, 1.0, 0.0][..], &[][..]),
+        // The last vertex is without another one.
+        (1, &[], &[[4.0, 1.0], [3.0, 1.0]]),
+        (2, &[], &[[4.0, 1.0], [1.0, 3.0], [3.0, 1.0], [1.0, 0.0], [0.0, 4.0]]),
+        (3, &[], &[[4.0, 1.0], [1.0, 3.0], [3.0, 1.0], [1.0, 0.0]]),
+    ] {
         let mut file = Builder::new();
-        let positions = row(&mut file);
-        let scene = shown(file, json!({ "POSITION": positions }), json!({ "mode": mode })).open().unwrap();
-        assert!(scene.at(0.0).unwrap().mesh.triangles.is_empty());
-        assert!(scene.warnings()[0].contains("1 primitives of points or lines"), "{:?}", scene.warnings());
-        assert!(scene.warnings()[0].contains("meshes[0].primitives[0]"));
+        let (positions, indices) = (row(&mut file), file.indices(&indices));
+        let scene = shown(file, json!({ "POSITION": positions }), json!({ "mode": mode, "indices": indices }));
+        let scene = scene.open().unwrap();
+        let frame = scene.at(0.0).unwrap();
+        assert!(frame.mesh.triangles.is_empty() && frame.check().is_ok());
+        assert_eq!(frame.positions.len(), if mode == 1 { 3 } else { 4 }, "unused vertices are left out");
+        let x = |vertex: u32| frame.positions[vertex as usize].x;
+        assert_eq!(frame.mesh.marks.points().iter().map(|&point| x(point)).collect::<Vec<_>>(), points, "mode {mode}");
+        assert_eq!(frame.mesh.marks.lines().iter().map(|line| line.map(x)).collect::<Vec<_>>(), lines, "mode {mode}");
+        assert_eq!(scene.warnings().len(), usize::from(mode == 1), "{:?}", scene.warnings());
+        assert!(scene.has_marks());
     }
 }
 
