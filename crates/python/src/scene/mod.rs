@@ -28,33 +28,7 @@ use ask::geometry_of;
 use rays::RayArray;
 use state::State;
 
-/// Triangle meshes that may move between two questions, and what finds rays' hits among them.
-///
-/// The names, keys and shapes are those of Open3D's class, whose meshes can't move. What was built for a mesh is rebuilt, when
-/// it is next asked for, after `add_triangles`, `update_vertices` or `set_transform`.
-///
-/// Answers are exact: no ray slips between triangles that share an edge, t is the number nearest to the true one, and nothing
-/// depends on an offset or the number of threads. Rays hit both sides of triangles. Where several triangles are hit at the same
-/// t, the lowest one counts. Intervals are open: what is at the origin itself isn't hit.
-///
-/// Methods release Python's global lock. Two threads may ask the same scene, and wait for each other; they mustn't write to arrays
-/// that a call reads.
-///
-/// Parameters
-/// ----------
-/// nthreads : int, default 0
-///     Threads of calls that don't say how many; 0 for as many as `umbrage.set_threads` says.
-///
-/// Examples
-/// --------
-/// >>> import numpy as np, umbrage
-/// >>> scene = umbrage.RaycastingScene()
-/// >>> floor = scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))
-/// >>> answer = scene.cast_rays(np.float32([[0.2, 0.2, 1, 0, 0, -1], [5, 5, 1, 0, 0, -1]]))
-/// >>> answer["t_hit"]
-/// array([ 1., inf], dtype=float32)
-/// >>> answer["geometry_ids"] == floor
-/// array([ True, False])
+#[doc = include_str!("docs/class.txt")]
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
 pub(crate) struct RaycastingScene {
@@ -171,29 +145,7 @@ impl RaycastingScene {
         })
     }
 
-    /// Finds what each of any rays hits first, through what takes the least for so many rays of as many origins. Answers don't
-    /// depend on that.
-    ///
-    /// Parameters
-    /// ----------
-    /// rays : array_like (..., 6) float32 or float64
-    ///     Origin and direction; t is in lengths of the direction. Rays with a direction of zero, or with numbers that aren't
-    ///     finite, hit nothing. float64 is taken as it is, and all but float32 and float64 is converted to float32.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     ``t_hit`` (...) of the rays' type, infinite for a miss; ``geometry_ids`` (...) and ``primitive_ids`` (...) uint32,
-    ///     `INVALID_ID` for a miss; ``primitive_uvs`` (..., 2) float32, weights of the second and the third corner, zero for a miss;
-    ///     ``primitive_normals`` (..., 3) float32, of unit length, towards where the corners are seen counterclockwise, zero for a
-    ///     miss; and ``structures``, a list of str: what answered each million of rays, ``"scanner"`` or ``"hierarchy"``.
-    ///
-    /// Examples
-    /// --------
-    /// >>> scene.cast_rays([[0.2, 0.2, 1, 0, 0, -1]])["t_hit"]
-    /// array([1.], dtype=float32)
+    #[doc = include_str!("docs/cast_rays.txt")]
     #[pyo3(signature = (rays, nthreads=0))]
     fn cast_rays<'py>(
         &self,
@@ -203,10 +155,15 @@ impl RaycastingScene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let rays = RayArray::new(rays)?;
         let (these, precision) = (rays.rays(), rays.precision());
-        let (answers, by) = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
-        let dict = answers.into_dict(py, rays.shape(), precision)?;
-        dict.set_item("structures", by.into_iter().map(Choice::name).collect::<Vec<_>>())?;
-        Ok(dict)
+        let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
+        answers.into_dict(py, rays.shape(), precision)
+    }
+
+    /// Names of the structures that answered the last `cast_rays`, one for each million of rays: ``"scanner"`` or
+    /// ``"hierarchy"``. Answers don't depend on them.
+    #[getter]
+    fn last_structures(&self, py: Python<'_>) -> Vec<&'static str> {
+        py.detach(|| self.lock().answered.iter().map(|by| by.name()).collect())
     }
 
     /// Finds whether each of any rays hits anything in a part of it.
@@ -289,33 +246,7 @@ impl RaycastingScene {
         Ok(dict)
     }
 
-    /// Finds what directions from one origin, or from several, hit: a lidar's, a panorama's.
-    ///
-    /// Parameters
-    /// ----------
-    /// origin : array_like (3,) or (S, 3) float64
-    ///     World position, or S of them.
-    /// directions : array_like (..., 3) float32
-    ///     In any order and of any length, which is the unit of t. Those that are zero or not finite hit nothing. Each of S
-    ///     origins has all of them, or with ``each=True`` origin i has ``directions[i]``.
-    /// returns : int, optional
-    ///     How many hits of each direction, nearest first, as of a lidar with several returns; adds a dimension.
-    /// t_min, t_max : float, default 0 and infinity
-    ///     Only hits between them count; at least 0.
-    /// each : bool, default False
-    ///     Whether ``directions`` has a first dimension of S.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     The keys of `cast_rays`, of shape (..., [returns]) for one origin, (S, ..., [returns]) for several; ``t_hit`` is float64.
-    ///
-    /// Examples
-    /// --------
-    /// >>> scene.scan([0.2, 0.2, 1], [[0, 0, -1], [0, 0, 1]])["t_hit"]
-    /// array([ 1., inf])
+    #[doc = include_str!("docs/scan.txt")]
     #[pyo3(signature = (origin, directions, *, returns=None, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn scan<'py>(
@@ -398,38 +329,7 @@ impl RaycastingScene {
         answers.into_dict(py, &[height as usize, width as usize], Precision::Double)
     }
 
-    /// Finds which points, or which triangles' centroids, lights reach.
-    ///
-    /// A point is lit where no triangle but its own stands strictly between it and the light. There is no offset to choose. On which
-    /// side of its own triangle the light is doesn't matter: compare with its normal where it has only one side.
-    ///
-    /// Parameters
-    /// ----------
-    /// lights : Light, or a sequence of L of them
-    ///     Suns, points, spots.
-    /// points : array_like (..., 3) float32, optional
-    ///     World positions. Those that aren't finite are dark.
-    /// faces : bool, default False
-    ///     In place of points the centroids of all triangles: those of geometry 0, then of geometry 1, and so on
-    ///     (`triangle_slice`). Triangles that no ray can hit are dark.
-    /// geometry_ids, primitive_ids : array_like (...) uint32, optional
-    ///     The triangle that each point is on, as of `cast_rays`; `INVALID_ID` for a point on none. A point on a triangle counts as
-    ///     rounded to float32, others are where they are said to be.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray (L, ...) bool
-    ///     With ``faces=True`` (L, T) for T triangles.
-    ///
-    /// Examples
-    /// --------
-    /// >>> noon = umbrage.Light.sun([0, 0, -1])
-    /// >>> scene.lit(noon, points=[[0.2, 0.2, -1], [0.2, 0.2, 1]])
-    /// array([[False,  True]])
-    /// >>> scene.lit(noon, faces=True)
-    /// array([[ True]])
+    #[doc = include_str!("docs/lit.txt")]
     #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn lit<'py>(

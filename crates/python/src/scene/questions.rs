@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers, TracedBy, View};
+use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers, View};
 
 use super::answers::{Answers, INVALID_ID};
 use super::arguments::Pieces;
@@ -18,15 +18,16 @@ const RAYS: usize = 1 << 20;
 /// Lights of a piece: enough for each thread to have several.
 const LIGHTS: usize = 64;
 
-/// As `cast_rays`, and what answered each piece.
-pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<(Answers, Vec<TracedBy>)> {
+/// As `cast_rays`.
+pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Answers> {
     let (mut answers, mut answered) = (Answers::default(), Vec::new());
     for chunk in rays.chunks(RAYS) {
         let (traced, by) = call.piece(|| state.trace(chunk))?;
         call.piece(|| answers.append(traced))?;
         answered.push(by);
     }
-    completed(call, state, answers).map(|answers| (answers, answered))
+    state.answered = answered;
+    completed(call, state, answers)
 }
 
 /// As `test_occlusions`.

@@ -18,6 +18,8 @@ pub(super) struct State {
     grids: DirectGrids,
     /// Whether the grids are of the triangles as they are.
     are_grids_current: bool,
+    /// The structures that answered the pieces of the last `cast_rays`.
+    pub(super) answered: Vec<TracedBy>,
 }
 
 impl State {
