@@ -1,6 +1,7 @@
 use glam::{DVec3, Vec3};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use umbrage::rays::LightSource;
 use umbrage::spec::LightSpec;
 
@@ -95,19 +96,39 @@ fn unit(name: &str, direction: DVec3) -> PyResult<Vec3> {
     unit.map(DVec3::as_vec3).ok_or_else(|| expected(name, "a direction with a finite length above 0", direction))
 }
 
-/// One light, or a sequence of them.
+/// One light, or a sequence of them: each a `Light` or the words of one.
+pub(crate) fn specs(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSpec>> {
+    if value.is_instance_of::<Light>() || value.is_instance_of::<PyString>() {
+        return Ok(vec![spec(value)?]);
+    }
+    value.try_iter().map_err(|_| not_lights(value))?.map(|light| spec(&light?)).collect()
+}
+
+fn spec(light: &Bound<'_, PyAny>) -> PyResult<LightSpec> {
+    if let Ok(light) = light.cast::<Light>() {
+        return Ok(LightSpec::new(light.get().source));
+    }
+    let text: String = light.extract().map_err(|_| not_lights(light))?;
+    text.parse().map_err(|why: String| expected("lights", &format!("words of a light ({why})"), &text))
+}
+
+fn not_lights(found: &Bound<'_, PyAny>) -> PyErr {
+    let found = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
+    PyTypeError::new_err(format!("lights: expected a Light, a str or a sequence of them, found {found}"))
+}
+
+/// Where the light of lights comes from, each from one point or direction.
 pub(crate) fn lights(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSource>> {
-    if let Ok(light) = value.cast::<Light>() {
-        return Ok(vec![light.get().source]);
-    }
-    let wrong = |found: &Bound<'_, PyAny>| {
-        let found = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
-        PyTypeError::new_err(format!("lights: expected a Light or a sequence of them, found {found}"))
+    let source = |spec: LightSpec| {
+        // Where a light's full strength is makes no difference.
+        let light = spec.light(Vec3::ZERO);
+        if spec.is_wide() || light.shape.is_flat() {
+            return Err(expected("lights", "lights without a size: ask about several points of one", spec));
+        }
+        if !light.casts_shadow {
+            return Err(expected("lights", "lights with shadows", spec));
+        }
+        Ok(light.source)
     };
-    let mut sources = Vec::new();
-    for light in value.try_iter().map_err(|_| wrong(value))? {
-        let light = light?;
-        sources.push(light.cast::<Light>().map_err(|_| wrong(&light))?.get().source);
-    }
-    Ok(sources)
+    specs(value)?.into_iter().map(source).collect()
 }

@@ -15,7 +15,7 @@ use umbrage::{CameraChoice, Error, Image, Renderer, Settings};
 use crate::arrays::hand_over;
 use crate::camera::{Camera, size};
 use crate::errors::{exception, expected};
-use crate::light::Light;
+use crate::light;
 use crate::threads::{handle_signals, pool};
 
 /// How often a render looks whether it shall end.
@@ -60,7 +60,7 @@ impl Look {
                 Err(_) => Some(camera_spec(camera)?),
             },
         };
-        let lights = lights.map(light_specs).transpose()?;
+        let lights = lights.map(light::specs).transpose()?;
         Ok(Self { settings, camera, lights })
     }
 
@@ -119,21 +119,6 @@ fn camera_spec(camera: &Bound<'_, PyAny>) -> PyResult<CameraSpec> {
     let wrong = |_| PyTypeError::new_err("camera: expected a Camera, a number or a str");
     let text: String = camera.extract().map_err(wrong)?;
     text.parse().map_err(|why: String| expected("camera", &format!("words such as X,Y,Z:X,Y,Z:FOV ({why})"), &text))
-}
-
-fn light_specs(lights: &Bound<'_, PyAny>) -> PyResult<Vec<LightSpec>> {
-    let spec = |light: Bound<'_, PyAny>| {
-        if let Ok(light) = light.cast::<Light>() {
-            return Ok(LightSpec::new(light.get().source));
-        }
-        let wrong = |_| PyTypeError::new_err("lights: expected a sequence of Light or str");
-        let text: String = light.extract().map_err(wrong)?;
-        text.parse().map_err(|why: String| expected("lights", &format!("words of a light ({why})"), &text))
-    };
-    if lights.cast::<Light>().is_ok() || lights.extract::<String>().is_ok() {
-        return Ok(vec![spec(lights.clone())?]);
-    }
-    lights.try_iter()?.map(|light| spec(light?)).collect()
 }
 
 /// Renders on a thread of its own while this one handles signals, and ends it where one of them raises.

@@ -97,7 +97,7 @@ class Scene:
         *,
         samples: int = 1,
         camera: Camera | int | str | None = None,
-        lights: Sequence[Light | str] | None = None,
+        lights: Light | str | Sequence[Light | str] | None = None,
         background: str = "sky",
         bounces: int = 0,
         exposure_stops: float = 0.0,
@@ -148,16 +148,27 @@ class RaycastingScene:
     def see(self, camera: Camera, width: int, height: int, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
     def lit(
         self,
-        lights: Light | Sequence[Light],
+        lights: Light | str | Sequence[Light | str],
+        *,
+        points: ArrayLike | None = None,
+        faces: bool = False,
+        geometry_ids: ArrayLike | None = None,
+        primitive_ids: ArrayLike | None = None,
+        facing: bool = False,
+        nthreads: int = 0,
+    ) -> NDArray[np.bool_]: ...
+    def incidence(
+        self,
+        lights: Light | str | Sequence[Light | str],
         *,
         points: ArrayLike | None = None,
         faces: bool = False,
         geometry_ids: ArrayLike | None = None,
         primitive_ids: ArrayLike | None = None,
         nthreads: int = 0,
-    ) -> NDArray[np.bool_]: ...
+    ) -> NDArray[np.float32]: ...
     def lit_areas(
-        self, lights: Light | Sequence[Light], *, samples: int = 64, nthreads: int = 0
+        self, lights: Light | str | Sequence[Light | str], *, samples: int = 64, nthreads: int = 0
     ) -> dict[str, NDArray[np.float64]]: ...
     def render(
         self,
@@ -166,7 +177,7 @@ class RaycastingScene:
         height: int = 720,
         *,
         samples: int = 1,
-        lights: Sequence[Light | str] | None = None,
+        lights: Light | str | Sequence[Light | str] | None = None,
         background: str = "sky",
         nthreads: int = 0,
     ) -> NDArray[np.uint8]: ...

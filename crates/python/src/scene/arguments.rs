@@ -107,6 +107,54 @@ impl<'py> Own<'py> {
     }
 }
 
+/// Points, or the centroids of all triangles where there are none.
+pub(super) struct Targets<'py> {
+    points: Option<Rows<'py, f32, 3>>,
+    own: Option<Own<'py>>,
+}
+
+impl<'py> Targets<'py> {
+    pub(super) fn new(
+        points: Option<&Bound<'py, PyAny>>,
+        faces: bool,
+        geometries: Option<&Bound<'py, PyAny>>,
+        triangles: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Self> {
+        let points = match (points, faces) {
+            (Some(points), false) => Some(Rows::<f32, 3>::new("points", points)?),
+            (None, true) => None,
+            _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
+        };
+        let own = Own::new(points.as_ref().map(Rows::shape), geometries, triangles)?;
+        Ok(Self { points, own })
+    }
+
+    /// Checks that each target has a triangle, which has sides, or says that it has none.
+    pub(super) fn expect_sides(&self, name: &str) -> PyResult<()> {
+        let wrong = || {
+            let wanted = "faces=True, or geometry_ids and primitive_ids, which say on which triangles points are";
+            PyValueError::new_err(format!("{name}: expected {wanted}"))
+        };
+        (self.points.is_none() || self.own.is_some()).then_some(()).ok_or_else(wrong)
+    }
+
+    /// Positions, where they are points.
+    pub(super) fn positions(&self) -> Option<&[Vec3]> {
+        self.points.as_ref().map(Rows::of)
+    }
+
+    /// Geometry and number of each point's triangle, where they are said.
+    pub(super) fn own(&self) -> Option<[&[u32]; 2]> {
+        self.own.as_ref().map(Own::slices)
+    }
+
+    /// The shape of answers about so many lights, and so many triangles.
+    pub(super) fn shape(&self, lights: usize, triangles: usize) -> Vec<usize> {
+        let shape = self.points.as_ref().map_or(vec![triangles], |points| points.shape().to_vec());
+        std::iter::once(lights).chain(shape).collect()
+    }
+}
+
 /// How many hits of each direction, of which there is one where that isn't said.
 pub(super) fn hits_of_each(returns: Option<usize>) -> PyResult<usize> {
     const MOST: usize = 1024;

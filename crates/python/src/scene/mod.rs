@@ -3,6 +3,7 @@
 mod answers;
 mod arguments;
 mod ask;
+mod facing;
 mod questions;
 mod rays;
 mod state;
@@ -23,8 +24,9 @@ use crate::light;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{Own, Sweeps, affine, hits_of_each, samples_of_each};
+use arguments::{Own, Sweeps, Targets, affine, hits_of_each, samples_of_each};
 use ask::geometry_of;
+use questions::Receiving;
 use rays::RayArray;
 use state::State;
 
@@ -330,9 +332,34 @@ impl RaycastingScene {
     }
 
     #[doc = include_str!("docs/lit.txt")]
-    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, nthreads=0))]
+    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, facing=false, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn lit<'py>(
+        &self,
+        py: Python<'py>,
+        lights: &Bound<'py, PyAny>,
+        points: Option<&Bound<'py, PyAny>>,
+        faces: bool,
+        geometry_ids: Option<&Bound<'py, PyAny>>,
+        primitive_ids: Option<&Bound<'py, PyAny>>,
+        facing: bool,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let lights = light::lights(lights)?;
+        let targets = Targets::new(points, faces, geometry_ids, primitive_ids)?;
+        if facing {
+            targets.expect_sides("facing")?;
+        }
+        let receiving = Receiving { points: targets.positions(), own: targets.own() };
+        let question = |call: &Call, state: &mut State| questions::lit(call, state, receiving, facing, &lights);
+        let (lit, triangles) = self.ask(py, nthreads, question)?;
+        hand_over(py, lit, &targets.shape(lights.len(), triangles))
+    }
+
+    #[doc = include_str!("docs/incidence.txt")]
+    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, nthreads=0))]
+    #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
+    fn incidence<'py>(
         &self,
         py: Python<'py>,
         lights: &Bound<'py, PyAny>,
@@ -343,19 +370,12 @@ impl RaycastingScene {
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let lights = light::lights(lights)?;
-        let points = match (points, faces) {
-            (Some(points), false) => Some(Rows::<f32, 3>::new("points", points)?),
-            (None, true) => None,
-            _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
-        };
-        let ids = Own::new(points.as_ref().map(Rows::shape), geometry_ids, primitive_ids)?;
-        let positions: Option<&[Vec3]> = points.as_ref().map(Rows::of);
-        let own = ids.as_ref().map(Own::slices);
-        let question = |call: &Call, state: &mut State| questions::lit(call, state, positions, own, &lights);
-        let (lit, count) = self.ask(py, nthreads, question)?;
-        let shape = points.as_ref().map_or(vec![count], |points| points.shape().to_vec());
-        let shape: Vec<usize> = std::iter::once(lights.len()).chain(shape).collect();
-        hand_over(py, lit, &shape)
+        let targets = Targets::new(points, faces, geometry_ids, primitive_ids)?;
+        targets.expect_sides("points")?;
+        let receiving = Receiving { points: targets.positions(), own: targets.own() };
+        let question = |call: &Call, state: &mut State| questions::incidence(call, state, receiving, &lights);
+        let (cosines, triangles) = self.ask(py, nthreads, question)?;
+        hand_over(py, cosines, &targets.shape(lights.len(), triangles))
     }
 
     /// Finds how much of each triangle's area lights reach, by points of even density that are the same on every machine.
