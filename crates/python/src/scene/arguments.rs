@@ -1,8 +1,9 @@
 //! What several questions take as arguments.
 
-use glam::{DAffine3, DMat4, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DVec3, DVec4, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use umbrage::rays::Sweep;
 
 use crate::arrays::{Numbers, Rows, shown};
@@ -72,6 +73,41 @@ impl<'a> Pieces<'a> {
             let own = &directions[first..first + of_each];
             own.chunks(DIRECTIONS_AT_ONCE).map(move |directions| Sweep { origin, directions })
         })
+    }
+}
+
+/// A mesh that is added.
+pub(super) struct NewMesh<'py> {
+    pub(super) vertices: Rows<'py, f32, 3>,
+    pub(super) triangles: Rows<'py, u32, 3>,
+    /// Where it is put, if it says so.
+    pub(super) world_from_object: Option<DAffine3>,
+}
+
+impl<'py> NewMesh<'py> {
+    /// Takes vertices and triangles, or one value that has both.
+    pub(super) fn new(mesh: &Bound<'py, PyAny>, triangles: Option<&Bound<'py, PyAny>>) -> PyResult<Self> {
+        let mut world_from_object = None;
+        let (vertices, triangles) = match triangles {
+            Some(triangles) => (mesh.clone(), triangles.clone()),
+            None if mesh.is_instance_of::<PyTuple>() => mesh
+                .extract()
+                .map_err(|_| PyValueError::new_err("vertex_positions: expected a tuple of vertices and triangles"))?,
+            None => {
+                let names = ["faces", "triangles"];
+                let has = |name: &&&str| mesh.hasattr(**name).unwrap_or_default();
+                let name = names.iter().find(has).filter(|_| mesh.hasattr("vertices").unwrap_or_default());
+                let missing = || PyValueError::new_err("triangle_indices: expected shape (M, 3), found None");
+                let triangles = mesh.getattr(*name.ok_or_else(missing)?)?;
+                if let Some(matrix) = mesh.getattr_opt("world_from_object")? {
+                    world_from_object = Some(affine("world_from_object", &matrix)?);
+                }
+                (mesh.getattr("vertices")?, triangles)
+            }
+        };
+        let vertices = Rows::table("vertex_positions", "N", &vertices)?;
+        let triangles = Rows::table("triangle_indices", "M", &triangles)?;
+        Ok(Self { vertices, triangles, world_from_object })
     }
 }
 
@@ -170,10 +206,15 @@ pub(super) fn samples_of_each(samples: u32) -> PyResult<()> {
     (1..=MOST).contains(&samples).then_some(()).ok_or_else(error)
 }
 
-/// A transform of column vectors whose last row is 0, 0, 0, 1.
-pub(super) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
-    let matrix = Numbers::<f64>::new(name, value, &[4, 4])?;
-    let matrix = DMat4::from_cols_slice(matrix.slice()).transpose();
+/// A transform of column vectors whose last row is 0, 0, 0, 1, or has been left out.
+pub(crate) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
+    let rows = Rows::<f64, 4>::table(name, "3 or 4", value)?;
+    let matrix = match *rows.of::<DVec4>() {
+        [x, y, z] => DMat4::from_cols(x, y, z, DVec4::W),
+        [x, y, z, w] => DMat4::from_cols(x, y, z, w),
+        ref others => return Err(expected(name, "shape (3 or 4, 4)", shown(&[others.len(), 4]))),
+    };
+    let matrix = matrix.transpose();
     let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
     let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
     is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)

@@ -11,7 +11,6 @@ mod state;
 use std::sync::Mutex;
 
 use glam::Vec3;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
 use umbrage::rays::Choice;
@@ -24,7 +23,7 @@ use crate::light;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{Own, Sweeps, Targets, affine, hits_of_each, samples_of_each};
+use arguments::{NewMesh, Own, Sweeps, Targets, affine, hits_of_each, samples_of_each};
 use ask::geometry_of;
 use questions::Receiving;
 use rays::RayArray;
@@ -59,8 +58,9 @@ impl RaycastingScene {
     /// Parameters
     /// ----------
     /// vertex_positions : array_like (N, 3) float32
-    ///     In world units; or a mesh with `vertices` and `faces`, as trimesh has them, without `triangle_indices`.
-    /// triangle_indices : array_like (M, 3) uint32
+    ///     In world units. Or, without `triangle_indices`, a whole mesh: a `Frame`; an `Instance`, which is put where it is by its
+    ///     transform; a mesh with `vertices` and `faces`, as trimesh has them; or a tuple of vertices and triangles.
+    /// triangle_indices : array_like (M, 3) uint32, optional
     ///     Three vertices each.
     ///
     /// Returns
@@ -79,17 +79,35 @@ impl RaycastingScene {
         vertex_positions: &Bound<'_, PyAny>,
         triangle_indices: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u32> {
-        let (vertices, triangles) = match triangle_indices {
-            Some(triangles) => (vertex_positions.clone(), triangles.clone()),
-            None if vertex_positions.hasattr("faces")? => {
-                (vertex_positions.getattr("vertices")?, vertex_positions.getattr("faces")?)
-            }
-            None => return Err(PyValueError::new_err("triangle_indices: expected shape (M, 3), found None")),
-        };
-        let vertices = Rows::<f32, 3>::table("vertex_positions", "N", &vertices)?;
-        let triangles = Rows::<u32, 3>::table("triangle_indices", "M", &triangles)?;
-        let (vertices, triangles): (&[Vec3], &[[u32; 3]]) = (vertices.of(), triangles.of());
-        py.detach(|| self.lock().change().add("", vertices, triangles)).map_err(bad_instance)
+        let NewMesh { vertices, triangles, world_from_object } = NewMesh::new(vertex_positions, triangle_indices)?;
+        let (vertices, triangles) = (vertices.of(), triangles.of());
+        py.detach(|| self.lock().add(vertices, triangles, world_from_object)).map_err(bad_instance)
+    }
+
+    /// Takes a geometry out of the scene. The others keep their ids, and its own id is not given again.
+    ///
+    /// Parameters
+    /// ----------
+    /// geometry_id : int
+    ///     What `add_triangles` returned.
+    ///
+    /// Raises
+    /// ------
+    /// IndexError
+    ///     Where there is no such geometry, or it was removed before.
+    ///
+    /// Examples
+    /// --------
+    /// >>> lid = scene.add_triangles(np.float32([[0, 0, 1], [1, 0, 1], [0, 1, 1]]), np.uint32([[0, 1, 2]]))
+    /// >>> scene.remove(lid)
+    /// >>> scene.cast_rays([[0.2, 0.2, 2, 0, 0, -1]])["t_hit"]
+    /// array([2.], dtype=float32)
+    fn remove(&self, py: Python<'_>, geometry_id: usize) -> PyResult<()> {
+        py.detach(|| {
+            let mut state = self.lock();
+            geometry_of(&state, geometry_id)?;
+            state.remove(geometry_id as u32).map_err(bad_instance)
+        })
     }
 
     /// Moves the vertices of a geometry, whose triangles stay.
@@ -127,9 +145,9 @@ impl RaycastingScene {
     /// ----------
     /// geometry_id : int
     ///     What `add_triangles` returned.
-    /// world_from_object : array_like (4, 4)
-    ///     An affine transform of column vectors, in place of the last one; its last row is 0, 0, 0, 1. It is applied in float64 and
-    ///     rounded to float32 once.
+    /// world_from_object : array_like (4, 4) or (3, 4)
+    ///     An affine transform of column vectors, in place of the last one; its last row is 0, 0, 0, 1, or is left out. It is
+    ///     applied in float64 and rounded to float32 once.
     ///
     /// Raises
     /// ------
@@ -507,7 +525,7 @@ impl RaycastingScene {
     fn __repr__(&self, py: Python<'_>) -> String {
         let (geometries, triangles) = py.detach(|| {
             let state = self.lock();
-            (state.instances.all().len(), state.instances.triangles().len())
+            (state.instances.all().len() - state.removed.len(), state.instances.triangles().len())
         });
         format!("<umbrage.RaycastingScene: {geometries} geometries, {triangles} triangles>")
     }

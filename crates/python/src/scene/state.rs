@@ -1,11 +1,14 @@
 //! A scene's triangles and what answers questions about them, each brought up to date when it is asked.
 
+use std::collections::BTreeSet;
+
+use glam::{DAffine3, Vec3};
 use umbrage::rays::predicate;
 use umbrage::rays::{
     Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
     Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles, View,
 };
-use umbrage::scene::{Instance, Instances};
+use umbrage::scene::{BadInstance, Instance, Instances};
 
 use super::answers::Answers;
 use crate::camera::middle;
@@ -14,6 +17,8 @@ use crate::camera::middle;
 #[derive(Debug, Default)]
 pub(super) struct State {
     pub(super) instances: Instances,
+    /// Ids of geometries that were taken out: they have no triangles.
+    pub(super) removed: BTreeSet<usize>,
     tracer: Tracer,
     grids: DirectGrids,
     /// Whether the grids are of the triangles as they are.
@@ -28,6 +33,43 @@ impl State {
         self.tracer.forget();
         self.are_grids_current = false;
         &mut self.instances
+    }
+
+    /// Adds a mesh, and puts it somewhere.
+    ///
+    /// # Errors
+    /// As [`Instances::add`].
+    pub(super) fn add(
+        &mut self,
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        world_from_object: Option<DAffine3>,
+    ) -> Result<u32, BadInstance> {
+        let id = self.change().add("", vertices, triangles)?;
+        if let Some(matrix) = world_from_object {
+            self.instances.set_transform(id, matrix);
+        }
+        Ok(id)
+    }
+
+    /// Takes a geometry out: all others are added anew, with the ids that they had.
+    ///
+    /// # Errors
+    /// None, as there are fewer vertices and triangles than before.
+    pub(super) fn remove(&mut self, geometry: u32) -> Result<(), BadInstance> {
+        let old = std::mem::take(self.change());
+        self.removed.insert(geometry as usize);
+        for (id, instance) in (0..).zip(old.all()) {
+            if self.removed.contains(&(id as usize)) {
+                self.add(&[], &[], None)?;
+                continue;
+            }
+            let (vertices, triangles) = old.mesh(id);
+            let matrix = instance.world_from_object();
+            let matrix = (matrix != DAffine3::IDENTITY).then_some(matrix);
+            self.add(vertices, &triangles.collect::<Vec<_>>(), matrix)?;
+        }
+        Ok(())
     }
 
     /// The hierarchy and its triangles.
