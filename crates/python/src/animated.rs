@@ -161,7 +161,7 @@ impl Scene {
         let frame = compute(py, &*pool(nthreads)?, || self.scene.at(seconds)).map_err(exception)?;
         let triangles = self.triangles(py, &frame.mesh)?;
         let cameras = frame.cameras.iter();
-        let cameras = cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera })).collect();
+        let cameras = cameras.map(|named| (named.name.to_string(), named.camera.into())).collect();
         let lights = frame.lights.iter().map(|light| Light { source: light.source }).collect();
         let positions: Vec<[f32; 3]> = bytemuck::allocation::cast_vec(frame.positions);
         let count = positions.len();
@@ -207,13 +207,13 @@ impl Scene {
     /// ----------
     /// seconds : float, optional
     ///     The moment; otherwise the one that shows a demo best, or the middle of the animation.
-    /// width, height : int, default 1280 and 720
-    ///     Pixels, 1 to 16384.
+    /// width, height : int, optional
+    ///     Pixels, 1 to 16384; otherwise those of the camera's own image (`Camera.from_intrinsics`), or 1280 and 720.
     /// samples : int, default 1
     ///     Rays for each pixel, 1 to 4096.
     /// camera : Camera, int or str, optional
     ///     From where; or the file's camera of that number or name, or ``"X,Y,Z:X,Y,Z:FOV"``. Otherwise the file's first one, or one
-    ///     that sees all.
+    ///     that sees all. Pictures have square pixels, and a camera's principal point at the nearest corner, edge or middle of one.
     /// lights : sequence of Light or str, optional
     ///     In place of the file's: lights as bright as full sunlight at the middle of the scene, or words as of the command, such as
     ///     ``"sun:-1,-2,-1:3:1,0.9,0.8:radius=0.3"``.
@@ -235,14 +235,14 @@ impl Scene {
     /// --------
     /// >>> umbrage.open("demo:cloth?triangles=2000").render(0.5, 64, 36).shape
     /// (36, 64, 3)
-    #[pyo3(signature = (seconds=None, width=1280, height=720, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
+    #[pyo3(signature = (seconds=None, width=None, height=None, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         seconds: Option<f64>,
-        width: u32,
-        height: u32,
+        width: Option<u32>,
+        height: Option<u32>,
         samples: u32,
         camera: Option<&Bound<'py, PyAny>>,
         lights: Option<&Bound<'py, PyAny>>,

@@ -35,33 +35,48 @@ pub(crate) struct Look {
     settings: Settings,
     camera: Option<CameraSpec>,
     lights: Option<Vec<LightSpec>>,
+    /// The upper left corner and the size of the part that is kept.
+    part: [[u32; 2]; 2],
 }
 
 impl Look {
+    /// The size of pictures where nothing says it.
+    const SIZE: [u32; 2] = [1280, 720];
+
     pub(crate) fn new(
-        [width, height]: [u32; 2],
+        [width, height]: [Option<u32>; 2],
         samples: u32,
         camera: Option<&Bound<'_, PyAny>>,
         lights: Option<&Bound<'_, PyAny>>,
         background: &str,
     ) -> PyResult<Self> {
-        size(width, height)?;
         let background: BackgroundSpec =
             background.parse().map_err(|why: String| expected("background", &why, background))?;
         let background = background.open().map_err(exception)?;
-        let mut settings = Settings { width, height, samples, background, ..Settings::default() };
-        let camera = match camera {
-            None => None,
-            Some(camera) => match camera.cast::<Camera>() {
-                Ok(own) => {
-                    settings.camera = own.get().camera.into();
-                    None
-                }
-                Err(_) => Some(camera_spec(camera)?),
-            },
+        let mut settings = Settings { samples, background, ..Settings::default() };
+        let own = camera.and_then(|camera| camera.cast::<Camera>().ok());
+        let (camera, canvas) = match own {
+            Some(own) => {
+                let own = own.get();
+                let [or_width, or_height] = if own.has_image() { [None; 2] } else { Self::SIZE.map(Some) };
+                (None, Some(own.canvas(width.or(or_width), height.or(or_height))?))
+            }
+            None => (camera.map(camera_spec).transpose()?, None),
+        };
+        let part = match canvas {
+            Some(canvas) => {
+                settings.camera = canvas.camera.into();
+                [settings.width, settings.height] = canvas.size;
+                [canvas.corner, canvas.part]
+            }
+            None => {
+                [settings.width, settings.height] = [width.unwrap_or(Self::SIZE[0]), height.unwrap_or(Self::SIZE[1])];
+                size(settings.width, settings.height)?;
+                [[0; 2], [settings.width, settings.height]]
+            }
         };
         let lights = lights.map(light::specs).transpose()?;
-        Ok(Self { settings, camera, lights })
+        Ok(Self { settings, camera, lights, part })
     }
 
     pub(crate) fn with_light(mut self, bounces: u32, exposure_stops: f32) -> Self {
@@ -71,7 +86,7 @@ impl Look {
 
     /// The settings for a subject, which says which cameras there are and where its middle is.
     fn settings(&self, subject: Subject<'_>) -> PyResult<Settings> {
-        let Self { settings, camera, lights } = self;
+        let Self { settings, camera, lights, .. } = self;
         let mut settings = settings.clone();
         if camera.is_none() && lights.is_none() {
             return Ok(settings);
@@ -161,13 +176,17 @@ pub(crate) fn render<'py>(
             interrupted.map_or_else(|| image.map_err(exception), Err)
         })
     })?;
-    let Image { width, height, pixels, alpha } = image;
+    let Image { width: all_columns, pixels, alpha, .. } = image;
+    let [[left, top], [width, height]] = look.part.map(|pair| pair.map(|number| number as usize));
     let eight = |level: u16| ((u32::from(level) + 128) / 257) as u8;
     let channels = if alpha.is_empty() { 3 } else { 4 };
-    let mut bytes = Vec::with_capacity(pixels.len() * channels);
-    for (pixel, color) in pixels.iter().enumerate() {
-        bytes.extend(color.map(eight));
-        bytes.extend(alpha.get(pixel).map(|&alpha| eight(alpha)));
+    let mut bytes = Vec::with_capacity(width * height * channels);
+    for row in top..top + height {
+        let first = row * all_columns as usize + left;
+        for pixel in first..first + width {
+            bytes.extend(pixels[pixel].map(eight));
+            bytes.extend(alpha.get(pixel).map(|&alpha| eight(alpha)));
+        }
     }
-    hand_over(py, bytes, &[height as usize, width as usize, channels])
+    hand_over(py, bytes, &[height, width, channels])
 }

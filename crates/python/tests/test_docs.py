@@ -44,7 +44,7 @@ def test_examples_of_the_guide_print_what_they_say(capsys):
     pytest.importorskip("trimesh")
     known = {}
     blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     for block in blocks:
         exec(compile(block, str(GUIDE), "exec"), known)
         said = re.findall(r"^print\(.*?\)  +# (.*)$", block, re.MULTILINE)

@@ -34,11 +34,22 @@ class Camera:
         fov_degrees: float = 40.0,
         half_height: float | None = None,
     ) -> Camera: ...
+    @staticmethod
+    def from_intrinsics(
+        intrinsics: ArrayLike, extrinsics: ArrayLike | None = None, *, width: int, height: int
+    ) -> Camera: ...
+    @property
+    def size(self) -> tuple[int, int] | None: ...
+    def intrinsics(self, width: int | None = None, height: int | None = None) -> NDArray[np.float64]: ...
+    @property
+    def extrinsics(self) -> NDArray[np.float64]: ...
     @property
     def position(self) -> list[float]: ...
     @property
     def forward(self) -> list[float]: ...
-    def rays(self, width: int, height: int, nthreads: int = 0) -> NDArray[np.float64]: ...
+    def rays(
+        self, width: int | None = None, height: int | None = None, nthreads: int = 0
+    ) -> NDArray[np.float64]: ...
 
 @final
 class Light:
@@ -92,8 +103,8 @@ class Scene:
     def render(
         self,
         seconds: float | None = None,
-        width: int = 1280,
-        height: int = 720,
+        width: int | None = None,
+        height: int | None = None,
         *,
         samples: int = 1,
         camera: Camera | int | str | None = None,
@@ -146,7 +157,9 @@ class RaycastingScene:
         each: bool = False,
         nthreads: int = 0,
     ) -> NDArray[np.bool_]: ...
-    def see(self, camera: Camera, width: int, height: int, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def see(
+        self, camera: Camera, width: int | None = None, height: int | None = None, nthreads: int = 0
+    ) -> dict[str, NDArray[Any]]: ...
     def lit(
         self,
         lights: Light | str | Sequence[Light | str],
@@ -174,8 +187,8 @@ class RaycastingScene:
     def render(
         self,
         camera: Camera | str | None = None,
-        width: int = 1280,
-        height: int = 720,
+        width: int | None = None,
+        height: int | None = None,
         *,
         samples: int = 1,
         lights: Light | str | Sequence[Light | str] | None = None,

@@ -1,12 +1,12 @@
 //! What several questions take as arguments.
 
-use glam::{DAffine3, DMat4, DVec3, DVec4, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use umbrage::rays::Sweep;
 
-use crate::arrays::{Numbers, Rows, shown};
+use crate::arrays::{Numbers, Rows, affine, shown};
 use crate::errors::expected;
 
 /// Directions between two looks whether a call shall end.
@@ -204,18 +204,4 @@ pub(super) fn samples_of_each(samples: u32) -> PyResult<()> {
     const MOST: u32 = 1 << 16;
     let error = || expected("samples", &format!("1 to {MOST}"), samples);
     (1..=MOST).contains(&samples).then_some(()).ok_or_else(error)
-}
-
-/// A transform of column vectors whose last row is 0, 0, 0, 1, or has been left out.
-pub(crate) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
-    let rows = Rows::<f64, 4>::table(name, "3 or 4", value)?;
-    let matrix = match *rows.of::<DVec4>() {
-        [x, y, z] => DMat4::from_cols(x, y, z, DVec4::W),
-        [x, y, z, w] => DMat4::from_cols(x, y, z, w),
-        ref others => return Err(expected(name, "shape (3 or 4, 4)", shown(&[others.len(), 4]))),
-    };
-    let matrix = matrix.transpose();
-    let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
-    let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
-    is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)
 }

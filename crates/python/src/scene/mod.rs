@@ -16,14 +16,14 @@ use pyo3::types::{PyDict, PySlice};
 use umbrage::rays::Choice;
 use umbrage::scene::{Frame, Instance};
 
-use crate::arrays::{Rows, hand_over, hand_over_rows, shown};
+use crate::arrays::{Rows, affine, hand_over, hand_over_rows, shown};
 use crate::camera::Camera;
 use crate::errors::{bad_instance, expected};
 use crate::light;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{NewMesh, Own, Sweeps, Targets, affine, hits_of_each, samples_of_each};
+use arguments::{NewMesh, Own, Sweeps, Targets, hits_of_each, samples_of_each};
 use ask::geometry_of;
 use questions::Receiving;
 use rays::RayArray;
@@ -325,8 +325,8 @@ impl RaycastingScene {
     /// ----------
     /// camera : Camera
     ///     From where.
-    /// width, height : int
-    ///     Pixels, 1 to 16384.
+    /// width, height : int, optional
+    ///     Pixels, 1 to 16384; of a camera with an image of its own (`Camera.from_intrinsics`), that is the one.
     /// nthreads : int, default 0
     ///     Threads; 0 for the scene's.
     ///
@@ -335,18 +335,18 @@ impl RaycastingScene {
     /// dict
     ///     The keys of `cast_rays`, of shape (height, width), in rows from the upper left corner; ``t_hit`` is float64, and the depth
     ///     along the camera's forward axis in world units.
-    #[pyo3(signature = (camera, width, height, nthreads=0))]
+    #[pyo3(signature = (camera, width=None, height=None, nthreads=0))]
     fn see<'py>(
         &self,
         py: Python<'py>,
         camera: &Camera,
-        width: u32,
-        height: u32,
+        width: Option<u32>,
+        height: Option<u32>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let view = camera.view(width, height)?;
-        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, view))?;
-        answers.into_dict(py, &[height as usize, width as usize], Precision::Double)
+        let image = camera.image(width, height)?;
+        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image))?;
+        answers.into_dict(py, &image.shape(), Precision::Double)
     }
 
     #[doc = include_str!("docs/lit.txt")]
@@ -435,22 +435,20 @@ impl RaycastingScene {
     /// ----------
     /// camera : Camera or str, optional
     ///     From where; otherwise from where all is seen.
-    /// width, height : int, default 1280 and 720
-    ///     Pixels, 1 to 16384.
-    /// samples, lights, background, nthreads
+    /// width, height, samples, lights, background, nthreads
     ///     As of `Scene.render`; without lights there is only that of the background.
     ///
     /// Returns
     /// -------
     /// ndarray (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
-    #[pyo3(signature = (camera=None, width=1280, height=720, *, samples=1, lights=None, background="sky", nthreads=0))]
+    #[pyo3(signature = (camera=None, width=None, height=None, *, samples=1, lights=None, background="sky", nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         camera: Option<&Bound<'py, PyAny>>,
-        width: u32,
-        height: u32,
+        width: Option<u32>,
+        height: Option<u32>,
         samples: u32,
         lights: Option<&Bound<'py, PyAny>>,
         background: &str,

@@ -4,13 +4,14 @@ use glam::Vec3;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers, View};
+use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers};
 
 use super::answers::{Answers, INVALID_ID};
 use super::arguments::Pieces;
 use super::facing::{self, Spots};
 use super::rays;
 use super::state::State;
+use crate::camera::PixelRays;
 use crate::errors::exception;
 use crate::threads::Call;
 
@@ -110,9 +111,16 @@ pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, betwe
     Ok(hit)
 }
 
-/// As `see`.
-pub(super) fn see(call: &Call, state: &mut State, view: View) -> PyResult<Answers> {
-    let answers = call.piece(|| state.see(view))?.map_err(exception)?;
+/// As `see`. Grids are of square pixels, so rays of others are traced as any rays.
+pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays) -> PyResult<Answers> {
+    if !image.are_square() {
+        let rays = call.piece(|| image.rays())?;
+        let answered = std::mem::take(&mut state.answered);
+        let answers = cast(call, state, Rays::Double(&rays));
+        state.answered = answered;
+        return answers;
+    }
+    let answers = call.piece(|| state.see(image))?.map_err(exception)?;
     completed(call, state, answers)
 }
 

@@ -6,12 +6,12 @@ use glam::{DAffine3, Vec3};
 use umbrage::rays::predicate;
 use umbrage::rays::{
     Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
-    Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles, View,
+    Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
 };
 use umbrage::scene::{BadInstance, Instance, Instances};
 
 use super::answers::Answers;
-use crate::camera::middle;
+use crate::camera::PixelRays;
 
 /// All of a scene.
 #[derive(Debug, Default)]
@@ -137,20 +137,21 @@ impl State {
         spread_bits(&bits, sweep.directions.len(), hit);
     }
 
-    /// What the pixels of a view show.
-    pub(super) fn see(&mut self, view: View) -> Result<Answers, ImageTooLarge> {
+    /// What the pixels of an image show, which are square.
+    pub(super) fn see(&mut self, image: &PixelRays) -> Result<Answers, ImageTooLarge> {
         let Self { instances, grids, are_grids_current, .. } = self;
         let triangles = instances.triangles();
         if !std::mem::replace(are_grids_current, true) {
             grids.build(triangles);
         }
         let mut seen = SeenPixels::default();
-        grids.see(&Shot::new(triangles, view), &mut seen)?;
-        let (width, count) = (view.width as usize, view.width as usize * view.height as usize);
-        let mut answers = Answers::with_capacity(count);
-        answers.find(count, |pixel| {
+        let &PixelRays { view, offset_pixels, .. } = image;
+        grids.see(&Shot { offset_pixels, ..Shot::new(triangles, view) }, &mut seen)?;
+        let [height, width] = image.shape();
+        let mut answers = Answers::with_capacity(width * height);
+        answers.find(width * height, |pixel| {
             let id = seen.triangle_at((pixel % width) as u32, (pixel / width) as u32);
-            if id == SeenPixels::NONE { None } else { predicate::hit(&middle(&view, pixel), triangles, id) }
+            if id == SeenPixels::NONE { None } else { predicate::hit(&image.ray(pixel), triangles, id) }
         });
         Ok(answers)
     }
