@@ -221,8 +221,8 @@ impl Scene {
     ///     ``"sky"``, ``"none"``, ``"#rrggbb"`` or the path of a latitude–longitude image.
     /// bounces : int, default 0
     ///     Mirrors and surfaces of glass that light may come by, 0 to 1024.
-    /// exposure_stops : float, default 0
-    ///     Each doubles the brightness.
+    /// exposure : float or "auto", default 0
+    ///     Stops, each of which doubles the brightness; ``"auto"`` measures how many suit what the picture shows, -20 to 4.
     /// nthreads : int, default 0
     ///     Threads; 0 for as many as `set_threads` says.
     ///
@@ -235,7 +235,7 @@ impl Scene {
     /// --------
     /// >>> umbrage.open("demo:cloth?triangles=2000").render(0.5, 64, 36).shape
     /// (36, 64, 3)
-    #[pyo3(signature = (seconds=None, width=None, height=None, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
+    #[pyo3(signature = (seconds=None, width=None, height=None, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
@@ -248,11 +248,11 @@ impl Scene {
         lights: Option<&Bound<'py, PyAny>>,
         background: &str,
         bounces: u32,
-        exposure_stops: f32,
+        exposure: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let look = Look::new([width, height], samples, camera, lights, background)?;
-        let look = look.with_light(bounces, exposure_stops);
+        let look = look.with_bounces(bounces).with_exposure(exposure)?;
         let seconds = seconds.unwrap_or(self.scene.still_seconds());
         render(py, nthreads, &self.renderer, &look, Subject::Moment(&self.scene, seconds))
     }

@@ -37,6 +37,8 @@ pub(crate) struct Look {
     lights: Option<Vec<LightSpec>>,
     /// The upper left corner and the size of the part that is kept.
     part: [[u32; 2]; 2],
+    /// Whether the stops are those that suit the film.
+    measures_exposure: bool,
 }
 
 impl Look {
@@ -76,12 +78,23 @@ impl Look {
             }
         };
         let lights = lights.map(light::specs).transpose()?;
-        Ok(Self { settings, camera, lights, part })
+        Ok(Self { settings, camera, lights, part, measures_exposure: false })
     }
 
-    pub(crate) fn with_light(mut self, bounces: u32, exposure_stops: f32) -> Self {
-        (self.settings.bounces, self.settings.exposure_stops) = (bounces, exposure_stops);
+    pub(crate) fn with_bounces(mut self, bounces: u32) -> Self {
+        self.settings.bounces = bounces;
         self
+    }
+
+    /// With stops, or as many as are measured for `"auto"`.
+    pub(crate) fn with_exposure(mut self, exposure: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let Some(exposure) = exposure else { return Ok(self) };
+        self.measures_exposure = exposure.extract::<String>().is_ok_and(|word| word == "auto");
+        if !self.measures_exposure {
+            let stops = exposure.extract();
+            self.settings.exposure_stops = stops.map_err(|_| expected("exposure", "a number or 'auto'", exposure))?;
+        }
+        Ok(self)
     }
 
     /// The settings for a subject, which says which cameras there are and where its middle is.
@@ -146,17 +159,25 @@ pub(crate) fn render<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let pool = pool(nthreads)?;
     let image = py.detach(|| {
-        let settings = pool.install(|| look.settings(subject))?;
+        let mut settings = pool.install(|| look.settings(subject))?;
         let renderer = &mut *renderer.lock().unwrap_or_else(PoisonError::into_inner);
         let progress = renderer.progress();
         let (done, waiting) = channel();
         thread::scope(|scope| {
             let worker = scope.spawn(|| {
                 let image = pool.install(|| -> Result<Image, Error> {
-                    let film = match subject {
+                    match subject {
                         Subject::Moment(scene, seconds) => renderer.render(scene, seconds, &settings)?,
                         Subject::Frame(frame) => renderer.render_frame(frame, &settings)?,
                     };
+                    let film = renderer.film();
+                    if look.measures_exposure {
+                        let shown = match subject {
+                            Subject::Moment(..) => renderer.frame(),
+                            Subject::Frame(frame) => frame,
+                        };
+                        settings.exposure_stops = film.metered_stops(shown);
+                    }
                     Ok(film.develop(&settings))
                 });
                 // Whoever waits is there until this ends.

@@ -106,10 +106,28 @@ def test_pictures_show_what_they_are_of():
         cloth.render(0.5, 64, 36, lights=umbrage.Light.sun([-1, -1, 0])),
         cloth.render(0.5, 64, 36, camera="0,1,5:0,0,0:40"),
         cloth.render(0.5, 64, 36, camera=umbrage.Camera([0, 3, 9], [0, 0, 0])),
-        cloth.render(0.5, 64, 36, exposure_stops=1),
+        cloth.render(0.5, 64, 36, exposure=1),
     ):
         assert (changed != picture).mean() > 0.02
     assert cloth.render(0.5, 64, 36, camera=0).shape == picture.shape
+
+
+def test_exposure_is_measured():
+    scene = scene_of(*sphere())
+    camera = umbrage.Camera([0, 0, 4], [0, 0, 0])
+    keywords = {"lights": "sun:0,-1,-1:0.5", "background": "#000000"}
+    dark, measured = (scene.render(camera, 60, 40, exposure=exposure, **keywords) for exposure in (None, "auto"))
+    np.testing.assert_array_equal(scene.render(camera, 60, 40, exposure=0, **keywords), dark)
+    assert dark.max() < 130 and 180 < measured.max() < 255
+    # Sixteen times the light is as bright in the end.
+    keywords["lights"] = "sun:0,-1,-1:8"
+    brighter = scene.render(camera, 60, 40, exposure="auto", **keywords)
+    assert np.abs(brighter.astype(int) - measured).max() <= 2
+    cloth = umbrage.open("demo:cloth?triangles=2000")
+    assert (cloth.render(0.5, 64, 36, exposure="auto") != cloth.render(0.5, 64, 36)).any()
+    for bad in ("automatic", [1, 2]):
+        with pytest.raises(ValueError, match="exposure: expected a number or 'auto'"):
+            scene.render(camera, 8, 8, exposure=bad)
 
 
 def test_alpha_is_where_something_is_seen():

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any, final
+from typing import Any, Literal, final
 
 from numpy.typing import ArrayLike, NDArray
 
@@ -111,7 +111,7 @@ class Scene:
         lights: Light | str | Sequence[Light | str] | None = None,
         background: str = "sky",
         bounces: int = 0,
-        exposure_stops: float = 0.0,
+        exposure: float | Literal["auto"] | None = None,
         nthreads: int = 0,
     ) -> NDArray[np.uint8]: ...
 
@@ -193,6 +193,7 @@ class RaycastingScene:
         samples: int = 1,
         lights: Light | str | Sequence[Light | str] | None = None,
         background: str = "sky",
+        exposure: float | Literal["auto"] | None = None,
         nthreads: int = 0,
     ) -> NDArray[np.uint8]: ...
 

@@ -435,13 +435,13 @@ impl RaycastingScene {
     /// ----------
     /// camera : Camera or str, optional
     ///     From where; otherwise from where all is seen.
-    /// width, height, samples, lights, background, nthreads
+    /// width, height, samples, lights, background, exposure, nthreads
     ///     As of `Scene.render`; without lights there is only that of the background.
     ///
     /// Returns
     /// -------
     /// ndarray (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
-    #[pyo3(signature = (camera=None, width=None, height=None, *, samples=1, lights=None, background="sky", nthreads=0))]
+    #[pyo3(signature = (camera=None, width=None, height=None, *, samples=1, lights=None, background="sky", exposure=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
@@ -452,9 +452,10 @@ impl RaycastingScene {
         samples: u32,
         lights: Option<&Bound<'py, PyAny>>,
         background: &str,
+        exposure: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let look = Look::new([width, height], samples, camera, lights, background)?;
+        let look = Look::new([width, height], samples, camera, lights, background)?.with_exposure(exposure)?;
         let nthreads = if nthreads == 0 { self.nthreads } else { nthreads };
         let frame = py.detach(|| {
             let state = self.lock();
