@@ -4,15 +4,18 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use glam::DMat4;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
-use umbrage::Renderer;
+use pyo3::types::PyTuple;
 use umbrage::scene::{Clip, GroundChoice, Instances, Mesh, OpenOptions};
+use umbrage::{Renderer, gallery};
 
 use crate::arrays::hand_over_rows;
 use crate::camera::Camera;
-use crate::errors::exception;
+use crate::errors::{exception, expected};
 use crate::light::Light;
+use crate::pickled::pickled;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{compute, pool};
 
@@ -61,40 +64,70 @@ pub(crate) fn open(
     py: Python<'_>,
     address: PathBuf,
     clip: Option<String>,
-    ground: Option<&str>,
+    ground: Option<String>,
     variant: Option<String>,
     hide: Option<Vec<String>>,
     sequence_fps: f64,
     allow_outside: bool,
 ) -> PyResult<Scene> {
-    let clip = match clip.as_deref() {
-        None => Clip::Auto,
-        Some("all") => Clip::All,
-        Some("rest") => Clip::Rest,
-        Some(name) => Clip::Named(name.to_owned()),
-    };
-    let wrong = |why: String| pyo3::exceptions::PyValueError::new_err(format!("ground: {why}"));
-    let ground: GroundChoice = ground.map(|text| text.parse().map_err(wrong)).transpose()?.unwrap_or_default();
-    if !(sequence_fps.is_finite() && sequence_fps > 0.0) {
-        return Err(crate::errors::expected("sequence_fps", "a finite number above 0", sequence_fps));
+    Opened { address, clip, ground, variant, hide, sequence_fps, allow_outside }.open(py)
+}
+
+/// What a scene was opened from, as it was said.
+#[derive(Clone, Debug, FromPyObject, IntoPyObject)]
+#[pyo3(from_item_all)]
+struct Opened {
+    address: PathBuf,
+    clip: Option<String>,
+    ground: Option<String>,
+    variant: Option<String>,
+    hide: Option<Vec<String>>,
+    sequence_fps: f64,
+    allow_outside: bool,
+}
+
+impl Opened {
+    fn open(self, py: Python<'_>) -> PyResult<Scene> {
+        let clip = match self.clip.as_deref() {
+            None => Clip::Auto,
+            Some("all") => Clip::All,
+            Some("rest") => Clip::Rest,
+            Some(name) => Clip::Named(name.to_owned()),
+        };
+        let wrong = |why: String| PyValueError::new_err(format!("ground: {why}"));
+        let ground = self.ground.as_deref().map(|text| text.parse::<GroundChoice>().map_err(wrong));
+        if !(self.sequence_fps.is_finite() && self.sequence_fps > 0.0) {
+            return Err(expected("sequence_fps", "a finite number above 0", self.sequence_fps));
+        }
+        let options = OpenOptions {
+            clip,
+            ground: ground.transpose()?.unwrap_or_default(),
+            variant: self.variant.clone(),
+            hidden: self.hide.clone().unwrap_or_default(),
+            sequence_fps: self.sequence_fps,
+            allow_outside: self.allow_outside,
+            ..OpenOptions::default()
+        };
+        let scene = compute(py, &*pool(0)?, || umbrage::open_with(&self.address, &options)).map_err(exception)?;
+        Ok(Scene { opened: self.from_anywhere(), scene, renderer: Mutex::default(), triangles: Mutex::default() })
     }
-    let options = OpenOptions {
-        clip,
-        ground,
-        variant,
-        hidden: hide.unwrap_or_default(),
-        sequence_fps,
-        allow_outside,
-        ..OpenOptions::default()
-    };
-    let scene = compute(py, &*pool(0)?, || umbrage::open_with(&address, &options)).map_err(exception)?;
-    Ok(Scene { scene, renderer: Mutex::default(), triangles: Mutex::default() })
+
+    /// The same from any working folder.
+    fn from_anywhere(mut self) -> Self {
+        if !self.address.to_string_lossy().starts_with(gallery::PREFIX)
+            && let Ok(absolute) = std::path::absolute(&self.address)
+        {
+            self.address = absolute;
+        }
+        self
+    }
 }
 
 /// A scene that has a look at every moment; made by `umbrage.open`.
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
 pub(crate) struct Scene {
+    opened: Opened,
     scene: umbrage::Scene,
     renderer: Mutex<Renderer>,
     /// Those of the last frame, which the next one mostly shares.
@@ -257,6 +290,26 @@ impl Scene {
         render(py, nthreads, &self.renderer, &look, Subject::Moment(&self.scene, seconds))
     }
 
+    #[staticmethod]
+    fn _restore(py: Python<'_>, opened: Opened) -> PyResult<Self> {
+        opened.open(py)
+    }
+
+    /// Pickles are opened again, with the same options.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        pickled::<Self>(py, (self.opened.clone(),))
+    }
+
+    /// Itself: a scene never changes.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// Itself: a scene never changes.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
     fn __repr__(&self) -> String {
         format!("<umbrage.Scene of {} s>", self.scene.duration_seconds())
     }
@@ -297,6 +350,27 @@ pub(crate) struct Frame {
     seconds: f64,
 }
 
+#[pymethods]
+impl Frame {
+    #[staticmethod]
+    fn _restore(
+        vertices: Py<PyAny>,
+        triangles: Py<PyAny>,
+        cameras: Vec<(String, Camera)>,
+        lights: Vec<Light>,
+        seconds: f64,
+    ) -> Self {
+        Self { vertices, triangles, cameras, lights, seconds }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let Self { vertices, triangles, cameras, lights, seconds } = self;
+        let arrays = [vertices, triangles].map(|array| array.clone_ref(py));
+        let [vertices, triangles] = arrays;
+        pickled::<Self>(py, (vertices, triangles, cameras.clone(), lights.clone(), *seconds))
+    }
+}
+
 /// A rigid object of a scene at a moment; made by `Scene.instances`.
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
@@ -316,7 +390,7 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    fn new(py: Python<'_>, instances: &Instances, id: u32) -> PyResult<Self> {
+    pub(crate) fn new(py: Python<'_>, instances: &Instances, id: u32) -> PyResult<Self> {
         let of = &instances.all()[id as usize];
         let (vertices, triangles) = instances.mesh(id);
         let matrix = DMat4::from(of.world_from_object()).transpose().to_cols_array_2d();
@@ -332,6 +406,17 @@ impl Instance {
 
 #[pymethods]
 impl Instance {
+    #[staticmethod]
+    fn _restore(name: String, vertices: Py<PyAny>, triangles: Py<PyAny>, world_from_object: Py<PyAny>) -> Self {
+        Self { name, vertices, triangles, world_from_object }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let arrays = [&self.vertices, &self.triangles, &self.world_from_object].map(|array| array.clone_ref(py));
+        let [vertices, triangles, world_from_object] = arrays;
+        pickled::<Self>(py, (self.name.clone(), vertices, triangles, world_from_object))
+    }
+
     fn __repr__(&self) -> String {
         format!("<umbrage.Instance {:?}>", self.name)
     }

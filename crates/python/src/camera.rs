@@ -1,12 +1,14 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use umbrage::Settings;
 use umbrage::rays::{Projection, Ray, View};
 
 use crate::arrays::{Numbers, affine, finite_vector, hand_over_rows};
 use crate::errors::expected;
+use crate::pickled::pickled;
 use crate::threads::{compute, pool};
 
 /// A camera in the world.
@@ -234,6 +236,29 @@ impl Camera {
         let image = self.image(width, height)?;
         let rays = compute(py, &*pool(nthreads)?, || image.rays());
         hand_over_rows(py, rays, &image.shape())
+    }
+
+    #[staticmethod]
+    fn _restore(axes: [[f32; 3]; 4], projection: (bool, f32), pinhole: Option<([u32; 2], [f64; 2], [f64; 2])>) -> Self {
+        let (is_parallel, half_height) = projection;
+        let projection = if is_parallel {
+            Projection::Orthographic { half_height }
+        } else {
+            Projection::Perspective { tan_half_height: half_height }
+        };
+        let [position, right, up, forward] = axes.map(Vec3::from);
+        let camera = umbrage::rays::Camera { position, right, up, forward, projection };
+        Self { camera, pinhole: pinhole.map(|(size, focal, principal)| Pinhole { size, focal, principal }) }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let umbrage::rays::Camera { position, right, up, forward, projection } = self.camera;
+        let projection = match projection {
+            Projection::Perspective { tan_half_height } => (false, tan_half_height),
+            Projection::Orthographic { half_height } => (true, half_height),
+        };
+        let pinhole = self.pinhole.map(|Pinhole { size, focal, principal }| (size, focal, principal));
+        pickled::<Self>(py, ([position, right, up, forward].map(|of| of.to_array()), projection, pinhole))
     }
 
     fn __repr__(&self) -> String {

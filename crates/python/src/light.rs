@@ -1,12 +1,13 @@
 use glam::{DVec3, Vec3};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyString, PyTuple};
 use umbrage::rays::LightSource;
 use umbrage::spec::LightSpec;
 
 use crate::arrays::{Rows, finite_vector, vector};
 use crate::errors::expected;
+use crate::pickled::pickled;
 
 /// Where light comes from: made by `Light.sun`, `Light.point`, `Light.spot`, or `Light.suns` for many.
 #[pyclass(frozen, module = "umbrage", from_py_object)]
@@ -84,6 +85,35 @@ impl Light {
         let outer_radians = (0.5 * degrees).to_radians().min(std::f32::consts::FRAC_PI_2);
         let inner_radians = LightSpec::INNER * outer_radians;
         Ok(Self { source: LightSource::Spot { position, direction, inner_radians, outer_radians } })
+    }
+
+    #[staticmethod]
+    fn _restore(
+        position: Option<[f32; 3]>,
+        direction: Option<[f32; 3]>,
+        angles_radians: Option<[f32; 2]>,
+    ) -> PyResult<Self> {
+        let (position, direction) = (position.map(Vec3::from), direction.map(Vec3::from));
+        let source = match (position, direction, angles_radians) {
+            (Some(position), Some(direction), Some([inner_radians, outer_radians])) => {
+                LightSource::Spot { position, direction, inner_radians, outer_radians }
+            }
+            (Some(position), None, None) => LightSource::Point { position },
+            (None, Some(direction), None) => LightSource::Directional { direction },
+            _ => return Err(PyValueError::new_err("no light has these")),
+        };
+        Ok(Self { source })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let (position, direction, angles_radians) = match self.source {
+            LightSource::Point { position } => (Some(position), None, None),
+            LightSource::Directional { direction } => (None, Some(direction), None),
+            LightSource::Spot { position, direction, inner_radians, outer_radians } => {
+                (Some(position), Some(direction), Some([inner_radians, outer_radians]))
+            }
+        };
+        pickled::<Self>(py, (position.map(|of| of.to_array()), direction.map(|of| of.to_array()), angles_radians))
     }
 
     fn __repr__(&self) -> String {

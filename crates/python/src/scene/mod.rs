@@ -12,14 +12,16 @@ use std::sync::Mutex;
 
 use glam::Vec3;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PySlice};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 use umbrage::rays::Choice;
-use umbrage::scene::{Frame, Instance};
+use umbrage::scene::Frame;
 
+use crate::animated::Instance;
 use crate::arrays::{Rows, affine, hand_over, hand_over_rows, shown};
 use crate::camera::Camera;
 use crate::errors::{bad_instance, expected};
 use crate::light;
+use crate::pickled::pickled;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
@@ -183,7 +185,7 @@ impl RaycastingScene {
     /// ``"hierarchy"``. Answers don't depend on them.
     #[getter]
     fn last_structures(&self, py: Python<'_>) -> Vec<&'static str> {
-        py.detach(|| self.lock().answered.iter().map(|by| by.name()).collect())
+        py.detach(|| self.lock().answered.iter().copied().map(Choice::name).collect())
     }
 
     /// Finds whether each of any rays hits anything in a part of it.
@@ -503,7 +505,7 @@ impl RaycastingScene {
     /// -------
     /// slice
     fn triangle_slice<'py>(&self, py: Python<'py>, geometry_id: usize) -> PyResult<Bound<'py, PySlice>> {
-        let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(Instance::triangles))?;
+        let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(umbrage::scene::Instance::triangles))?;
         Ok(PySlice::new(py, range.start as isize, range.end as isize, 1))
     }
 
@@ -519,6 +521,39 @@ impl RaycastingScene {
         dict.set_item("not_finite", omitted.not_finite.count)?;
         dict.set_item("zero_area", omitted.zero_area.count)?;
         Ok(dict)
+    }
+
+    /// Meshes as they were added, with `None` for those that were removed.
+    #[staticmethod]
+    fn _restore(py: Python<'_>, nthreads: usize, meshes: Vec<Option<Bound<'_, PyAny>>>) -> PyResult<Self> {
+        let scene = Self::new(nthreads)?;
+        for (id, mesh) in meshes.into_iter().enumerate() {
+            match mesh {
+                Some(mesh) => {
+                    scene.add_triangles(py, &mesh, None)?;
+                }
+                None => scene.lock().skip(id).map_err(bad_instance)?,
+            }
+        }
+        Ok(scene)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let state = py.detach(|| self.lock().copy());
+        let ids = (0..state.instances.all().len()).map(|id| (id as u32, state.removed.contains(&id)));
+        let mesh =
+            |(id, is_removed): (u32, bool)| (!is_removed).then(|| Instance::new(py, &state.instances, id)).transpose();
+        let meshes = ids.map(mesh).collect::<PyResult<Vec<Option<Instance>>>>()?;
+        pickled::<Self>(py, (self.nthreads, meshes))
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> Self {
+        let state = py.detach(|| self.lock().copy());
+        Self { state: Mutex::new(state), nthreads: self.nthreads }
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> Self {
+        self.__copy__(py)
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {

@@ -52,6 +52,20 @@ impl State {
         Ok(id)
     }
 
+    /// The same meshes, for which nothing has been built.
+    pub(super) fn copy(&self) -> Self {
+        Self { instances: self.instances.clone(), removed: self.removed.clone(), ..Self::default() }
+    }
+
+    /// Leaves an id out, as that of a geometry that was removed.
+    ///
+    /// # Errors
+    /// As [`Instances::add`].
+    pub(super) fn skip(&mut self, geometry: usize) -> Result<(), BadInstance> {
+        self.removed.insert(geometry);
+        self.add(&[], &[], None).map(drop)
+    }
+
     /// Takes a geometry out: all others are added anew, with the ids that they had.
     ///
     /// # Errors
