@@ -11,7 +11,7 @@ use pyo3::types::PyTuple;
 use umbrage::scene::{Clip, GroundChoice, Instances, Mesh, OpenOptions};
 use umbrage::{Renderer, gallery};
 
-use crate::arrays::hand_over_rows;
+use crate::arrays::{counted, hand_over_rows, rows};
 use crate::camera::Camera;
 use crate::errors::{exception, expected};
 use crate::light::Light;
@@ -311,7 +311,18 @@ impl Scene {
     }
 
     fn __repr__(&self) -> String {
-        format!("<umbrage.Scene of {} s>", self.scene.duration_seconds())
+        let mut said = vec![counted(self.scene.objects().len(), "object", "objects")];
+        let seconds = self.scene.duration_seconds();
+        if seconds > 0.0 {
+            said.push(format!("{} s of animation", (1e3 * seconds).round() / 1e3));
+        }
+        let of_choice = [
+            (self.scene.animations().len(), "animation", "animations"),
+            (self.scene.variants().len(), "variant", "variants"),
+            (self.scene.warnings().len(), "warning", "warnings"),
+        ];
+        said.extend(of_choice.iter().filter(|of| of.0 > 0).map(|&(count, one, several)| counted(count, one, several)));
+        format!("<umbrage.Scene {:?}: {}>", self.opened.address, said.join(", "))
     }
 }
 
@@ -369,6 +380,17 @@ impl Frame {
         let [vertices, triangles] = arrays;
         pickled::<Self>(py, (vertices, triangles, cameras.clone(), lights.clone(), *seconds))
     }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let Self { vertices, triangles, cameras, lights, seconds } = self;
+        let said = [
+            counted(rows(py, vertices), "vertex", "vertices"),
+            counted(rows(py, triangles), "triangle", "triangles"),
+            counted(cameras.len(), "camera", "cameras"),
+            counted(lights.len(), "light", "lights"),
+        ];
+        format!("<umbrage.Frame at {seconds} s: {}>", said.join(", "))
+    }
 }
 
 /// A rigid object of a scene at a moment; made by `Scene.instances`.
@@ -417,7 +439,9 @@ impl Instance {
         pickled::<Self>(py, (self.name.clone(), vertices, triangles, world_from_object))
     }
 
-    fn __repr__(&self) -> String {
-        format!("<umbrage.Instance {:?}>", self.name)
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let vertices = counted(rows(py, &self.vertices), "vertex", "vertices");
+        let triangles = counted(rows(py, &self.triangles), "triangle", "triangles");
+        format!("<umbrage.Instance {:?}: {vertices}, {triangles}>", self.name)
     }
 }

@@ -172,6 +172,16 @@ pub(crate) fn shown(shape: &[usize]) -> String {
     text
 }
 
+/// How many there are of something.
+pub(crate) fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+/// The length of an array's first dimension.
+pub(crate) fn rows(py: Python<'_>, array: &Py<PyAny>) -> usize {
+    array.bind(py).len().unwrap_or_default()
+}
+
 /// Hands values over to numpy, without a copy, as an array of a shape.
 pub(crate) fn hand_over<'py, T: Element>(
     py: Python<'py>,

@@ -262,14 +262,21 @@ impl Camera {
     }
 
     fn __repr__(&self) -> String {
-        let umbrage::rays::Camera { position, forward, projection, .. } = self.camera;
+        let umbrage::rays::Camera { position, forward, up, projection, .. } = self.camera;
+        let [position, forward, up] = [position, forward, up].map(|of| of.to_array());
+        if let Some(Pinhole { size: [width, height], focal: [fx, fy], principal: [cx, cy] }) = self.pinhole {
+            let image = format!("{width}×{height} pixels, fx={fx}, fy={fy}, cx={cx}, cy={cy}");
+            return format!("<umbrage.Camera at {position:?}, forward {forward:?}, up {up:?}: {image}>");
+        }
         let spread = match projection {
             Projection::Perspective { tan_half_height } => {
-                format!("fov_degrees={:.6}", 2.0 * tan_half_height.atan().to_degrees())
+                let degrees = 2.0 * f64::from(tan_half_height).atan().to_degrees();
+                format!("fov_degrees={}", (1e4 * degrees).round() / 1e4)
             }
             Projection::Orthographic { half_height } => format!("half_height={half_height}"),
         };
-        format!("Camera({:?}, {:?}, {spread})", position.to_array(), (position + forward).to_array())
+        let target = (self.camera.position + self.camera.forward).to_array();
+        format!("Camera({position:?}, {target:?}, {up:?}, {spread})")
     }
 }
 

@@ -209,5 +209,6 @@ pub(crate) fn render<'py>(
             bytes.extend(alpha.get(pixel).map(|&alpha| eight(alpha)));
         }
     }
-    hand_over(py, bytes, &[height, width, channels])
+    let class = py.import("umbrage.picture")?.getattr("Picture")?;
+    hand_over(py, bytes, &[height, width, channels])?.call_method1("view", (class,))
 }

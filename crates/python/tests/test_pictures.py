@@ -112,6 +112,43 @@ def test_pictures_show_what_they_are_of():
     assert cloth.render(0.5, 64, 36, camera=0).shape == picture.shape
 
 
+def test_notebooks_show_pictures(tmp_path):
+    scene = scene_of(*sphere())
+    camera = umbrage.Camera([0, 0, 4], [0, 0, 0])
+    for background in ("sky", "none"):
+        picture = scene.render(camera, 40, 30, lights="sun:0,-1,-1", background=background)
+        assert isinstance(picture, umbrage.Picture)
+        # The library reads it back: as a background of one's own.
+        (tmp_path / "shown.png").write_bytes(picture._repr_png_())
+        read = pytest.importorskip("matplotlib.image").imread(tmp_path / "shown.png")
+        np.testing.assert_array_equal(np.round(255 * read), picture)
+    part = picture[5:20, ::2, :3]
+    assert part._repr_png_().startswith(b"\x89PNG")
+    for numbers in (picture[..., 3], picture[:0], picture.astype(np.float32)):
+        assert numbers._repr_png_() is None
+    assert type(picture / 2) is type(picture.mean(axis=0)) is type(picture == picture) is np.ndarray
+    assert isinstance(picture.max(), np.uint8) and isinstance(picture.mean(), np.float64)
+
+
+def test_objects_say_what_they_are(tmp_path):
+    cloth = umbrage.open("demo:cloth?triangles=2000")
+    frame = cloth.at(0.5)
+    vertices, triangles = frame.vertices.shape[0], frame.triangles.shape[0]
+    assert repr(cloth).startswith('<umbrage.Scene "demo:cloth?triangles=2000": 3 objects, ')
+    assert f"{round(cloth.duration, 3):g} s of animation" in repr(cloth)
+    assert repr(frame).startswith(f"<umbrage.Frame at 0.5 s: {vertices} vertices, {triangles} triangles, ")
+    part = cloth.instances(0.5)[2]
+    assert repr(part) == f'<umbrage.Instance "floor": {len(part.vertices)} vertices, {len(part.triangles)} triangles>'
+    assert repr(umbrage.RaycastingScene(nthreads=2)) == "<umbrage.RaycastingScene: 0 geometries, 0 triangles, nthreads=2>"
+    assert repr(umbrage.Light.sun([0, -2, 0])) == "Light(sun:0,-1,0)"
+    camera = umbrage.Camera([1, 2, 3], [1, 2, -7], fov_degrees=33)
+    assert repr(camera) == "Camera([1.0, 2.0, 3.0], [1.0, 2.0, 2.0], [0.0, 1.0, 0.0], fov_degrees=33)"
+    again = eval(f"umbrage.{camera!r}")
+    np.testing.assert_allclose(again.rays(8, 6), camera.rays(8, 6), atol=1e-5)
+    own = umbrage.Camera.from_intrinsics([[90, 0, 40], [0, 80, 30], [0, 0, 1]], width=80, height=60)
+    assert "80×60 pixels, fx=90, fy=80, cx=40, cy=30" in repr(own)
+
+
 def test_exposure_is_measured():
     scene = scene_of(*sphere())
     camera = umbrage.Camera([0, 0, 4], [0, 0, 0])

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 import numpy as np
 
+from .picture import Picture
+
 __all__ = [
     "Camera",
     "Frame",
@@ -113,7 +115,7 @@ class Scene:
         bounces: int = 0,
         exposure: float | Literal["auto"] | None = None,
         nthreads: int = 0,
-    ) -> NDArray[np.uint8]: ...
+    ) -> Picture: ...
 
 @final
 class RaycastingScene:
@@ -195,7 +197,7 @@ class RaycastingScene:
         background: str = "sky",
         exposure: float | Literal["auto"] | None = None,
         nthreads: int = 0,
-    ) -> NDArray[np.uint8]: ...
+    ) -> Picture: ...
 
 def open(
     address: str | PathLike[str],

@@ -17,7 +17,7 @@ use umbrage::rays::Choice;
 use umbrage::scene::Frame;
 
 use crate::animated::Instance;
-use crate::arrays::{Rows, affine, hand_over, hand_over_rows, shown};
+use crate::arrays::{Rows, affine, counted, hand_over, hand_over_rows, shown};
 use crate::camera::Camera;
 use crate::errors::{bad_instance, expected};
 use crate::light;
@@ -561,6 +561,9 @@ impl RaycastingScene {
             let state = self.lock();
             (state.instances.all().len() - state.removed.len(), state.instances.triangles().len())
         });
-        format!("<umbrage.RaycastingScene: {geometries} geometries, {triangles} triangles>")
+        let geometries = counted(geometries, "geometry", "geometries");
+        let triangles = counted(triangles, "triangle", "triangles");
+        let threads = if self.nthreads == 0 { String::new() } else { format!(", nthreads={}", self.nthreads) };
+        format!("<umbrage.RaycastingScene: {geometries}, {triangles}{threads}>")
     }
 }
