@@ -4,15 +4,18 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use glam::DMat4;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
-use umbrage::Renderer;
+use pyo3::types::PyTuple;
 use umbrage::scene::{Clip, GroundChoice, Instances, Mesh, OpenOptions};
+use umbrage::{Renderer, gallery};
 
-use crate::arrays::hand_over_rows;
+use crate::arrays::{counted, hand_over_rows, rows};
 use crate::camera::Camera;
-use crate::errors::exception;
+use crate::errors::{exception, expected};
 use crate::light::Light;
+use crate::pickled::pickled;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{compute, pool};
 
@@ -61,40 +64,70 @@ pub(crate) fn open(
     py: Python<'_>,
     address: PathBuf,
     clip: Option<String>,
-    ground: Option<&str>,
+    ground: Option<String>,
     variant: Option<String>,
     hide: Option<Vec<String>>,
     sequence_fps: f64,
     allow_outside: bool,
 ) -> PyResult<Scene> {
-    let clip = match clip.as_deref() {
-        None => Clip::Auto,
-        Some("all") => Clip::All,
-        Some("rest") => Clip::Rest,
-        Some(name) => Clip::Named(name.to_owned()),
-    };
-    let wrong = |why: String| pyo3::exceptions::PyValueError::new_err(format!("ground: {why}"));
-    let ground: GroundChoice = ground.map(|text| text.parse().map_err(wrong)).transpose()?.unwrap_or_default();
-    if !(sequence_fps.is_finite() && sequence_fps > 0.0) {
-        return Err(crate::errors::expected("sequence_fps", "a finite number above 0", sequence_fps));
+    Opened { address, clip, ground, variant, hide, sequence_fps, allow_outside }.open(py)
+}
+
+/// What a scene was opened from, as it was said.
+#[derive(Clone, Debug, FromPyObject, IntoPyObject)]
+#[pyo3(from_item_all)]
+struct Opened {
+    address: PathBuf,
+    clip: Option<String>,
+    ground: Option<String>,
+    variant: Option<String>,
+    hide: Option<Vec<String>>,
+    sequence_fps: f64,
+    allow_outside: bool,
+}
+
+impl Opened {
+    fn open(self, py: Python<'_>) -> PyResult<Scene> {
+        let clip = match self.clip.as_deref() {
+            None => Clip::Auto,
+            Some("all") => Clip::All,
+            Some("rest") => Clip::Rest,
+            Some(name) => Clip::Named(name.to_owned()),
+        };
+        let wrong = |why: String| PyValueError::new_err(format!("ground: {why}"));
+        let ground = self.ground.as_deref().map(|text| text.parse::<GroundChoice>().map_err(wrong));
+        if !(self.sequence_fps.is_finite() && self.sequence_fps > 0.0) {
+            return Err(expected("sequence_fps", "a finite number above 0", self.sequence_fps));
+        }
+        let options = OpenOptions {
+            clip,
+            ground: ground.transpose()?.unwrap_or_default(),
+            variant: self.variant.clone(),
+            hidden: self.hide.clone().unwrap_or_default(),
+            sequence_fps: self.sequence_fps,
+            allow_outside: self.allow_outside,
+            ..OpenOptions::default()
+        };
+        let scene = compute(py, &*pool(0)?, || umbrage::open_with(&self.address, &options)).map_err(exception)?;
+        Ok(Scene { opened: self.from_anywhere(), scene, renderer: Mutex::default(), triangles: Mutex::default() })
     }
-    let options = OpenOptions {
-        clip,
-        ground,
-        variant,
-        hidden: hide.unwrap_or_default(),
-        sequence_fps,
-        allow_outside,
-        ..OpenOptions::default()
-    };
-    let scene = compute(py, &*pool(0)?, || umbrage::open_with(&address, &options)).map_err(exception)?;
-    Ok(Scene { scene, renderer: Mutex::default(), triangles: Mutex::default() })
+
+    /// The same from any working folder.
+    fn from_anywhere(mut self) -> Self {
+        if !self.address.to_string_lossy().starts_with(gallery::PREFIX)
+            && let Ok(absolute) = std::path::absolute(&self.address)
+        {
+            self.address = absolute;
+        }
+        self
+    }
 }
 
 /// A scene that has a look at every moment; made by `umbrage.open`.
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
 pub(crate) struct Scene {
+    opened: Opened,
     scene: umbrage::Scene,
     renderer: Mutex<Renderer>,
     /// Those of the last frame, which the next one mostly shares.
@@ -161,7 +194,7 @@ impl Scene {
         let frame = compute(py, &*pool(nthreads)?, || self.scene.at(seconds)).map_err(exception)?;
         let triangles = self.triangles(py, &frame.mesh)?;
         let cameras = frame.cameras.iter();
-        let cameras = cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera })).collect();
+        let cameras = cameras.map(|named| (named.name.to_string(), named.camera.into())).collect();
         let lights = frame.lights.iter().map(|light| Light { source: light.source }).collect();
         let positions: Vec<[f32; 3]> = bytemuck::allocation::cast_vec(frame.positions);
         let count = positions.len();
@@ -207,13 +240,13 @@ impl Scene {
     /// ----------
     /// seconds : float, optional
     ///     The moment; otherwise the one that shows a demo best, or the middle of the animation.
-    /// width, height : int, default 1280 and 720
-    ///     Pixels, 1 to 16384.
+    /// width, height : int, optional
+    ///     Pixels, 1 to 16384; otherwise those of the camera's own image (`Camera.from_intrinsics`), or 1280 and 720.
     /// samples : int, default 1
     ///     Rays for each pixel, 1 to 4096.
     /// camera : Camera, int or str, optional
     ///     From where; or the file's camera of that number or name, or ``"X,Y,Z:X,Y,Z:FOV"``. Otherwise the file's first one, or one
-    ///     that sees all.
+    ///     that sees all. Pictures have square pixels, and a camera's principal point at the nearest corner, edge or middle of one.
     /// lights : sequence of Light or str, optional
     ///     In place of the file's: lights as bright as full sunlight at the middle of the scene, or words as of the command, such as
     ///     ``"sun:-1,-2,-1:3:1,0.9,0.8:radius=0.3"``.
@@ -221,8 +254,8 @@ impl Scene {
     ///     ``"sky"``, ``"none"``, a colour such as ``"orange"`` or ``"#rrggbb"``, or the path of a latitude–longitude image.
     /// bounces : int, default 0
     ///     Mirrors and surfaces of glass that light may come by, 0 to 1024.
-    /// exposure_stops : float, default 0
-    ///     Each doubles the brightness.
+    /// exposure : float or "auto", default 0
+    ///     Stops, each of which doubles the brightness; ``"auto"`` measures how many suit what the picture shows, -20 to 4.
     /// nthreads : int, default 0
     ///     Threads; 0 for as many as `set_threads` says.
     ///
@@ -235,30 +268,61 @@ impl Scene {
     /// --------
     /// >>> umbrage.open("demo:cloth?triangles=2000").render(0.5, 64, 36).shape
     /// (36, 64, 3)
-    #[pyo3(signature = (seconds=None, width=1280, height=720, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure_stops=0.0, nthreads=0))]
+    #[pyo3(signature = (seconds=None, width=None, height=None, *, samples=1, camera=None, lights=None, background="sky", bounces=0, exposure=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         seconds: Option<f64>,
-        width: u32,
-        height: u32,
+        width: Option<u32>,
+        height: Option<u32>,
         samples: u32,
         camera: Option<&Bound<'py, PyAny>>,
         lights: Option<&Bound<'py, PyAny>>,
         background: &str,
         bounces: u32,
-        exposure_stops: f32,
+        exposure: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let look = Look::new([width, height], samples, camera, lights, background)?;
-        let look = look.with_light(bounces, exposure_stops);
+        let look = look.with_bounces(bounces).with_exposure(exposure)?;
         let seconds = seconds.unwrap_or(self.scene.still_seconds());
         render(py, nthreads, &self.renderer, &look, Subject::Moment(&self.scene, seconds))
     }
 
+    #[staticmethod]
+    fn _restore(py: Python<'_>, opened: Opened) -> PyResult<Self> {
+        opened.open(py)
+    }
+
+    /// Pickles are opened again, with the same options.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        pickled::<Self>(py, (self.opened.clone(),))
+    }
+
+    /// Itself: a scene never changes.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// Itself: a scene never changes.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
     fn __repr__(&self) -> String {
-        format!("<umbrage.Scene of {} s>", self.scene.duration_seconds())
+        let mut said = vec![counted(self.scene.objects().len(), "object", "objects")];
+        let seconds = self.scene.duration_seconds();
+        if seconds > 0.0 {
+            said.push(format!("{} s of animation", (1e3 * seconds).round() / 1e3));
+        }
+        let of_choice = [
+            (self.scene.animations().len(), "animation", "animations"),
+            (self.scene.variants().len(), "variant", "variants"),
+            (self.scene.warnings().len(), "warning", "warnings"),
+        ];
+        said.extend(of_choice.iter().filter(|of| of.0 > 0).map(|&(count, one, several)| counted(count, one, several)));
+        format!("<umbrage.Scene {:?}: {}>", self.opened.address, said.join(", "))
     }
 }
 
@@ -297,6 +361,38 @@ pub(crate) struct Frame {
     seconds: f64,
 }
 
+#[pymethods]
+impl Frame {
+    #[staticmethod]
+    fn _restore(
+        vertices: Py<PyAny>,
+        triangles: Py<PyAny>,
+        cameras: Vec<(String, Camera)>,
+        lights: Vec<Light>,
+        seconds: f64,
+    ) -> Self {
+        Self { vertices, triangles, cameras, lights, seconds }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let Self { vertices, triangles, cameras, lights, seconds } = self;
+        let arrays = [vertices, triangles].map(|array| array.clone_ref(py));
+        let [vertices, triangles] = arrays;
+        pickled::<Self>(py, (vertices, triangles, cameras.clone(), lights.clone(), *seconds))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let Self { vertices, triangles, cameras, lights, seconds } = self;
+        let said = [
+            counted(rows(py, vertices), "vertex", "vertices"),
+            counted(rows(py, triangles), "triangle", "triangles"),
+            counted(cameras.len(), "camera", "cameras"),
+            counted(lights.len(), "light", "lights"),
+        ];
+        format!("<umbrage.Frame at {seconds} s: {}>", said.join(", "))
+    }
+}
+
 /// A rigid object of a scene at a moment; made by `Scene.instances`.
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
@@ -316,7 +412,7 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    fn new(py: Python<'_>, instances: &Instances, id: u32) -> PyResult<Self> {
+    pub(crate) fn new(py: Python<'_>, instances: &Instances, id: u32) -> PyResult<Self> {
         let of = &instances.all()[id as usize];
         let (vertices, triangles) = instances.mesh(id);
         let matrix = DMat4::from(of.world_from_object()).transpose().to_cols_array_2d();
@@ -332,7 +428,20 @@ impl Instance {
 
 #[pymethods]
 impl Instance {
-    fn __repr__(&self) -> String {
-        format!("<umbrage.Instance {:?}>", self.name)
+    #[staticmethod]
+    fn _restore(name: String, vertices: Py<PyAny>, triangles: Py<PyAny>, world_from_object: Py<PyAny>) -> Self {
+        Self { name, vertices, triangles, world_from_object }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let arrays = [&self.vertices, &self.triangles, &self.world_from_object].map(|array| array.clone_ref(py));
+        let [vertices, triangles, world_from_object] = arrays;
+        pickled::<Self>(py, (self.name.clone(), vertices, triangles, world_from_object))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let vertices = counted(rows(py, &self.vertices), "vertex", "vertices");
+        let triangles = counted(rows(py, &self.triangles), "triangle", "triangles");
+        format!("<umbrage.Instance {:?}: {vertices}, {triangles}>", self.name)
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use bytemuck::Pod;
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DMat4, DVec3, DVec4, Vec3};
 use numpy::{Element, IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -105,6 +105,20 @@ pub(crate) fn finite_vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Ve
     if vector.is_finite() { Ok(vector) } else { Err(expected(name, "finite numbers", vector)) }
 }
 
+/// A transform of column vectors whose last row is 0, 0, 0, 1, or has been left out.
+pub(crate) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
+    let rows = Rows::<f64, 4>::table(name, "3 or 4", value)?;
+    let matrix = match *rows.of::<DVec4>() {
+        [x, y, z] => DMat4::from_cols(x, y, z, DVec4::W),
+        [x, y, z, w] => DMat4::from_cols(x, y, z, w),
+        ref others => return Err(expected(name, "shape (3 or 4, 4)", shown(&[others.len(), 4]))),
+    };
+    let matrix = matrix.transpose();
+    let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
+    let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
+    is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)
+}
+
 fn contiguous<'py, T: Number>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     if let Some(array) = as_it_is(value) {
         return Ok(array);
@@ -156,6 +170,16 @@ pub(crate) fn shown(shape: &[usize]) -> String {
     }
     text.push_str(if shape.len() == 1 { ",)" } else { ")" });
     text
+}
+
+/// How many there are of something.
+pub(crate) fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+/// The length of an array's first dimension.
+pub(crate) fn rows(py: Python<'_>, array: &Py<PyAny>) -> usize {
+    array.bind(py).len().unwrap_or_default()
 }
 
 /// Hands values over to numpy, without a copy, as an array of a shape.

@@ -1,10 +1,14 @@
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use umbrage::Settings;
-use umbrage::rays::{Projection, View};
+use umbrage::rays::{Projection, Ray, View};
 
-use crate::arrays::{finite_vector, hand_over_rows};
+use crate::arrays::{Numbers, affine, finite_vector, hand_over_rows};
 use crate::errors::expected;
+use crate::pickled::pickled;
 use crate::threads::{compute, pool};
 
 /// A camera in the world.
@@ -32,10 +36,20 @@ use crate::threads::{compute, pool};
 /// >>> camera = umbrage.Camera([0, 1, 5], [0, 1, 0])
 /// >>> camera.rays(640, 480).shape
 /// (480, 640, 6)
-#[pyclass(frozen, module = "umbrage")]
+#[pyclass(frozen, module = "umbrage", from_py_object)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
-    pub(crate) camera: umbrage::rays::Camera,
+    camera: umbrage::rays::Camera,
+    /// `None` where it takes images of any size, with their middle on its axis.
+    pinhole: Option<Pinhole>,
+}
+
+/// A camera's image, in pixels from the middle of its upper left one.
+#[derive(Clone, Copy, Debug)]
+struct Pinhole {
+    size: [u32; 2],
+    focal: [f64; 2],
+    principal: [f64; 2],
 }
 
 #[pymethods]
@@ -53,8 +67,8 @@ impl Camera {
         if position == target {
             return Err(expected("target", "another point than position", target));
         }
-        let up = up.map_or(Ok(glam::Vec3::Y), |up| finite_vector("up", up))?;
-        if up == glam::Vec3::ZERO {
+        let up = up.map_or(Ok(Vec3::Y), |up| finite_vector("up", up))?;
+        if up == Vec3::ZERO {
             return Err(expected("up", "a direction", up));
         }
         if !(fov_degrees > 0.0 && fov_degrees < 180.0) {
@@ -67,7 +81,121 @@ impl Camera {
             }
             camera.projection = Projection::Orthographic { half_height };
         }
-        Ok(Self { camera })
+        Ok(camera.into())
+    }
+
+    /// A camera of computer vision, as OpenCV describes it: its view may be off centre, and its pixels wider than high.
+    ///
+    /// It takes images of one size. Position and axes are rounded to float32.
+    ///
+    /// Parameters
+    /// ----------
+    /// intrinsics : array_like (3, 3)
+    ///     K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]: focal lengths and principal point in pixels, x to the right and y down. (0, 0)
+    ///     is the middle of the upper left pixel, so the middle of the image is ((width − 1) / 2, (height − 1) / 2).
+    /// extrinsics : array_like (4, 4) or (3, 4), optional
+    ///     A rotation and a translation: camera_from_world, of a camera whose x is to the right, y down and z into the image.
+    ///     Otherwise it is at the origin, with the world's axes.
+    /// width, height : int
+    ///     Pixels, 1 to 16384.
+    ///
+    /// Returns
+    /// -------
+    /// Camera
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where `intrinsics` have skew or a focal length that isn't above 0, or `extrinsics` aren't rigid.
+    ///
+    /// Examples
+    /// --------
+    /// >>> K = [[500, 0, 310.5], [0, 500, 239.5], [0, 0, 1]]
+    /// >>> camera = umbrage.Camera.from_intrinsics(K, width=640, height=480)
+    /// >>> camera.rays()[100, 200, 3:]
+    /// array([-0.221, -0.279,  1.   ])
+    #[staticmethod]
+    #[pyo3(signature = (intrinsics, extrinsics=None, *, width, height))]
+    fn from_intrinsics(
+        intrinsics: &Bound<'_, PyAny>,
+        extrinsics: Option<&Bound<'_, PyAny>>,
+        width: u32,
+        height: u32,
+    ) -> PyResult<Self> {
+        size(width, height)?;
+        let matrix = Numbers::<f64>::new("intrinsics", intrinsics, &[3, 3])?;
+        let matrix = DMat3::from_cols_slice(matrix.slice()).transpose();
+        let (focal, principal) = ([matrix.x_axis.x, matrix.y_axis.y], [matrix.z_axis.x, matrix.z_axis.y]);
+        let tan_half_height = (0.5 * f64::from(height) / focal[1]) as f32;
+        let [[fx, fy], [cx, cy]] = [focal, principal];
+        let plain = DMat3::from_cols_array_2d(&[[fx, 0.0, 0.0], [0.0, fy, 0.0], [cx, cy, 1.0]]);
+        let is_possible = fx > 0.0 && tan_half_height > 0.0 && tan_half_height.is_finite() && matrix.is_finite();
+        if !is_possible || matrix != plain {
+            let wanted = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with focal lengths above 0";
+            return Err(expected("intrinsics", wanted, matrix.transpose()));
+        }
+        let camera_from_world = extrinsics.map_or(Ok(DAffine3::IDENTITY), |matrix| affine("extrinsics", matrix))?;
+        let rotation = camera_from_world.matrix3;
+        if !(rotation.transpose() * rotation).abs_diff_eq(DMat3::IDENTITY, 1e-4) || rotation.determinant() < 0.0 {
+            return Err(expected("extrinsics", "a rotation and a translation", camera_from_world.matrix3.transpose()));
+        }
+        let [right, down, forward] = rotation.transpose().to_cols_array_2d().map(|axis| DVec3::from(axis).normalize());
+        let camera = umbrage::rays::Camera {
+            position: camera_from_world.inverse().translation.as_vec3(),
+            right: right.as_vec3(),
+            up: -down.as_vec3(),
+            forward: forward.as_vec3(),
+            projection: Projection::Perspective { tan_half_height },
+        };
+        Ok(Self { camera, pinhole: Some(Pinhole { size: [width, height], focal, principal }) })
+    }
+
+    /// Width and height of its image in pixels; None where it takes any.
+    #[getter]
+    fn size(&self) -> Option<(u32, u32)> {
+        self.pinhole.map(|pinhole| pinhole.size.into())
+    }
+
+    /// K of an image, as `from_intrinsics` takes it.
+    ///
+    /// Parameters
+    /// ----------
+    /// width, height : int, optional
+    ///     Pixels; of a camera with an image of its own, that is the one.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray (3, 3) float64
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For an orthographic camera, which has no focal length.
+    #[pyo3(signature = (width=None, height=None))]
+    fn intrinsics<'py>(&self, py: Python<'py>, width: Option<u32>, height: Option<u32>) -> PyResult<Bound<'py, PyAny>> {
+        let View { camera, width, height } = self.image(width, height)?.view;
+        let ([fx, fy], [cx, cy]) = match (self.pinhole, camera.projection) {
+            (Some(pinhole), _) => (pinhole.focal, pinhole.principal),
+            (None, Projection::Perspective { tan_half_height }) => {
+                let focal = 0.5 * f64::from(height) / f64::from(tan_half_height);
+                ([focal; 2], [width, height].map(|side| 0.5 * (f64::from(side) - 1.0)))
+            }
+            (None, Projection::Orthographic { .. }) => {
+                return Err(PyValueError::new_err("an orthographic camera has no focal length"));
+            }
+        };
+        hand_over_rows(py, vec![[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], &[3])
+    }
+
+    /// camera_from_world (4, 4) float64, as `from_intrinsics` takes it: x to the right, y down and z into the image.
+    #[getter]
+    fn extrinsics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let umbrage::rays::Camera { position, right, up, forward, .. } = self.camera;
+        let row = |axis: Vec3| {
+            let axis = axis.as_dvec3();
+            [axis.x, axis.y, axis.z, -axis.dot(position.as_dvec3())]
+        };
+        hand_over_rows(py, vec![row(right), row(-up), row(forward), [0.0, 0.0, 0.0, 1.0]], &[4])
     }
 
     /// World position.
@@ -88,8 +216,8 @@ impl Camera {
     ///
     /// Parameters
     /// ----------
-    /// width, height : int
-    ///     Pixels, 1 to 16384.
+    /// width, height : int, optional
+    ///     Pixels, 1 to 16384; of a camera with an image of its own, that is the one.
     /// nthreads : int, default 0
     ///     Threads, 0 for as many as `set_threads` says.
     ///
@@ -97,40 +225,174 @@ impl Camera {
     /// -------
     /// ndarray (height, width, 6) float64
     ///     Origin and direction, in rows from the upper left corner.
-    #[pyo3(signature = (width, height, nthreads=0))]
-    fn rays<'py>(&self, py: Python<'py>, width: u32, height: u32, nthreads: usize) -> PyResult<Bound<'py, PyAny>> {
-        let view = self.view(width, height)?;
-        let pool = pool(nthreads)?;
-        let rays: Vec<[f64; 6]> = compute(py, &pool, || {
-            let pixels = (0..width as usize * height as usize).into_par_iter();
-            pixels
-                .map(|pixel| {
-                    let ray = middle(&view, pixel);
-                    let ([x, y, z], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
-                    [x, y, z, dx, dy, dz]
-                })
-                .collect()
-        });
-        hand_over_rows(py, rays, &[height as usize, width as usize])
+    #[pyo3(signature = (width=None, height=None, nthreads=0))]
+    fn rays<'py>(
+        &self,
+        py: Python<'py>,
+        width: Option<u32>,
+        height: Option<u32>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let image = self.image(width, height)?;
+        let rays = compute(py, &*pool(nthreads)?, || image.rays());
+        hand_over_rows(py, rays, &image.shape())
+    }
+
+    #[staticmethod]
+    fn _restore(axes: [[f32; 3]; 4], projection: (bool, f32), pinhole: Option<([u32; 2], [f64; 2], [f64; 2])>) -> Self {
+        let (is_parallel, half_height) = projection;
+        let projection = if is_parallel {
+            Projection::Orthographic { half_height }
+        } else {
+            Projection::Perspective { tan_half_height: half_height }
+        };
+        let [position, right, up, forward] = axes.map(Vec3::from);
+        let camera = umbrage::rays::Camera { position, right, up, forward, projection };
+        Self { camera, pinhole: pinhole.map(|(size, focal, principal)| Pinhole { size, focal, principal }) }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let umbrage::rays::Camera { position, right, up, forward, projection } = self.camera;
+        let projection = match projection {
+            Projection::Perspective { tan_half_height } => (false, tan_half_height),
+            Projection::Orthographic { half_height } => (true, half_height),
+        };
+        let pinhole = self.pinhole.map(|Pinhole { size, focal, principal }| (size, focal, principal));
+        pickled::<Self>(py, ([position, right, up, forward].map(|of| of.to_array()), projection, pinhole))
     }
 
     fn __repr__(&self) -> String {
-        let umbrage::rays::Camera { position, forward, projection, .. } = self.camera;
+        let umbrage::rays::Camera { position, forward, up, projection, .. } = self.camera;
+        let [position, forward, up] = [position, forward, up].map(|of| of.to_array());
+        if let Some(Pinhole { size: [width, height], focal: [fx, fy], principal: [cx, cy] }) = self.pinhole {
+            let image = format!("{width}×{height} pixels, fx={fx}, fy={fy}, cx={cx}, cy={cy}");
+            return format!("<umbrage.Camera at {position:?}, forward {forward:?}, up {up:?}: {image}>");
+        }
         let spread = match projection {
             Projection::Perspective { tan_half_height } => {
-                format!("fov_degrees={:.6}", 2.0 * tan_half_height.atan().to_degrees())
+                let degrees = 2.0 * f64::from(tan_half_height).atan().to_degrees();
+                format!("fov_degrees={}", (1e4 * degrees).round() / 1e4)
             }
             Projection::Orthographic { half_height } => format!("half_height={half_height}"),
         };
-        format!("Camera({:?}, {:?}, {spread})", position.to_array(), (position + forward).to_array())
+        let target = (self.camera.position + self.camera.forward).to_array();
+        format!("Camera({position:?}, {target:?}, {up:?}, {spread})")
+    }
+}
+
+impl From<umbrage::rays::Camera> for Camera {
+    fn from(camera: umbrage::rays::Camera) -> Self {
+        Self { camera, pinhole: None }
     }
 }
 
 impl Camera {
-    /// The camera with an image's size.
-    pub(crate) fn view(&self, width: u32, height: u32) -> PyResult<View> {
+    /// Whether it has an image of its own.
+    pub(crate) fn has_image(&self) -> bool {
+        self.pinhole.is_some()
+    }
+
+    /// An image of this size, or of the camera's own.
+    pub(crate) fn image(&self, width: Option<u32>, height: Option<u32>) -> PyResult<PixelRays> {
+        let mut sides = [0; 2];
+        for (axis, (name, given)) in [("width", width), ("height", height)].into_iter().enumerate() {
+            sides[axis] = match (given, self.pinhole.map(|pinhole| pinhole.size[axis])) {
+                (Some(given), Some(own)) if given != own => {
+                    return Err(expected(name, &format!("{own}, that of the camera's own image"), given));
+                }
+                (Some(side), _) | (None, Some(side)) => side,
+                (None, None) => return Err(expected(name, "a number of pixels", "None")),
+            };
+        }
+        let [width, height] = sides;
         size(width, height)?;
-        Ok(View { camera: self.camera, width, height })
+        let view = View { camera: self.camera, width, height };
+        Ok(match self.pinhole {
+            None => PixelRays { view, offset_pixels: DVec2::splat(0.5), stretch: None },
+            Some(Pinhole { focal: [fx, fy], principal, .. }) => {
+                let middle = DVec2::new(f64::from(width), f64::from(height)) * 0.5;
+                let stretch = (fx != fy).then(|| fy / fx);
+                PixelRays { view, offset_pixels: middle - DVec2::from(principal), stretch }
+            }
+        })
+    }
+
+    /// A picture around the camera's axis, and the part of it that is the camera's image.
+    pub(crate) fn canvas(&self, width: Option<u32>, height: Option<u32>) -> PyResult<Canvas> {
+        let View { mut camera, width, height } = self.image(width, height)?.view;
+        let Some(Pinhole { focal: [fx, fy], principal, .. }) = self.pinhole else {
+            return Ok(Canvas { camera, size: [width, height], corner: [0; 2], part: [width, height] });
+        };
+        if fx != fy {
+            let why = format!("camera: expected fx = fy for a picture, whose pixels are square, found {fx} and {fy}");
+            return Err(PyValueError::new_err(why));
+        }
+        let (part, mut whole, mut corner) = ([width, height], [0; 2], [0; 2]);
+        for axis in 0..2 {
+            // Twice where the axis goes through the image: whole pixels on both sides of it make a picture.
+            let twice = (2.0 * principal[axis] + 1.0).round().clamp(-1e6, 1e6) as i64;
+            let most = twice.max(2 * i64::from(part[axis]) - twice);
+            if most > i64::from(Settings::MAX_SIDE) {
+                let wanted =
+                    format!("a principal point that is in the middle of at most {} pixels", Settings::MAX_SIDE);
+                return Err(expected("camera", &wanted, most));
+            }
+            (whole[axis], corner[axis]) = (most as u32, ((most - twice) / 2) as u32);
+        }
+        let tan_half_height = (0.5 * f64::from(whole[1]) / fy) as f32;
+        camera.projection = Projection::Perspective { tan_half_height };
+        Ok(Canvas { camera, size: whole, corner, part })
+    }
+}
+
+/// A picture of which a part is kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Canvas {
+    pub(crate) camera: umbrage::rays::Camera,
+    pub(crate) size: [u32; 2],
+    /// The part's upper left pixel, by column and row.
+    pub(crate) corner: [u32; 2],
+    /// The part's size.
+    pub(crate) part: [u32; 2],
+}
+
+/// The rays through the middles of an image's pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelRays {
+    pub(crate) view: View,
+    /// Where in the view the ray of the upper left pixel is; half a pixel from the corner where the view isn't off centre.
+    pub(crate) offset_pixels: DVec2,
+    /// How many times as wide as high pixels are, unless they are square.
+    stretch: Option<f64>,
+}
+
+impl PixelRays {
+    pub(crate) fn are_square(&self) -> bool {
+        self.stretch.is_none()
+    }
+
+    /// Rows and columns.
+    pub(crate) fn shape(&self) -> [usize; 2] {
+        [self.view.height as usize, self.view.width as usize]
+    }
+
+    /// The ray of a pixel, counted from the upper left corner.
+    pub(crate) fn ray(&self, pixel: usize) -> Ray {
+        let (column, row) = (pixel % self.view.width as usize, pixel / self.view.width as usize);
+        let (x, y) = (column as f64 + self.offset_pixels.x, row as f64 + self.offset_pixels.y);
+        let middle = 0.5 * f64::from(self.view.width);
+        self.view.ray(self.stretch.map_or(x, |stretch| middle + (x - middle) * stretch), y)
+    }
+
+    /// Origin and direction of all rays.
+    pub(crate) fn rays(&self) -> Vec<[f64; 6]> {
+        let [rows, columns] = self.shape();
+        let numbers = |pixel| {
+            let ray = self.ray(pixel);
+            let ([x, y, z], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
+            [x, y, z, dx, dy, dz]
+        };
+        (0..rows * columns).into_par_iter().map(numbers).collect()
     }
 }
 
@@ -142,10 +404,4 @@ pub(crate) fn size(width: u32, height: u32) -> PyResult<()> {
         }
     }
     Ok(())
-}
-
-/// The ray through the middle of a pixel, counted from the upper left corner.
-pub(crate) fn middle(view: &View, pixel: usize) -> umbrage::rays::Ray {
-    let (x, y) = (pixel % view.width as usize, pixel / view.width as usize);
-    view.ray(x as f64 + 0.5, y as f64 + 0.5)
 }

@@ -15,6 +15,7 @@ mod arrays;
 mod camera;
 mod errors;
 mod light;
+mod pickled;
 mod picture;
 mod scene;
 mod threads;

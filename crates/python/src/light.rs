@@ -1,11 +1,13 @@
 use glam::{DVec3, Vec3};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::{PyString, PyTuple};
 use umbrage::rays::LightSource;
 use umbrage::spec::LightSpec;
 
 use crate::arrays::{Rows, finite_vector, vector};
 use crate::errors::expected;
+use crate::pickled::pickled;
 
 /// Where light comes from: made by `Light.sun`, `Light.point`, `Light.spot`, or `Light.suns` for many.
 #[pyclass(frozen, module = "umbrage", from_py_object)]
@@ -85,6 +87,35 @@ impl Light {
         Ok(Self { source: LightSource::Spot { position, direction, inner_radians, outer_radians } })
     }
 
+    #[staticmethod]
+    fn _restore(
+        position: Option<[f32; 3]>,
+        direction: Option<[f32; 3]>,
+        angles_radians: Option<[f32; 2]>,
+    ) -> PyResult<Self> {
+        let (position, direction) = (position.map(Vec3::from), direction.map(Vec3::from));
+        let source = match (position, direction, angles_radians) {
+            (Some(position), Some(direction), Some([inner_radians, outer_radians])) => {
+                LightSource::Spot { position, direction, inner_radians, outer_radians }
+            }
+            (Some(position), None, None) => LightSource::Point { position },
+            (None, Some(direction), None) => LightSource::Directional { direction },
+            _ => return Err(PyValueError::new_err("no light has these")),
+        };
+        Ok(Self { source })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let (position, direction, angles_radians) = match self.source {
+            LightSource::Point { position } => (Some(position), None, None),
+            LightSource::Directional { direction } => (None, Some(direction), None),
+            LightSource::Spot { position, direction, inner_radians, outer_radians } => {
+                (Some(position), Some(direction), Some([inner_radians, outer_radians]))
+            }
+        };
+        pickled::<Self>(py, (position.map(|of| of.to_array()), direction.map(|of| of.to_array()), angles_radians))
+    }
+
     fn __repr__(&self) -> String {
         format!("Light({})", LightSpec::new(self.source))
     }
@@ -95,19 +126,39 @@ fn unit(name: &str, direction: DVec3) -> PyResult<Vec3> {
     unit.map(DVec3::as_vec3).ok_or_else(|| expected(name, "a direction with a finite length above 0", direction))
 }
 
-/// One light, or a sequence of them.
+/// One light, or a sequence of them: each a `Light` or the words of one.
+pub(crate) fn specs(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSpec>> {
+    if value.is_instance_of::<Light>() || value.is_instance_of::<PyString>() {
+        return Ok(vec![spec(value)?]);
+    }
+    value.try_iter().map_err(|_| not_lights(value))?.map(|light| spec(&light?)).collect()
+}
+
+fn spec(light: &Bound<'_, PyAny>) -> PyResult<LightSpec> {
+    if let Ok(light) = light.cast::<Light>() {
+        return Ok(LightSpec::new(light.get().source));
+    }
+    let text: String = light.extract().map_err(|_| not_lights(light))?;
+    text.parse().map_err(|why: String| expected("lights", &format!("words of a light ({why})"), &text))
+}
+
+fn not_lights(found: &Bound<'_, PyAny>) -> PyErr {
+    let found = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
+    PyTypeError::new_err(format!("lights: expected a Light, a str or a sequence of them, found {found}"))
+}
+
+/// Where the light of lights comes from, each from one point or direction.
 pub(crate) fn lights(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSource>> {
-    if let Ok(light) = value.cast::<Light>() {
-        return Ok(vec![light.get().source]);
-    }
-    let wrong = |found: &Bound<'_, PyAny>| {
-        let found = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
-        PyTypeError::new_err(format!("lights: expected a Light or a sequence of them, found {found}"))
+    let source = |spec: LightSpec| {
+        // Where a light's full strength is makes no difference.
+        let light = spec.light(Vec3::ZERO);
+        if spec.is_wide() || light.shape.is_flat() {
+            return Err(expected("lights", "lights without a size: ask about several points of one", spec));
+        }
+        if !light.casts_shadow {
+            return Err(expected("lights", "lights with shadows", spec));
+        }
+        Ok(light.source)
     };
-    let mut sources = Vec::new();
-    for light in value.try_iter().map_err(|_| wrong(value))? {
-        let light = light?;
-        sources.push(light.cast::<Light>().map_err(|_| wrong(&light))?.get().source);
-    }
-    Ok(sources)
+    specs(value)?.into_iter().map(source).collect()
 }

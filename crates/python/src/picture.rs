@@ -16,7 +16,7 @@ use umbrage::{CameraChoice, Error, Image, Renderer, Settings};
 use crate::arrays::hand_over;
 use crate::camera::{Camera, size};
 use crate::errors::{exception, expected};
-use crate::light::Light;
+use crate::light;
 use crate::threads::{handle_signals, pool};
 
 /// How often a render looks whether it shall end.
@@ -36,43 +36,71 @@ pub(crate) struct Look {
     settings: Settings,
     camera: Option<CameraSpec>,
     lights: Option<Vec<LightSpec>>,
+    /// The upper left corner and the size of the part that is kept.
+    part: [[u32; 2]; 2],
+    /// Whether the stops are those that suit the film.
+    measures_exposure: bool,
 }
 
 impl Look {
+    /// The size of pictures where nothing says it.
+    const SIZE: [u32; 2] = [1280, 720];
+
     pub(crate) fn new(
-        [width, height]: [u32; 2],
+        [width, height]: [Option<u32>; 2],
         samples: u32,
         camera: Option<&Bound<'_, PyAny>>,
         lights: Option<&Bound<'_, PyAny>>,
         background: &str,
     ) -> PyResult<Self> {
-        size(width, height)?;
         let background: BackgroundSpec =
             background.parse().map_err(|why: String| expected("background", &why, background))?;
         let background = background.open().map_err(exception)?;
-        let mut settings = Settings { width, height, samples, background, ..Settings::default() };
-        let camera = match camera {
-            None => None,
-            Some(camera) => match camera.cast::<Camera>() {
-                Ok(own) => {
-                    settings.camera = own.get().camera.into();
-                    None
-                }
-                Err(_) => Some(camera_spec(camera)?),
-            },
+        let mut settings = Settings { samples, background, ..Settings::default() };
+        let own = camera.and_then(|camera| camera.cast::<Camera>().ok());
+        let (camera, canvas) = match own {
+            Some(own) => {
+                let own = own.get();
+                let [or_width, or_height] = if own.has_image() { [None; 2] } else { Self::SIZE.map(Some) };
+                (None, Some(own.canvas(width.or(or_width), height.or(or_height))?))
+            }
+            None => (camera.map(camera_spec).transpose()?, None),
         };
-        let lights = lights.map(light_specs).transpose()?;
-        Ok(Self { settings, camera, lights })
+        let part = match canvas {
+            Some(canvas) => {
+                settings.camera = canvas.camera.into();
+                [settings.width, settings.height] = canvas.size;
+                [canvas.corner, canvas.part]
+            }
+            None => {
+                [settings.width, settings.height] = [width.unwrap_or(Self::SIZE[0]), height.unwrap_or(Self::SIZE[1])];
+                size(settings.width, settings.height)?;
+                [[0; 2], [settings.width, settings.height]]
+            }
+        };
+        let lights = lights.map(light::specs).transpose()?;
+        Ok(Self { settings, camera, lights, part, measures_exposure: false })
     }
 
-    pub(crate) fn with_light(mut self, bounces: u32, exposure_stops: f32) -> Self {
-        (self.settings.bounces, self.settings.exposure_stops) = (bounces, exposure_stops);
+    pub(crate) fn with_bounces(mut self, bounces: u32) -> Self {
+        self.settings.bounces = bounces;
         self
+    }
+
+    /// With stops, or as many as are measured for `"auto"`.
+    pub(crate) fn with_exposure(mut self, exposure: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let Some(exposure) = exposure else { return Ok(self) };
+        self.measures_exposure = exposure.extract::<String>().is_ok_and(|word| word == "auto");
+        if !self.measures_exposure {
+            let stops = exposure.extract();
+            self.settings.exposure_stops = stops.map_err(|_| expected("exposure", "a number or 'auto'", exposure))?;
+        }
+        Ok(self)
     }
 
     /// The settings for a subject, which says which cameras there are and where its middle is.
     fn settings(&self, subject: Subject<'_>) -> PyResult<Settings> {
-        let Self { settings, camera, lights } = self;
+        let Self { settings, camera, lights, .. } = self;
         let mut settings = settings.clone();
         if camera.is_none() && lights.is_none() {
             return Ok(settings);
@@ -127,21 +155,6 @@ fn camera_spec(camera: &Bound<'_, PyAny>) -> PyResult<CameraSpec> {
     text.parse().map_err(|why: String| expected("camera", &format!("words such as X,Y,Z:X,Y,Z:FOV ({why})"), &text))
 }
 
-fn light_specs(lights: &Bound<'_, PyAny>) -> PyResult<Vec<LightSpec>> {
-    let spec = |light: Bound<'_, PyAny>| {
-        if let Ok(light) = light.cast::<Light>() {
-            return Ok(LightSpec::new(light.get().source));
-        }
-        let wrong = |_| PyTypeError::new_err("lights: expected a sequence of Light or str");
-        let text: String = light.extract().map_err(wrong)?;
-        text.parse().map_err(|why: String| expected("lights", &format!("words of a light ({why})"), &text))
-    };
-    if lights.cast::<Light>().is_ok() || lights.extract::<String>().is_ok() {
-        return Ok(vec![spec(lights.clone())?]);
-    }
-    lights.try_iter()?.map(|light| spec(light?)).collect()
-}
-
 /// Renders on a thread of its own while this one handles signals, and ends it where one of them raises.
 pub(crate) fn render<'py>(
     py: Python<'py>,
@@ -152,17 +165,25 @@ pub(crate) fn render<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let pool = pool(nthreads)?;
     let image = py.detach(|| {
-        let settings = pool.install(|| look.settings(subject))?;
+        let mut settings = pool.install(|| look.settings(subject))?;
         let renderer = &mut *renderer.lock().unwrap_or_else(PoisonError::into_inner);
         let progress = renderer.progress();
         let (done, waiting) = channel();
         thread::scope(|scope| {
             let worker = scope.spawn(|| {
                 let image = pool.install(|| -> Result<Image, Error> {
-                    let film = match subject {
+                    match subject {
                         Subject::Moment(scene, seconds) => renderer.render(scene, seconds, &settings)?,
                         Subject::Frame(frame) => renderer.render_frame(frame, &settings)?,
                     };
+                    let film = renderer.film();
+                    if look.measures_exposure {
+                        let shown = match subject {
+                            Subject::Moment(..) => renderer.frame(),
+                            Subject::Frame(frame) => frame,
+                        };
+                        settings.exposure_stops = film.metered_stops(shown);
+                    }
                     Ok(film.develop(&settings))
                 });
                 // Whoever waits is there until this ends.
@@ -182,13 +203,18 @@ pub(crate) fn render<'py>(
             interrupted.map_or_else(|| image.map_err(exception), Err)
         })
     })?;
-    let Image { width, height, pixels, alpha } = image;
+    let Image { width: all_columns, pixels, alpha, .. } = image;
+    let [[left, top], [width, height]] = look.part.map(|pair| pair.map(|number| number as usize));
     let eight = |level: u16| ((u32::from(level) + 128) / 257) as u8;
     let channels = if alpha.is_empty() { 3 } else { 4 };
-    let mut bytes = Vec::with_capacity(pixels.len() * channels);
-    for (pixel, color) in pixels.iter().enumerate() {
-        bytes.extend(color.map(eight));
-        bytes.extend(alpha.get(pixel).map(|&alpha| eight(alpha)));
+    let mut bytes = Vec::with_capacity(width * height * channels);
+    for row in top..top + height {
+        let first = row * all_columns as usize + left;
+        for pixel in first..first + width {
+            bytes.extend(pixels[pixel].map(eight));
+            bytes.extend(alpha.get(pixel).map(|&alpha| eight(alpha)));
+        }
     }
-    hand_over(py, bytes, &[height as usize, width as usize, channels])
+    let class = py.import("umbrage.picture")?.getattr("Picture")?;
+    hand_over(py, bytes, &[height, width, channels])?.call_method1("view", (class,))
 }

@@ -1,5 +1,8 @@
 """Meshes and rays that tests have in common, and the truth about them."""
 
+import base64
+import json
+
 import numpy as np
 import pytest
 
@@ -68,6 +71,44 @@ def oracle(vertices, triangles, origins, directions):
             if hit.sum() > 1:
                 margin[index] = min(margin[index], at[order[1]] - at[order[0]])
     return t, triangle, margin
+
+
+def gltf_of_two_balls():
+    """Two nodes with one mesh, of which the second rises by a unit a second."""
+    vertices, triangles = sphere()
+    parts = [vertices, triangles, np.float32([0, 1]), np.float32([[5, 0, 0], [5, 1, 0]])]
+    starts = np.cumsum([0] + [part.nbytes for part in parts]).tolist()
+    encoded = base64.b64encode(b"".join(part.tobytes() for part in parts)).decode()
+
+    def accessor(view, component, kind, count, **more):
+        return {"bufferView": view, "componentType": component, "type": kind, "count": count, **more}
+
+    extent = {"min": vertices.min(0).tolist(), "max": vertices.max(0).tolist()}
+    return json.dumps(
+        {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0, 1]}],
+            "nodes": [{"name": "stays", "mesh": 0, "scale": [2, 1, 1]}, {"name": "rises", "mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "animations": [
+                {
+                    "samplers": [{"input": 2, "output": 3}],
+                    "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}],
+                }
+            ],
+            "accessors": [
+                accessor(0, 5126, "VEC3", len(vertices), **extent),
+                accessor(1, 5125, "SCALAR", triangles.size),
+                accessor(2, 5126, "SCALAR", 2, min=[0], max=[1]),
+                accessor(3, 5126, "VEC3", 2),
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteOffset": start, "byteLength": part.nbytes} for start, part in zip(starts, parts)
+            ],
+            "buffers": [{"byteLength": starts[-1], "uri": f"data:application/octet-stream;base64,{encoded}"}],
+        }
+    )
 
 
 def scene_of(vertices, triangles, **keywords):

@@ -83,3 +83,50 @@ def test_areas_are_shaded_by_as_much_as_is_above():
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_points_that_are_nowhere_are_dark(bad):
     assert not umbrage.RaycastingScene().lit(umbrage.Light.sun([0, -1, 0]), points=[[bad, 0, 0]]).any()
+
+
+def test_lights_are_said_in_the_words_of_the_command(random):
+    scene = scene_of(*soup(random, 100))
+    points = random.uniform(-1, 1, (200, 3)).astype(np.float32)
+    said = ["sun:-1,-2,-1", "point:0,3,0:5:1,0.5,0", "spot:0,3,0:0,0,0:60"]
+    lights = [umbrage.Light.sun([-1, -2, -1]), umbrage.Light.point([0, 3, 0]), umbrage.Light.spot([0, 3, 0], [0, 0, 0], 60)]
+    lit = scene.lit(said, points=points)
+    np.testing.assert_array_equal(lit, scene.lit(lights, points=points))
+    np.testing.assert_array_equal(lit[:1], scene.lit(said[0], points=points))
+    assert 0.05 < lit.mean() < 0.95
+    np.testing.assert_array_equal(scene.lit_areas(said[0])["share"], scene.lit_areas(lights[0])["share"])
+
+
+def test_light_from_behind_counts_unless_only_the_front_does(random):
+    vertices, triangles = soup(random, 100)
+    scene = scene_of(vertices, triangles)
+    lights = ["sun:0.3,-1,0.2", "point:0.2,3,0.1", *umbrage.Light.suns(random.normal(size=(70, 3)))]
+    lit, facing = scene.lit(lights, faces=True), scene.lit(lights, faces=True, facing=True)
+    cosines = scene.incidence(lights, faces=True)
+    assert cosines.shape == (72, 100) and cosines.dtype == np.float32
+    clear = np.abs(cosines) > 1e-6
+    np.testing.assert_array_equal(facing[clear], (lit & (cosines > 0))[clear])
+    assert (facing != lit).any() and facing.any()
+    # Points on the triangles say the same, and a point on none has no side.
+    corners = vertices.astype(np.float64)[triangles]
+    ids = {"geometry_ids": np.zeros(100, np.uint32), "primitive_ids": np.arange(100, dtype=np.uint32)}
+    np.testing.assert_array_equal(scene.lit(lights, points=corners.mean(axis=1), facing=True, **ids), facing)
+    nowhere = {"geometry_ids": [INVALID], "primitive_ids": [INVALID]}
+    assert scene.lit("sun:0,-1,0", points=[[0, 9, 0]], facing=True, **nowhere).all()
+    assert np.isnan(scene.incidence("sun:0,-1,0", points=[[0, 9, 0]], **nowhere)).all()
+
+
+def test_incidence_is_the_cosine_to_the_normal(random):
+    vertices, triangles = sphere()
+    scene = scene_of(vertices, triangles)
+    corners = vertices.astype(np.float64)[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    to_bulb = [0.5, 3, 1] - corners.mean(axis=1)
+    expected = [normals @ [0, 1, 0], (normals * to_bulb).sum(axis=1) / np.linalg.norm(to_bulb, axis=1)]
+    np.testing.assert_allclose(scene.incidence(["sun:0,-2,0", "point:0.5,3,1"], faces=True), expected, atol=1e-6)
+    # At a corner of its triangle, a point has another direction to the bulb.
+    ids = {"geometry_ids": np.zeros(len(triangles), np.uint32), "primitive_ids": np.arange(len(triangles), dtype=np.uint32)}
+    to_bulb = [0.5, 3, 1] - corners[:, 0]
+    expected = (normals * to_bulb).sum(axis=1) / np.linalg.norm(to_bulb, axis=1)
+    np.testing.assert_allclose(scene.incidence("point:0.5,3,1", points=corners[:, 0], **ids)[0], expected, atol=1e-6)

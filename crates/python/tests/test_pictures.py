@@ -1,12 +1,10 @@
 """Scenes of files, and pictures."""
 
-import base64
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import scene_of, sphere
+from conftest import gltf_of_two_balls, scene_of, sphere
 
 import umbrage
 
@@ -37,44 +35,6 @@ def test_a_file_is_read(tmp_path):
     with pytest.raises(ValueError, match="broken.obj"):
         (tmp_path / "broken.obj").write_text("f 1 2 3\n")
         umbrage.open(tmp_path / "broken.obj")
-
-
-def gltf_of_two_balls():
-    """Two nodes with one mesh, of which the second rises by a unit a second."""
-    vertices, triangles = sphere()
-    parts = [vertices, triangles, np.float32([0, 1]), np.float32([[5, 0, 0], [5, 1, 0]])]
-    starts = np.cumsum([0] + [part.nbytes for part in parts]).tolist()
-    encoded = base64.b64encode(b"".join(part.tobytes() for part in parts)).decode()
-
-    def accessor(view, component, kind, count, **more):
-        return {"bufferView": view, "componentType": component, "type": kind, "count": count, **more}
-
-    extent = {"min": vertices.min(0).tolist(), "max": vertices.max(0).tolist()}
-    return json.dumps(
-        {
-            "asset": {"version": "2.0"},
-            "scene": 0,
-            "scenes": [{"nodes": [0, 1]}],
-            "nodes": [{"name": "stays", "mesh": 0, "scale": [2, 1, 1]}, {"name": "rises", "mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-            "animations": [
-                {
-                    "samplers": [{"input": 2, "output": 3}],
-                    "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}],
-                }
-            ],
-            "accessors": [
-                accessor(0, 5126, "VEC3", len(vertices), **extent),
-                accessor(1, 5125, "SCALAR", triangles.size),
-                accessor(2, 5126, "SCALAR", 2, min=[0], max=[1]),
-                accessor(3, 5126, "VEC3", 2),
-            ],
-            "bufferViews": [
-                {"buffer": 0, "byteOffset": start, "byteLength": part.nbytes} for start, part in zip(starts, parts)
-            ],
-            "buffers": [{"byteLength": starts[-1], "uri": f"data:application/octet-stream;base64,{encoded}"}],
-        }
-    )
 
 
 def test_instances_move_by_their_transforms(tmp_path):
@@ -146,10 +106,65 @@ def test_pictures_show_what_they_are_of():
         cloth.render(0.5, 64, 36, lights=umbrage.Light.sun([-1, -1, 0])),
         cloth.render(0.5, 64, 36, camera="0,1,5:0,0,0:40"),
         cloth.render(0.5, 64, 36, camera=umbrage.Camera([0, 3, 9], [0, 0, 0])),
-        cloth.render(0.5, 64, 36, exposure_stops=1),
+        cloth.render(0.5, 64, 36, exposure=1),
     ):
         assert (changed != picture).mean() > 0.02
     assert cloth.render(0.5, 64, 36, camera=0).shape == picture.shape
+
+
+def test_notebooks_show_pictures(tmp_path):
+    scene = scene_of(*sphere())
+    camera = umbrage.Camera([0, 0, 4], [0, 0, 0])
+    for background in ("sky", "none"):
+        picture = scene.render(camera, 40, 30, lights="sun:0,-1,-1", background=background)
+        assert isinstance(picture, umbrage.Picture)
+        # The library reads it back: as a background of one's own.
+        (tmp_path / "shown.png").write_bytes(picture._repr_png_())
+        read = pytest.importorskip("matplotlib.image").imread(tmp_path / "shown.png")
+        np.testing.assert_array_equal(np.round(255 * read), picture)
+    part = picture[5:20, ::2, :3]
+    assert part._repr_png_().startswith(b"\x89PNG")
+    for numbers in (picture[..., 3], picture[:0], picture.astype(np.float32)):
+        assert numbers._repr_png_() is None
+    assert type(picture / 2) is type(picture.mean(axis=0)) is type(picture == picture) is np.ndarray
+    assert isinstance(picture.max(), np.uint8) and isinstance(picture.mean(), np.float64)
+
+
+def test_objects_say_what_they_are(tmp_path):
+    cloth = umbrage.open("demo:cloth?triangles=2000")
+    frame = cloth.at(0.5)
+    vertices, triangles = frame.vertices.shape[0], frame.triangles.shape[0]
+    assert repr(cloth).startswith('<umbrage.Scene "demo:cloth?triangles=2000": 3 objects, ')
+    assert f"{round(cloth.duration, 3):g} s of animation" in repr(cloth)
+    assert repr(frame).startswith(f"<umbrage.Frame at 0.5 s: {vertices} vertices, {triangles} triangles, ")
+    part = cloth.instances(0.5)[2]
+    assert repr(part) == f'<umbrage.Instance "floor": {len(part.vertices)} vertices, {len(part.triangles)} triangles>'
+    assert repr(umbrage.RaycastingScene(nthreads=2)) == "<umbrage.RaycastingScene: 0 geometries, 0 triangles, nthreads=2>"
+    assert repr(umbrage.Light.sun([0, -2, 0])) == "Light(sun:0,-1,0)"
+    camera = umbrage.Camera([1, 2, 3], [1, 2, -7], fov_degrees=33)
+    assert repr(camera) == "Camera([1.0, 2.0, 3.0], [1.0, 2.0, 2.0], [0.0, 1.0, 0.0], fov_degrees=33)"
+    again = eval(f"umbrage.{camera!r}")
+    np.testing.assert_allclose(again.rays(8, 6), camera.rays(8, 6), atol=1e-5)
+    own = umbrage.Camera.from_intrinsics([[90, 0, 40], [0, 80, 30], [0, 0, 1]], width=80, height=60)
+    assert "80×60 pixels, fx=90, fy=80, cx=40, cy=30" in repr(own)
+
+
+def test_exposure_is_measured():
+    scene = scene_of(*sphere())
+    camera = umbrage.Camera([0, 0, 4], [0, 0, 0])
+    keywords = {"lights": "sun:0,-1,-1:0.5", "background": "#000000"}
+    dark, measured = (scene.render(camera, 60, 40, exposure=exposure, **keywords) for exposure in (None, "auto"))
+    np.testing.assert_array_equal(scene.render(camera, 60, 40, exposure=0, **keywords), dark)
+    assert dark.max() < 130 and 180 < measured.max() < 255
+    # Sixteen times the light is as bright in the end.
+    keywords["lights"] = "sun:0,-1,-1:8"
+    brighter = scene.render(camera, 60, 40, exposure="auto", **keywords)
+    assert np.abs(brighter.astype(int) - measured).max() <= 2
+    cloth = umbrage.open("demo:cloth?triangles=2000")
+    assert (cloth.render(0.5, 64, 36, exposure="auto") != cloth.render(0.5, 64, 36)).any()
+    for bad in ("automatic", [1, 2]):
+        with pytest.raises(ValueError, match="exposure: expected a number or 'auto'"):
+            scene.render(camera, 8, 8, exposure=bad)
 
 
 def test_alpha_is_where_something_is_seen():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import scene_of, soup, sphere
+from conftest import gltf_of_two_balls, scene_of, soup, sphere
 
 import umbrage
 
@@ -28,6 +28,75 @@ def test_ids_are_a_geometrys_and_a_number_within_it():
     assert answer["primitive_ids"][0] == alone["primitive_ids"][0]
     assert [scene.triangle_slice(i) for i in range(3)] == [slice(0, 168, 1), slice(168, 168, 1), slice(168, 336, 1)]
     assert "3 geometries, 336 triangles" in repr(scene)
+
+
+def test_meshes_are_added_whole(tmp_path):
+    """Frames, instances where they are, tuples, and meshes with `faces` or `triangles`."""
+
+    class Mesh:
+        def __init__(self, **parts):
+            vars(self).update(parts)
+
+    path = tmp_path / "balls.gltf"
+    path.write_text(gltf_of_two_balls())
+    file = umbrage.open(path)
+    frame, parts = file.at(0.5), file.instances(0.5)
+    rays = np.float32([[0.1, 9, 0.2, 0, -1, 0], [5.1, 9, 0.2, 0, -1, 0]])
+    expected = scene_of(frame.vertices, frame.triangles).cast_rays(rays)["t_hit"]
+    assert np.isfinite(expected).all() and expected[0] != expected[1]
+    vertices, triangles = frame.vertices, frame.triangles
+    for mesh in (frame, (vertices, triangles), Mesh(vertices=vertices, faces=triangles), Mesh(vertices=vertices, triangles=triangles)):
+        scene = umbrage.RaycastingScene()
+        assert scene.add_triangles(mesh) == 0
+        np.testing.assert_array_equal(scene.cast_rays(rays)["t_hit"], expected)
+    scene = umbrage.RaycastingScene()
+    assert [scene.add_triangles(part) for part in parts] == [0, 1]
+    np.testing.assert_allclose(scene.cast_rays(rays)["t_hit"], expected, rtol=1e-6)
+    # Its own vertices stay: another transform is in place of the instance's.
+    scene.remove(0)
+    scene.set_transform(1, np.eye(3, 4))
+    alone = scene_of(parts[1].vertices, parts[1].triangles)
+    np.testing.assert_array_equal(scene.cast_rays(rays)["t_hit"], alone.cast_rays(rays)["t_hit"])
+    np.testing.assert_array_equal(scene.cast_rays(rays)["geometry_ids"], [1, INVALID])
+
+
+def test_a_transform_may_lack_its_last_row(random):
+    vertices, triangles = sphere()
+    matrix = np.vstack((np.hstack((2 * np.eye(3), [[0.5], [-0.25], [1]])), [0, 0, 0, 1]))
+    rays = np.hstack((random.uniform(-4, 4, (500, 3)), random.normal(size=(500, 3))))
+    answers = []
+    for transform in (matrix, matrix[:3]):
+        scene = scene_of(vertices, triangles)
+        scene.set_transform(0, transform)
+        answers.append(scene.cast_rays(rays))
+    assert 0.02 < np.isfinite(answers[0]["t_hit"]).mean() < 0.98
+    same(*answers)
+
+
+def test_what_is_removed_is_not_hit_and_others_keep_their_ids(random):
+    vertices, triangles = sphere()
+    scene, without = umbrage.RaycastingScene(), umbrage.RaycastingScene()
+    nothing = (np.empty((0, 3)), np.empty((0, 3), int))
+    matrix = np.hstack((np.linalg.qr(random.normal(size=(3, 3)))[0], [[0.1], [3], [0.3]]))
+    for id in range(4):
+        moved = vertices + np.float32([0, 0, 3 * id])
+        scene.add_triangles(moved, triangles)
+        without.add_triangles(*(nothing if id in (0, 2) else (moved, triangles)))
+        for each in (scene, without):
+            each.set_transform(id, matrix)
+    rays = np.hstack((random.uniform(-9, 9, (3000, 3)), random.normal(size=(3000, 3))))
+    assert set(scene.cast_rays(rays)["geometry_ids"]) == {0, 1, 2, 3, INVALID}
+    scene.see(umbrage.Camera([0, 0, 30], [0, 0, 0]), 8, 8)
+    for id in (2, 0):
+        scene.remove(id)
+    same(scene.cast_rays(rays), without.cast_rays(rays))
+    same(*(each.see(umbrage.Camera([0, 9, 40], [0, 0, 9]), 40, 30) for each in (scene, without)))
+    assert "2 geometries, 336 triangles" in repr(scene)
+    assert scene.triangle_slice(3) == slice(168, 336, 1)
+    for ask in (scene.remove, scene.triangle_slice, lambda id: scene.set_transform(id, matrix)):
+        with pytest.raises(IndexError, match="geometry 0 was removed"):
+            ask(0)
+    assert scene.add_triangles(vertices, triangles) == 4
 
 
 @pytest.mark.parametrize("question", ["cast_rays", "scan", "see", "lit"])
@@ -115,10 +184,12 @@ def test_rays_say_what_answered_them_and_answers_do_not_depend_on_it(random):
     others = np.hstack((random.uniform(-2, 2, (3000, 3)), directions)).astype(np.float32)
     both = np.stack((rays, others), axis=1).reshape(-1, 6)
     scene = scene_of(vertices, triangles)
-    together, apart = scene.cast_rays(rays), scene.cast_rays(both)
-    assert (together["structures"], apart["structures"]) == (["scanner"], ["hierarchy"])
+    assert scene.last_structures == []
+    together, of_together = scene.cast_rays(rays), scene.last_structures
+    apart, of_apart = scene.cast_rays(both), scene.last_structures
+    assert (of_together, of_apart) == (["scanner"], ["hierarchy"])
     assert 100 < np.isfinite(together["t_hit"]).sum() < 2900
-    for key in together.keys() - {"structures"}:
+    for key in together:
         np.testing.assert_array_equal(together[key], apart[key][::2])
 
 
@@ -191,6 +262,9 @@ def test_only_hits_of_the_interval_count(random):
         (lambda s: s.add_triangles([[0, 0, 0]], [[0, 0, -1]]), ValueError, "found -1"),
         (lambda s: s.add_triangles([[0, 0, 0]], [[0.0, 0, 0]]), TypeError, "triangle_indices: expected an array of integers"),
         (lambda s: s.add_triangles([[0, 0, 0]]), ValueError, "triangle_indices"),
+        (lambda s: s.add_triangles(([[0, 0, 0]],)), ValueError, "a tuple of vertices and triangles"),
+        (lambda s: s.remove(1), IndexError, "geometry_id: expected one of 1 geometries, found 1"),
+        (lambda s: s.set_transform(0, np.eye(5, 4)), ValueError, r"world_from_object: expected shape \(3 or 4, 4\), found \(5, 4\)"),
         (lambda s: s.add_triangles("no", [[0, 0, 0]]), TypeError, "vertex_positions: expected an array of numbers"),
         (lambda s: s.update_vertices(7, [[0, 0, 0]]), IndexError, "geometry_id: expected one of 1 geometries, found 7"),
         (lambda s: s.update_vertices(0, [[0, 0, 0]]), ValueError, r"expected \(3, 3\), found \(1, 3\)"),
@@ -200,7 +274,13 @@ def test_only_hits_of_the_interval_count(random):
         (lambda s: s.scan([0, 0, 0], [[1, 0, 0]], each=True), ValueError, "directions: expected each=False"),
         (lambda s: s.scan([0, 0, 0], [[1, 0, 0]], returns=0), ValueError, "returns: expected 1 to 1024 hits, found 0"),
         (lambda s: s.see(umbrage.Camera([0, 0, 1], [0, 0, 0]), 0, 5), ValueError, "width: expected 1 to 16384 pixels, found 0"),
-        (lambda s: s.lit([3], faces=True), TypeError, "lights: expected a Light or a sequence of them"),
+        (lambda s: s.lit([3], faces=True), TypeError, "lights: expected a Light, a str or a sequence of them, found int"),
+        (lambda s: s.lit("sun:0,0", faces=True), ValueError, "three numbers"),
+        (lambda s: s.lit("disk:0,3,0:0,0,0:1", faces=True), ValueError, "lights: expected lights without a size"),
+        (lambda s: s.lit("sun:0,-1,0:radius=1", faces=True), ValueError, "lights: expected lights without a size"),
+        (lambda s: s.lit("sun:0,-1,0:noshadow", faces=True), ValueError, "lights: expected lights with shadows"),
+        (lambda s: s.lit([], points=[[0, 0, 0]], facing=True), ValueError, "facing: expected faces=True, or geometry_ids"),
+        (lambda s: s.incidence([], points=[[0, 0, 0]]), ValueError, "points: expected faces=True, or geometry_ids"),
         (lambda s: s.lit([], points=[[0, 0, 0]], faces=True), ValueError, "points or faces=True"),
         (lambda s: s.lit([], points=[[0, 0, 0]], geometry_ids=[0]), ValueError, "both of them or neither"),
         (lambda s: s.lit([], points=[[0, 0, 0]], geometry_ids=[0], primitive_ids=[9]), ValueError, "primitive_ids: expected ids below 1"),

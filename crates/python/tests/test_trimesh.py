@@ -64,6 +64,29 @@ def test_a_ray_through_an_edge_has_one_location(mesh):
     assert len(ours.intersects_id([[0, 0, 5]], [[0, 0, -1]])[0]) == 4
 
 
+def test_rays_through_corners_count_as_trimesh_counts_them():
+    from trimesh.ray.ray_triangle import RayMeshIntersector as Theirs
+
+    # Straight down on corners, edges and faces of an octahedron on the ground, exactly: coordinates are halves.
+    corners = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+    faces = [[4, 0, 2], [4, 2, 1], [4, 1, 3], [4, 3, 0], [5, 2, 0], [5, 1, 2], [5, 3, 1], [5, 0, 3]]
+    mesh = trimesh.Trimesh(corners, faces, process=False)
+    origins = np.array([[0, 0, 5], [0.5, 0, 5], [0.25, 0.25, 5]])
+    directions = np.broadcast_to([0, 0, -1.0], origins.shape)
+    ours, theirs = RayMeshIntersector(mesh), Theirs(mesh)
+
+    def counts(asked, **keywords):
+        return np.bincount(asked.intersects_id(origins, directions, **keywords)[1], minlength=3).tolist()
+
+    assert counts(ours) == counts(theirs) == [8, 4, 2]
+    assert counts(ours, return_locations=True) == counts(theirs, return_locations=True) == [2, 2, 2]
+    assert counts(ours, unique=True) == [2, 2, 2]
+    assert counts(ours, return_locations=True, unique=False) == [8, 4, 2]
+    assert counts(ours, unique=True, max_hits=1) == [1, 1, 1]
+    # Of a corner's triangles the lowest is hit, on either side.
+    assert ours.intersects_id(origins[:1], directions[:1], unique=True)[0].tolist() == [0, 4]
+
+
 def test_points_inside_are_told_from_those_outside(random):
     ball = trimesh.creation.icosphere(3)
     points = random.uniform(-1.2, 1.2, (2000, 3))

@@ -62,14 +62,14 @@ pub(crate) fn check(root: &Path, log: &mut Log) -> Outcome {
 
 /// Finds a Python that is new enough.
 fn python() -> Result<PathBuf, NotPassed> {
-    let is_new = "import sys, venv; sys.exit(sys.version_info < (3, 11))";
+    let is_new = "import sys, venv; sys.exit(sys.version_info < (3, 9))";
     let names = ["python3", "python"].map(PathBuf::from);
     let found = names.into_iter().find(|name| {
         let mut asked = Command::new(name);
         asked.args(["-c", is_new]).stdout(Stdio::null()).stderr(Stdio::null());
         asked.status().is_ok_and(|status| status.success())
     });
-    found.ok_or_else(|| NotPassed::Skipped("there is no Python 3.11 or newer with venv".to_owned()))
+    found.ok_or_else(|| NotPassed::Skipped("there is no Python 3.9 or newer with venv".to_owned()))
 }
 
 /// Builds the library and the command.

@@ -16,12 +16,14 @@ from ._umbrage import (
     open,
     set_threads,
 )
+from .picture import Picture
 
 __all__ = [
     "Camera",
     "Frame",
     "Instance",
     "Light",
+    "Picture",
     "RaycastingScene",
     "Scene",
     "__version__",

@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any, final
+from typing import Any, Literal, final
 
 from numpy.typing import ArrayLike, NDArray
 
 import numpy as np
+
+from .picture import Picture
 
 __all__ = [
     "Camera",
@@ -34,11 +36,22 @@ class Camera:
         fov_degrees: float = 40.0,
         half_height: float | None = None,
     ) -> Camera: ...
+    @staticmethod
+    def from_intrinsics(
+        intrinsics: ArrayLike, extrinsics: ArrayLike | None = None, *, width: int, height: int
+    ) -> Camera: ...
+    @property
+    def size(self) -> tuple[int, int] | None: ...
+    def intrinsics(self, width: int | None = None, height: int | None = None) -> NDArray[np.float64]: ...
+    @property
+    def extrinsics(self) -> NDArray[np.float64]: ...
     @property
     def position(self) -> list[float]: ...
     @property
     def forward(self) -> list[float]: ...
-    def rays(self, width: int, height: int, nthreads: int = 0) -> NDArray[np.float64]: ...
+    def rays(
+        self, width: int | None = None, height: int | None = None, nthreads: int = 0
+    ) -> NDArray[np.float64]: ...
 
 @final
 class Light:
@@ -92,23 +105,24 @@ class Scene:
     def render(
         self,
         seconds: float | None = None,
-        width: int = 1280,
-        height: int = 720,
+        width: int | None = None,
+        height: int | None = None,
         *,
         samples: int = 1,
         camera: Camera | int | str | None = None,
-        lights: Sequence[Light | str] | None = None,
+        lights: Light | str | Sequence[Light | str] | None = None,
         background: str = "sky",
         bounces: int = 0,
-        exposure_stops: float = 0.0,
+        exposure: float | Literal["auto"] | None = None,
         nthreads: int = 0,
-    ) -> NDArray[np.uint8]: ...
+    ) -> Picture: ...
 
 @final
 class RaycastingScene:
     INVALID_ID: int
     def __new__(cls, nthreads: int = 0) -> RaycastingScene: ...
     def add_triangles(self, vertex_positions: ArrayLike | Any, triangle_indices: ArrayLike | None = None) -> int: ...
+    def remove(self, geometry_id: int) -> None: ...
     def update_vertices(self, geometry_id: int, vertex_positions: ArrayLike) -> None: ...
     def set_transform(self, geometry_id: int, world_from_object: ArrayLike) -> None: ...
     def triangle_slice(self, geometry_id: int) -> slice: ...
@@ -116,7 +130,9 @@ class RaycastingScene:
         self, geometry_ids: ArrayLike, primitive_ids: ArrayLike, primitive_uvs: ArrayLike
     ) -> NDArray[np.float64]: ...
     def omitted(self) -> dict[str, int]: ...
-    def cast_rays(self, rays: ArrayLike, nthreads: int = 0) -> dict[str, Any]: ...
+    def cast_rays(self, rays: ArrayLike, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    @property
+    def last_structures(self) -> list[str]: ...
     def test_occlusions(
         self, rays: ArrayLike, tnear: float = 0.0, tfar: float = ..., nthreads: int = 0
     ) -> NDArray[np.bool_]: ...
@@ -143,31 +159,45 @@ class RaycastingScene:
         each: bool = False,
         nthreads: int = 0,
     ) -> NDArray[np.bool_]: ...
-    def see(self, camera: Camera, width: int, height: int, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def see(
+        self, camera: Camera, width: int | None = None, height: int | None = None, nthreads: int = 0
+    ) -> dict[str, NDArray[Any]]: ...
     def lit(
         self,
-        lights: Light | Sequence[Light],
+        lights: Light | str | Sequence[Light | str],
+        *,
+        points: ArrayLike | None = None,
+        faces: bool = False,
+        geometry_ids: ArrayLike | None = None,
+        primitive_ids: ArrayLike | None = None,
+        facing: bool = False,
+        nthreads: int = 0,
+    ) -> NDArray[np.bool_]: ...
+    def incidence(
+        self,
+        lights: Light | str | Sequence[Light | str],
         *,
         points: ArrayLike | None = None,
         faces: bool = False,
         geometry_ids: ArrayLike | None = None,
         primitive_ids: ArrayLike | None = None,
         nthreads: int = 0,
-    ) -> NDArray[np.bool_]: ...
+    ) -> NDArray[np.float32]: ...
     def lit_areas(
-        self, lights: Light | Sequence[Light], *, samples: int = 64, nthreads: int = 0
+        self, lights: Light | str | Sequence[Light | str], *, samples: int = 64, nthreads: int = 0
     ) -> dict[str, NDArray[np.float64]]: ...
     def render(
         self,
         camera: Camera | str | None = None,
-        width: int = 1280,
-        height: int = 720,
+        width: int | None = None,
+        height: int | None = None,
         *,
         samples: int = 1,
-        lights: Sequence[Light | str] | None = None,
+        lights: Light | str | Sequence[Light | str] | None = None,
         background: str = "sky",
+        exposure: float | Literal["auto"] | None = None,
         nthreads: int = 0,
-    ) -> NDArray[np.uint8]: ...
+    ) -> Picture: ...
 
 def open(
     address: str | PathLike[str],

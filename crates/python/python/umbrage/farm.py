@@ -241,7 +241,7 @@ def _run(
     ray.init(address=asked.address, log_to_driver=False, logging_level="error", configure_logging=True)
     try:
         task = ray.remote(num_cpus=asked.cpus, max_retries=asked.retries, retry_exceptions=[RuntimeError])(work)
-        share_of = {task.remote(*of): share for of, share in zip(arguments, shares, strict=True)}
+        share_of = {task.remote(*of): share for of, share in zip(arguments, shares)}
         done, failed = [], {}
         for finished in _progress(_as_they_finish(ray, list(share_of)), len(share_of)):
             try:

@@ -62,6 +62,7 @@ class RayMeshIntersector:
         return_locations: bool = False,
         multiple_hits: bool = True,
         max_hits: int | None = None,
+        unique: bool | None = None,
     ):
         """Find the triangles that rays hit.
 
@@ -70,12 +71,14 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (m, 3) float
             Of any lengths above zero.
         return_locations : bool
-            Whether to return where, too. Then a ray that passes an edge or a corner hits one of its triangles only, that of the lowest
-            index.
+            Whether to return where, too.
         multiple_hits : bool
             All hits of a ray rather than its first one.
         max_hits : int, optional
             The most hits of a ray, nearest first.
+        unique : bool, optional
+            Whether a ray that passes an edge or a corner hits one of its triangles only, that of the lowest index, so that each
+            crossing of a surface counts once; otherwise it hits all of them. As with trimesh, the default is `return_locations`.
 
         Returns
         -------
@@ -90,7 +93,7 @@ class RayMeshIntersector:
         if multiple_hits:
             hits = self._current().list_intersections(rays)
             index_ray, index_tri, t = hits["ray_ids"], hits["primitive_ids"].astype(np.int64), hits["t_hit"]
-            if return_locations and len(t) > 1:
+            if (return_locations if unique is None else unique) and len(t) > 1:
                 # Where a ray passes an edge all of its triangles have the very same t.
                 again = (index_ray[1:] == index_ray[:-1]) & (t[1:] == t[:-1])
                 first = np.concatenate(([True], ~again))

@@ -1,6 +1,6 @@
 //! Hits as dictionaries of arrays, with Open3D's keys.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -82,10 +82,9 @@ impl Answers {
         const AT_LEAST: usize = 1 << 12;
         let triangles = instances.triangles();
         if with_normals {
+            let normal = |id| unit_normal(triangles.corners(id)).as_vec3().to_array();
             let normals = self.triangle.par_iter().with_min_len(AT_LEAST);
-            normals
-                .map(|&id| if id == INVALID_ID { [0.0; 3] } else { normal(triangles.corners(id)).to_array() })
-                .collect_into_vec(&mut self.normal);
+            normals.map(|&id| if id == INVALID_ID { [0.0; 3] } else { normal(id) }).collect_into_vec(&mut self.normal);
         }
         let ids = self.triangle.par_iter_mut().with_min_len(AT_LEAST);
         ids.map(|id| {
@@ -122,9 +121,9 @@ impl Answers {
 }
 
 /// Of unit length, towards where the corners are seen counterclockwise.
-fn normal(corners: [Vec3; 3]) -> Vec3 {
+pub(super) fn unit_normal(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a);
     // Not too small to be squared.
-    (normal / normal.abs().max_element()).normalize_or_zero().as_vec3()
+    (normal / normal.abs().max_element()).normalize_or_zero()
 }

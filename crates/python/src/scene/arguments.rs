@@ -1,11 +1,12 @@
 //! What several questions take as arguments.
 
-use glam::{DAffine3, DMat4, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use umbrage::rays::Sweep;
 
-use crate::arrays::{Numbers, Rows, shown};
+use crate::arrays::{Numbers, Rows, affine, shown};
 use crate::errors::expected;
 
 /// Directions between two looks whether a call shall end.
@@ -75,6 +76,41 @@ impl<'a> Pieces<'a> {
     }
 }
 
+/// A mesh that is added.
+pub(super) struct NewMesh<'py> {
+    pub(super) vertices: Rows<'py, f32, 3>,
+    pub(super) triangles: Rows<'py, u32, 3>,
+    /// Where it is put, if it says so.
+    pub(super) world_from_object: Option<DAffine3>,
+}
+
+impl<'py> NewMesh<'py> {
+    /// Takes vertices and triangles, or one value that has both.
+    pub(super) fn new(mesh: &Bound<'py, PyAny>, triangles: Option<&Bound<'py, PyAny>>) -> PyResult<Self> {
+        let mut world_from_object = None;
+        let (vertices, triangles) = match triangles {
+            Some(triangles) => (mesh.clone(), triangles.clone()),
+            None if mesh.is_instance_of::<PyTuple>() => mesh
+                .extract()
+                .map_err(|_| PyValueError::new_err("vertex_positions: expected a tuple of vertices and triangles"))?,
+            None => {
+                let names = ["faces", "triangles"];
+                let has = |name: &&&str| mesh.hasattr(**name).unwrap_or_default();
+                let name = names.iter().find(has).filter(|_| mesh.hasattr("vertices").unwrap_or_default());
+                let missing = || PyValueError::new_err("triangle_indices: expected shape (M, 3), found None");
+                let triangles = mesh.getattr(*name.ok_or_else(missing)?)?;
+                if let Some(matrix) = mesh.getattr_opt("world_from_object")? {
+                    world_from_object = Some(affine("world_from_object", &matrix)?);
+                }
+                (mesh.getattr("vertices")?, triangles)
+            }
+        };
+        let vertices = Rows::table("vertex_positions", "N", &vertices)?;
+        let triangles = Rows::table("triangle_indices", "M", &triangles)?;
+        Ok(Self { vertices, triangles, world_from_object })
+    }
+}
+
 /// The triangle of each point.
 pub(super) struct Own<'py>([Numbers<'py, u32>; 2]);
 
@@ -107,6 +143,54 @@ impl<'py> Own<'py> {
     }
 }
 
+/// Points, or the centroids of all triangles where there are none.
+pub(super) struct Targets<'py> {
+    points: Option<Rows<'py, f32, 3>>,
+    own: Option<Own<'py>>,
+}
+
+impl<'py> Targets<'py> {
+    pub(super) fn new(
+        points: Option<&Bound<'py, PyAny>>,
+        faces: bool,
+        geometries: Option<&Bound<'py, PyAny>>,
+        triangles: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Self> {
+        let points = match (points, faces) {
+            (Some(points), false) => Some(Rows::<f32, 3>::new("points", points)?),
+            (None, true) => None,
+            _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
+        };
+        let own = Own::new(points.as_ref().map(Rows::shape), geometries, triangles)?;
+        Ok(Self { points, own })
+    }
+
+    /// Checks that each target has a triangle, which has sides, or says that it has none.
+    pub(super) fn expect_sides(&self, name: &str) -> PyResult<()> {
+        let wrong = || {
+            let wanted = "faces=True, or geometry_ids and primitive_ids, which say on which triangles points are";
+            PyValueError::new_err(format!("{name}: expected {wanted}"))
+        };
+        (self.points.is_none() || self.own.is_some()).then_some(()).ok_or_else(wrong)
+    }
+
+    /// Positions, where they are points.
+    pub(super) fn positions(&self) -> Option<&[Vec3]> {
+        self.points.as_ref().map(Rows::of)
+    }
+
+    /// Geometry and number of each point's triangle, where they are said.
+    pub(super) fn own(&self) -> Option<[&[u32]; 2]> {
+        self.own.as_ref().map(Own::slices)
+    }
+
+    /// The shape of answers about so many lights, and so many triangles.
+    pub(super) fn shape(&self, lights: usize, triangles: usize) -> Vec<usize> {
+        let shape = self.points.as_ref().map_or(vec![triangles], |points| points.shape().to_vec());
+        std::iter::once(lights).chain(shape).collect()
+    }
+}
+
 /// How many hits of each direction, of which there is one where that isn't said.
 pub(super) fn hits_of_each(returns: Option<usize>) -> PyResult<usize> {
     const MOST: usize = 1024;
@@ -120,13 +204,4 @@ pub(super) fn samples_of_each(samples: u32) -> PyResult<()> {
     const MOST: u32 = 1 << 16;
     let error = || expected("samples", &format!("1 to {MOST}"), samples);
     (1..=MOST).contains(&samples).then_some(()).ok_or_else(error)
-}
-
-/// A transform of column vectors whose last row is 0, 0, 0, 1.
-pub(super) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
-    let matrix = Numbers::<f64>::new(name, value, &[4, 4])?;
-    let matrix = DMat4::from_cols_slice(matrix.slice()).transpose();
-    let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
-    let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
-    is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)
 }

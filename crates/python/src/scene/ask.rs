@@ -32,6 +32,9 @@ impl RaycastingScene {
 pub(super) fn geometry_of(state: &State, geometry: usize) -> PyResult<&Instance> {
     let all = state.instances.all();
     let count = all.len();
+    if state.removed.contains(&geometry) {
+        return Err(PyIndexError::new_err(format!("geometry_id: geometry {geometry} was removed")));
+    }
     let error = || PyIndexError::new_err(format!("geometry_id: expected one of {count} geometries, found {geometry}"));
     all.get(geometry).ok_or_else(error)
 }

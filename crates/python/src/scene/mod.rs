@@ -3,6 +3,7 @@
 mod answers;
 mod arguments;
 mod ask;
+mod facing;
 mod questions;
 mod rays;
 mod state;
@@ -10,51 +11,27 @@ mod state;
 use std::sync::Mutex;
 
 use glam::Vec3;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PySlice};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 use umbrage::rays::Choice;
-use umbrage::scene::{Frame, Instance};
+use umbrage::scene::Frame;
 
-use crate::arrays::{Rows, hand_over, hand_over_rows, shown};
+use crate::animated::Instance;
+use crate::arrays::{Rows, affine, counted, hand_over, hand_over_rows, shown};
 use crate::camera::Camera;
 use crate::errors::{bad_instance, expected};
 use crate::light;
+use crate::pickled::pickled;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{Own, Sweeps, affine, hits_of_each, samples_of_each};
+use arguments::{NewMesh, Own, Sweeps, Targets, hits_of_each, samples_of_each};
 use ask::geometry_of;
+use questions::Receiving;
 use rays::RayArray;
 use state::State;
 
-/// Triangle meshes that may move between two questions, and what finds rays' hits among them.
-///
-/// The names, keys and shapes are those of Open3D's class, whose meshes can't move. What was built for a mesh is rebuilt, when
-/// it is next asked for, after `add_triangles`, `update_vertices` or `set_transform`.
-///
-/// Answers are exact: no ray slips between triangles that share an edge, t is the number nearest to the true one, and nothing
-/// depends on an offset or the number of threads. Rays hit both sides of triangles. Where several triangles are hit at the same
-/// t, the lowest one counts. Intervals are open: what is at the origin itself isn't hit.
-///
-/// Methods release Python's global lock. Two threads may ask the same scene, and wait for each other; they mustn't write to arrays
-/// that a call reads.
-///
-/// Parameters
-/// ----------
-/// nthreads : int, default 0
-///     Threads of calls that don't say how many; 0 for as many as `umbrage.set_threads` says.
-///
-/// Examples
-/// --------
-/// >>> import numpy as np, umbrage
-/// >>> scene = umbrage.RaycastingScene()
-/// >>> floor = scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))
-/// >>> answer = scene.cast_rays(np.float32([[0.2, 0.2, 1, 0, 0, -1], [5, 5, 1, 0, 0, -1]]))
-/// >>> answer["t_hit"]
-/// array([ 1., inf], dtype=float32)
-/// >>> answer["geometry_ids"] == floor
-/// array([ True, False])
+#[doc = include_str!("docs/class.txt")]
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
 pub(crate) struct RaycastingScene {
@@ -83,8 +60,9 @@ impl RaycastingScene {
     /// Parameters
     /// ----------
     /// vertex_positions : array_like (N, 3) float32
-    ///     In world units; or a mesh with `vertices` and `faces`, as trimesh has them, without `triangle_indices`.
-    /// triangle_indices : array_like (M, 3) uint32
+    ///     In world units. Or, without `triangle_indices`, a whole mesh: a `Frame`; an `Instance`, which is put where it is by its
+    ///     transform; a mesh with `vertices` and `faces`, as trimesh has them; or a tuple of vertices and triangles.
+    /// triangle_indices : array_like (M, 3) uint32, optional
     ///     Three vertices each.
     ///
     /// Returns
@@ -103,17 +81,35 @@ impl RaycastingScene {
         vertex_positions: &Bound<'_, PyAny>,
         triangle_indices: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u32> {
-        let (vertices, triangles) = match triangle_indices {
-            Some(triangles) => (vertex_positions.clone(), triangles.clone()),
-            None if vertex_positions.hasattr("faces")? => {
-                (vertex_positions.getattr("vertices")?, vertex_positions.getattr("faces")?)
-            }
-            None => return Err(PyValueError::new_err("triangle_indices: expected shape (M, 3), found None")),
-        };
-        let vertices = Rows::<f32, 3>::table("vertex_positions", "N", &vertices)?;
-        let triangles = Rows::<u32, 3>::table("triangle_indices", "M", &triangles)?;
-        let (vertices, triangles): (&[Vec3], &[[u32; 3]]) = (vertices.of(), triangles.of());
-        py.detach(|| self.lock().change().add("", vertices, triangles)).map_err(bad_instance)
+        let NewMesh { vertices, triangles, world_from_object } = NewMesh::new(vertex_positions, triangle_indices)?;
+        let (vertices, triangles) = (vertices.of(), triangles.of());
+        py.detach(|| self.lock().add(vertices, triangles, world_from_object)).map_err(bad_instance)
+    }
+
+    /// Takes a geometry out of the scene. The others keep their ids, and its own id is not given again.
+    ///
+    /// Parameters
+    /// ----------
+    /// geometry_id : int
+    ///     What `add_triangles` returned.
+    ///
+    /// Raises
+    /// ------
+    /// IndexError
+    ///     Where there is no such geometry, or it was removed before.
+    ///
+    /// Examples
+    /// --------
+    /// >>> lid = scene.add_triangles(np.float32([[0, 0, 1], [1, 0, 1], [0, 1, 1]]), np.uint32([[0, 1, 2]]))
+    /// >>> scene.remove(lid)
+    /// >>> scene.cast_rays([[0.2, 0.2, 2, 0, 0, -1]])["t_hit"]
+    /// array([2.], dtype=float32)
+    fn remove(&self, py: Python<'_>, geometry_id: usize) -> PyResult<()> {
+        py.detach(|| {
+            let mut state = self.lock();
+            geometry_of(&state, geometry_id)?;
+            state.remove(geometry_id as u32).map_err(bad_instance)
+        })
     }
 
     /// Moves the vertices of a geometry, whose triangles stay.
@@ -151,9 +147,9 @@ impl RaycastingScene {
     /// ----------
     /// geometry_id : int
     ///     What `add_triangles` returned.
-    /// world_from_object : array_like (4, 4)
-    ///     An affine transform of column vectors, in place of the last one; its last row is 0, 0, 0, 1. It is applied in float64 and
-    ///     rounded to float32 once.
+    /// world_from_object : array_like (4, 4) or (3, 4)
+    ///     An affine transform of column vectors, in place of the last one; its last row is 0, 0, 0, 1, or is left out. It is
+    ///     applied in float64 and rounded to float32 once.
     ///
     /// Raises
     /// ------
@@ -171,29 +167,7 @@ impl RaycastingScene {
         })
     }
 
-    /// Finds what each of any rays hits first, through what takes the least for so many rays of as many origins. Answers don't
-    /// depend on that.
-    ///
-    /// Parameters
-    /// ----------
-    /// rays : array_like (..., 6) float32 or float64
-    ///     Origin and direction; t is in lengths of the direction. Rays with a direction of zero, or with numbers that aren't
-    ///     finite, hit nothing. float64 is taken as it is, and all but float32 and float64 is converted to float32.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     ``t_hit`` (...) of the rays' type, infinite for a miss; ``geometry_ids`` (...) and ``primitive_ids`` (...) uint32,
-    ///     `INVALID_ID` for a miss; ``primitive_uvs`` (..., 2) float32, weights of the second and the third corner, zero for a miss;
-    ///     ``primitive_normals`` (..., 3) float32, of unit length, towards where the corners are seen counterclockwise, zero for a
-    ///     miss; and ``structures``, a list of str: what answered each million of rays, ``"scanner"`` or ``"hierarchy"``.
-    ///
-    /// Examples
-    /// --------
-    /// >>> scene.cast_rays([[0.2, 0.2, 1, 0, 0, -1]])["t_hit"]
-    /// array([1.], dtype=float32)
+    #[doc = include_str!("docs/cast_rays.txt")]
     #[pyo3(signature = (rays, nthreads=0))]
     fn cast_rays<'py>(
         &self,
@@ -203,10 +177,15 @@ impl RaycastingScene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let rays = RayArray::new(rays)?;
         let (these, precision) = (rays.rays(), rays.precision());
-        let (answers, by) = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
-        let dict = answers.into_dict(py, rays.shape(), precision)?;
-        dict.set_item("structures", by.into_iter().map(Choice::name).collect::<Vec<_>>())?;
-        Ok(dict)
+        let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
+        answers.into_dict(py, rays.shape(), precision)
+    }
+
+    /// Names of the structures that answered the last `cast_rays`, one for each million of rays: ``"scanner"`` or
+    /// ``"hierarchy"``. Answers don't depend on them.
+    #[getter]
+    fn last_structures(&self, py: Python<'_>) -> Vec<&'static str> {
+        py.detach(|| self.lock().answered.iter().copied().map(Choice::name).collect())
     }
 
     /// Finds whether each of any rays hits anything in a part of it.
@@ -289,33 +268,7 @@ impl RaycastingScene {
         Ok(dict)
     }
 
-    /// Finds what directions from one origin, or from several, hit: a lidar's, a panorama's.
-    ///
-    /// Parameters
-    /// ----------
-    /// origin : array_like (3,) or (S, 3) float64
-    ///     World position, or S of them.
-    /// directions : array_like (..., 3) float32
-    ///     In any order and of any length, which is the unit of t. Those that are zero or not finite hit nothing. Each of S
-    ///     origins has all of them, or with ``each=True`` origin i has ``directions[i]``.
-    /// returns : int, optional
-    ///     How many hits of each direction, nearest first, as of a lidar with several returns; adds a dimension.
-    /// t_min, t_max : float, default 0 and infinity
-    ///     Only hits between them count; at least 0.
-    /// each : bool, default False
-    ///     Whether ``directions`` has a first dimension of S.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     The keys of `cast_rays`, of shape (..., [returns]) for one origin, (S, ..., [returns]) for several; ``t_hit`` is float64.
-    ///
-    /// Examples
-    /// --------
-    /// >>> scene.scan([0.2, 0.2, 1], [[0, 0, -1], [0, 0, 1]])["t_hit"]
-    /// array([ 1., inf])
+    #[doc = include_str!("docs/scan.txt")]
     #[pyo3(signature = (origin, directions, *, returns=None, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn scan<'py>(
@@ -374,8 +327,8 @@ impl RaycastingScene {
     /// ----------
     /// camera : Camera
     ///     From where.
-    /// width, height : int
-    ///     Pixels, 1 to 16384.
+    /// width, height : int, optional
+    ///     Pixels, 1 to 16384; of a camera with an image of its own (`Camera.from_intrinsics`), that is the one.
     /// nthreads : int, default 0
     ///     Threads; 0 for the scene's.
     ///
@@ -384,55 +337,49 @@ impl RaycastingScene {
     /// dict
     ///     The keys of `cast_rays`, of shape (height, width), in rows from the upper left corner; ``t_hit`` is float64, and the depth
     ///     along the camera's forward axis in world units.
-    #[pyo3(signature = (camera, width, height, nthreads=0))]
+    #[pyo3(signature = (camera, width=None, height=None, nthreads=0))]
     fn see<'py>(
         &self,
         py: Python<'py>,
         camera: &Camera,
-        width: u32,
-        height: u32,
+        width: Option<u32>,
+        height: Option<u32>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let view = camera.view(width, height)?;
-        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, view))?;
-        answers.into_dict(py, &[height as usize, width as usize], Precision::Double)
+        let image = camera.image(width, height)?;
+        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image))?;
+        answers.into_dict(py, &image.shape(), Precision::Double)
     }
 
-    /// Finds which points, or which triangles' centroids, lights reach.
-    ///
-    /// A point is lit where no triangle but its own stands strictly between it and the light. There is no offset to choose. On which
-    /// side of its own triangle the light is doesn't matter: compare with its normal where it has only one side.
-    ///
-    /// Parameters
-    /// ----------
-    /// lights : Light, or a sequence of L of them
-    ///     Suns, points, spots.
-    /// points : array_like (..., 3) float32, optional
-    ///     World positions. Those that aren't finite are dark.
-    /// faces : bool, default False
-    ///     In place of points the centroids of all triangles: those of geometry 0, then of geometry 1, and so on
-    ///     (`triangle_slice`). Triangles that no ray can hit are dark.
-    /// geometry_ids, primitive_ids : array_like (...) uint32, optional
-    ///     The triangle that each point is on, as of `cast_rays`; `INVALID_ID` for a point on none. A point on a triangle counts as
-    ///     rounded to float32, others are where they are said to be.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray (L, ...) bool
-    ///     With ``faces=True`` (L, T) for T triangles.
-    ///
-    /// Examples
-    /// --------
-    /// >>> noon = umbrage.Light.sun([0, 0, -1])
-    /// >>> scene.lit(noon, points=[[0.2, 0.2, -1], [0.2, 0.2, 1]])
-    /// array([[False,  True]])
-    /// >>> scene.lit(noon, faces=True)
-    /// array([[ True]])
-    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, nthreads=0))]
+    #[doc = include_str!("docs/lit.txt")]
+    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, facing=false, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn lit<'py>(
+        &self,
+        py: Python<'py>,
+        lights: &Bound<'py, PyAny>,
+        points: Option<&Bound<'py, PyAny>>,
+        faces: bool,
+        geometry_ids: Option<&Bound<'py, PyAny>>,
+        primitive_ids: Option<&Bound<'py, PyAny>>,
+        facing: bool,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let lights = light::lights(lights)?;
+        let targets = Targets::new(points, faces, geometry_ids, primitive_ids)?;
+        if facing {
+            targets.expect_sides("facing")?;
+        }
+        let receiving = Receiving { points: targets.positions(), own: targets.own() };
+        let question = |call: &Call, state: &mut State| questions::lit(call, state, receiving, facing, &lights);
+        let (lit, triangles) = self.ask(py, nthreads, question)?;
+        hand_over(py, lit, &targets.shape(lights.len(), triangles))
+    }
+
+    #[doc = include_str!("docs/incidence.txt")]
+    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, nthreads=0))]
+    #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
+    fn incidence<'py>(
         &self,
         py: Python<'py>,
         lights: &Bound<'py, PyAny>,
@@ -443,19 +390,12 @@ impl RaycastingScene {
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let lights = light::lights(lights)?;
-        let points = match (points, faces) {
-            (Some(points), false) => Some(Rows::<f32, 3>::new("points", points)?),
-            (None, true) => None,
-            _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
-        };
-        let ids = Own::new(points.as_ref().map(Rows::shape), geometry_ids, primitive_ids)?;
-        let positions: Option<&[Vec3]> = points.as_ref().map(Rows::of);
-        let own = ids.as_ref().map(Own::slices);
-        let question = |call: &Call, state: &mut State| questions::lit(call, state, positions, own, &lights);
-        let (lit, count) = self.ask(py, nthreads, question)?;
-        let shape = points.as_ref().map_or(vec![count], |points| points.shape().to_vec());
-        let shape: Vec<usize> = std::iter::once(lights.len()).chain(shape).collect();
-        hand_over(py, lit, &shape)
+        let targets = Targets::new(points, faces, geometry_ids, primitive_ids)?;
+        targets.expect_sides("points")?;
+        let receiving = Receiving { points: targets.positions(), own: targets.own() };
+        let question = |call: &Call, state: &mut State| questions::incidence(call, state, receiving, &lights);
+        let (cosines, triangles) = self.ask(py, nthreads, question)?;
+        hand_over(py, cosines, &targets.shape(lights.len(), triangles))
     }
 
     /// Finds how much of each triangle's area lights reach, by points of even density that are the same on every machine.
@@ -497,28 +437,27 @@ impl RaycastingScene {
     /// ----------
     /// camera : Camera or str, optional
     ///     From where; otherwise from where all is seen.
-    /// width, height : int, default 1280 and 720
-    ///     Pixels, 1 to 16384.
-    /// samples, lights, background, nthreads
+    /// width, height, samples, lights, background, exposure, nthreads
     ///     As of `Scene.render`; without lights there is only that of the background.
     ///
     /// Returns
     /// -------
     /// ndarray (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
-    #[pyo3(signature = (camera=None, width=1280, height=720, *, samples=1, lights=None, background="sky", nthreads=0))]
+    #[pyo3(signature = (camera=None, width=None, height=None, *, samples=1, lights=None, background="sky", exposure=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         camera: Option<&Bound<'py, PyAny>>,
-        width: u32,
-        height: u32,
+        width: Option<u32>,
+        height: Option<u32>,
         samples: u32,
         lights: Option<&Bound<'py, PyAny>>,
         background: &str,
+        exposure: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let look = Look::new([width, height], samples, camera, lights, background)?;
+        let look = Look::new([width, height], samples, camera, lights, background)?.with_exposure(exposure)?;
         let nthreads = if nthreads == 0 { self.nthreads } else { nthreads };
         let frame = py.detach(|| {
             let state = self.lock();
@@ -566,7 +505,7 @@ impl RaycastingScene {
     /// -------
     /// slice
     fn triangle_slice<'py>(&self, py: Python<'py>, geometry_id: usize) -> PyResult<Bound<'py, PySlice>> {
-        let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(Instance::triangles))?;
+        let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(umbrage::scene::Instance::triangles))?;
         Ok(PySlice::new(py, range.start as isize, range.end as isize, 1))
     }
 
@@ -584,11 +523,47 @@ impl RaycastingScene {
         Ok(dict)
     }
 
+    /// Meshes as they were added, with `None` for those that were removed.
+    #[staticmethod]
+    fn _restore(py: Python<'_>, nthreads: usize, meshes: Vec<Option<Bound<'_, PyAny>>>) -> PyResult<Self> {
+        let scene = Self::new(nthreads)?;
+        for (id, mesh) in meshes.into_iter().enumerate() {
+            match mesh {
+                Some(mesh) => {
+                    scene.add_triangles(py, &mesh, None)?;
+                }
+                None => scene.lock().skip(id).map_err(bad_instance)?,
+            }
+        }
+        Ok(scene)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let state = py.detach(|| self.lock().copy());
+        let ids = (0..state.instances.all().len()).map(|id| (id as u32, state.removed.contains(&id)));
+        let mesh =
+            |(id, is_removed): (u32, bool)| (!is_removed).then(|| Instance::new(py, &state.instances, id)).transpose();
+        let meshes = ids.map(mesh).collect::<PyResult<Vec<Option<Instance>>>>()?;
+        pickled::<Self>(py, (self.nthreads, meshes))
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> Self {
+        let state = py.detach(|| self.lock().copy());
+        Self { state: Mutex::new(state), nthreads: self.nthreads }
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> Self {
+        self.__copy__(py)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         let (geometries, triangles) = py.detach(|| {
             let state = self.lock();
-            (state.instances.all().len(), state.instances.triangles().len())
+            (state.instances.all().len() - state.removed.len(), state.instances.triangles().len())
         });
-        format!("<umbrage.RaycastingScene: {geometries} geometries, {triangles} triangles>")
+        let geometries = counted(geometries, "geometry", "geometries");
+        let triangles = counted(triangles, "triangle", "triangles");
+        let threads = if self.nthreads == 0 { String::new() } else { format!(", nthreads={}", self.nthreads) };
+        format!("<umbrage.RaycastingScene: {geometries}, {triangles}{threads}>")
     }
 }

@@ -1,14 +1,17 @@
 //! Questions in pieces, between which a call looks whether it shall end.
 
+use glam::Vec3;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers, TracedBy, View};
+use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers};
 
 use super::answers::{Answers, INVALID_ID};
 use super::arguments::Pieces;
+use super::facing::{self, Spots};
 use super::rays;
 use super::state::State;
+use crate::camera::PixelRays;
 use crate::errors::exception;
 use crate::threads::Call;
 
@@ -18,15 +21,16 @@ const RAYS: usize = 1 << 20;
 /// Lights of a piece: enough for each thread to have several.
 const LIGHTS: usize = 64;
 
-/// As `cast_rays`, and what answered each piece.
-pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<(Answers, Vec<TracedBy>)> {
+/// As `cast_rays`.
+pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Answers> {
     let (mut answers, mut answered) = (Answers::default(), Vec::new());
     for chunk in rays.chunks(RAYS) {
         let (traced, by) = call.piece(|| state.trace(chunk))?;
         call.piece(|| answers.append(traced))?;
         answered.push(by);
     }
-    completed(call, state, answers).map(|answers| (answers, answered))
+    state.answered = answered;
+    completed(call, state, answers)
 }
 
 /// As `test_occlusions`.
@@ -107,28 +111,72 @@ pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, betwe
     Ok(hit)
 }
 
-/// As `see`.
-pub(super) fn see(call: &Call, state: &mut State, view: View) -> PyResult<Answers> {
-    let answers = call.piece(|| state.see(view))?.map_err(exception)?;
+/// As `see`. Grids are of square pixels, so rays of others are traced as any rays.
+pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays) -> PyResult<Answers> {
+    if !image.are_square() {
+        let rays = call.piece(|| image.rays())?;
+        let answered = std::mem::take(&mut state.answered);
+        let answers = cast(call, state, Rays::Double(&rays));
+        state.answered = answered;
+        return answers;
+    }
+    let answers = call.piece(|| state.see(image))?.map_err(exception)?;
     completed(call, state, answers)
 }
 
-/// As `lit` of points, whose triangles are given by geometry and number, or of faces where there are none; and how many there are.
+/// Points, or the centroids of all triangles where there are none, with geometry and number of each point's triangle.
+#[derive(Clone, Copy)]
+pub(super) struct Receiving<'a> {
+    pub(super) points: Option<&'a [Vec3]>,
+    pub(super) own: Option<[&'a [u32]; 2]>,
+}
+
+impl Receiving<'_> {
+    /// The points' triangles by their ids among all.
+    fn ids(self, state: &State) -> PyResult<Vec<u32>> {
+        let ids = self.own.map_or(Ok(Vec::new()), |[geometries, triangles]| state.ids(geometries, triangles));
+        ids.map_err(PyValueError::new_err)
+    }
+}
+
+/// As `lit`, and how many triangles there are.
 pub(super) fn lit(
     call: &Call,
     state: &mut State,
-    points: Option<&[glam::Vec3]>,
-    own: Option<[&[u32]; 2]>,
+    receiving: Receiving<'_>,
+    facing: bool,
     lights: &[LightSource],
 ) -> PyResult<(Vec<bool>, usize)> {
-    let own = own.map_or(Ok(Vec::new()), |[geometries, triangles]| state.ids(geometries, triangles));
-    let own = own.map_err(PyValueError::new_err)?;
-    let receivers = points.map_or(Receivers::Faces, |positions| Receivers::Points { positions, own: &own });
+    let own = receiving.ids(state)?;
+    let receivers = receiving.points.map_or(Receivers::Faces, |positions| Receivers::Points { positions, own: &own });
+    let spots = receiving.points.map_or(Spots::Faces, |positions| Spots::Points(positions, &own));
     let mut lit = Vec::new();
     for lights in lights.chunks(LIGHTS) {
+        let first = lit.len();
         call.piece(|| state.lit(receivers, lights, &mut lit))?;
+        if facing {
+            let triangles = state.instances.triangles();
+            call.piece(|| facing::keep_facing(triangles, spots, lights, &mut lit[first..]))?;
+        }
     }
-    Ok((lit, receivers.count(state.instances.triangles())))
+    Ok((lit, state.instances.triangles().len()))
+}
+
+/// As `incidence`, and how many triangles there are.
+pub(super) fn incidence(
+    call: &Call,
+    state: &State,
+    receiving: Receiving<'_>,
+    lights: &[LightSource],
+) -> PyResult<(Vec<f32>, usize)> {
+    let own = receiving.ids(state)?;
+    let spots = receiving.points.map_or(Spots::Faces, |positions| Spots::Points(positions, &own));
+    let triangles = state.instances.triangles();
+    let mut cosines = Vec::new();
+    for lights in lights.chunks(LIGHTS) {
+        call.piece(|| facing::cosines(triangles, spots, lights, &mut cosines))?;
+    }
+    Ok((cosines, triangles.len()))
 }
 
 /// As `lit_areas`.

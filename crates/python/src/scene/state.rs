@@ -1,23 +1,30 @@
 //! A scene's triangles and what answers questions about them, each brought up to date when it is asked.
 
+use std::collections::BTreeSet;
+
+use glam::{DAffine3, Vec3};
 use umbrage::rays::predicate;
 use umbrage::rays::{
     Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
-    Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles, View,
+    Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
 };
-use umbrage::scene::{Instance, Instances};
+use umbrage::scene::{BadInstance, Instance, Instances};
 
 use super::answers::Answers;
-use crate::camera::middle;
+use crate::camera::PixelRays;
 
 /// All of a scene.
 #[derive(Debug, Default)]
 pub(super) struct State {
     pub(super) instances: Instances,
+    /// Ids of geometries that were taken out: they have no triangles.
+    pub(super) removed: BTreeSet<usize>,
     tracer: Tracer,
     grids: DirectGrids,
     /// Whether the grids are of the triangles as they are.
     are_grids_current: bool,
+    /// The structures that answered the pieces of the last `cast_rays`.
+    pub(super) answered: Vec<TracedBy>,
 }
 
 impl State {
@@ -26,6 +33,57 @@ impl State {
         self.tracer.forget();
         self.are_grids_current = false;
         &mut self.instances
+    }
+
+    /// Adds a mesh, and puts it somewhere.
+    ///
+    /// # Errors
+    /// As [`Instances::add`].
+    pub(super) fn add(
+        &mut self,
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        world_from_object: Option<DAffine3>,
+    ) -> Result<u32, BadInstance> {
+        let id = self.change().add("", vertices, triangles)?;
+        if let Some(matrix) = world_from_object {
+            self.instances.set_transform(id, matrix);
+        }
+        Ok(id)
+    }
+
+    /// The same meshes, for which nothing has been built.
+    pub(super) fn copy(&self) -> Self {
+        Self { instances: self.instances.clone(), removed: self.removed.clone(), ..Self::default() }
+    }
+
+    /// Leaves an id out, as that of a geometry that was removed.
+    ///
+    /// # Errors
+    /// As [`Instances::add`].
+    pub(super) fn skip(&mut self, geometry: usize) -> Result<(), BadInstance> {
+        self.removed.insert(geometry);
+        self.add(&[], &[], None).map(drop)
+    }
+
+    /// Takes a geometry out: all others are added anew, with the ids that they had.
+    ///
+    /// # Errors
+    /// None, as there are fewer vertices and triangles than before.
+    pub(super) fn remove(&mut self, geometry: u32) -> Result<(), BadInstance> {
+        let old = std::mem::take(self.change());
+        self.removed.insert(geometry as usize);
+        for (id, instance) in (0..).zip(old.all()) {
+            if self.removed.contains(&(id as usize)) {
+                self.add(&[], &[], None)?;
+                continue;
+            }
+            let (vertices, triangles) = old.mesh(id);
+            let matrix = instance.world_from_object();
+            let matrix = (matrix != DAffine3::IDENTITY).then_some(matrix);
+            self.add(vertices, &triangles.collect::<Vec<_>>(), matrix)?;
+        }
+        Ok(())
     }
 
     /// The hierarchy and its triangles.
@@ -93,20 +151,21 @@ impl State {
         spread_bits(&bits, sweep.directions.len(), hit);
     }
 
-    /// What the pixels of a view show.
-    pub(super) fn see(&mut self, view: View) -> Result<Answers, ImageTooLarge> {
+    /// What the pixels of an image show, which are square.
+    pub(super) fn see(&mut self, image: &PixelRays) -> Result<Answers, ImageTooLarge> {
         let Self { instances, grids, are_grids_current, .. } = self;
         let triangles = instances.triangles();
         if !std::mem::replace(are_grids_current, true) {
             grids.build(triangles);
         }
         let mut seen = SeenPixels::default();
-        grids.see(&Shot::new(triangles, view), &mut seen)?;
-        let (width, count) = (view.width as usize, view.width as usize * view.height as usize);
-        let mut answers = Answers::with_capacity(count);
-        answers.find(count, |pixel| {
+        let &PixelRays { view, offset_pixels, .. } = image;
+        grids.see(&Shot { offset_pixels, ..Shot::new(triangles, view) }, &mut seen)?;
+        let [height, width] = image.shape();
+        let mut answers = Answers::with_capacity(width * height);
+        answers.find(width * height, |pixel| {
             let id = seen.triangle_at((pixel % width) as u32, (pixel / width) as u32);
-            if id == SeenPixels::NONE { None } else { predicate::hit(&middle(&view, pixel), triangles, id) }
+            if id == SeenPixels::NONE { None } else { predicate::hit(&image.ray(pixel), triangles, id) }
         });
         Ok(answers)
     }
