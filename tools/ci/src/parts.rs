@@ -54,6 +54,7 @@ pub(crate) const PARTS: &[Part] = &[
                 "clippy.toml",
                 "pyproject.toml",
                 "docs/python.md",
+                "tools/compatibility",
                 "tools/ci/src/lints.rs",
                 "tools/ci/src/python.rs",
             ],
