@@ -226,10 +226,10 @@ mod tests {
         }
         for level in SimdLevel::available() {
             let linear: Each<f32> = std::array::from_fn(|lane| lane as f32 * 0.061);
-            let of_level = dispatch!(level, simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
-            let of_widest =
-                dispatch!(SimdLevel::default(), simd => sixteen_bits(simd, f32x16::from_slice(simd, &linear)));
-            assert_eq!(of_level, of_widest);
+            let levels_at = |level| -> Each<u32> {
+                dispatch!(level, simd => levels(simd, f32x16::from_slice(simd, &linear)).into())
+            };
+            assert_eq!(levels_at(level), levels_at(SimdLevel::default()));
         }
     }
 }
