@@ -7,7 +7,7 @@ use umbrage_scene::{Frame, Light};
 use super::{Cpu, opacities, shot};
 use crate::sampling::Samples;
 
-/// The lights that cast shadows, and their masks while these are found.
+/// The lights that cast shadows, and their masks during the query.
 #[derive(Debug, Default)]
 pub(super) struct Casting {
     sources: Vec<LightSource>,
