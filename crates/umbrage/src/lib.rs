@@ -1,7 +1,7 @@
 //! Exact visibility and exact shadows for triangle scenes that change completely every frame.
 //!
-//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds each pixel's values,
-//! and [`output`] writes it:
+//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds the pixels' values, and
+//! [`output`] writes it:
 //!
 //! ```
 //! use umbrage::{Renderer, Settings};
@@ -28,9 +28,9 @@
 //! - [`StructureOption`] describes an option of a structure by name, and [`OptionValues`] its values; [`ImpossibleOption`]
 //!   or [`UnknownStructure`] give the reason for a refusal. [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of
 //!   command lines.
-//! - [`Film`] holds each pixel's light, depth, normal and triangle, [`Image`] its colours for a screen; [`output`] writes files
-//!   of either. [`FilmLayers`] are a film's further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and the [`Coverage`]
-//!   of objects, with a [`Covered`] part for each object.
+//! - [`Film`] holds each pixel's light, depth, normal and triangle, [`Image`] its colours for a screen; [`output`] writes
+//!   files of either. [`FilmLayers`] are a film's further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and
+//!   the [`Coverage`] of objects, with a [`Covered`] part for each object.
 //! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with
 //!   a [`Blocker`] for each light, has all details of one pixel.
 //! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], has the times and counts of a frame; [`Work`] is

@@ -85,7 +85,7 @@ impl Samples {
         if self.are_four { &self.samples } else { &self.samples[..1] }
     }
 
-    /// How many samples there are along a pixel's sides: one or two.
+    /// Number of samples along a pixel's sides: one or two.
     #[must_use]
     pub fn side(&self) -> u32 {
         1 + u32::from(self.are_four)

@@ -162,7 +162,7 @@ fn perspective(
     }
 }
 
-/// The axes of a face around a cone, and how wide it is, as a tangent; `None` if it is too wide for one.
+/// The axes of a face around a cone, and its half width, as a tangent; `None` if it is too wide for one.
 fn around_cone(cone: &Cone, along: DVec3) -> Option<([DVec3; 3], f64)> {
     let forward = cone.axis.try_normalize()?;
     // Far more than rounding moves the cone's edge, in the predicate or when points are shaded.

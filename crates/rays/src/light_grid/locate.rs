@@ -24,7 +24,7 @@ pub struct LightCells {
     faces: Vec<LightFace>,
     /// For each face its first cell among `points`.
     firsts: Vec<usize>,
-    /// How many points each cell has, face by face, row by row.
+    /// The number of points in each cell, face by face, row by row.
     points: Vec<u32>,
 }
 
@@ -44,9 +44,9 @@ pub struct LightCell {
 /// These points are between two parallel rectangles, of the same size where the light is parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightFace {
-    /// How many columns of cells it has.
+    /// Number of columns of cells.
     pub columns: u32,
-    /// How many rows of cells it has.
+    /// Number of rows of cells.
     pub rows: u32,
     /// Its corners at the depth of the point nearest to the light: in world units, one after the other round the rectangle.
     /// A face without points has its corners at the farthest depth here.
@@ -66,7 +66,7 @@ impl LightCells {
         self.of_pixels[self.order.index(x, y)]
     }
 
-    /// How many points a cell has: as many as there are pixels for which [`at`](Self::at) names it.
+    /// Number of points in a cell: as many as there are pixels for which [`at`](Self::at) names it.
     ///
     /// # Panics
     /// If the grid has no such cell.
@@ -75,8 +75,8 @@ impl LightCells {
         self.points[self.index_of(cell)]
     }
 
-    /// How many points, the pixel's own included, share the cell of the point that a pixel shows; 0 where [`at`](Self::at)
-    /// is `None`.
+    /// Number of points, the pixel's own included, in the cell of the point that a pixel shows; 0 where [`at`](Self::at) is
+    /// `None`.
     ///
     /// # Panics
     /// If the pixel is outside of the image's tiles.
@@ -132,7 +132,7 @@ impl LightCells {
 }
 
 impl Face {
-    /// The face with so many columns and rows, whose points have these highest and lowest nearnesses.
+    /// The face with so many columns and rows, and with its points' highest and lowest nearness.
     pub(crate) fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
         LightFace {
             columns: columns as u32,

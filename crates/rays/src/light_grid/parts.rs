@@ -22,7 +22,7 @@ pub(crate) struct Part {
     pub(crate) whole: FaceBox,
     /// Each slot's block in the tile.
     pub(crate) blocks: [u8; LANES],
-    /// Which of the block's points are in the slot.
+    /// A mask of the block's points that are in the slot.
     pub(crate) points: [u16; LANES],
 }
 
@@ -114,7 +114,7 @@ impl Parts {
         [self.fragments.capacity(), self.rest.capacity()]
     }
 
-    /// Makes room for at least so many.
+    /// Makes room for at least this many.
     pub(crate) fn make_room(&mut self, [fragments, rest]: [usize; 2]) {
         make_room(&mut self.fragments, fragments);
         make_room(&mut self.rest, rest);

@@ -102,11 +102,12 @@ pub(crate) struct PointList {
     /// All points' positions along a curve when they were sorted, above their indices; missing points come last. Empty where
     /// points came in order.
     keys: Vec<u64>,
-    /// How many points exist.
+    /// Number of points that exist.
     listed: usize,
     /// The tiles' spread over the bounds when the points were sorted.
     sorted_spread: f64,
-    /// How often in a row the order couldn't stay, and for how many calls points are sorted without trying to keep it.
+    /// The number of calls in a row in which the order couldn't stay, and the number of calls left that sort points without
+    /// trying to keep it.
     failures: u32,
     rest: u32,
 }

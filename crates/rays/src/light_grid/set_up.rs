@@ -45,7 +45,7 @@ pub(crate) struct Record {
 pub(crate) struct SetUp {
     /// The patch's number.
     pub(crate) number: u32,
-    /// How many triangles it has.
+    /// Number of its triangles.
     pub(crate) count: u32,
     /// Lowest and highest X and Y, in relation to the tile's origin, grown by the vertices' error.
     pub(crate) x: [[f32; MOST_TRIANGLES]; 2],

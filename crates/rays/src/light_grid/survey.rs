@@ -15,7 +15,7 @@ use crate::simd::vectors::{LANES, splat};
 pub(crate) struct Survey {
     pub(crate) tiles: Vec<Tile>,
     pub(crate) rays: CameraRays,
-    /// How many slots the surveyed image has in [`TileOrder`].
+    /// Number of slots of the surveyed image in [`TileOrder`].
     pub(crate) slots: usize,
     /// The indices of pixels that show a triangle at an unknown depth: they are outliers of every light.
     pub(crate) unknown: Vec<u32>,
@@ -32,7 +32,7 @@ impl Survey {
 /// The points of a tile of pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tile {
-    /// How many of its pixels show a point at a known depth.
+    /// Number of its pixels that show a point at a known depth.
     pub(crate) points: u32,
     /// Whether some pixel shows a point at an unknown depth.
     pub(crate) has_unknown: bool,

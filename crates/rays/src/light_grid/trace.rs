@@ -274,7 +274,7 @@ impl Tracer<'_> {
         self.settler.opacity.opacity.which_stop(id, &points)
     }
 
-    /// The positions, on a triangle, where the rays of the points that it may shadow cross it, if they do.
+    /// The positions where rays of the points that a triangle may shadow cross it, if they do, as weights of its corners.
     ///
     /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there. If
     /// each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3. The

@@ -27,7 +27,7 @@ pub(super) struct Met<S: Simd> {
     pub(super) mirrors: u16,
     /// Those of `mirrors` whose mirror is a coat.
     pub(super) coat_mirrors: u16,
-    /// The lanes in which light is followed into glass or out of it.
+    /// The lanes where light is followed into glass or out of it.
     pub(super) glass: u16,
 }
 

@@ -15,7 +15,7 @@ pub(super) struct Casting {
 }
 
 impl Cpu {
-    /// Finds which of the points that pixels show each light reaches.
+    /// Finds the seen points that each light reaches.
     pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, samples: &Samples) {
         let Self {
             structure, copies, seen, masks, casting, smooth_terminator, shadow_rays, settled_tests, sides, ..

@@ -177,7 +177,7 @@ impl Finder for Grids {
     }
 
     fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
-        // Points of a picture that didn't fit are incomplete: the lights' need for room says nothing then.
+        // Points of a picture that didn't fit are incomplete, and so is the room that lights needed for them.
         Ok(self.camera.finish(gpu, done)? && self.lights.finish(gpu, done)?)
     }
 

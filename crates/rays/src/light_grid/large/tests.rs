@@ -30,7 +30,7 @@ struct Truth {
     edges: [PreciseVector; 3],
     determinant: Precise,
     nearness: [Precise; 3],
-    /// The corners as they are found, and how large they are.
+    /// The corners in f64, and their largest coordinates.
     points: [DVec3; 3],
     sizes: [f64; 3],
 }
@@ -186,7 +186,7 @@ impl Trial {
         let large = random.power(-3.0, 8.0).log2().round().exp2();
         std::array::from_fn(|_| {
             if kind > 0.9 {
-                // In a plane that the light looks at, or is in.
+                // In a plane that the light faces, or is in.
                 let beside = DVec3::from([0; 3].map(|_| (random.signed() * 3.5).round())).cross(*towards) * large;
                 let along = if kind > 0.95 { DVec3::ZERO } else { *towards };
                 return (face.origin + (beside + along) * *size).as_vec3();

@@ -21,7 +21,7 @@ struct Aim {
     scene: Scene,
     face: Face,
     farthest: f64,
-    /// In relation to that, how far away vertices are.
+    /// Distance of vertices, in relation to the farthest point's.
     share: f64,
     level: SimdLevel,
 }

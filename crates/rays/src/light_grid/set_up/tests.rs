@@ -28,7 +28,8 @@ fn area([a, b, c]: Corners) -> f64 {
     (b - a).truncate().perp_dot((c - a).truncate())
 }
 
-/// The edge functions of a point, above zero in a triangle whichever way it is wound, and by how much its plane is nearer.
+/// The edge functions of a point, above zero in a triangle of either winding, and the difference by which its plane is
+/// nearer.
 fn functions(corners: Corners, point: DVec3) -> ([f64; 3], f64) {
     let [a, b, c] = corners;
     let area = area(corners);
@@ -183,7 +184,7 @@ impl Trial {
         Setting { level, face, vertex_errors, origin, errors, one_sided, vertices }
     }
 
-    /// A corner as it is found.
+    /// A corner's computed coordinates.
     fn vertex(&mut self, corner: DVec3) -> [f32; 4] {
         let of_depth = if self.face.is_parallel { 1.0 } else { corner.z };
         let wrong = if self.size < 1e-20 { 0.0 } else { HALF_ULP / 8.0 };

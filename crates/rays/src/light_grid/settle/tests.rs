@@ -38,10 +38,10 @@ struct Trial {
 enum Aim {
     /// The ray goes past an edge or a corner.
     Edge,
-    /// All coordinates are nearly the same but for their signs, so that products that cancel are as large as they can be, and
-    /// so near the middle that a light, or a point, is lost in the difference.
+    /// All coordinates are nearly the same except for their signs, so that cancelling products are as large as they can be.
+    /// The light, or the point, is so near zero that it is lost in the difference.
     Cube,
-    /// The point is in the triangle's plane, or as far from it as it may be wrong.
+    /// The point is in the triangle's plane, or its error away from it.
     Plane,
     /// The light is in the triangle's plane.
     Light,
