@@ -9,12 +9,12 @@ use crate::simd::vectors::{LANES, splat};
 pub(crate) struct FaceBox {
     pub(crate) x: [f32; 2],
     pub(crate) y: [f32; 2],
-    /// Of patches and triangles the highest nearness, of points the lowest.
+    /// The highest nearness of patches and triangles; the lowest of points.
     pub(crate) nearness: f32,
 }
 
 impl FaceBox {
-    /// Bounds, of patches or triangles, that overlap nothing.
+    /// Bounds of no patch or triangle: they overlap nothing.
     pub(crate) const NOTHING: Self = Self {
         x: [f32::INFINITY, f32::NEG_INFINITY],
         y: [f32::INFINITY, f32::NEG_INFINITY],
@@ -28,19 +28,19 @@ impl FaceBox {
 pub(crate) struct SixteenBoxes {
     pub(crate) x: [[f32; LANES]; 2],
     pub(crate) y: [[f32; LANES]; 2],
-    /// Of patches the highest nearness of each, of points the lowest.
+    /// The highest nearness of each patch; the lowest of points.
     pub(crate) nearness: [f32; LANES],
 }
 
 impl SixteenBoxes {
-    /// Bounds, of patches, that overlap nothing.
+    /// Patch bounds that overlap nothing.
     pub(crate) const NOTHING: Self = Self {
         x: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
         y: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
         nearness: [f32::NEG_INFINITY; LANES],
     };
 
-    /// Bounds, of points, that nothing overlaps.
+    /// Point bounds that nothing overlaps.
     pub(crate) const NO_POINTS: Self = Self { nearness: [f32::INFINITY; LANES], ..Self::NOTHING };
 
     pub(crate) fn get(&self, lane: usize) -> FaceBox {
@@ -69,7 +69,7 @@ impl SixteenBoxes {
         }
     }
 
-    /// A mask of the patches, of sixteen, that may shadow some of the points in a box.
+    /// Mask of the patches, among sixteen, that may shadow some of the points in a box.
     #[inline(always)]
     pub(crate) fn may_shadow<S: Simd>(&self, simd: S, points: &SplatBox<S>) -> u16 {
         let overlap = load(simd, &self.x[0]).simd_le(points.x[1])
@@ -80,7 +80,7 @@ impl SixteenBoxes {
         overlap.to_bitmask() as u16
     }
 
-    /// The boxes of points, of sixteen, in which a patch or triangle with bounds `by` may shadow a point.
+    /// Mask of the point boxes, among sixteen, in which a patch or triangle with bounds `by` may shadow a point.
     #[inline(always)]
     pub(crate) fn reached<S: Simd>(&self, simd: S, by: &SplatBox<S>) -> mask32x16<S> {
         load(simd, &self.x[0]).simd_le(by.x[1])

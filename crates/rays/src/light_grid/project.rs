@@ -95,7 +95,7 @@ impl Sides {
         }
     }
 
-    /// A mask of the boxes, of sixteen, that are certainly outside; a box with NaN isn't.
+    /// Mask of the boxes, among sixteen, that are certainly outside; a box with NaN isn't.
     #[inline(always)]
     fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
         // In relation to size · |n|₁ + |c|, the sum is wrong by 2 ε for the origin and the difference from it, 2 ε for the normal

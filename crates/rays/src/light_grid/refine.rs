@@ -47,7 +47,7 @@ pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face,
     }
 }
 
-/// A mask of the vectors from the light, of eight, that certainly belong to other faces. `error` counts the roundings of
+/// Mask of the vectors from the light, among eight, that certainly belong to other faces. `error` counts the roundings of
 /// products and sums.
 #[inline(always)]
 fn is_elsewhere<S: Simd>(simd: S, face: &Face, v: Vectors<S>, error: f64x8<S>, certain: mask64x8<S>) -> mask64x8<S> {
