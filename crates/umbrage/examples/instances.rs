@@ -1,6 +1,6 @@
-//! Rigid objects that move: which of them a ray hits, which of its triangles, and where on the object.
+//! Rigid objects that move: the object that a ray hits, the triangle, and the position on the object.
 //!
-//! `cargo run --release --example instances` turns two signs on a pole; with `-- scene.glb` it asks a file's nodes.
+//! `cargo run --release --example instances` turns two signs on a pole; with `-- scene.glb` it traces a file's nodes.
 
 use std::error::Error;
 
@@ -29,14 +29,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             instances.set_transform(sign, DAffine3 { translation: DVec3::Y * height, ..place });
         }
         println!("turned by {turn:.1}:");
-        // What was built is of where they were.
+        // The tracer's structures are of the old positions.
         tracer.forget();
         print(&instances, &mut tracer, &mut traced);
     }
     Ok(())
 }
 
-/// Asks what five rays from the front hit.
+/// Prints the hits of five rays from the front.
 fn print(instances: &Instances, tracer: &mut Tracer, traced: &mut Scanned) {
     let bounds = instances.triangles().bounds();
     let [low, high] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];

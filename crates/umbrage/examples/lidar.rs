@@ -1,6 +1,6 @@
-//! A spinning lidar among moving triangles: where its beams hit, twice each, and which faces the sun reaches.
+//! A spinning lidar among moving triangles: two hits of each beam, and the faces that the sun reaches.
 //!
-//! `cargo run --release --example lidar` prints what it finds; with `-- points.ply` it writes the points of the last turn.
+//! `cargo run --release --example lidar` prints its results; with `-- points.ply` it writes the points of the last turn.
 
 use std::error::Error;
 use std::f32::consts::TAU;
@@ -14,7 +14,7 @@ const AROUND: u16 = 1024;
 const RETURNS: usize = 2;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // 32 beams from 22.5° below to 22.5° above the horizon, in 1024 directions around; any other order would do.
+    // 32 beams from 22.5° below to 22.5° above the horizon, in 1024 directions around; any other order works too.
     let directions: Vec<Vec3> = (0..AROUND)
         .flat_map(|step| (0..BEAMS).map(move |beam| (f32::from(step) / f32::from(AROUND), f32::from(beam))))
         .map(|(turn, beam)| {
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Points as a file that most viewers of point clouds read.
+/// Points in a format that most viewers of point clouds read.
 fn ply(points: &[DVec3]) -> Result<String, std::fmt::Error> {
     let mut text = format!("ply\nformat ascii 1.0\nelement vertex {}\n", points.len());
     text.push_str("property float x\nproperty float y\nproperty float z\nend_header\n");

@@ -1,4 +1,4 @@
-//! Triangles of your own, other ones in each frame: a cloth of 20,000 triangles that waves.
+//! Triangles of your own that change in each frame: a waving cloth of 20,000 triangles.
 //!
 //! `cargo run --release --example own_triangles`
 
@@ -7,11 +7,11 @@ use umbrage::rays::{Camera, LightSource};
 use umbrage::scene::{Frame, Light};
 use umbrage::{Error, Film, Renderer, Settings};
 
-/// How many squares the cloth has along each side.
+/// Squares along each side of the cloth.
 const SIDE: u32 = 100;
 
 fn main() -> Result<(), Error> {
-    // Which vertices make a triangle stays; where they are changes below.
+    // The triangles' vertex indices stay; positions change below.
     let corner = |column: u32, row: u32| row * (SIDE + 1) + column;
     let squares = (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (column, row)));
     let triangles = squares.flat_map(|(x, y)| {
@@ -35,7 +35,7 @@ fn main() -> Result<(), Error> {
             let [x, z] = [column, row].map(|steps| steps as f32 / SIDE as f32 - 0.5);
             *position = Vec3::new(x, 0.1 * (12.0 * x + 9.0 * seconds).sin() * (7.0 * z).cos(), z);
         }
-        // The frame is borrowed, and all that serves to find its triangles is built anew.
+        // The frame is borrowed, and the structures over its triangles are rebuilt.
         let film = renderer.render_frame(&frame, &settings)?;
         let shown = film.triangle.iter().filter(|&&triangle| triangle != Film::NO_TRIANGLE).count();
         println!("frame {number}: {shown} pixels show the cloth, {:.1} ms", renderer.stats().total_milliseconds());

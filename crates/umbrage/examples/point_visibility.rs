@@ -14,15 +14,14 @@ fn main() -> Result<(), Error> {
     let mut bvh = Bvh::default();
     bvh.build(triangles);
 
-    // Whether nothing stands between a point in the air and a light. There is no triangle that the point is on, and so none
-    // that is left out.
+    // Whether a point in the air is lit. The point is on no triangle, so none is left out.
     let opacity = frame.shadow_opacity();
     let is_reached = |light: &LightSource, position: DVec3| {
         let segment = ShadowRay::new(light, HitPoint { position, error: 0.0 });
         !bvh.blocked(triangles, &segment, SeenPixels::NONE, &|id, barycentric| opacity.stops(id, barycentric))
     };
 
-    // Points all over the box that the triangles are in.
+    // Points all over the triangles' bounds.
     let bounds = triangles.bounds();
     let points: Vec<DVec3> = (0..1000)
         .map(|number| {
@@ -34,7 +33,8 @@ fn main() -> Result<(), Error> {
         let lit = points.iter().filter(|&&point| is_reached(&light.source, point)).count();
         println!("the light `{}` reaches {lit} of {} points", light.name, points.len());
     }
-    // What a camera sees is what a light in its place would reach; what is beside its picture is still to be left out.
+    // A camera sees the points that a light at its position would reach; points outside of its picture must still be left
+    // out.
     let eye = LightSource::Point { position: frame.camera(16.0 / 9.0).position };
     let seen = points.iter().filter(|&&point| is_reached(&eye, point)).count();
     println!("the camera's position sees {seen} of {} points", points.len());

@@ -1,4 +1,4 @@
-//! Rays from anywhere to anywhere: the nearest triangle along each, exactly, through whatever takes the least.
+//! Rays from anywhere to anywhere: the nearest triangle along each, exactly, through the cheapest structure.
 //!
 //! `cargo run --release --example rays`
 
@@ -14,10 +14,10 @@ fn main() -> Result<(), Error> {
     let direction = |number: u32| {
         let (turn, tilt) = (f64::from(number % 360).to_radians(), (f64::from(number / 360) - 10.0) * 0.15);
         let direction = DVec3::new(turn.cos() * tilt.cos(), tilt.sin(), turn.sin() * tilt.cos());
-        // As single precision has it: then a scanner may answer.
+        // Rounded to single precision, so that a scanner may answer.
         direction.as_vec3().as_dvec3()
     };
-    // From above, all around and down; and each from somewhere else.
+    // From above, all around and down; and each from another position.
     let above = (low + high) / 2.0 + DVec3::Y * (high.y - low.y);
     let from_above: Vec<Ray> = (0..3600).map(|number| Ray::new(above, direction(number))).collect();
     let from_anywhere: Vec<Ray> = (0..3600)
@@ -27,7 +27,7 @@ fn main() -> Result<(), Error> {
     // Kept from frame to frame, so that its memory is used again: `tracer.forget()` when triangles have moved.
     let (mut tracer, mut traced) = (Tracer::default(), Scanned::default());
     for (name, rays) in [("above", from_above), ("anywhere", from_anywhere)] {
-        // Says what stops rays: they go through holes in leaves, and could go through back faces.
+        // The opacity decides about hits: rays pass through holes in leaves, and could pass through back faces.
         let trace = Trace { opacity: &frame.camera_opacity(), ..Trace::new(triangles, &rays) };
         let by = tracer.trace(&trace, &mut traced);
         let hits = traced.t.iter().filter(|t| t.is_finite()).count();

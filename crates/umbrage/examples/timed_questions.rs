@@ -1,7 +1,8 @@
-//! What a scan, any rays and lights take, answer by answer: `python -m umbrage.bench --overhead` sets Python's times beside these.
+//! Times of a scan, of any rays and of lights, query by query: `python -m umbrage.bench --overhead` sets Python's times
+//! beside these.
 //!
-//! `cargo run --release --example timed_questions` asks each question once. With `-- SCENE RAYS THREADS`, RAYS being a file of six
-//! f32 a ray, it reads their names from standard input, a line each, and answers with milliseconds.
+//! `cargo run --release --example timed_questions` makes each query once. With `-- SCENE RAYS THREADS`, RAYS being a file of
+//! six f32 a ray, it reads their names from standard input, a line each, and prints milliseconds.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -52,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 impl Questions {
-    /// Answers in fresh memory, with normals, as Python is given them.
+    /// Makes a query with results in fresh memory and with normals, as from Python.
     fn ask(&self, name: &str, triangles: Triangles<'_>, tracer: &mut Tracer) {
         let mut scanned = Scanned::default();
         match name {
@@ -75,7 +76,7 @@ impl Questions {
     }
 }
 
-/// From above a scene, to somewhere around.
+/// A ray from above a scene, towards its surroundings.
 fn made_ray(number: u16) -> [f32; 6] {
     let turn = f32::from(number) * 2.4;
     [turn.sin(), 3.0, turn.cos(), (3.0 * turn).cos(), -1.0, (3.0 * turn).sin()]

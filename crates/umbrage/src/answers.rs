@@ -1,4 +1,4 @@
-//! Answers without a picture: what each pixel sees, which lights reach it, and what it took to find that.
+//! Answers without a picture: the triangle that each pixel sees, the lights that reach it, and the work of finding them.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use umbrage_scene::{Frame, Light};
 use crate::sampling::Sample;
 use crate::{Error, Film, Renderer, Settings};
 
-/// What the rays through the middles of a view's pixels hit, in rows from the upper left corner.
+/// The hits of the rays through the middles of a view's pixels, in rows from the upper left corner.
 #[derive(Clone, Debug)]
 pub struct Seen<'a> {
     frame: &'a Frame,
@@ -19,23 +19,23 @@ pub struct Seen<'a> {
     pub triangle: Vec<u32>,
     /// Depth along [`Camera::forward`](umbrage_rays::Camera::forward), in world units; infinite for a miss.
     pub depth: Vec<f64>,
-    /// Weights of the triangle's second and third corner where it is hit, from 0 to 1; NaN for a miss.
+    /// Weights of the triangle's second and third corner at the hit, from 0 to 1; NaN for a miss.
     pub barycentric: Vec<[f32; 2]>,
-    /// Where the triangle is hit, in world space; NaN for a miss.
+    /// World position of the hit; NaN for a miss.
     pub position: Vec<DVec3>,
 }
 
-/// What it took to find what each pixel shows.
+/// The work of finding each pixel's triangle.
 #[derive(Clone, Debug, Default)]
 pub struct WorkCounts {
     /// The work of camera rays.
     pub pixels: PixelWork,
-    /// In which cell of a light's grid each pixel's point is, where a light was asked about.
+    /// For the light asked about, if any, the cell of its grid that each pixel's point is in.
     pub cells: LightCells,
 }
 
 impl<'a> Seen<'a> {
-    /// What [`Seen::triangle`] holds for a miss.
+    /// The value of [`Seen::triangle`] for a miss.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
     fn new(frame: &'a Frame, view: View, pixels: SeenPixels) -> Self {
@@ -55,8 +55,8 @@ impl<'a> Seen<'a> {
 }
 
 impl Renderer {
-    /// Finds what each pixel of a view sees of a frame, on the CPU, and shades nothing. Alpha masks have holes; what is
-    /// behind blended and transmissive surfaces isn't looked for.
+    /// Finds the triangle that each pixel of a view sees in a frame, on the CPU, without shading. Alpha masks have holes;
+    /// nothing is traced behind blended and transmissive surfaces.
     ///
     /// ```
     /// use umbrage::scene::Frame;
@@ -84,10 +84,10 @@ impl Renderer {
         Ok(Seen::new(frame, *view, cpu.seen_alone(frame, view)?))
     }
 
-    /// Finds which of the points that a view sees each light reaches: a mask for each light, in which misses are dark.
+    /// Finds the seen points that each light reaches: a mask for each light, in which misses are dark.
     ///
-    /// A spot lights no point outside of its cone. Ranges of lights don't count, and lights that cast no shadow reach all points
-    /// that their cones hold.
+    /// A spot lights no point outside of its cone. Ranges of lights don't count, and lights that cast no shadow reach all
+    /// points that their cones hold.
     ///
     /// # Errors
     /// Where a light is not what [`Frame::check`] asks for, or a GPU renders.
@@ -97,9 +97,9 @@ impl Renderer {
         cpu.lit_alone(seen.frame, lights, &seen.view, &seen.pixels)
     }
 
-    /// Counts, pixel by pixel, the work of seeing a frame through the middle of each pixel; and, where `light` says which
-    /// of the settings' or else the frame's lights, finds in which cell of its grid each point is that is seen. Only that
-    /// of [specialised](crate::Structure::is_specialised) structures is counted.
+    /// Counts, pixel by pixel, the work of seeing a frame through the middle of each pixel. With the index `light`, among
+    /// the settings' lights or else the frame's, it also finds the cell of that light's grid for each visible point. Only
+    /// [specialised](crate::Structure::is_specialised) structures have such work.
     ///
     /// [`Renderer::frame`] is the frame of a scene that was just rendered.
     ///

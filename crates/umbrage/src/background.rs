@@ -12,15 +12,15 @@ use crate::Error;
 use crate::panorama::Panorama;
 use crate::shade::lanes::{Each, LANES, Vector, Vectors, put, vector_of};
 
-/// What rays that hit nothing see, and what lights the scene from all around.
+/// The radiance that rays without a hit see, and that lights the scene from all around.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Background {
-    /// One linear colour everywhere. Pictures show it as it is, whatever exposure and tone map do to the scene.
+    /// One linear colour everywhere. Pictures show it as it is, without exposure and tone map.
     Color(Vec3),
     /// A soft sky: bluer towards the zenith, hazy at the horizon, grey below it.
     #[default]
     Sky,
-    /// Nothing: what rays that hit nothing see is left to whoever puts the picture over another one, by the
+    /// Nothing: rays without a hit leave their pixels uncovered, so that the picture can be put over another one by the
     /// [coverage](crate::Film::color) of its pixels. The scene is lit as by the sky, and mirrors that.
     Transparent,
     /// A latitude–longitude image.
@@ -38,7 +38,7 @@ impl Background {
         Self::open_within(path, OpenOptions::default().max_memory)
     }
 
-    /// As [`Background::open`], where that takes no more than so many bytes.
+    /// As [`Background::open`], with a limit of `max_memory` bytes.
     ///
     /// # Errors
     /// As [`Background::open`].
@@ -61,7 +61,7 @@ impl Background {
     }
 }
 
-/// What an image has in each lane's direction.
+/// An image's radiance in each lane's direction.
 fn read_each(panorama: &Panorama, directions: &[Each<f32>; 3], widths: &Each<f32>) -> [Each<f32>; 3] {
     let mut radiance = [[0.0; LANES]; 3];
     for (lane, &width) in widths.iter().enumerate() {
@@ -70,7 +70,7 @@ fn read_each(panorama: &Panorama, directions: &[Each<f32>; 3], widths: &Each<f32
     radiance
 }
 
-/// How far the sky's horizon is blurred where nothing blurs it more.
+/// The least blur of the sky's horizon, in heights from −1 to 1.
 const SHARPEST: f32 = 0.05;
 
 /// The sky's radiance at heights between −1 and 1, its horizon blurred over `softness`.
@@ -98,7 +98,7 @@ pub(crate) struct Surroundings<'a> {
 
 impl<'a> Surroundings<'a> {
     pub(crate) fn new(background: &'a Background) -> Self {
-        /// Of the cosine lobe, for bands 0, 1 and 2, over π.
+        /// Factors of the cosine lobe, for bands 0, 1 and 2, over π.
         const LOBE: [f32; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
         const ROWS: u32 = 64;
         let mut irradiance = [Vec3::ZERO; 9];
@@ -110,25 +110,25 @@ impl<'a> Surroundings<'a> {
         Self { background, irradiance }
     }
 
-    /// What it was prepared from.
+    /// The background that it was prepared from.
     #[cfg(feature = "gpu")]
     pub(crate) fn background(&self) -> &'a Background {
         self.background
     }
 
-    /// The coefficients that [`irradiance`](Self::irradiance) is made of.
+    /// The coefficients behind [`irradiance`](Self::irradiance).
     #[cfg(feature = "gpu")]
     pub(crate) fn irradiance_coefficients(&self) -> &[Vec3; 9] {
         &self.irradiance
     }
 
-    /// Whether they aren't seen but in mirrors.
+    /// Whether they are visible only in mirrors.
     #[inline(always)]
     pub(crate) fn are_transparent(&self) -> bool {
         matches!(self.background, Background::Transparent)
     }
 
-    /// Whether pictures show them as they are, whatever exposure and tone map do to the scene.
+    /// Whether pictures show them as they are, without exposure and tone map.
     #[inline(always)]
     pub(crate) fn are_flat(&self) -> bool {
         matches!(self.background, Background::Color(_))
@@ -140,7 +140,7 @@ impl<'a> Surroundings<'a> {
         self.background.around(simd, direction, f32x16::splat(simd, SHARPEST), f32x16::splat(simd, 0.0))
     }
 
-    /// Mean radiance around unit directions, over about so much of the circumference.
+    /// Mean radiance around unit directions, over about `width` of the circumference.
     #[inline(always)]
     pub(crate) fn mean<S: Simd>(&self, simd: S, direction: Vectors<S>, width: f32) -> Vectors<S> {
         self.background.around(simd, direction, f32x16::splat(simd, SHARPEST), f32x16::splat(simd, width))
@@ -216,7 +216,7 @@ fn harmonics<S: Simd>(simd: S, Vector { x, y, z }: Vectors<S>) -> [f32x16<S>; 9]
     ]
 }
 
-/// Where a unit direction is in a latitude–longitude image: (0, 0) at its upper left, (1, 1) at its lower right.
+/// The position of a unit direction in a latitude–longitude image: (0, 0) at its upper left, (1, 1) at its lower right.
 pub(crate) fn panorama_coords(direction: Vec3) -> Vec2 {
     let longitude = libm::atan2f(direction.x, -direction.z);
     Vec2::new(0.5 + longitude / (2.0 * PI), libm::acosf(direction.y.clamp(-1.0, 1.0)) / PI)

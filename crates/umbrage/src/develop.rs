@@ -1,4 +1,4 @@
-//! From films to pictures, sixteen pixels at a time.
+//! Develops films to pictures, sixteen pixels at a time.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, u32x16};
@@ -22,7 +22,7 @@ impl Film {
         self.develop_sum(settings, 1)
     }
 
-    /// As [`Film::develop`], where pixels are still sums of so many samples.
+    /// As [`Film::develop`], for pixels that are still sums of `samples` samples.
     pub(crate) fn develop_sum(&self, settings: &Settings, samples: u32) -> Image {
         let (developer, level) = (Developer::new(settings, samples), SimdLevel::default());
         let Self { width, height, ref color, .. } = *self;
@@ -44,7 +44,7 @@ impl Film {
     }
 
     /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
-    /// are those that `develop`'s are in an eight-bit file.
+    /// are the same as those of `develop` in an eight-bit file.
     pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
         let (developer, level, levels) = (Developer::new(settings, 1), SimdLevel::default(), Levels::get());
         pixels.resize(self.color.len(), [u8::MAX; 4]);
@@ -62,20 +62,20 @@ impl Film {
         });
     }
 
-    /// Of a piece of work what is shown as it is, if anything is.
+    /// The flat part of a piece of work's pixels; empty if the film has none.
     fn flat_of(&self, number: usize) -> &[Vec4] {
         self.flat.chunks(PIXELS).nth(number).unwrap_or(&[])
     }
 }
 
-/// How films are developed.
+/// The parameters of developing.
 #[derive(Clone, Copy)]
 struct Developer {
-    /// What makes means of what the film has.
+    /// Factor from the film's sums to means.
     weight: f32,
     exposure: f32,
     tone_map: ToneMap,
-    /// Whether a picture says how much of its pixels is covered.
+    /// Whether pictures have an alpha channel.
     covers: bool,
 }
 
@@ -86,7 +86,7 @@ impl Developer {
         Self { weight: 1.0 / samples as f32, exposure: libm::exp2f(exposure_stops), tone_map, covers }
     }
 
-    /// What a screen should show of up to sixteen pixels that are covered so far, linear and in [0, 1].
+    /// Display colours of up to sixteen pixels with these coverages, linear and in [0, 1].
     #[inline(always)]
     fn shown<S: Simd>(&self, simd: S, color: &[Vec4], flat: &[Vec4], coverage: &Each<f32>) -> Vectors<S> {
         let exposure = f32x16::splat(simd, self.exposure);
@@ -108,7 +108,7 @@ impl Developer {
         for (lane, (color, flat)) in color.iter().zip(flat).enumerate() {
             let (color, flat, coverage) = (*color * self.weight, *flat * self.weight, coverage[lane]);
             let rest = coverage - flat.w;
-            // Where nothing is left, what is added there is.
+            // Where all of it is flat, other light counts for the whole coverage.
             let rest = if rest < LEAST_REST { coverage } else { rest };
             put(lane, of_part((color - flat).truncate(), rest), &mut radiance);
             put(lane, of_part(flat.truncate(), coverage), &mut as_it_is);
@@ -118,7 +118,7 @@ impl Developer {
         (mapped.scaled(f32x16::from_slice(simd, &part)) + Vectors::load(simd, &as_it_is)).at_least_zero().at_most_one()
     }
 
-    /// Develops some pixels and what of them is shown as it is, to opaque ones where there is no `alpha`.
+    /// Develops some pixels with their flat parts; to opaque ones where there is no `alpha`.
     #[inline(always)]
     fn encode<S: Simd>(&self, simd: S, (color, flat): (&[Vec4], &[Vec4]), pixels: &mut [[u16; 3]], alpha: &mut [u16]) {
         for (number, (pixels, color)) in pixels.chunks_mut(LANES).zip(color.chunks(LANES)).enumerate() {
@@ -142,13 +142,13 @@ impl Developer {
     }
 }
 
-/// A pixel less of which isn't shown as it is, is.
+/// Least part of a pixel that counts as not flat.
 const LEAST_REST: f32 = 1.0 / 1024.0;
 
-/// What a part of a pixel shows, from what it adds to the pixel.
+/// The colour of a part of a pixel, from its contribution to the pixel.
 fn of_part(color: Vec3, part: f32) -> Vec3 {
     match part {
-        // Most are whole, and divisions slow.
+        // Most parts are whole, and divisions slow.
         1.0 => color,
         part if part > 0.0 => color / part,
         _ => Vec3::ZERO,
@@ -161,14 +161,14 @@ pub(crate) fn levels<S: Simd>(simd: S, linear: f32x16<S>) -> u32x16<S> {
     (encoded_srgb(simd, linear) * f32::from(u16::MAX) + 0.5).to_int()
 }
 
-/// How much of some pixels is covered, whose colours are those of what covers them, however little that is.
+/// The coverage of some pixels, 0 to 1, by which their sums are divided; writes the `alpha` levels.
 fn coverage(color: &[Vec4], alpha: &mut [u16]) -> Each<f32> {
     let mut coverage = [0.0; LANES];
     for (coverage, (color, alpha)) in coverage.iter_mut().zip(color.iter().zip(alpha)) {
-        // What mirrors the sky in thin air is no more than whole.
+        // Reflections of the sky on thin surfaces may add up to more than one.
         let part = color.w.clamp(0.0, 1.0);
         *alpha = (part * f32::from(u16::MAX)).round() as u16;
-        // What covers so little that its level is zero has no colour.
+        // A pixel whose alpha level is zero has no colour.
         *coverage = if *alpha == 0 { 0.0 } else { part };
     }
     coverage
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn every_pixel_of_a_film_is_developed_whatever_the_instructions() {
-        // No multiple of sixteen, and more than one piece of work.
+        // Not a multiple of sixteen, and more than one piece of work.
         let count = 2 * PIXELS + 21;
         let color: Vec<Vec4> = (0..count).map(|pixel| Vec4::new(pixel as f32 * 1e-4, 0.3, 0.7, 0.5)).collect();
         for settings in [Settings::default(), Settings { background: Background::Transparent, ..Settings::default() }] {

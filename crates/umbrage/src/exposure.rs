@@ -1,5 +1,5 @@
-//! What is out of focus, moves, or is lit from more than a point: a picture is the mean of exact frames, each of which has
-//! one point of the lens, one moment, and one point of every light.
+//! Depth of field, motion blur and lights with a size: a picture is the mean of exact frames, each of which has one point of
+//! the lens, one moment, and one point of every light.
 
 use std::f64::consts::TAU;
 
@@ -14,30 +14,30 @@ use crate::sampling::Samples;
 use crate::sky::SkyLights;
 use crate::{Error, Settings};
 
-/// What a frame's samples spread over, beside their pixels.
+/// The dimensions, beside their pixels, that a frame's samples spread over.
 #[derive(Debug)]
 pub(crate) struct Spread {
     shutter_seconds: f64,
-    /// In place of a radius of zero.
+    /// Replaces a radius of zero.
     light_radius: f32,
     lens: Option<Lens>,
     has_wide_lights: bool,
     sky: Option<SkyLights>,
 }
 
-/// A thin lens: what is at its focus is sharp.
+/// A thin lens: points in its focal plane are sharp.
 #[derive(Clone, Copy, Debug)]
 struct Lens {
     radius: f64,
-    /// The depth of the plane that stays where it is.
+    /// The depth of the focal plane.
     focus: f64,
 }
 
 impl Spread {
-    /// That of a frame. `whole` gives the frame with its vertices, for what is in the middle of the picture.
+    /// The dimensions of a frame. `whole` gives the frame with its vertices, to find the hit in the middle of the picture.
     ///
     /// # Errors
-    /// Where the camera has no lens, nothing says where its focus is, or a sun fills more than the sky.
+    /// Where the camera has no lens, its focus is unknown, or a sun fills more than the sky.
     pub(crate) fn new<'a>(staged: &Staged<'_>, whole: impl FnOnce() -> &'a Frame) -> Result<Self, Error> {
         let Settings { samples, aperture, focus, shutter_seconds, light_radius, sky_shadows, .. } = *staged.settings;
         let lens = (samples > 1 && aperture > 0.0).then(|| {
@@ -58,8 +58,8 @@ impl Spread {
         Ok(Self { shutter_seconds, light_radius, lens: lens.transpose()?, has_wide_lights, sky })
     }
 
-    /// Whether there is anything to spread over. Then each sample is traced alone: of four that are traced together, all would
-    /// be at the same point of it, which makes more noise in the same time but in small images (docs/effects.md).
+    /// Whether there is any such dimension. Then each sample is traced alone: four that are traced together would share one
+    /// point of it, which makes more noise in the same time except in small images (docs/effects.md).
     pub(crate) fn is_wide(&self) -> bool {
         self.lens.is_some() || self.has_wide_lights || self.sky.is_some() || self.shutter_seconds > 0.0
     }
@@ -74,30 +74,30 @@ impl Spread {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exposure {
     number: u32,
-    /// Whether there is no other: then it is in the middle of everything.
+    /// Whether it is the only one: then it is in the middle of every dimension.
     is_only: bool,
 }
 
 impl Exposure {
-    /// Dimensions of samples: each pair of numbers for one purpose has one of its own.
+    /// Dimensions of samples: each purpose has a pair of numbers of its own.
     const LENS: u32 = 0;
     const MOMENT: u32 = 1;
     const FIRST_LIGHT: u32 = 2;
     const SKY: u32 = u32::MAX / 4;
 
-    /// Exposure `number` of some.
+    /// Exposure `number` of all exposures.
     pub(crate) fn new(number: u32, samples: &Samples) -> Self {
         let of = samples.as_slice()[0].of / samples.as_slice().len() as u32;
         Self { number, is_only: of == 1 }
     }
 
-    /// How long before or after the frame's moment it is, in seconds.
+    /// The time from the frame's moment to this exposure, in seconds, negative before it.
     pub(crate) fn seconds(self, spread: &Spread) -> f64 {
         if self.is_only { 0.0 } else { spread.shutter_seconds * (pair(self.number, Self::MOMENT).x - 0.5) }
     }
 
-    /// What it sees: the same scene from its point of the lens, with the lights, which are put into `lights`, at their
-    /// points. And where the rays of its samples go through their pixels there.
+    /// The exposure's own view: the same scene from its point of the lens, with each light at one point, stored in `lights`.
+    /// The returned samples' rays are shifted in their pixels for it.
     pub(crate) fn of<'a>(
         self,
         staged: &Staged<'a>,
@@ -130,18 +130,18 @@ impl Exposure {
 
     /// A point of a light's shape.
     ///
-    /// Those of a flat light are equally dense everywhere. From each direction a ball should look like a disk that is equally
-    /// bright everywhere, as a sphere does whose surface sends light equally in all directions. So points are as dense as
-    /// 1/√(1 − r²) at r of its radius: the sphere in four dimensions, seen from the side. Without anything between, irradiance
-    /// is the centre's: that of a point is a field as gravity's, and the field of a ball is that of its centre (Newton's
-    /// shells).
+    /// A flat light's points are equally dense everywhere. From each direction a ball should look like a disk that is
+    /// equally bright everywhere, as does a sphere whose surface sends light equally in all directions. So points are as
+    /// dense as 1/√(1 − r²) at r of its radius: the sphere in four dimensions, seen from the side. Without occlusion,
+    /// irradiance is the centre's: that of a point is a field as gravity's, and the field of a ball is that of its centre
+    /// (Newton's shells).
     fn point_of(self, source: LightSource, shape: LightShape, dimension: u32) -> LightSource {
         if !shape.is_wide() {
             return source;
         }
         let drawn = triple(self.number, dimension);
         let flat = disk(drawn.truncate());
-        // From the light's middle; `direction` is that which a flat one faces.
+        // Offset from the light's middle; a flat light faces `direction`.
         let off = |direction: Vec3| {
             let in_plane = |point: DVec2| {
                 let [across, up] = Light::axes(direction);
@@ -168,7 +168,7 @@ impl Exposure {
                 LightSource::Spot { position, direction, inner_radians, outer_radians }
             }
             LightSource::Directional { direction } => {
-                // A flat one is a lamp, which has a position.
+                // A flat light is a lamp, which has a position.
                 let LightShape::Ball(degrees) = shape else { return source };
                 let along = direction.as_dvec3().normalize();
                 let (right, up) = along.any_orthonormal_pair();
@@ -181,10 +181,10 @@ impl Exposure {
 }
 
 impl Lens {
-    /// A view from a point of the unit disk that the lens is, and by how much rays are shifted in its image, in pixels.
+    /// A view from a point of the lens, as a unit disk, and the shift of its rays in the image, in pixels.
     ///
-    /// The camera moves across its axis and keeps its axes, so all structures know it as any other. That what is in focus
-    /// stays in its pixels takes a frustum that isn't symmetric: its image is another part of the same plane.
+    /// The camera moves across its axis and keeps its axes, so to structures it is like any other. Points in focus stay in
+    /// their pixels through a frustum that isn't symmetric: its image is another part of the same plane.
     fn seen_through(self, point: DVec2, view: &View) -> (View, DVec2) {
         /// Shifts are whole multiples of this, so that sums with pixels are exact.
         const STEPS_PER_PIXEL: f64 = (1 << 20) as f64;
@@ -193,7 +193,7 @@ impl Lens {
         let [right, up, middle] = [camera.right, camera.up, camera.position].map(Vec3::as_dvec3);
         let off = point * self.radius;
         let position = (middle + right * off.x + up * off.y).as_vec3();
-        // As it was rounded.
+        // The offset after rounding.
         let moved = position.as_dvec3() - middle;
         let pixels_per_unit = f64::from(view.height) / (2.0 * f64::from(tan_half_height) * self.focus);
         let shift = DVec2::new(-moved.dot(right), moved.dot(up)) * pixels_per_unit;
@@ -222,7 +222,7 @@ mod tests {
             .collect();
         for from in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.5, -0.3, 0.8).normalize()] {
             for part in [0.25, 0.5, 0.75, 1.0 + 1e-5] {
-                // Of an even disk, the area inside.
+                // The share of an even disk's area inside.
                 let inside =
                     |point: &&Vec3| point.reject_from_normalized(from).length_squared() <= part * radius * radius;
                 let share = points.iter().filter(inside).count() as f32 / count as f32;
@@ -246,7 +246,7 @@ mod tests {
                     let towards = position.as_dvec3() + DVec3::new(3.0, 6.0, 2.0);
                     irradiance += towards / towards.length().powi(3) / f64::from(count);
                 }
-                // As a point's, but for what so many points leave out.
+                // As a point's, except for the error of so few points.
                 let error = (irradiance.length() * 49.0 - 1.0).abs();
                 assert!(error < 0.2 / f64::from(count), "{count}, {dimension}: {error}");
             }

@@ -10,19 +10,18 @@ use crate::noise::NoiseMeter;
 use crate::sampling::Samples;
 use crate::{Error, Layer, Renderer, Settings, Stats};
 
-/// What is rendered.
+/// The subject of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Subject<'a> {
     /// A scene at a moment, in seconds.
     Moment(&'a Scene, f64),
-    /// A frame that somebody else has made.
+    /// A frame that the caller made.
     Frame(&'a Frame),
 }
 
 impl Renderer {
-    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, layers, develop. Where it is seen through a
-    /// wide lens or an open shutter, or lit from more than points, it is the mean of exact frames, each at another point
-    /// of these.
+    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, layers, develop. With a wide lens,
+    /// an open shutter or lights with a size it is the mean of exact frames, each at another point of these.
     pub(crate) async fn render_subject(
         &mut self,
         subject: Subject<'_>,
@@ -65,7 +64,7 @@ impl Renderer {
                 engine.see(&exposed, &samples, stats)?;
                 engine.shadow(&exposed, &samples, stats)?;
                 engine.shade(&exposed, band, &samples, film, stats).await?;
-                // Pixels' first samples say what moves.
+                // Motion is that of the pixels' first samples.
                 let next = if number == 0 { Next::of(subject, posed_at, &staged, next)? } else { None };
                 engine.layers(&exposed, &samples, next.as_ref(), film, stats);
                 progress.set(samples.part_up_to(number, band, engine.bands()));
@@ -89,7 +88,7 @@ impl Renderer {
 }
 
 impl Subject<'_> {
-    /// Finds what is wrong with a frame before anything of the last one is touched.
+    /// Checks a frame before anything of the last one is touched.
     fn check(self, settings: &Settings) -> Result<(), Error> {
         let Self::Frame(frame) = self else { return Ok(()) };
         frame.check_lit_by(settings.lights(frame))?;
@@ -101,7 +100,7 @@ impl Subject<'_> {
         }
     }
 
-    /// The same so many seconds later, or before, but not beyond the animation's start and end.
+    /// The same subject some seconds later, or before, but not beyond the animation's start and end.
     pub(crate) fn after(self, seconds: f64) -> Self {
         let Self::Moment(scene, moment) = self else { return self };
         let duration = scene.duration_seconds();
@@ -109,7 +108,7 @@ impl Subject<'_> {
     }
 }
 
-/// Brings a scene to its moment, in memory that is used again, or takes over a frame as it is.
+/// Poses a scene at its moment, in memory that is used again, or takes a frame as it is.
 fn animate<'a>(
     engine: &mut dyn Engine,
     subject: Subject<'a>,
@@ -133,7 +132,7 @@ fn animate<'a>(
         Subject::Frame(frame) => {
             engine.adopt();
             let Frame { mesh, lights, cameras, .. } = posed;
-            // An empty one takes memory anew.
+            // An empty frame would allocate anew.
             let is_blank = mesh.triangles.is_empty() && lights.is_empty() && cameras.is_empty();
             if !is_blank {
                 *posed = Frame::default();

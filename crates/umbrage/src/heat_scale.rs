@@ -1,4 +1,4 @@
-/// From counts of work to colours: blue, pink, yellow, as in Guntury and Narayanan 2010, Figure 2.
+/// A colour scale for counts of work: blue, pink, yellow, as in Guntury and Narayanan 2010, Figure 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeatScale {
     top: u32,
@@ -13,7 +13,7 @@ impl HeatScale {
         Self { top: top.div_ceil(step).max(1).saturating_mul(step) }
     }
 
-    /// Ends where at most one in a thousand of `counts` goes beyond.
+    /// A scale that at most one in a thousand of `counts` exceeds.
     #[must_use]
     pub fn of(counts: &[u32]) -> Self {
         Self::up_to(exceeded_by_few(counts))
@@ -42,7 +42,7 @@ impl HeatScale {
         }
     }
 
-    /// Counts to write beside the colours, so that each has `room` of the `length` for itself.
+    /// Counts to write beside the colours, with at least `room` of the `length` for each.
     pub fn ticks(self, length: u32, room: u32) -> impl Iterator<Item = u32> {
         let step = round_step((u64::from(self.top) * u64::from(room) / u64::from(length.max(1))) as u32 + 1);
         (0..=self.top / step).map(move |tick| tick * step)

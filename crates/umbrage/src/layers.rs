@@ -1,22 +1,22 @@
-//! Which layers a film has beside what its pixels look like.
+//! The layers that a film has beside its colours.
 
 use std::fmt;
 use std::str::FromStr;
 
 use umbrage_rays::{Choice, UnknownChoice, choices};
 
-/// What a [`Film`](crate::Film) can have beside what its pixels look like, in [`FilmLayers`](crate::FilmLayers).
+/// Data that a [`Film`](crate::Film) can have beside its colours, in [`FilmLayers`](crate::FilmLayers).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
-    /// How much of each pixel each light reaches.
+    /// The part of each pixel that each light reaches.
     Shadow,
-    /// By how many pixels what is seen will have moved.
+    /// The motion of each pixel's hit, in pixels.
     Motion,
-    /// Where in its triangle what is seen is.
+    /// The hit's position in its triangle.
     Barycentric,
-    /// Which object and which triangle is seen.
+    /// The ids of the object and the triangle.
     Ids,
-    /// How much of each pixel each object covers.
+    /// The part of each pixel that each object covers.
     Cryptomatte,
 }
 

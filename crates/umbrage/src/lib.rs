@@ -1,7 +1,7 @@
 //! Exact visibility and exact shadows for triangle scenes that change completely every frame.
 //!
-//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds what each pixel saw,
-//! and [`output`] writes it:
+//! [`open`] reads a file as a [`Scene`], [`Renderer`] renders it with [`Settings`], [`Film`] holds the pixels' values, and
+//! [`output`] writes it:
 //!
 //! ```
 //! use umbrage::{Renderer, Settings};
@@ -14,36 +14,38 @@
 //! # Ok::<(), umbrage::Error>(())
 //! ```
 //!
-//! `examples/` shows triangles of one's own that change in each frame (`own_triangles`), which points of a set a light reaches
-//! (`point_visibility`), rays from anywhere (`rays`), rigid objects that move (`instances`), a lidar and the sun on faces (`lidar`), what questions take (`timed_questions`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
+//! `examples/` shows triangles of your own that change in each frame (`own_triangles`), the points of a set that a light
+//! reaches (`point_visibility`), rays from anywhere (`rays`), rigid objects that move (`instances`), a lidar and the sun on
+//! faces (`lidar`), the times of queries (`timed_questions`), a GPU (`gpu_frame`) and an animation in a file (`animation`).
 //!
-//! All that is public, and what it is for:
+//! All public items, and their purposes:
 //!
-//! - [`Renderer`] renders scenes and frames, and answers what is seen and lit; [`Error`] says why it doesn't.
-//!   [`Progress`] says how far a frame has come.
-//! - [`Settings`] say how: [`CameraChoice`] from where, [`Structure`] through what, [`Sides`] which of triangles,
-//!   [`Background`] (with [`Panorama`] for images) before what, [`ToneMap`] how bright.
-//! - [`StructureOption`] lists what can be chosen of a structure by name, within [`OptionValues`], or else
-//!   [`ImpossibleOption`] or [`UnknownStructure`] says why not; [`EngineKind`], [`HeatKind`] and [`spec`] are the other words
-//!   of command lines.
-//! - [`Film`] is what each pixel saw, [`Image`] that for a screen; [`output`] writes files of either. [`FilmLayers`] are a film's
-//!   further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and the [`Coverage`] of objects, each with what it has
-//!   [`Covered`].
-//! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with a
-//!   [`Blocker`] for each light, is all about one pixel.
-//! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], is what a frame cost; [`Work`] what the camera
-//!   or a light was to do, and [`WorkCounts`] what each pixel was, which [`HeatScale`] colours.
-//! - [`PixelView`] paints what pixels saw in place of light.
-//! - [`Sample`] is which ray of a pixel is traced, and [`Samples`] which of them together, for those who trace the same
-//!   ones themselves.
-//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has what they
-//!   are made of, and frames of one's own.
-//! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit;
-//!   [`rays::Scanner`] answers any directions from one origin, and lights on any points; [`rays::Tracer`] any rays, by what takes
-//!   the least; [`scene::Instances`] says which rigid object a hit is of.
+//! - [`Renderer`] renders scenes and frames, and answers visibility queries; [`Error`] gives the cause of a failure.
+//!   [`Progress`] tells how far a frame has come.
+//! - [`Settings`] define a picture: [`CameraChoice`] its camera, [`Structure`] the acceleration structure, [`Sides`] the
+//!   sides of triangles that stop rays, [`Background`] (with [`Panorama`] for images) the surroundings, [`ToneMap`] the
+//!   brightness.
+//! - [`StructureOption`] describes an option of a structure by name, and [`OptionValues`] its values; [`ImpossibleOption`]
+//!   or [`UnknownStructure`] give the reason for a refusal. [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of
+//!   command lines.
+//! - [`Film`] holds each pixel's light, depth, normal and triangle, [`Image`] its colours for a screen; [`output`] writes
+//!   files of either. [`FilmLayers`] are a film's further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and
+//!   the [`Coverage`] of objects, with a [`Covered`] part for each object.
+//! - [`Seen`] and [`LightMask`] are answers of [`Renderer::see`] and [`Renderer::shadow`] without a picture; [`Probe`], with
+//!   a [`Blocker`] for each light, has all details of one pixel.
+//! - [`Stats`], made of [`Stage`], [`Settled`] and [`OmittedTriangles`], has the times and counts of a frame; [`Work`] is
+//!   the work for the camera or a light, and [`WorkCounts`] that for each pixel, which [`HeatScale`] colours.
+//! - [`PixelView`] paints the pixels' hits in place of light.
+//! - [`Sample`] is a ray of each pixel, and [`Samples`] are those traced together, for callers who trace the same ones
+//!   themselves.
+//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has the parts
+//!   of scenes, and frames of your own.
+//! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit. [`rays::Scanner`]
+//!   traces any directions from one origin, and lights to any points; [`rays::Tracer`] any rays, by the fastest way;
+//!   [`scene::Instances`] tells the rigid object of a hit.
 #![cfg_attr(feature = "gpu", doc = "- [`gpu`] opens devices, with the feature of that name.")]
 #![cfg_attr(not(feature = "gpu"), doc = "- `gpu` opens devices, with the feature of that name.")]
-//! - [`glam`] is the library whose vectors all of these take.
+//! - [`glam`] is the library of all vectors here.
 #![forbid(unsafe_code)]
 
 mod answers;
@@ -104,7 +106,7 @@ pub use umbrage_rays::{LightMask, Work};
 pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;
 
-/// What `umbrage-bench` needs of the crate's inside. Not part of the public API.
+/// Items that `umbrage-bench` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
     pub use crate::points::{disk, pair, triple};

@@ -1,4 +1,4 @@
-//! Where what is seen will be a moment later.
+//! Motion of the pixels' hits until a moment later.
 
 use std::sync::Arc;
 
@@ -14,15 +14,15 @@ use crate::{Error, Layer};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Next<'a> {
     frame: &'a Frame,
-    /// From the middle of the lens, now and then.
+    /// The views from the middle of the lens, now and then.
     views: [View; 2],
-    /// Whether the same triangles are there then.
+    /// Whether both moments have the same triangles.
     is_same_mesh: bool,
 }
 
 impl<'a> Next<'a> {
-    /// What comes after a frame that is posed `posed_at` seconds after its own moment, posed in memory that is used again; `None`
-    /// where nobody asks for motion.
+    /// The moment after a frame that is posed `posed_at` seconds after its own, posed in memory that is used again; `None`
+    /// unless motion is asked for.
     ///
     /// # Errors
     /// Where the scene can't be posed then, or has no such camera.
@@ -45,7 +45,7 @@ impl<'a> Next<'a> {
         Ok(Some(Self { frame: memory, views, is_same_mesh }))
     }
 
-    /// By how many pixels, to the right and downwards, what a ray hits in `frame` will have moved; zero where that isn't known.
+    /// The motion of a hit in `frame`, in pixels to the right and downwards; zero where it isn't known.
     pub(crate) fn motion(&self, frame: &Frame, hit: &Hit) -> Vec2 {
         let pixel = |frame: &Frame, view: &View| {
             let [a, b, c] = frame.triangles().corners(hit.triangle).map(Vec3::as_dvec3);
@@ -62,7 +62,7 @@ impl<'a> Next<'a> {
     }
 }
 
-/// Where the image shows a point, in pixels from its upper left corner; `None` behind the camera.
+/// The position of a point in the image, in pixels from its upper left corner; `None` behind the camera.
 fn pixel_of(view: &View, point: DVec3) -> Option<DVec2> {
     let Camera { position, right, up, forward, projection } = view.camera;
     let offset = point - position.as_dvec3();

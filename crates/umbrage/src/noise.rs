@@ -1,4 +1,4 @@
-//! How noisy a picture still is.
+//! The remaining noise of a picture.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -6,30 +6,31 @@ use rayon::prelude::*;
 
 use crate::{Background, Film, Image, Settings};
 
-/// Looks at a film whenever its samples have doubled.
+/// Compares a film with its last state whenever its samples have doubled.
 #[derive(Debug, Default)]
 pub(crate) struct NoiseMeter {
-    /// What pixels looked like with half as many samples.
+    /// The picture with half as many samples.
     last: Option<Image>,
-    /// By how many levels that differed from what they looked like with half as many again.
+    /// Its difference, in levels, from the picture with a quarter as many samples.
     last_levels: Option<f64>,
 }
 
 impl NoiseMeter {
-    /// Fewer samples than this may miss what is seen in few of them.
+    /// Fewer samples than this may miss details that only few of them see.
     pub(crate) const LEAST_SAMPLES: u32 = 16;
 
-    /// Whether it looks at a film of so many samples.
+    /// Whether it compares a film of `samples` samples.
     pub(crate) fn looks_at(samples: u32, settings: &Settings) -> bool {
         settings.noise > 0.0 && samples.is_power_of_two() && samples >= Self::LEAST_SAMPLES / 4
     }
 
-    /// Whether a film that is the sum of so many samples is as even as the settings ask for.
+    /// Whether a film that is the sum of `samples` samples is as even as the settings ask for.
     ///
-    /// Where samples are drawn independently, what a pixel's mean of n differs by from that of the first half of them has the
-    /// variance of the whole mean: (a + b) / 2 − a is half of b − a, and a and b have twice its variance each. Samples that are
-    /// spread evenly have less noise than that. But all pixels have the same points of the lens, the time and the lights, so
-    /// that both halves of these may agree by chance: the doubling before has to be as good, for its number of samples.
+    /// Where samples are drawn independently, the difference between a pixel's mean of n and that of the first half of them
+    /// has the variance of the whole mean: (a + b) / 2 − a is half of b − a, and a and b have twice its variance each.
+    /// Samples that are spread evenly have less noise than that. But all pixels have the same points of the lens, the time
+    /// and the lights, so that both halves of these may agree by chance: the doubling before has to be as good, for its
+    /// number of samples.
     pub(crate) fn is_even(&mut self, film: &Film, samples: u32, settings: &Settings) -> bool {
         if !Self::looks_at(samples, settings) {
             return false;
@@ -65,7 +66,7 @@ mod tests {
 
     #[test]
     fn noise_is_the_standard_error_of_the_mean() {
-        // Pixels around half of what a screen can show, with a deviation of about 20 levels each sample.
+        // Pixels around half of the screen's white, with a deviation of about 20 levels each sample.
         let pixels = 20_000;
         let settings = |noise: f32| Settings { noise, tone_map: ToneMap::Clip, ..Settings::default() };
         for (noise, expected) in [(6.0, 16), (2.7, 64), (0.1, 1024)] {

@@ -15,8 +15,8 @@ pub fn open(address: impl AsRef<Path>) -> Result<Scene, Error> {
 /// As [`open`], with options.
 ///
 /// # Errors
-/// As [`open`], and where `options` name a clip, a variant or an object that the file doesn't have, or want textures of the gallery on demand:
-/// these are made in memory, of a few megabytes.
+/// As [`open`], and where `options` name a clip, a variant or an object that the file doesn't have, or want textures of the
+/// gallery on demand: these are made in memory, of a few megabytes.
 pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Scene, Error> {
     let address = address.as_ref();
     let text = address.to_string_lossy();

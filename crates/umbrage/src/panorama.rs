@@ -48,7 +48,7 @@ impl Panorama {
         Ok(Self { levels })
     }
 
-    /// Reads an image file, as far as that takes no more than `max_memory` bytes.
+    /// Reads an image file within `max_memory` bytes.
     pub(crate) fn open(path: &Path, max_memory: u64) -> Result<Self, String> {
         let bytes = read(path, max_memory).map_err(|error| error.to_string())?;
         let format = image_file::format(&bytes).ok_or("not a usable image: its format is none that is known")?;
@@ -66,9 +66,9 @@ impl Panorama {
         Self::new(width, height, texels)
     }
 
-    /// The first layer of an OpenEXR file that has colours, in the part of it that is to be displayed.
+    /// The first layer of an OpenEXR file that has colours, in its display window.
     fn open_exr(bytes: &[u8], max_memory: u64) -> Result<Self, String> {
-        // Of the image, which may be larger than what is shown of it, whole blocks are decoded.
+        // Whole blocks of the image are decoded, which may be larger than its display window.
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
         for header in &meta.headers {
             for Size(width, height) in [header.layer_size, header.shared_attributes.display_window.size] {
@@ -127,24 +127,24 @@ impl Panorama {
     }
 }
 
-/// All bytes of a file that has an end.
+/// All bytes of a regular file.
 fn read(path: &Path, max_memory: u64) -> io::Result<Vec<u8>> {
-    // Asked before it is opened, since a pipe waits there already.
+    // Checked before the file is opened, since opening a pipe would block.
     let there = fs::metadata(path)?;
     if !there.is_file() {
         return Err(io::Error::other("not a regular file"));
     }
     check("reading it", there.len(), max_memory).map_err(io::Error::other)?;
     let mut bytes = Vec::new();
-    // It may grow in the meantime.
+    // The file may grow in the meantime.
     fs::File::open(path)?.take(there.len()).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Bytes of a texel: as it is decoded, as four numbers, and as it stays in all levels.
+/// Bytes of a texel: decoded, as four numbers, and in all levels.
 const OF_TEXEL: u64 = 48;
 
-/// Bytes of an image's texels; the largest number where there are more.
+/// Bytes of an image's texels; the largest number on overflow.
 fn of_texels(of_texel: u64, width: u64, height: u64) -> u64 {
     of_texel.saturating_mul(width).saturating_mul(height)
 }

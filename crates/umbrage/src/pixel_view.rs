@@ -1,4 +1,4 @@
-//! Pictures of what pixels saw, in place of the light that they saw.
+//! Pictures of the pixels' hits, in place of light.
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use umbrage_scene::Frame;
 use crate::Film;
 use crate::panorama::linear_from_srgb;
 
-/// What a picture shows of each pixel in place of light. All are of the pixel's first sample, so edges are hard.
+/// The data that a picture shows in place of light. All are of the pixel's first sample, so edges are hard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PixelView {
     /// World-space shading normals: red is x, green is y, blue is z, each from -1 (dark) to 1 (bright).
@@ -16,16 +16,16 @@ pub enum PixelView {
     Normals,
     /// The first texture coordinates: red is u, green is v, both without their whole part. Black where a mesh has none.
     Uv,
-    /// Depth along the camera's axis: white at what is nearest, darker farther away. The farthest hundredth of the pixels is as
-    /// dark as what is just before it.
+    /// Depth along the camera's axis: white at the nearest hit, darker farther away. The farthest hundredth of the pixels is
+    /// as dark as the one just before it.
     Depth,
     /// Edges of triangles, a pixel wide to each side, over grey that is darker where a surface is seen at an angle.
     Wireframe,
 }
 
 impl PixelView {
-    /// Replaces the colours of a film that was rendered of `frame` by those of this view. Exposure and tone map leave them as
-    /// they are. What misses everything becomes black and uncovered; a film without a [view](Film::view) stays as it is.
+    /// Replaces the colours of a film of `frame` by those of this view. Exposure and tone map leave them as they are. Misses
+    /// become black and uncovered; a film without a [view](Film::view) stays as it is.
     pub fn paint(self, film: &mut Film, frame: &Frame) {
         let Some(view) = film.view else { return };
         let depths = if self == Self::Depth { depth_range(&film.depth) } else { [0.0, 1.0] };
@@ -52,7 +52,7 @@ impl PixelView {
     }
 }
 
-/// The least depth, and that which at most one in a hundred of the pixels that show something is beyond.
+/// The least depth, and the depth that at most one in a hundred of the pixels with a hit exceeds.
 fn depth_range(depth: &[f32]) -> [f32; 2] {
     let mut depths: Vec<f32> = depth.iter().copied().filter(|depth| depth.is_finite()).collect();
     if depths.is_empty() {
@@ -64,7 +64,7 @@ fn depth_range(depth: &[f32]) -> [f32; 2] {
     [nearest, farthest.max(nearest + f32::MIN_POSITIVE + nearest.abs() * 1e-6)]
 }
 
-/// Weights of a triangle's corners where a ray meets its plane; NaN or infinite where that is parallel.
+/// Weights of a triangle's corners at the crossing of a ray with its plane; NaN or infinite where the ray is parallel.
 fn weights([a, b, c]: [DVec3; 3], ray: &Ray) -> DVec3 {
     let (ab, ac, from_a) = (b - a, c - a, ray.origin - a);
     let normal = ab.cross(ac);
@@ -120,7 +120,8 @@ mod tests {
 
     const SIDE: u32 = 64;
 
-    /// What pixels at x, y show of the lower left half of a square, from -1 to 1, which fills the middle half of the picture.
+    /// The colour of the pixel at x, y. The picture's middle half is filled by the lower left half of a square, from -1 to
+    /// 1.
     fn shown(view: PixelView, at: [u32; 2]) -> [i32; 3] {
         let positions = vec![Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(-1.0, 1.0, 0.0)];
         let coords = vec![Vec2::ZERO, Vec2::new(1.0, 0.0), Vec2::new(0.0, 0.5)];
@@ -179,7 +180,7 @@ mod tests {
     fn edges_are_dark_lines() {
         let [inside, edge] = [[24, 36], [16, 36]].map(|at| shown(PixelView::Wireframe, at)[0]);
         assert!((200..=220).contains(&inside), "{inside}");
-        // Its middle is half a pixel from the edge.
+        // The pixel's middle is half a pixel from the edge.
         assert!((105..=130).contains(&edge), "{edge}");
         assert!(shown(PixelView::Wireframe, [19, 36])[0].abs_diff(inside) <= 3, "three pixels away");
     }

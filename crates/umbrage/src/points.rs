@@ -1,40 +1,40 @@
-//! Points that spread evenly: of a lens, of time, of lights, of highlights.
+//! Evenly spread points: of a lens, of time, of lights, of highlights.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-/// From the unit square to the unit disk, uniformly: the first number is the squared distance from its middle.
+/// Maps the unit square to the unit disk, uniformly: the first number is the squared distance from its middle.
 pub fn disk(square: DVec2) -> DVec2 {
     DVec2::from_angle(TAU * square.y) * square.x.sqrt()
 }
 
-/// Point `number` of a sequence in the unit square, another one for each dimension: Sobol's first two dimensions, scrambled
-/// and in another order each time, by hashes that stand for Owen's random trees (Burley, Practical Hash-based Owen Scrambling,
-/// JCGT 9(4), 2020). Each 2ᵏ points that follow each other from a multiple of 2ᵏ on are spread evenly.
+/// Point `number` of a sequence in the unit square, with a different sequence for each dimension: Sobol's first two
+/// dimensions, scrambled and reordered each time by hashes in place of Owen's random trees (Burley, Practical Hash-based
+/// Owen Scrambling, JCGT 9(4), 2020). Every 2ᵏ successive points from a multiple of 2ᵏ on are spread evenly.
 pub fn pair(number: u32, dimension: u32) -> DVec2 {
     let number = scrambled(number, seed(dimension, 0));
     let [first, second] = [number.reverse_bits(), second_sobol(number)];
     DVec2::new(unit(scrambled(first, seed(dimension, 1))), unit(scrambled(second, seed(dimension, 2))))
 }
 
-/// The same with a third number, with which points are spread evenly in the unit cube. It takes the next dimension as well.
+/// The same with a third number: the points are spread evenly in the unit cube. It takes the next dimension as well.
 pub fn triple(number: u32, dimension: u32) -> DVec3 {
     let shuffled = scrambled(number, seed(dimension, 0));
     pair(number, dimension).extend(unit(scrambled(third_sobol(shuffled), seed(dimension, 3))))
 }
 
-/// What scrambles a dimension for a purpose: its order 0, its first number 1, and its second 2.
+/// The seed that scrambles a dimension: purpose 0 is its order, 1 to 3 are its first to third number.
 fn seed(dimension: u32, purpose: u32) -> u32 {
     mixed(dimension.wrapping_mul(3).wrapping_add(purpose).wrapping_add(1))
 }
 
-/// The middle of the interval of the unit that starts with these bits.
+/// The middle of the interval of numbers from 0 to 1 that start with these bits.
 fn unit(bits: u32) -> f64 {
     (f64::from(bits) + 0.5) / (1_u64 << u32::BITS) as f64
 }
 
-/// Point `number` of a sequence for one purpose of a pixel's alone: each pixel and purpose has another one.
+/// Point `number` of a sequence that belongs to one pixel and purpose.
 pub(crate) fn pair_of_pixel(number: u32, pixel: u32, purpose: u32) -> DVec2 {
     pair(number, mixed(pixel).wrapping_add(purpose))
 }
@@ -51,13 +51,13 @@ fn third_sobol(number: u32) -> u32 {
     sum_of_columns(number, pairs.map(|[column, _]| column))
 }
 
-/// Columns of a matrix of bits, one for each bit of `number`, without carries.
+/// The sum, without carries, of the columns of a matrix of bits for the bits set in `number`.
 fn sum_of_columns(number: u32, columns: impl Iterator<Item = u32>) -> u32 {
     let of_bits = (0..u32::BITS).zip(columns).filter(|(bit, _)| number >> bit & 1 == 1);
     of_bits.fold(0, |sum, (_, column)| sum ^ column)
 }
 
-/// Flips each bit or not, by a hash of those above it.
+/// Flips bits, each by a hash of the bits above it.
 fn scrambled(bits: u32, seed: u32) -> u32 {
     let mut x = bits.reverse_bits();
     x ^= x.wrapping_mul(0x3d20_adea);

@@ -9,18 +9,18 @@ use crate::cpu::stops;
 use crate::sampling::Sample;
 use crate::sides::TriangleSides;
 
-/// What the ray through the middle of a pixel hits, found by asking the predicate about every triangle.
+/// The hit of the ray through the middle of a pixel, found by asking the predicate about every triangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
     /// The pixel's column and row.
     pub pixel: [u32; 2],
-    /// Id of the triangle that is hit nearest.
+    /// Id of the nearest triangle hit.
     pub triangle: u32,
-    /// The weights of its second and third corner there.
+    /// The weights of its second and third corner at the hit.
     pub barycentric: [f32; 2],
     /// World position.
     pub position: DVec3,
-    /// How far that is from the camera: for a parallel view, from the camera's plane.
+    /// Distance from the camera; for a parallel view, from the camera's plane.
     pub distance: f64,
     /// Depth along [`Camera::forward`].
     pub depth: f64,
@@ -28,22 +28,22 @@ pub struct Probe {
     pub normal: Vec3,
     /// Whether the camera sees the triangle's corners counterclockwise.
     pub is_front: bool,
-    /// For each light of the frame, what keeps it away.
+    /// For each light of the frame, its blocker.
     pub shadows: Vec<Option<Blocker>>,
 }
 
-/// What stands between a point and a light.
+/// The triangle that stands between a point and a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blocker {
     /// Id of the triangle: of several the one nearest to the point, and the lowest id at equal distance.
     pub triangle: u32,
-    /// How far it is from the point.
+    /// Its distance from the point.
     pub distance: f64,
 }
 
 impl Probe {
-    /// Asks about the pixel in column `x` and row `y`; `None` for a miss. Its work grows with the number of triangles, a
-    /// few milliseconds for a million.
+    /// Probes the pixel in column `x` and row `y`; `None` for a miss. The time grows with the number of triangles, a few
+    /// milliseconds for a million.
     #[must_use]
     pub fn new(frame: &Frame, view: &View, [x, y]: [u32; 2], sides: Sides) -> Option<Self> {
         let mut of_triangles = TriangleSides::default();
@@ -70,8 +70,8 @@ impl Probe {
     }
 }
 
-/// The depth of what is in the middle of a view's image, or else of the middle of the scene; `None` where that is behind the
-/// camera.
+/// The depth of the hit in the middle of a view's image, or without one that of the middle of the scene; `None` where that
+/// is behind the camera.
 pub(crate) fn middle_depth(frame: &Frame, view: &View, sides: Sides) -> Option<f64> {
     let mut of_triangles = TriangleSides::default();
     of_triangles.find(frame, sides);

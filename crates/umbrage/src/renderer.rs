@@ -15,9 +15,9 @@ use crate::{Error, Film, Settings, Stats};
 #[derive(Debug)]
 pub struct Renderer {
     pub(crate) engine: Box<dyn Engine>,
-    /// The frame that the last scene was posed as.
+    /// The last scene, posed at its moment.
     pub(crate) posed: Frame,
-    /// The same scene a moment later, where somebody asks for motion.
+    /// The same scene a moment later, if motion is asked for.
     pub(crate) next: Frame,
     pub(crate) view: Option<View>,
     pub(crate) film: Film,
@@ -25,7 +25,7 @@ pub struct Renderer {
     pub(crate) progress: Progress,
 }
 
-/// How far a frame has come, for whoever waits for it on another thread, or doesn't want it any more.
+/// The progress of a frame, for another thread that waits for it or wants to stop it.
 #[derive(Clone, Debug, Default)]
 pub struct Progress(Arc<Shared>);
 
@@ -80,7 +80,8 @@ impl Renderer {
 
     /// A renderer that works on a GPU. Triangles and shadows are the CPU's; colours differ by rounding.
     ///
-    /// Where [`Settings::structure`] is a kd-tree, the CPU builds it and the GPU traces it; all others stand for the GPU's grids.
+    /// Where [`Settings::structure`] is a kd-tree, the CPU builds it and the GPU traces it; with any other, the GPU uses its
+    /// grids.
     ///
     /// # Errors
     /// Where the device has no memory for fixed tables.
@@ -104,8 +105,8 @@ impl Renderer {
         Ok(&self.film)
     }
 
-    /// As [`Renderer::render`], for a browser, where a GPU can't be waited for without giving the page its turn. Elsewhere
-    /// the thread that awaits it waits.
+    /// As [`Renderer::render`], for a browser, where waiting for a GPU needs the page's event loop. Elsewhere the thread
+    /// that awaits it blocks.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -117,8 +118,8 @@ impl Renderer {
     /// As [`Renderer::render`], on a GPU alone and to a texture of its device, without a copy through the CPU: RGBA8 as
     /// [`Film::develop_for_screen`] gives it, in the format `Rgba8Unorm` although its values are sRGB-encoded.
     ///
-    /// The texture is done once what is submitted to the device's queue from now on runs. It stays as it is while the next
-    /// frame is rendered, and is drawn over by the one after that.
+    /// The texture is complete for commands that are submitted to the device's queue from now on. It stays as it is while
+    /// the next frame is rendered, and is overwritten by the one after that.
     ///
     /// No pixel is fetched: [`Renderer::film`], [`Renderer::seen`] and [`Renderer::light_masks`] are empty afterwards.
     /// [`Stats`] are those of [`Renderer::render`], with the stages `shown` and `develop` in place of `fetch`.
@@ -136,12 +137,12 @@ impl Renderer {
         self.engine.texture().ok_or(Error::TextureOnCpu)
     }
 
-    /// Renders triangles of your own, on the threads of the current rayon pool. They are borrowed while that runs, and
+    /// Renders triangles of your own, on the threads of the current rayon pool. They are borrowed during the call, and
     /// nothing of them is copied on the CPU.
     ///
-    /// Where the next frame has the same [`Frame::mesh`] and [`Frame::materials`] (the same `Arc`s), a GPU takes over only
-    /// what moves. Triangles with a corner that isn't finite are left out, and counted in [`Stats::omitted`]. Without
-    /// lights, in the frame or in the settings, only what is around the scene lights it.
+    /// Where the next frame has the same [`Frame::mesh`] and [`Frame::materials`] (the same `Arc`s), only the moving parts
+    /// are uploaded to a GPU. Triangles with a corner that isn't finite are left out, and counted in [`Stats::omitted`].
+    /// Without lights, in the frame or in the settings, only its surroundings light the scene.
     ///
     /// ```
     /// use umbrage::rays::{Camera, LightSource};
@@ -183,60 +184,60 @@ impl Renderer {
         Ok(&self.film)
     }
 
-    /// The last frame's film; empty before the first, and where that went to a texture.
+    /// The last frame's film; empty before the first, and after a frame that went to a texture.
     #[must_use]
     pub fn film(&self) -> &Film {
         &self.film
     }
 
-    /// Takes the last frame's film and leaves another, whose memory the next frame uses: so a picture can be written by one
-    /// thread while another one renders.
+    /// Takes the last frame's film and leaves another, whose memory the next frame uses: so one thread can write a picture
+    /// while another one renders.
     pub fn swap_film(&mut self, film: &mut Film) {
         std::mem::swap(&mut self.film, film);
     }
 
-    /// What the last frame cost.
+    /// Times and counts of the last frame.
     #[must_use]
     pub fn stats(&self) -> &Stats {
         &self.stats
     }
 
-    /// How far the frame has come that is being rendered.
+    /// The progress of the frame that is being rendered.
     #[must_use]
     pub fn progress(&self) -> Progress {
         self.progress.clone()
     }
 
-    /// Has frames say from now on how far they have come to whoever holds this already, and stop where it says so.
+    /// Makes later frames report their progress to `progress`, and stop where it asks for that.
     pub fn report_to(&mut self, progress: Progress) {
         self.progress = progress;
     }
 
-    /// What the camera was as work for its grid, at the samples of the last frame that were traced last; zero without a grid.
+    /// The work of the camera's grid for the last group of samples of the last frame; zero without a grid.
     #[must_use]
     pub fn camera_work(&self) -> Work {
         self.engine.camera_work()
     }
 
-    /// What each light was as work for its grid, at the samples of the last frame that were traced last; empty without a grid.
+    /// The work of each light's grid for the last group of samples of the last frame; empty without a grid.
     #[must_use]
     pub fn light_work(&self) -> &[Work] {
         self.engine.light_work()
     }
 
-    /// What each pixel showed at the last frame's last sample.
+    /// Each pixel's triangle at the last frame's last sample.
     #[must_use]
     pub fn seen(&self) -> &SeenPixels {
         self.engine.seen()
     }
 
-    /// For each light of the last frame, which pixels it reached at the last sample.
+    /// For each light of the last frame, the pixels that it reached at the last sample.
     #[must_use]
     pub fn light_masks(&self) -> &[LightMask] {
         self.engine.light_masks()
     }
 
-    /// From where the last frame was seen; `None` before the first.
+    /// The view of the last frame; `None` before the first.
     #[must_use]
     pub fn view(&self) -> Option<View> {
         self.view
@@ -249,16 +250,17 @@ impl Renderer {
         &self.posed
     }
 
-    /// The scene at the moment that was rendered last, with an open shutter the last sample's; lit as the settings say; empty after [`Renderer::render_frame`],
-    /// whose frame you have. Vertices that only a GPU has are posed for this.
+    /// The scene at the moment that was rendered last, or with an open shutter at the last sample's, lit as the settings
+    /// say. It is empty after [`Renderer::render_frame`], whose frame you have. Vertices that only a GPU has are posed for
+    /// this.
     #[must_use]
     pub fn frame(&self) -> &Frame {
         self.engine.whole_frame(&self.posed)
     }
 }
 
-/// What a frame comes to that nothing has to be awaited for: all but a GPU's in a browser, since elsewhere engines wait
-/// on their threads.
+/// The result of a frame that needs no awaiting: everywhere but with a GPU in a browser, since elsewhere engines block their
+/// threads.
 pub(crate) fn at_once(frame: impl Future<Output = Result<(), Error>>) -> Result<(), Error> {
     match pin!(frame).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,

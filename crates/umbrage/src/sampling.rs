@@ -4,12 +4,12 @@ use umbrage_rays::{Ray, Shifts, Shot, View};
 /// One of the rays that each pixel casts: the same one in all pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Which one, counted from 0.
+    /// Its index, from 0.
     pub index: u32,
-    /// Of how many.
+    /// The number of samples.
     pub of: u32,
-    /// Where in the pixel, from (0, 0) at its upper left to (1, 1); outside of it where the camera is at another point of its
-    /// lens.
+    /// Position in the pixel, from (0, 0) at its upper left to (1, 1); outside of it where the camera is at another point of
+    /// its lens.
     pub offset_pixels: DVec2,
 }
 
@@ -17,9 +17,9 @@ impl Sample {
     /// The only one, in the middle of the pixel.
     pub const MIDDLE: Self = Self { index: 0, of: 1, offset_pixels: DVec2::splat(0.5) };
 
-    /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A
-    /// single sample is in the middle. Where `count` is a power of two, the first 4ᵏ of them are in 2ᵏ columns and rows of
-    /// squares, so that one may stop there.
+    /// All samples of a pixel: a Hammersley set, which has one in each of `count` columns and each of `count` rows. A single
+    /// sample is in the middle. Where `count` is a power of two, the first 4ᵏ of them are in 2ᵏ columns and rows of squares,
+    /// so a caller may stop there.
     pub fn all(count: u32) -> impl Iterator<Item = Self> {
         (0..count).map(move |index| Self::number(index, count))
     }
@@ -38,7 +38,7 @@ impl Sample {
     }
 }
 
-/// Samples of each pixel that are traced together: one, or four, each of which is in another quarter of the pixel.
+/// Samples of each pixel that are traced together: one, or four, each in another quarter of the pixel.
 ///
 /// To structures, four are the pixels of an image with twice as many columns and rows: they are built once for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,8 +58,8 @@ impl Samples {
         Self { samples: [sample; 4], are_four: false, offset_pixels, shifts: Shifts::NONE }
     }
 
-    /// All samples of a pixel, four by four where `by_four` and that can be: where their number is a power of two from 4 to
-    /// 4096. Others aren't at points that f32 has in all pixels of a tile, and stay alone.
+    /// All samples of a pixel, four by four where `by_four` is set and their number is a power of two from 4 to 4096. Others
+    /// aren't at points that f32 can represent in all pixels of a tile, and stay alone.
     pub fn all(count: u32, by_four: bool) -> impl Iterator<Item = Self> {
         let groups = count / 4;
         let by_four =
@@ -72,7 +72,7 @@ impl Samples {
 
     /// Four of 4 × `groups` samples.
     ///
-    /// A number's lowest bit says whether its sample is on the right of the pixel, the next one whether it is below.
+    /// A number's lowest bit is set for a sample on the right of the pixel, the next one for a sample below.
     fn four(group: u32, groups: u32) -> Option<Self> {
         let samples = [0, 1, 2, 3].map(|index| Sample::number(4 * group + index, 4 * groups));
         let (offset_pixels, shifts) = Shifts::of_quarters(samples.map(|sample| sample.offset_pixels))?;
@@ -85,32 +85,32 @@ impl Samples {
         if self.are_four { &self.samples } else { &self.samples[..1] }
     }
 
-    /// How many samples there are along a pixel's sides: one or two.
+    /// Number of samples along a pixel's sides: one or two.
     #[must_use]
     pub fn side(&self) -> u32 {
         1 + u32::from(self.are_four)
     }
 
-    /// Where sample number `which` of these is in the pixel: its column and row.
+    /// The column and row, in the pixel, of sample number `which` of these.
     #[must_use]
     pub fn quarter(&self, which: usize) -> [u32; 2] {
         if self.are_four { [which as u32 % 2, which as u32 / 2] } else { [0; 2] }
     }
 
-    /// The same ones, whose rays go through other points of the image: so many pixels to the right and downwards.
+    /// The same samples with shifted rays: by `pixels` to the right and downwards in the image.
     pub(crate) fn shifted(mut self, pixels: DVec2) -> Self {
         self.samples.iter_mut().for_each(|sample| sample.offset_pixels += pixels);
         self.offset_pixels += pixels * f64::from(self.side());
         self
     }
 
-    /// How much of a frame is done with these, which are number `number` of those of band `band`.
+    /// The part of a frame, 0 to 1, that is done after these samples, which are group `number` in band `band`.
     pub(crate) fn part_up_to(&self, number: u32, band: usize, bands: usize) -> f32 {
         let groups = self.samples[0].of / self.as_slice().len() as u32;
         (band as f32 + (number + 1) as f32 / groups as f32) / bands as f32
     }
 
-    /// The question of what these samples see, as one image, given that about an image's pixels.
+    /// The shot of these samples, as one image, from a shot of an image's pixels.
     #[must_use]
     pub fn question<'a>(&self, shot: Shot<'a>) -> Shot<'a> {
         let &Self { offset_pixels, shifts, .. } = self;
@@ -120,8 +120,8 @@ impl Samples {
     }
 }
 
-/// Of so many bits of a number, the first, third, fifth … as the highest ones downwards, the others as the lowest ones
-/// upwards.
+/// Reorders the lowest `bits` bits of a number: the first, third, fifth … become the highest ones downwards, the others the
+/// lowest ones upwards.
 fn spread_bits(number: u32, bits: u32) -> u32 {
     (0..bits).fold(0, |spread, bit| {
         let to = if bit % 2 == 0 { bits - 1 - bit / 2 } else { bit / 2 };

@@ -9,7 +9,7 @@ use umbrage_rays::{SimdLevel, dispatch};
 use crate::develop::levels;
 use crate::shade::lanes::Each;
 
-/// From linear values to levels of an sRGB-encoded channel, without a power for each.
+/// Converts linear values to levels of an sRGB-encoded channel, without computing a power for each.
 pub(crate) struct Levels {
     /// The least value of each level.
     least: [f32; 256],
@@ -18,7 +18,7 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    /// How many of a value's bits don't matter to where its level is looked for: eight steps for each doubling.
+    /// Low bits of a value that the index of `first` ignores: it has eight entries for each doubling.
     const SHIFT: u32 = 23 - 3;
     const ONE: u32 = 1.0_f32.to_bits();
 
@@ -53,7 +53,7 @@ impl Levels {
         Self { least, first }
     }
 
-    /// What lies outside of [0, 1] is cut off, NaN becomes zero.
+    /// The level of a value, clamped to [0, 1]; NaN counts as zero.
     #[inline]
     pub(crate) fn level(&self, linear: f32) -> u8 {
         // NaN is not above zero either.
@@ -66,7 +66,7 @@ impl Levels {
     }
 }
 
-/// A linear value as a channel of an eight-bit file has it.
+/// The level of a linear value in a channel of an eight-bit file.
 fn eight_bits(linear: f32) -> u8 {
     let levels: Each<u32> = dispatch!(SimdLevel::default(), simd => levels(simd, f32x16::splat(simd, linear)).into());
     crate::output::eight_bits(levels[0] as u16)
@@ -84,7 +84,7 @@ mod tests {
         let levels = Levels::get();
         let steps = 0..=1_000_000;
         let special = [f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY, f32::MIN_POSITIVE, -0.0, 1.5];
-        // The power of a number is right to a few of its last bits, so that levels ascend once is seen near their borders.
+        // The power of a number has an error of a few last bits, so the order of levels is checked near their borders.
         let borders = levels.least.iter().flat_map(|least| {
             (-64..=64).map(|step| f32::from_bits(least.to_bits().saturating_add_signed(step).min(Levels::ONE)))
         });

@@ -2,16 +2,16 @@ use rayon::prelude::*;
 use umbrage_rays::{self as rays, choices};
 use umbrage_scene::{Frame, Material};
 
-/// Which sides of triangles stop rays, be they a camera's, a light's or a mirror's.
+/// The sides of triangles that stop rays, for a camera's, a light's and a mirror's alike.
 ///
-/// What shows a side that isn't there is seen through, and lets light through.
+/// A triangle is invisible, and lets light through, from a side that it doesn't have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
     /// The front, and the back where the material is [double-sided](umbrage_scene::Material::double_sided) or
     /// [bounds a volume](umbrage_scene::Material::bounds_volume).
     #[default]
     File,
-    /// Both, whatever the material.
+    /// Both, for all materials.
     Both,
     /// Only the front, from which corners are seen counterclockwise.
     Front,
@@ -34,7 +34,7 @@ impl Sides {
     }
 }
 
-/// The sides of a frame's triangles, as structures want them.
+/// The sides of a frame's triangles, in the form that structures take.
 #[derive(Debug, Default)]
 pub(crate) struct TriangleSides {
     /// A bit for each triangle that has a back, where some have one and some don't.
@@ -43,7 +43,7 @@ pub(crate) struct TriangleSides {
 }
 
 impl TriangleSides {
-    /// Finds those of another frame.
+    /// Finds the sides of another frame's triangles.
     pub(crate) fn find(&mut self, frame: &Frame, chosen: Sides) {
         let materials = &frame.materials.materials;
         let has_back = |material: u32| chosen.have_back(&materials[material as usize]);

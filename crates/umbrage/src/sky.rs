@@ -12,26 +12,26 @@ use umbrage_scene::Light;
 use crate::background::Surroundings;
 use crate::shade::lanes::{Each, LANES, Vector, vector_of};
 
-/// Rows and columns of the cells into which the sphere is divided, all of one solid angle: 1.4° wide and 0.9° high at the
-/// horizon. What is smaller counts as large as a cell.
+/// Rows and columns of cells that divide the sphere, all of one solid angle: 1.4° wide and 0.9° high at the horizon. Smaller
+/// details are blurred to a cell.
 const ROWS: usize = 128;
 const COLUMNS: usize = 2 * ROWS;
 
-/// The directions of light from all around, drawn as often as they are bright.
+/// The directions of light from all around, drawn in proportion to their brightness.
 #[derive(Debug)]
 pub(crate) struct SkyLights {
-    /// Up to each row of cells, which part of all luminance is there.
+    /// Running sums over rows of cells, of their share of all luminance.
     rows: Vec<f64>,
     /// The same in each row for its cells.
     cells: Vec<f64>,
     /// Mean radiance of each cell.
     radiance: Vec<Vec3>,
-    /// What makes irradiance from above that of unshadowed light, whatever directions were drawn.
+    /// Factor, per colour, by which the drawn directions' irradiance from above becomes that of unshadowed light.
     scale: Vec3,
 }
 
 impl SkyLights {
-    /// The light of the surroundings, in directions drawn at `points` of the unit square; `None` where there is none.
+    /// The light of the surroundings, in directions drawn at `points` of the unit square; `None` for dark surroundings.
     pub(crate) fn new(surroundings: &Surroundings<'_>, points: impl Iterator<Item = DVec2>) -> Option<Self> {
         let radiance = dispatch!(SimdLevel::default(), simd => radiance_of_cells(simd, surroundings));
         let mut cells: Vec<f64> = radiance.iter().map(|radiance| f64::from(luminance(*radiance).max(0.0))).collect();
@@ -52,7 +52,7 @@ impl SkyLights {
         Some(lights)
     }
 
-    /// All light from around as a light in a direction that is drawn at a point of the unit square.
+    /// All light of the surroundings as one light, in a direction drawn at a point of the unit square.
     pub(crate) fn light(&self, point: DVec2) -> Light {
         let (towards, irradiance) = self.drawn(point);
         Light {
@@ -62,7 +62,8 @@ impl SkyLights {
         }
     }
 
-    /// A direction, and what would light a surface facing it if all light came from directions like it.
+    /// A direction, and its estimate of the irradiance of a surface that faces it: the cell's radiance times its solid angle
+    /// over its probability.
     fn drawn(&self, point: DVec2) -> (Vec3, Vec3) {
         const SOLID_ANGLE: f64 = 4.0 * PI / (ROWS * COLUMNS) as f64;
         let (row, down, of_row) = find(&self.rows, point.x);
@@ -72,7 +73,7 @@ impl SkyLights {
     }
 }
 
-/// Makes running sums of some parts that end with one, and gives their sum.
+/// Replaces parts by their running sums, scaled to end with one, and returns the sum.
 fn sum_up(parts: &mut [f64]) -> f64 {
     let mut sum = 0.0;
     for part in &mut *parts {
@@ -85,7 +86,8 @@ fn sum_up(parts: &mut [f64]) -> f64 {
     sum
 }
 
-/// Which of some parts with such running sums is at a point from 0 to 1, where in it, and how much of all it is.
+/// The part at a point from 0 to 1, from such running sums: its index, the position in it from 0 to 1, and its share of the
+/// whole.
 fn find(sums: &[f64], point: f64) -> (usize, f64, f64) {
     let index = sums.partition_point(|&sum| sum <= point).min(sums.len() - 1);
     let before = if index == 0 { 0.0 } else { sums[index - 1] };
@@ -93,7 +95,7 @@ fn find(sums: &[f64], point: f64) -> (usize, f64, f64) {
     (index, ((point - before) / part).clamp(0.0, 1.0), part)
 }
 
-/// Which way it is to a point of the cells, in rows from below and columns: of unit length.
+/// The unit direction of a position in the cells, in rows from below and columns.
 fn direction(row: f64, column: f64) -> Vec3 {
     let height = row / ROWS as f64 * 2.0 - 1.0;
     let radius = (1.0 - height * height).max(0.0).sqrt();
@@ -117,7 +119,7 @@ fn radiance_of_cells<S: Simd>(simd: S, surroundings: &Surroundings<'_>) -> Vec<V
     of_cells
 }
 
-/// Of linear colours with Rec. 709's primaries.
+/// Luminance of linear colours with Rec. 709's primaries.
 fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }

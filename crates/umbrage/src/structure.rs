@@ -1,5 +1,5 @@
-//! The structures to choose from: what makes them, and what people call them and their options, in one table for command
-//! lines, windows and files.
+//! The structures to choose from: their construction, their names, and a table of their options for command lines, windows
+//! and files.
 
 mod kd_tree;
 
@@ -17,7 +17,7 @@ use umbrage_rays::{
 
 use crate::Error;
 
-/// What finds the triangles that camera rays and shadow rays hit.
+/// A structure that finds the triangles hit by camera rays and shadow rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Structure {
     /// Grids made for the rays: a perspective grid for the camera.
@@ -25,15 +25,15 @@ pub enum Structure {
     Perspective,
     /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
     Listed {
-        /// How the camera's grid is cut into cells.
+        /// Cells of the camera's grid.
         camera: ListedOptions,
-        /// How each light's grid is, and its cells into blocks of work.
+        /// Cells of each light's grid, and their blocks of work.
         light: ListedLightOptions,
     },
-    /// One uniform grid for all rays, traced in packets. Where the frame has surfaces that let one see what is behind them,
-    /// crowded cells hold grids of their own even if the options don't say so.
+    /// One uniform grid for all rays, traced in packets. Where the frame has see-through surfaces, crowded cells hold grids
+    /// of their own even if the options don't ask for that.
     Grid(UniformOptions),
-    /// One kd-tree for all rays, and what is done about it when triangles are elsewhere in the next frame.
+    /// One kd-tree for all rays, and the way it is updated when triangles have moved.
     KdTree(KdTreeOptions, KdRebuild),
     /// One bounding volume hierarchy for all rays.
     Bvh,
@@ -45,7 +45,7 @@ impl Structure {
     /// The uniform grid with its default options.
     pub const GRID: Self = Self::Grid(UniformOptions::DEFAULT);
 
-    /// Whether there is more than the default and the hierarchy: those who count bytes leave the others out.
+    /// Whether structures other than the default and the hierarchy are compiled in: small builds leave them out.
     pub(crate) const HAS_ALL: bool = cfg!(feature = "structures");
 
     /// The kd-tree that is built fastest.
@@ -57,7 +57,7 @@ impl Structure {
         matches!(self, Self::Perspective | Self::Listed { .. })
     }
 
-    /// Whether there is such a structure.
+    /// Checks that the options go together.
     pub(crate) fn check(&self) -> Result<(), Error> {
         match *self {
             Self::Grid(options) => Ok(options.check()?),
@@ -69,10 +69,10 @@ impl Structure {
         }
     }
 
-    /// Whether a GPU finds triangles so, rather than by its grids.
+    /// Checks that a GPU has this structure, with all its options.
     ///
     /// # Errors
-    /// If it doesn't, or would ignore an option.
+    /// If it hasn't, or would ignore an option.
     pub fn check_on_gpu(&self) -> Result<(), Error> {
         let is_taken = |name: &str| match self {
             Self::KdTree(..) => !["kd-rebuild", "kd-lazy", "kd-mailbox"].contains(&name),
@@ -93,8 +93,8 @@ impl Structure {
         if is_traced { Ok(()) } else { Err(Error::TilesOnGpu) }
     }
 
-    /// An empty structure of this kind that uses the instructions of `level`; `sends_rays_onward` where single rays go through
-    /// it as well as the camera's and the lights'.
+    /// An empty structure of this kind that uses the instructions of `level`; with `sends_rays_onward` for single rays as
+    /// well as the camera's and the lights'.
     pub(crate) fn make(
         &self,
         level: SimdLevel,
@@ -107,7 +107,7 @@ impl Structure {
             Self::Listed { camera, light } => Box::new(ListedGrids::with_options(level, camera, light)),
             Self::Grid(mut options) => {
                 if sends_rays_onward {
-                    // Rays that come one at a time need them where triangles crowd: a twelfth of the time for `demo:glass`.
+                    // Single rays need nested grids where triangles crowd: a twelfth of the time for `demo:glass`.
                     options.nested_above = options.nested_above.or(UniformOptions::NESTED.nested_above);
                 }
                 let mut grid = UniformGrid::with_level(level);
@@ -119,16 +119,16 @@ impl Structure {
     }
 }
 
-/// An option of a structure, which [`Structure::option`] and [`Structure::set_option`] know by its name.
+/// An option of a structure, with a name for [`Structure::option`] and [`Structure::set_option`].
 #[derive(Debug)]
 pub struct StructureOption {
     /// The structure's name.
     pub structure: &'static str,
     /// Its own name, without spaces.
     pub name: &'static str,
-    /// What it means, in a line that ends without a full stop.
+    /// Its meaning, in a line that ends without a full stop.
     pub about: &'static str,
-    /// What it can be.
+    /// The values that it can have.
     pub values: OptionValues,
     /// `None` for other structures.
     get: fn(&Structure) -> Option<String>,
@@ -136,7 +136,7 @@ pub struct StructureOption {
     set: fn(&mut Structure, &str) -> Option<()>,
 }
 
-/// An option of the structures of a pattern, which binds what it reads and sets.
+/// An option of the structures that match a pattern, which binds the fields to read and set.
 macro_rules! option {
     ($structure:literal, $name:literal, $about:literal, $values:expr, $of:pat => $get:expr, |$value:ident| $set:expr) => {
         StructureOption {
@@ -157,10 +157,10 @@ macro_rules! option {
     };
 }
 
-/// What an option can be.
+/// The values that an option can have.
 #[derive(Debug)]
 pub enum OptionValues {
-    /// One of a few names, each with what it means.
+    /// One of a few names, each with its meaning.
     Names(fn() -> Vec<(&'static str, &'static str)>),
     /// A whole number.
     Whole(RangeInclusive<u32>),
@@ -182,9 +182,9 @@ pub enum OptionValues {
 pub struct ImpossibleOption {
     /// The option's name.
     pub option: String,
-    /// What it was to be.
+    /// The refused value.
     pub value: String,
-    /// What it can be.
+    /// The reason, with the possible values.
     pub why: String,
 }
 
@@ -326,7 +326,7 @@ impl Structure {
             |value| options.lazy_below = whole(value)?),
     ];
 
-    /// The options that it has.
+    /// The options of this structure.
     pub fn options(&self) -> impl Iterator<Item = &'static StructureOption> + use<> {
         let name = self.name();
         Self::OPTIONS.iter().filter(move |option| option.structure == name)
@@ -341,17 +341,17 @@ impl Structure {
         })
     }
 
-    /// What an option is, as [`set_option`](Self::set_option) takes it; `None` where it has no such option.
+    /// The value of an option, as [`set_option`](Self::set_option) takes it; `None` where the structure has no such option.
     #[must_use]
     pub fn option(&self, name: &str) -> Option<String> {
         let option = self.options().find(|option| option.name == name)?;
         (option.get)(self)
     }
 
-    /// Sets an option. Where larger sorting tiles leave no room for as many in a tracing tile, there are fewer of them.
+    /// Sets an option. Larger sorting tiles reduce the number in a tracing tile where fewer fit.
     ///
     /// # Errors
-    /// If it has no such option, or that can't have the value. Then nothing is changed.
+    /// If the structure has no such option, or that can't have the value. Then nothing is changed.
     pub fn set_option(&mut self, name: &str, value: &str) -> Result<(), ImpossibleOption> {
         let impossible = |why: String| ImpossibleOption { option: name.to_owned(), value: value.to_owned(), why };
         let option = self.options().find(|option| option.name == name);
@@ -362,7 +362,7 @@ impl Structure {
 }
 
 impl OptionValues {
-    /// Whether an option of this name can have a value; else why not.
+    /// Checks that an option of this name can have a value; the error gives the reason.
     fn check(&self, name: &str, value: &str) -> Result<(), String> {
         let in_range = |range: &RangeInclusive<u32>| value.parse().is_ok_and(|value| range.contains(&value));
         match self {
@@ -399,7 +399,7 @@ impl OptionValues {
     }
 }
 
-/// The same cells with larger or smaller sorting tiles, of which no more go together than fit.
+/// The same cells with larger or smaller sorting tiles, and no more of them in a tracing tile than fit.
 fn with_sorting_tile(cells: Cells, tile: u32) -> Option<Cells> {
     let fit = Cells::LARGEST_TILE.checked_div(tile)?;
     Cells::new(tile, cells.tracing_tiles().min(fit), cells.slices()).ok()
@@ -428,7 +428,7 @@ impl Choice for Structure {
         ("bvh", Self::Bvh, "a bounding volume hierarchy for all rays"),
     ];
 
-    /// The name, whatever its options.
+    /// The name, for any options.
     fn name(self) -> &'static str {
         let found = Self::CHOICES.iter().find(|(_, value, _)| discriminant(value) == discriminant(&self));
         found.map_or("", |(name, ..)| name)
@@ -447,7 +447,7 @@ impl fmt::Display for Structure {
     }
 }
 
-/// What [`Structure`]'s `Display` writes.
+/// Reads the text that [`Structure`]'s `Display` writes.
 impl FromStr for Structure {
     type Err = UnknownStructure;
 
@@ -462,13 +462,13 @@ impl FromStr for Structure {
     }
 }
 
-/// Why a text is no structure.
+/// The reason why a text is no structure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnknownStructure {
     /// There is none of that name.
     #[error(transparent)]
     Name(#[from] UnknownChoice),
-    /// It can't be like that.
+    /// An option is impossible.
     #[error(transparent)]
     Option(#[from] ImpossibleOption),
 }

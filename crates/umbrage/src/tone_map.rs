@@ -7,7 +7,7 @@ use crate::shade::lanes::{BRIGHTEST, Vectors};
 use crate::shade::transcendental::power;
 
 impl ToneMap {
-    /// From linear radiance to linear display light, in [0, 1]; what is no number becomes zero.
+    /// Maps linear radiance to linear display light, in [0, 1]; NaN becomes zero.
     #[inline(always)]
     pub(crate) fn apply<S: Simd>(self, simd: S, Vectors { x, y, z }: Vectors<S>) -> Vectors<S> {
         let bounded = |radiance: f32x16<S>| radiance.max_precise(0.0).min_precise(BRIGHTEST);
@@ -43,7 +43,7 @@ fn pbr_neutral<S: Simd>(simd: S, radiance: Vectors<S>) -> Vectors<S> {
     Vectors::select(is_compressed, compressed, color)
 }
 
-/// The sRGB transfer function (IEC 61966-2-1), from [0, 1] to [0, 1], to about 2⁻²¹.
+/// The sRGB transfer function (IEC 61966-2-1), from [0, 1] to [0, 1], with an error of about 2⁻²¹.
 #[inline(always)]
 pub(crate) fn encoded_srgb<S: Simd>(simd: S, linear: f32x16<S>) -> f32x16<S> {
     let curved = 1.055 * power(linear, f32x16::splat(simd, 1.0 / 2.4)) - 0.055;

@@ -1,8 +1,8 @@
 use crate::simd::vectors::LANES;
 
-/// The points of 4×4 pixels on a face, in pixel order: what the filter tests at once. 192 bytes.
+/// The points of 4×4 pixels on a face, in pixel order: the filter tests them at once. 192 bytes.
 ///
-/// Lanes without a point of the face hold anything.
+/// Lanes without a point of the face have no meaning.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Block {
@@ -16,11 +16,11 @@ impl Block {
     pub(crate) const EMPTY: Self = Self { x: [0.0; LANES], y: [0.0; LANES], nearness: [0.0; LANES] };
 }
 
-/// How wrong the points of a block may be.
+/// Error bounds of a block's points.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BlockErrors {
-    /// Of X and Y.
+    /// Error of X and Y.
     pub(crate) position: f32,
-    /// Of W.
+    /// Error of W.
     pub(crate) nearness: f32,
 }

@@ -4,17 +4,17 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use crate::simd::lanes::load;
 use crate::simd::vectors::{LANES, splat};
 
-/// Where something is on a face: lowest and highest X, lowest and highest Y, and its nearness to the light.
+/// Bounds on a face: lowest and highest X, lowest and highest Y, and a nearness to the light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FaceBox {
     pub(crate) x: [f32; 2],
     pub(crate) y: [f32; 2],
-    /// Of the nearest of it, of patches and triangles; of the farthest, of points.
+    /// The highest nearness of patches and triangles; the lowest of points.
     pub(crate) nearness: f32,
 }
 
 impl FaceBox {
-    /// Of patches or triangles: overlaps nothing.
+    /// Bounds of no patch or triangle: they overlap nothing.
     pub(crate) const NOTHING: Self = Self {
         x: [f32::INFINITY, f32::NEG_INFINITY],
         y: [f32::INFINITY, f32::NEG_INFINITY],
@@ -28,19 +28,19 @@ impl FaceBox {
 pub(crate) struct SixteenBoxes {
     pub(crate) x: [[f32; LANES]; 2],
     pub(crate) y: [[f32; LANES]; 2],
-    /// Of the nearest of each, of patches; of the farthest, of points.
+    /// The highest nearness of each patch; the lowest of points.
     pub(crate) nearness: [f32; LANES],
 }
 
 impl SixteenBoxes {
-    /// Boxes that overlap nothing, of patches.
+    /// Patch bounds that overlap nothing.
     pub(crate) const NOTHING: Self = Self {
         x: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
         y: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
         nearness: [f32::NEG_INFINITY; LANES],
     };
 
-    /// Boxes that nothing overlaps, of points.
+    /// Point bounds that nothing overlaps.
     pub(crate) const NO_POINTS: Self = Self { nearness: [f32::INFINITY; LANES], ..Self::NOTHING };
 
     pub(crate) fn get(&self, lane: usize) -> FaceBox {
@@ -69,7 +69,7 @@ impl SixteenBoxes {
         }
     }
 
-    /// Which of sixteen patches may shadow some of the points in a box.
+    /// Mask of the patches, among sixteen, that may shadow some of the points in a box.
     #[inline(always)]
     pub(crate) fn may_shadow<S: Simd>(&self, simd: S, points: &SplatBox<S>) -> u16 {
         let overlap = load(simd, &self.x[0]).simd_le(points.x[1])
@@ -80,7 +80,7 @@ impl SixteenBoxes {
         overlap.to_bitmask() as u16
     }
 
-    /// In which of sixteen boxes of points something may shadow a point.
+    /// Mask of the point boxes, among sixteen, in which a patch or triangle with bounds `by` may shadow a point.
     #[inline(always)]
     pub(crate) fn reached<S: Simd>(&self, simd: S, by: &SplatBox<S>) -> mask32x16<S> {
         load(simd, &self.x[0]).simd_le(by.x[1])

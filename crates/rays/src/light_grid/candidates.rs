@@ -20,13 +20,13 @@ pub(crate) const BATCH_PARTS: usize = 128;
 /// A bit for each part of a batch.
 pub(crate) type PartBits = [u64; BATCH_PARTS / 64];
 
-/// What may shadow points of some parts.
+/// The patches and large triangles that may shadow points of some parts.
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     /// The boxes of parts, sixteen together.
     pub(crate) boxes: Vec<SixteenBoxes>,
     pub(crate) candidates: Vec<Candidate>,
-    /// Their indices, in the lower half of each number, the nearest to the light first.
+    /// The candidates' indices, in the lower half of each number, the nearest to the light first.
     pub(crate) order: Vec<u64>,
     pub(crate) large: Vec<(Record, PartBits)>,
 }
@@ -35,9 +35,9 @@ pub(crate) struct Batch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) number: u32,
-    /// In relation to the tile's origin.
+    /// Bounds in relation to the tile's origin.
     pub(crate) around: FaceBox,
-    /// Which parts it may shadow points of.
+    /// The parts that have points it may shadow.
     pub(crate) parts: PartBits,
 }
 
@@ -48,12 +48,12 @@ impl Batch {
             + self.large.capacity() * size_of::<(Record, PartBits)>()
     }
 
-    /// How much each list has room for.
+    /// The capacity of each list.
     pub(crate) fn room(&self) -> [usize; 3] {
         [self.boxes.capacity(), self.candidates.capacity(), self.large.capacity()]
     }
 
-    /// Makes room for at least so much in each list.
+    /// Makes room for at least so many elements in each list.
     pub(crate) fn make_room(&mut self, [boxes, candidates, large]: [usize; 3]) {
         make_room(&mut self.boxes, boxes);
         make_room(&mut self.candidates, candidates);
@@ -62,7 +62,7 @@ impl Batch {
     }
 }
 
-/// The numbers that parts have in their batch.
+/// The parts' indices in their batch.
 #[inline(always)]
 pub(crate) fn bits_of_parts(&[low, high]: &PartBits) -> impl Iterator<Item = usize> {
     bits_of(low).chain(bits_of(high).map(|bit| 64 + bit))
@@ -103,7 +103,7 @@ impl Tracer<'_> {
                 }
             }
         }
-        // The nearest to the light first, since what is found in shadow needn't be tested again.
+        // The nearest to the light first, since shadowed points needn't be tested again.
         order.clear();
         order.extend(
             candidates
@@ -142,8 +142,8 @@ impl Tracer<'_> {
     }
 }
 
-/// By how much, in relation to what is added up, boxes are grown for the roundings of a sum that is at most about four, and for
-/// that of a part's own bounds.
+/// The margin of boxes, in relation to the summands' magnitudes: for the roundings of a sum of at most about four, and for
+/// the rounding of a part's own bounds.
 const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
 
 /// The box of a patch in relation to a tile's origin.
@@ -181,7 +181,7 @@ fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>)
     all
 }
 
-/// A number that is larger the larger another is.
+/// An integer that ascends with `number`.
 fn ascending(number: f32) -> u32 {
     let bits = number.to_bits();
     bits ^ if number.is_sign_negative() { u32::MAX } else { 1 << 31 }

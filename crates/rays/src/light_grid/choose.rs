@@ -5,7 +5,7 @@ use super::survey::Tile;
 use crate::LightSource;
 use crate::shot::Cone;
 
-/// Faces are never scaled by more than this: it keeps what f64 loses small beside what f32 does.
+/// The largest scale of a face: the limit keeps f64's rounding errors small beside those of f32.
 const LARGEST_SCALE: f64 = (1 << 18) as f64;
 
 /// Points farther than this from a face's axis, as a tangent, need a cube.
@@ -37,8 +37,8 @@ impl Side {
     }
 }
 
-/// The faces through which a light sees all points of `tiles`, with X `along` a direction where that can be; `None` where the
-/// light is no light at all and reaches everything.
+/// Chooses the faces through which a light sees all points of `tiles`, with X `along` a direction where that can be; `None`
+/// where the light is no light at all and reaches everything.
 pub(crate) fn choose(light: &LightSource, along: DVec3, tiles: &[Tile], faces: &mut Vec<Face>) -> Option<()> {
     faces.clear();
     match *light {
@@ -75,14 +75,14 @@ fn corners(tiles: &[Tile]) -> impl Iterator<Item = DVec3> {
 /// cloth, the statue, the marbles and the hall than along any other, but 7 % more in the forest and 21 % in the shards.
 pub(crate) fn across(forward: DVec3, along: DVec3) -> (DVec3, DVec3) {
     let across = |along: DVec3| (along - forward * forward.dot(along)).normalize_or_zero();
-    // Again, for what rounding has left where they are nearly parallel: positions along parallel light share X and Y.
+    // Repeated for the rounding error left where they are nearly parallel: positions along parallel light share X and Y.
     let right = across(across(along));
     let is_across = right.is_normalized() && forward.dot(right).abs() < 8.0 * ROUNDING;
     let right = if is_across { right } else { forward.any_orthonormal_vector() };
     (right, forward.cross(right))
 }
 
-/// A rectangle with its middle and its half sides.
+/// A rectangle by its middle and half its sides.
 struct Rectangle {
     middle: DVec2,
     half: DVec2,
@@ -100,12 +100,12 @@ impl Rectangle {
     }
 }
 
-/// The one face that sees everything, if the light is outside and what it sees isn't too wide.
+/// The one face that sees everything, if the light is outside and the points aren't spread too wide for one.
 fn in_one(origin: DVec3, along: DVec3, tiles: &[Tile]) -> Option<Face> {
     let towards = |tile: &Tile| (tile.corners.iter().sum::<DVec3>() * 0.125 - origin).normalize_or_zero();
     let mut middle = filled(tiles).map(towards).sum::<DVec3>().try_normalize()?;
-    // Towards the middle of the smallest ball around all directions: each step a shorter way to the farthest one. That
-    // needn't be exact, so every third corner will do, which is another one of each tile.
+    // Towards the middle of the smallest ball around all directions: each step moves a shorter way to the farthest one. The
+    // result needn't be exact, so every third corner will do, which is another one of each tile.
     for step in 2..16 {
         let directions = corners(tiles).step_by(3).map(|corner| (corner - origin).normalize_or_zero());
         let (_, farthest) = directions.fold((0.0, middle), |(most, farthest), direction| {
@@ -142,7 +142,8 @@ fn perspective(
     widest: Option<f64>,
 ) -> Face {
     let scale = rectangle.half.recip();
-    // Where other sides of a cube begin, or the cone ends, and half as much as points may be outside of the face.
+    // The limits where other sides of a cube begin, or the cone ends, plus half of the margin by which points may be outside
+    // of the face.
     let overlap = 0.5 * (POINT_LIMIT - 1.0);
     let owned = |axis: usize, widest: f64| {
         let end = |sign: f64| (sign * widest - rectangle.middle[axis]) * scale[axis] + sign * overlap;
@@ -161,17 +162,17 @@ fn perspective(
     }
 }
 
-/// The axes of a face around a cone, and how wide it is, as a tangent; `None` if it is too wide for one.
+/// The axes of a face around a cone, and its half width, as a tangent; `None` if it is too wide for one.
 fn around_cone(cone: &Cone, along: DVec3) -> Option<([DVec3; 3], f64)> {
     let forward = cone.axis.try_normalize()?;
-    // Far more than what rounding makes of the cone's edge, for the predicate or when points are shaded.
+    // Far more than rounding moves the cone's edge, in the predicate or when points are shaded.
     let squared_cosine = cone.squared_cosine / cone.axis.length_squared() - 4e-5;
     let widest = (1.0 / squared_cosine - 1.0).sqrt();
     let (right, up) = across(forward, along);
     (squared_cosine > 0.0 && widest < WIDEST).then_some(([right, up, forward], widest))
 }
 
-/// The face that sees what is at most `widest` aside, as a tangent, if it sees anything: a side of a cube with one.
+/// The face that sees all points at most `widest` from its axis, as a tangent, if there are any: a side of a cube with one.
 fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, tiles: &[Tile]) -> Option<Face> {
     let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
@@ -203,7 +204,7 @@ fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, til
         return None;
     }
     let rectangle = Rectangle::around([min, max].into_iter(), 1.0 / LARGEST_SCALE);
-    // Any depth will do: it only keeps numbers of a size.
+    // Any depth will do: it only keeps numbers near one.
     let near = if nearest > 0.0 { nearest } else { farthest * 1e-3 };
     Some(perspective(origin, [right, up, forward], &rectangle, near.max(f64::MIN_POSITIVE), Some(widest)))
 }
@@ -218,7 +219,7 @@ fn parallel(direction: DVec3, along: DVec3, tiles: &[Tile]) -> Face {
     let ranges = [right, up, -direction].map(map);
     let middle = ranges.map(|(min, max)| if min <= max { min * 0.5 + max * 0.5 } else { 0.0 });
     let half = ranges.map(|(min, max)| if min <= max { (max - min) * 0.5 } else { 1.0 });
-    // What all points share must not be scaled up without end.
+    // The scale stays bounded where all points share a coordinate.
     let size = half.into_iter().fold(0.0, f64::max);
     let size = if size > 0.0 { size } else { middle.into_iter().fold(1e-30, |size, at| at.abs().max(size)) };
     let scale = DVec3::from_array(half.map(|half| half.max(size / LARGEST_SCALE).recip()));

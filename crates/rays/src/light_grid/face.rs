@@ -9,25 +9,25 @@ use crate::simd::vectors::{Vectors, dot, splat_vector};
 
 /// A rectangle through which the light sees some of the points, as a projective map.
 ///
-/// With v a position in relation to `origin`, p = (x · v, y · v, z · v) are its homogeneous coordinates; the map is
-/// what these numbers say, exactly. In perspective a position is at (X, Y) = (p.x, p.y) / p.z with the nearness
-/// W = `near` / p.z; for parallel light at (X, Y, W) = p. Either way a triangle is planar in (X, Y, W), straight lines
-/// stay straight, W grows towards the light, and the points of the face have X and Y in [−1, 1].
+/// With v a position in relation to `origin`, p = (x · v, y · v, z · v) are its homogeneous coordinates; these numbers
+/// define the map exactly. In perspective a position is at (X, Y) = (p.x, p.y) / p.z with the nearness W = `near` / p.z; for
+/// parallel light at (X, Y, W) = p. Either way a triangle is planar in (X, Y, W), straight lines stay straight, W grows
+/// towards the light, and the points of the face have X and Y in [−1, 1].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Face {
     pub(crate) origin: DVec3,
     pub(crate) x: DVec3,
     pub(crate) y: DVec3,
     pub(crate) z: DVec3,
-    /// What W is multiplied with in perspective.
+    /// The factor of W in perspective.
     pub(crate) near: f64,
     pub(crate) is_parallel: bool,
-    /// What a length of one, seen from a distance of one, is in X, Y and in parallel light W.
+    /// The extents in X and Y of a unit length seen from a distance of one, and in W in parallel light.
     pub(crate) scale: DVec3,
-    /// Lowest and highest X, and Y, of the points that are tested on this face, if others are tested on others. Faces
-    /// overlap by more than points may be wrong, so that each point is on some face, whatever rounding does.
+    /// Lowest and highest X, and Y, of the points that are tested on this face, where several faces share the points. Faces
+    /// overlap by more than the points' error, so that each point is on some face in spite of rounding.
     pub(crate) owned: Option<[[f64; 2]; 2]>,
-    /// The predicate takes a point's error to be this, in relation to its depth in perspective.
+    /// The predicate's error of a point, in perspective in relation to its depth.
     pub(crate) point_error: f64,
 }
 
@@ -37,21 +37,22 @@ pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 /// Half the distance from one to the next f64.
 pub(crate) use crate::predicate::ROUNDING;
 
-/// The largest |X| and |Y| of a mapped point: a point that belongs to the face is in [−1, 1], one of a neighbouring
-/// face by less than half of the rest outside of it, and either is wrong by less than the other half.
+/// The largest |X| and |Y| of a mapped point: a point of the face is in [−1, 1]; one of a neighbouring face is outside by
+/// less than half of the rest, and the error of either is less than the other half.
 pub(crate) const POINT_LIMIT: f64 = 1.0 + 1.0 / 1024.0;
 
-/// How wrong X and Y of a point may be at most: a fraction of a cell.
+/// The largest error of X and Y of a point: a fraction of a cell.
 pub(crate) const LARGEST_POINT_ERROR: f64 = 1.0 / 4096.0;
 
 /// A triangle whose |X| or |Y| are all above this can't be between the light and the face's points.
 pub(crate) const FACE_LIMIT: f64 = 1.0 + 1.0 / 256.0;
 
-/// By how much a triangle's bounds are grown in X and Y so that rounding its vertices, and the bounds, can't lose a
-/// point in it. See [`VertexErrors`].
+/// The margin of a triangle's bounds in X and Y: rounding its vertices, and the bounds, can't lose a point in it. See
+/// [`VertexErrors`].
 pub(crate) const VERTEX_MARGIN: f32 = 6.0 * HALF_ULP as f32;
 
-/// [`Face::point_error`] is at least this, and at most this or a thousand times what it is for the farthest point.
+/// Least and largest [`Face::point_error`]; a thousand times the farthest point's error replaces the latter where it is
+/// more.
 const POINT_ERRORS: [f64; 2] = [1.0 / (1_u64 << 36) as f64, 1.0 / (1 << 24) as f64];
 
 impl Face {
@@ -61,7 +62,7 @@ impl Face {
         DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
-    /// The sums of the magnitudes of x, y and z: times the largest component of a vector they bound its coordinates.
+    /// The sums of the magnitudes of x, y and z; times the largest component of a vector they bound its coordinates.
     pub(crate) fn norms(&self) -> DVec3 {
         let norm = |axis: DVec3| axis.abs().element_sum();
         DVec3::new(norm(self.x), norm(self.y), norm(self.z))
@@ -74,15 +75,15 @@ impl Face {
         -self.x.cross(self.y).dot(along).signum() as f32
     }
 
-    /// What the predicate thinks a point may be wrong by, in relation to its p.z in perspective, for the pixels whose
-    /// rays meet it at t, on any axis: 4 roundings of the step along the ray and of the position, and one of their sum.
+    /// The predicate's error of a point whose ray meets it at t, on any axis, in perspective in relation to its p.z: 4
+    /// roundings of the step along the ray and of the position, and one of their sum.
     pub(crate) fn point_error_at(&self, rays: &CameraRays, t: f64, depth: f64) -> f64 {
         let error = 5.0 * ROUNDING * (2.0 * t.abs() * rays.largest_direction + rays.largest_origin);
         if self.is_parallel { error } else { error / depth }
     }
 
-    /// Chooses what the predicate may think a point of the face is wrong by: four times as much as for any corner of a
-    /// tile, unless that is practically on the light: a thousand times as near as another. Points above are outliers.
+    /// Chooses the predicate's error for points of the face: four times the largest of any corner of a tile, unless that
+    /// corner is practically on the light, a thousand times as near as another. Points with larger errors are outliers.
     pub(crate) fn choose_point_error(&mut self, points: &PointSet<'_>, tiles: &[Tile]) {
         let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
         let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
@@ -97,7 +98,7 @@ impl Face {
         self.point_error = (4.0 * largest).clamp(POINT_ERRORS[0], most);
     }
 
-    /// How far from the light the points of tiles are at most: a depth in perspective, else minus W.
+    /// The largest distance of the tiles' points from the light: a depth in perspective, else minus W.
     pub(crate) fn farthest(&self, tiles: &[Tile]) -> f64 {
         let sign = if self.is_parallel { -1.0 } else { 1.0 };
         let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
@@ -144,37 +145,37 @@ impl Face {
     }
 }
 
-/// What follows from rounding vertices, for the filter of small triangles. With ε = [`HALF_ULP`].
+/// Errors that follow from rounding vertices, for the filter of small triangles. With ε = [`HALF_ULP`].
 ///
-/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are below
-/// 2: rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never
-/// scaled by more than 2²⁰ ([`project`](super::project) checks the rest). W is wrong by as much in relation to itself.
+/// The coordinates of vertices are computed in f64 and rounded to f32. A vertex is only used where |X| and |Y| are below 2:
+/// rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never scaled by more
+/// than 2²⁰ ([`project`](super::project) checks the rest). W has the same error in relation to itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct VertexErrors {
     /// The predicate's own bound: the square of these times the triangle's extents in X, Y and W, in relation to the
     /// largest nearness.
     pub(crate) of_predicate: [f32; 3],
-    /// What the predicate's own weights of corners may be wrong by, as edge functions: the square of the first plus the
-    /// second times the largest nearness.
+    /// Error of the predicate's own weights of corners, as edge functions: the square of the first plus the second times the
+    /// largest nearness.
     pub(crate) of_weights: [f32; 2],
 }
 
 impl VertexErrors {
-    /// By how much a vertex may be moved along X and Y.
+    /// The largest distance that rounding moves a vertex along X and Y.
     pub(crate) const MOVED: f64 = 1.125 * HALF_ULP;
 
-    /// What the predicate asks of a point before it calls it shadowed.
+    /// Bounds the errors that the predicate allows for before it calls a point shadowed.
     ///
     /// It wants n · (P − a), for the unnormalised normal n, above e times the sum of n's components, e being half the
-    /// point's box. That is less than 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³ and largest components |·|, which is what
-    /// this counts. The filter's area × (W of the triangle − W of the point) is
-    /// n · (P − a) × s.x · s.y · near / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths
-    /// differ by at most a factor of two, |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most
-    /// 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36 ΔW / W.
+    /// point's box. That is less than 6 |ab| |ac| (10 u |P − a| + e), with u = 2⁻⁵³ and largest components |·|; this is the
+    /// bound counted here. The filter's area × (W of the triangle − W of the point) is n · (P − a) × s.x · s.y · near
+    /// / (z₀ z₁ z₂ z), in parallel light × s.x · s.y · s.z. With corners whose depths differ by at most a factor of two,
+    /// |X|, |Y| ≤ 2 and so |P| ≤ 18 z, the bound is at most 24 s.x s.y W (510 u + e / z) T², T = 2 (w / s.x + h / s.y) + 36
+    /// ΔW / W.
     ///
-    /// Its weights d · ((p − o) × (q − o)) have 64 roundings of |d| r², with r the largest component of any corner from
-    /// o. An edge function of the filter is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths
-    /// of corners differ by at most a factor of two.
+    /// Its weights d · ((p − o) × (q − o)) have 64 roundings of |d| r², with r the largest component of any corner from o.
+    /// An edge function of the filter is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths of
+    /// corners differ by at most a factor of two.
     pub(crate) fn new(face: &Face) -> Self {
         let scale = face.scale;
         let across = 2.5 / scale.x + 2.5 / scale.y;
@@ -182,7 +183,7 @@ impl VertexErrors {
         let of_weights = if face.is_parallel {
             [roundings * (across * 2.0 + 2.0 / scale.z), roundings / scale.z]
         } else {
-            // How far a vertex may be from the light in relation to its depth.
+            // The largest distance of a vertex from the light in relation to its depth.
             let reach = 1.0 + across + (face.x.dot(face.z) / scale.x).abs() + (face.y.dot(face.z) / scale.y).abs();
             [roundings * 2.0 * reach * reach.sqrt(), 0.0]
         };

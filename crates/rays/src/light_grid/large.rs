@@ -27,10 +27,10 @@ struct Plane {
     id: u32,
     /// Factors of X, Y and 1, the magnitudes of which sum up to one.
     edges: [[f64; 3]; 3],
-    /// Edge functions are wrong by at most this.
+    /// Error bounds of the edge functions.
     edge_errors: [f64; 3],
     nearness: [f64; 3],
-    /// The difference from the nearness that the predicate wants of a point behind it is wrong by at most this.
+    /// Error bound of the difference in nearness to a point, with the margin by which the predicate wants points behind.
     depth_error: f64,
 }
 
@@ -64,7 +64,7 @@ impl LargeTriangles {
         self.planes.capacity() * size_of::<Plane>() + self.sixteens.capacity() * size_of::<SixteenPlanes>()
     }
 
-    /// Calls `visit` with the numbers of those that may shadow some of the points in a box.
+    /// Calls `visit` with the indices of the triangles that may shadow some of the points in a box.
     #[inline(always)]
     pub(crate) fn reaching<S: Simd>(&self, simd: S, points: &FaceBox, mut visit: impl FnMut(usize)) {
         let points = SplatBox::new(simd, points);
@@ -90,12 +90,13 @@ impl LargeTriangles {
         }
     }
 
-    /// A triangle for the points around `origin`, as [`SetUp`](super::set_up::SetUp) has small ones. Points are wrong by at
-    /// most `errors` in X and Y, and in W, and with these at most `reach` from the origin in X and Y, and `depth` in W.
+    /// Sets up a triangle for the points around `origin`, as [`SetUp`](super::set_up::SetUp) does for small ones. Points
+    /// have errors of at most `errors` in X and Y, and in W. With these they are at most `reach` from the origin in X and Y,
+    /// and `depth` in W.
     ///
-    /// With ε = 2⁻²⁴, f = a x + b y + c has at most four roundings of a x and of b y, and three of c. Where f decides, at the
-    /// points' errors from zero at most, |c| is at most (|a| + |b|) `reach`: together seven ε of that. The nearness also
-    /// has three of W, and where errors are all of what `reach` and `depth` count, six of them.
+    /// With ε = 2⁻²⁴, f = a x + b y + c has at most four roundings of a x and of b y, and three of c. Where f decides, at
+    /// most the points' errors from zero, |c| is at most (|a| + |b|) `reach`: together seven ε of that. The nearness also
+    /// has three of W, and where `reach` and `depth` are nothing but errors, six of them.
     pub(crate) fn record(&self, number: usize, origin: [f32; 3], [reach, depth]: [f32; 2], errors: [f32; 2]) -> Record {
         const ROUNDED: f64 = 8.0 * HALF_ULP;
         let plane = &self.planes[number];
@@ -142,17 +143,17 @@ impl SixteenPlanes {
 }
 
 impl Plane {
-    /// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so that
-    /// it isn't known on which side it is.
+    /// The planes of a triangle: none if it can't shadow a point of the face; two if the light may be in its plane, so that
+    /// its side isn't known.
     ///
-    /// With u = 2⁻⁵³, |X| and |Y| hardly above one, and sⱼ the largest coordinate that pⱼ may have: each coordinate is wrong
-    /// by four u sⱼ, and in parallel light by twenty more, which is how far X and Y of the light's own direction may be
-    /// from zero ([`across`](super::choose::across)). So the components of pⱼ × pₖ are wrong by 20 u sⱼ sₖ, in parallel light
-    /// by 100, and the function by three times as much. Scaling it, and bringing it to another origin, has five roundings of
-    /// its largest value, 20 u sⱼ sₖ.
+    /// With u = 2⁻⁵³, |X| and |Y| hardly above one, and sⱼ the largest coordinate that pⱼ may have: each coordinate's error
+    /// is four u sⱼ, and in parallel light twenty more, since X and Y of the light's own direction may be that far from zero
+    /// ([`across`](super::choose::across)). So the components of pⱼ × pₖ have an error of 20 u sⱼ sₖ, in parallel light of
+    /// 100, and the function three times as much. Scaling it, and moving it to another origin, has five roundings of its
+    /// largest value, 20 u sⱼ sₖ.
     ///
-    /// With e the error of p₁ × p₂, the determinant, p₀ · (p₁ × p₂), is wrong by 3 s₀ e, and by what p₀ and the sum are: 42 u
-    /// s₀ s₁ s₂, in parallel light 114. That is less than 4.2 s₀ e.
+    /// With e the error of p₁ × p₂, the determinant, p₀ · (p₁ × p₂), has an error of 3 s₀ e, plus those of p₀ and of the
+    /// sum: 42 u s₀ s₁ s₂, in parallel light 114. That is less than 4.2 s₀ e.
     ///
     /// The nearness is the sum of the edge functions, each times its corner's nearness or `near`, over the determinant. With
     /// S the magnitudes of its own factors, a corner's is at most sⱼ S. So each function's error makes 3 s₀ e S of it, also
@@ -203,14 +204,14 @@ impl Plane {
         }
         let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
         let size = slope.abs().element_sum();
-        // Of each corner's own nearness four roundings.
+        // Four roundings of each corner's own nearness.
         let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
         let of_nearness =
             if face.is_parallel { 15.0 * ROUNDING * norms.z * (0..3).map(of_corner).sum::<f64>() } else { 0.0 };
         let error = (of_nearness + 3.3 * size * determinant_error) / determinant.abs();
-        // What underflows in f32 is far below the last.
+        // Underflow in f32 loses far less than the last term.
         let depth_error = error + predicate_error(face, world, determinant) + 1e-30;
-        // One less f32 to overflow.
+        // The limits keep these from overflowing in f32.
         if depth_error < 1e30 && size < 1e30 {
             plane.nearness = slope.to_array();
             plane.depth_error = depth_error;
@@ -219,8 +220,8 @@ impl Plane {
     }
 }
 
-/// Whether all corners of a triangle are on the outer side of the same side of the face, or behind the light, by more than
-/// they may be wrong.
+/// Whether all corners of a triangle are outside of the same side of the face, or behind the light, by more than their
+/// errors.
 fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
     let beyond = |height: fn(DVec3) -> f64| {
         points.iter().zip(sizes).all(|(&point, size)| height(point) > 28.0 * ROUNDING * size)
@@ -232,11 +233,11 @@ fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
         || beyond(|p| -p.y - FACE_LIMIT * p.z)
 }
 
-/// How far, in nearness, the predicate wants a point to be behind the triangle.
+/// The predicate's margin, in nearness, by which a point must be behind the triangle.
 ///
 /// It wants e times the sum of n's components of n · (P − a), for the unnormalised normal n, e being half the point's box:
-/// at most twice its error, whatever rounding makes of the box. That is at most 4 |ab| |ac| e, with largest components |·|:
-/// no matrix of numbers up to one has a larger determinant than 4. And n · (P − a) is the determinant, taken back to world
+/// at most twice its error, with the box's own rounding. That is at most 4 |ab| |ac| e, with largest components |·|: no
+/// matrix of numbers up to one has a larger determinant than 4. And n · (P − a) is the determinant, taken back to world
 /// lengths, times the difference in nearness times z / near; in parallel light it is n · d / s.z.
 pub(crate) fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64) -> f64 {
     let (ab, ac) = ((b - a).abs().max_element(), (c - a).abs().max_element());

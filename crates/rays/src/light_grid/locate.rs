@@ -1,4 +1,4 @@
-//! In which cell of a light's grid each point is, for pictures of the grid and of how full it is.
+//! The cell of a light's grid that each point is in, for pictures of the grid and of how full it is.
 
 use glam::{DMat3, DVec3, Vec3};
 
@@ -14,9 +14,9 @@ use crate::patches::Patches;
 use crate::shot::{SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::lanes::{LANES, bits_of};
 
-/// In which cell of a light's grid the point that each pixel shows is, in [`TileOrder`].
+/// The cell of a light's grid for the point that each pixel shows, in [`TileOrder`].
 ///
-/// A point that several faces hold is in a cell of the first. 8 bytes a pixel, 4 for each cell.
+/// A point on several faces is in a cell of the first. 8 bytes a pixel, 4 for each cell.
 #[derive(Clone, Debug, Default)]
 pub struct LightCells {
     order: TileOrder,
@@ -24,7 +24,7 @@ pub struct LightCells {
     faces: Vec<LightFace>,
     /// For each face its first cell among `points`.
     firsts: Vec<usize>,
-    /// How many points each cell has, face by face, row by row.
+    /// The number of points in each cell, face by face, row by row.
     points: Vec<u32>,
 }
 
@@ -41,23 +41,23 @@ pub struct LightCell {
 
 /// A rectangle through which a light sees points.
 ///
-/// What it sees of them is between two parallel rectangles, of the same size where the light is parallel.
+/// These points are between two parallel rectangles, of the same size where the light is parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightFace {
-    /// How many columns of cells it has.
+    /// Number of columns of cells.
     pub columns: u32,
-    /// How many rows of cells it has.
+    /// Number of rows of cells.
     pub rows: u32,
-    /// Its corners at the depth of the point nearest to the light: in world units, one after the other round the
-    /// rectangle. Of a face without points they are those at the farthest.
+    /// Its corners at the depth of the point nearest to the light: in world units, one after the other round the rectangle.
+    /// A face without points has its corners at the farthest depth here.
     pub near: [Vec3; 4],
     /// Its corners at the depth of the farthest point, in the same order.
     pub far: [Vec3; 4],
 }
 
 impl LightCells {
-    /// The cell of the point that the pixel in column `x` and row `y` shows; `None` where it shows none, or one that no
-    /// face could hold.
+    /// The cell of the point that the pixel in column `x` and row `y` shows; `None` where it shows none, or one that no face
+    /// could hold.
     ///
     /// # Panics
     /// If the pixel is outside of the image's tiles.
@@ -66,7 +66,7 @@ impl LightCells {
         self.of_pixels[self.order.index(x, y)]
     }
 
-    /// How many points a cell has: as many as there are pixels for which [`at`](Self::at) names it.
+    /// Number of points in a cell: as many as there are pixels for which [`at`](Self::at) names it.
     ///
     /// # Panics
     /// If the grid has no such cell.
@@ -75,7 +75,7 @@ impl LightCells {
         self.points[self.index_of(cell)]
     }
 
-    /// How many points share the cell of the point that a pixel shows, itself one of them; 0 where [`at`](Self::at) is
+    /// Number of points, the pixel's own included, in the cell of the point that a pixel shows; 0 where [`at`](Self::at) is
     /// `None`.
     ///
     /// # Panics
@@ -85,7 +85,7 @@ impl LightCells {
         self.at(x, y).map_or(0, |cell| self.points_of(cell))
     }
 
-    /// The faces through which the light sees what the camera sees; none where the light is no light at all.
+    /// The faces through which the light sees the points that the camera sees; none where the light is no light at all.
     #[must_use]
     pub fn faces(&self) -> &[LightFace] {
         &self.faces
@@ -120,7 +120,7 @@ impl LightCells {
         let mut distances = [f32::INFINITY, f32::NEG_INFINITY];
         for (index, [column, row], at) in located {
             distances = [distances[0].min(at), distances[1].max(at)];
-            // What lies beyond the image's border is nobody's pixel, and what another face has is counted there.
+            // Slots beyond the image's border are no pixels, and a point of an earlier face is counted there.
             if self.order.pixel(index).is_some() && self.of_pixels[index].is_none() {
                 self.of_pixels[index] = Some(LightCell { face: number, column: column as u16, row: row as u16 });
                 self.points[first + row * columns + column] += 1;
@@ -132,7 +132,7 @@ impl LightCells {
 }
 
 impl Face {
-    /// The face with so many columns and rows, whose points are at these nearnesses at most and at least.
+    /// The face with so many columns and rows, and with its points' highest and lowest nearness.
     pub(crate) fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
         LightFace {
             columns: columns as u32,
@@ -154,8 +154,8 @@ impl Face {
 }
 
 impl LightGrid {
-    /// Finds where on the light's faces the points are that the pixels of `shot` have `seen`: in squares as many as there
-    /// are full blocks of points. The grid itself has no cells.
+    /// Finds the cells of the points that the pixels of `shot` have `seen`, on the light's faces. A face has about as many
+    /// cells, in rows and columns of the same number, as full blocks of points. The grid itself has no cells.
     ///
     /// # Panics
     /// If `survey` wasn't called for `seen`.
@@ -170,7 +170,7 @@ impl LightGrid {
         located.start(seen.order());
         let survey = std::mem::take(&mut self.survey);
         let (settler, tiles) = (self.settler(SeenImage { shot, seen }, &survey, light), &survey.tiles);
-        // A light that is none has no face.
+        // Without light there are no faces.
         self.visit_faces(patches, &settler, tiles, |grid, face| {
             let expected: usize = tiles.iter().filter(|tile| face.may_own(tile)).map(|tile| tile.points as usize).sum();
             let side = ((expected / LANES) as f64).sqrt().clamp(4.0, 1024.0) as usize;

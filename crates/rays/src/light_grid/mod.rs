@@ -1,17 +1,17 @@
-//! The light grid: which of the points that a camera sees, or that somebody lists, does a light reach?
+//! The light grid: which points, seen by a camera or listed by a caller, does a light reach?
 //!
-//! The light takes the camera's role (Guntury and Narayanan 2010, §4): what the camera sees is mapped to the light's
-//! perspective, clamped to the extent that it fills there. Unlike in the paper, neither triangles nor points are listed in
-//! cells. Triangles come in [patches](crate::patches), which are culled as one; points stay in the image's tiles, and a
-//! thread takes a tile from its points to its bits before it takes another. Nothing but these bits leaves the tile. The f32
-//! filter knows its error; what it leaves undecided is settled in f64, and what f64 can't tell by the
-//! [predicate](crate::predicate). Points in no image are sorted to tiles first, which are answered in the same way.
+//! The light takes the camera's role (Guntury and Narayanan 2010, §4): the points that the camera sees are mapped to the
+//! light's perspective, clamped to the extent that they fill there. Unlike in the paper, neither triangles nor points are
+//! listed in cells. Triangles come in [patches](crate::patches), which are culled as one. Points stay in the image's tiles,
+//! and a thread takes a tile from its points to its bits before it takes another. Nothing but these bits leaves the tile.
+//! The f32 filter knows its error; undecided cases are settled in f64, and by the [predicate](crate::predicate) where f64
+//! can't tell. Points in no image are sorted to tiles first, and these are traced in the same way.
 //!
-//! `point_set` has the points. One verb a file: `survey` finds how far away the image's tiles are, `choose` chooses the
-//! light's faces, `project` brings patches to a face, `points` maps a tile's points to it, `parts` puts points together that
-//! are near each other for the light, `trace` goes through a tile: it finds the `candidates` that may shadow a part, has their
-//! triangles `set_up`, and has each `test`ed; `large` has triangles that f32 can't hold, `settle` decides what is left
-//! undecided. `locate` says where on the face points are, for whoever wants to see it.
+//! `point_set` has the points. One verb a file: `survey` finds the distances of the image's tiles, `choose` chooses the
+//! light's faces, `project` projects patches to a face, `points` maps a tile's points to it, `parts` groups points that are
+//! near each other for the light, and `trace` goes through a tile: it finds the `candidates` that may shadow a part, has
+//! their triangles `set_up`, and has each `test`ed. `large` has triangles that f32 can't hold; `settle` decides undecided
+//! pairs. `locate` gives callers the cell of each point on a face.
 
 pub(crate) mod block;
 mod boxes;
@@ -60,11 +60,10 @@ use survey::{Survey, Tile};
 use trace::Tracer;
 use worker::{Worker, share_evenly};
 
-/// Which points that the camera sees a light reaches, rebuilt for every frame and light.
+/// Finds the seen points that a light reaches; rebuilt for every frame and light.
 ///
-/// Where a light sees patches takes about 12 bytes a triangle; each thread's tile a fifth to a half of a megabyte, whatever the
-/// image.
-/// Keep it and use it again: its memory is reused.
+/// The projected patches take about 12 bytes a triangle, each thread's tile a fifth to a half of a megabyte, for any image
+/// size. Keep it and use it again: its memory is reused.
 #[derive(Default)]
 pub struct LightGrid {
     level: SimdLevel,
@@ -72,7 +71,7 @@ pub struct LightGrid {
     faces: Vec<Face>,
     on_face: FacePatches,
     workers: Vec<Worker>,
-    /// For each worker the tiles that nobody has begun: the first, and one more than the last.
+    /// For each worker, the range of tiles that no worker has begun: the first, and one more than the last.
     shares: Vec<Mutex<[usize; 2]>>,
     outliers: Vec<u32>,
     counts: Counts,
@@ -88,7 +87,8 @@ impl LightGrid {
         Self { level, ..Self::default() }
     }
 
-    /// Calls `visit` for each face of a light, with the patches brought to it; whether the light is one at all.
+    /// Projects the patches to each face of a light and calls `visit` with the face; returns false if the light is none at
+    /// all.
     ///
     /// # Panics
     /// If `survey` wasn't called for these pixels.
@@ -119,7 +119,7 @@ impl LightGrid {
         is_light
     }
 
-    /// Notes tiles that none of a cone's faces has points of as in shadow, so that none of these is asked about.
+    /// Marks tiles outside every face of the spot's cone as shadowed, so they are never tested.
     fn leave_out(&self, tiles: &[Tile], shadowed: &mut [u16]) {
         let is_on_none = |tile: &Tile| !self.faces.iter().any(|face| face.may_own(tile));
         let tiles = tiles.iter().zip(shadowed.chunks_exact_mut(TILE_BLOCKS));
@@ -128,8 +128,8 @@ impl LightGrid {
         }
     }
 
-    /// Finds which listed points are in the shadow of a light, on so many threads: a word for each block. A point outside of a
-    /// spot's cone may be in either.
+    /// Finds which listed points are in the shadow of a light, on `threads` threads: a word for each block. A point outside
+    /// of a spot's cone may be in either state.
     ///
     /// # Panics
     /// If `patches` are of another number of triangles.
@@ -158,7 +158,7 @@ impl LightGrid {
         Settler::of_image(image, survey.rays, light, self.level)
     }
 
-    /// Finds which points of a face are in shadow, on so many threads: a word for each block.
+    /// Finds which points of a face are in shadow, on `threads` threads: a word for each block.
     fn trace(
         &mut self,
         face: &Face,

@@ -13,23 +13,23 @@ use crate::simd::vectors::{LANES, splat};
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Part {
-    /// In relation to the tile's origin, grown by the points' error and then rounded to nearest, for which what they are
-    /// compared with is grown; the nearness is that of the farthest.
+    /// Bounds of slots in relation to the tile's origin, grown by the points' error and then rounded to nearest; the
+    /// patches' and triangles' bounds are grown for that rounding. The nearness is the farthest point's.
     pub(crate) boxes: SixteenBoxes,
-    /// Of the nearest point of each slot.
+    /// Nearness of the nearest point of each slot.
     nearest: [f32; LANES],
-    /// Around all of them.
+    /// Bounds of all its points.
     pub(crate) whole: FaceBox,
     /// Each slot's block in the tile.
     pub(crate) blocks: [u8; LANES],
-    /// Which of the block's points are in the slot.
+    /// A mask of the block's points that are in the slot.
     pub(crate) points: [u16; LANES],
 }
 
 /// Some points of a block, where it shows surfaces that are apart for the light.
 #[derive(Clone, Copy, Debug)]
 struct Fragment {
-    /// Where it is along a curve through the tile.
+    /// Its position along a curve through the tile.
     key: u32,
     block: u8,
     points: u16,
@@ -66,7 +66,7 @@ impl Range3 {
         Self { x: of(&group.x), y: of(&group.y), nearness: of(&group.nearness) }
     }
 
-    /// Of some points of a block.
+    /// The range of some points of a block.
     #[inline(always)]
     fn of_points<S: Simd>(simd: S, block: &Block, points: u16) -> Self {
         let points = mask32x16::from_bitmask(simd, points.into());
@@ -89,14 +89,14 @@ pub(crate) struct Parts {
     rest: Vec<(u16, Range3)>,
 }
 
-/// A block that covers more of the face than this many blocks do on average is divided: 20 take 7 % less than 10 over nine
-/// scenes, 40 as long in smooth ones.
+/// A block that covers more of the face than this many blocks do on average is divided: 20 take 7 % less time than 10 over
+/// nine scenes, and 40 are as fast in smooth ones.
 const SPRAWLING_BLOCKS: f32 = 20.0;
 
-/// Blocks of a group stay together where their common bounds cover at most this many times as much as they do themselves.
+/// Blocks of a group stay together where their common bounds cover at most this many times the sum of their own.
 const LOOSE: f32 = 6.0;
 
-/// A block is cut where its halves cover less than this part of what it covers.
+/// A block is cut where its halves together cover less than this share of its area.
 const WORTH_CUTTING: f32 = 0.3;
 
 impl Parts {
@@ -109,12 +109,12 @@ impl Parts {
         self.parts.capacity() * size_of::<Part>() + self.fragments.capacity() * size_of::<Fragment>()
     }
 
-    /// How many fragments, and halves of a block, there is room for.
+    /// The capacities for fragments and for halves of a block.
     pub(crate) fn room(&self) -> [usize; 2] {
         [self.fragments.capacity(), self.rest.capacity()]
     }
 
-    /// Makes room for at least so many.
+    /// Makes room for at least this many.
     pub(crate) fn make_room(&mut self, [fragments, rest]: [usize; 2]) {
         make_room(&mut self.fragments, fragments);
         make_room(&mut self.rest, rest);
@@ -170,7 +170,7 @@ impl Parts {
         self.parts.push(part);
     }
 
-    /// Cuts a block's points in halves while that makes what they cover much smaller, or it is large.
+    /// Cuts a block's points in halves while that makes the area they cover much smaller, or it is large.
     #[inline(always)]
     fn cut<S: Simd>(&mut self, simd: S, block: usize, points: &Block, all: (u16, Range3), sprawling_area: f32) {
         let start = self.fragments.len();
@@ -198,7 +198,7 @@ impl Parts {
         }
     }
 
-    /// Makes parts of the fragments, and finds out how far all parts reach: they are grown by the errors of `extent`.
+    /// Makes parts of the fragments, grows all parts by the errors of `extent`, and sets its reach and depth.
     #[inline(always)]
     pub(crate) fn finish<S: Simd>(&mut self, simd: S, extent: &mut Extent) {
         self.sort_fragments();
@@ -235,7 +235,7 @@ impl Parts {
         extent.depth = depth.reduce_max() + nearness_error;
     }
 
-    /// Sorts the fragments so that those that come one after the other are near each other.
+    /// Sorts the fragments so that neighbours in the list are near each other.
     fn sort_fragments(&mut self) {
         let mut all = Range3::NOTHING;
         self.fragments.iter().for_each(|fragment| all.join(&fragment.around));
@@ -248,7 +248,7 @@ impl Parts {
     }
 }
 
-/// Magnitudes of what lanes hold that are filled; zero of the others.
+/// Magnitudes of values in the filled lanes, zero in the others.
 struct Sizes<S: Simd> {
     simd: S,
     filled: mask32x16<S>,

@@ -11,11 +11,11 @@ use crate::shot::CameraRays;
 pub(crate) struct PixelMap {
     /// The factors of column, row, one and s.
     pub(crate) rows: [[f64; 4]; 4],
-    /// How far each R is from what it would be for the predicate's point: at most the first of its two numbers, plus s
-    /// times the second.
+    /// Error of each R against its value for the predicate's point: at most the first of its two numbers, plus s times the
+    /// second.
     pub(crate) errors: [[f64; 2]; 4],
-    /// The predicate takes a point for what may be as far from it as the first of these, plus s times the second, over
-    /// R₃; in relation to its p.z in perspective.
+    /// The predicate's error of a point, in perspective in relation to its p.z: the first of these, plus s times the second,
+    /// over R₃.
     pub(crate) point_errors: [f64; 2],
     /// Whether s is the inverse of the inverse depth.
     pub(crate) is_reciprocal: bool,
@@ -29,8 +29,7 @@ pub(crate) const DEPTH: usize = 3;
 
 impl PixelMap {
     pub(crate) fn new(face: &Face, rays: &CameraRays) -> Self {
-        // What is multiplied with one and with s, and the magnitudes of directions and of offsets from the light, in
-        // that order.
+        // The factors of one and of s, and the magnitudes of directions and of offsets from the light, in that order.
         let largest = rays.largest_origin + face.origin.abs().max_element();
         let (constant, varying, sizes) = if rays.is_perspective {
             (rays.corner, rays.position - face.origin, [rays.largest_direction, largest])
@@ -43,7 +42,7 @@ impl PixelMap {
         // The predicate's own ray and point have ten roundings, the factors here and their sums less than twenty.
         let norms = face.norms() * (64.0 * ROUNDING);
         let [error_x, error_y, error_z] = norms.to_array().map(|norm| sizes.map(|size| size * norm));
-        // One, or what becomes one when it is divided by t.
+        // The function that is one, or becomes one when it is divided by t.
         let unit = if rays.is_perspective { [0.0, 0.0, 0.0, 1.0] } else { [0.0, 0.0, 1.0, 0.0] };
         let (rows, errors) = if face.is_parallel {
             ([x, y, z, unit], [error_x, error_y, error_z, [0.0; 2]])

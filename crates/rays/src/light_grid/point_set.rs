@@ -13,10 +13,10 @@ use crate::predicate::{HitPoint, ShadowRay};
 use crate::shot::{CameraRays, EightPoints, SeenImage, SeenPixels, TileOrder};
 use crate::simd::lanes::LANES;
 
-/// The points that a light is asked about. Each has an index, and there are full tiles of them.
+/// The points that a light is tested for. Each has an index, and there are full tiles of them.
 #[derive(Clone, Copy)]
 pub(crate) enum PointSet<'a> {
-    /// What an image's pixels show.
+    /// The points that an image's pixels show.
     Seen(SeenImage<'a>, CameraRays),
     /// Any points.
     Listed(&'a PointList),
@@ -31,7 +31,7 @@ impl<'a> PointSet<'a> {
         }
     }
 
-    /// What a face's X is along where it can: the image's rows, else any direction.
+    /// The direction of a face's X where that can be: the image's rows, else any direction.
     pub(crate) fn along(&self) -> DVec3 {
         match self {
             Self::Seen(_, rays) => rays.step_x,
@@ -39,7 +39,7 @@ impl<'a> PointSet<'a> {
         }
     }
 
-    /// What the predicate thinks a point at `position` may be wrong by, in relation to its p.z in perspective.
+    /// The predicate's error of a point at `position`, in perspective in relation to its p.z.
     pub(crate) fn error_at(&self, face: &Face, position: DVec3, depth: f64) -> f64 {
         match self {
             Self::Seen(_, rays) => face.point_error_at(rays, rays.forward.dot(position - rays.position), depth),
@@ -60,7 +60,7 @@ impl<'a> PointSet<'a> {
         }
     }
 
-    /// Whether a point is somewhere, at a known depth of its pixel.
+    /// Whether a point exists, at a known depth of its pixel.
     #[inline(always)]
     pub(crate) fn is_known(&self, index: usize) -> bool {
         match self {
@@ -71,7 +71,7 @@ impl<'a> PointSet<'a> {
         }
     }
 
-    /// The segment between a light and a point; `None` for a point that is nowhere.
+    /// The segment between a light and a point; `None` if there is no such point.
     pub(crate) fn shadow_ray(&self, index: usize, light: &LightSource) -> Option<ShadowRay> {
         match self {
             Self::Seen(SeenImage { shot, seen }, _) => shot.shadow_ray(seen, index, light),
@@ -83,8 +83,8 @@ impl<'a> PointSet<'a> {
     }
 }
 
-/// Points in no image, or elsewhere than what its pixels show, in an order in which those that follow each other are near each
-/// other: 4096 to a tile, and 16 to a block, of which 16 are a group. What tiles have beyond them is nowhere.
+/// Points in no image, or at other positions than the pixels show, in an order in which successive ones are near each other:
+/// 4096 to a tile, and 16 to a block, of which 16 are a group. Slots beyond the last point are empty.
 ///
 /// It takes 60 bytes a point. Keep it and fill it again: its memory is reused.
 #[derive(Default)]
@@ -92,21 +92,22 @@ pub(crate) struct PointList {
     /// World positions.
     pub(super) points: Vec<HitPoint>,
     own: Vec<u32>,
-    /// The number of each point where it came from.
+    /// The caller's index of each point.
     numbers: Vec<u32>,
-    /// x, y and z of each tile's points in relation to the middle of its bounds: NaN where a point is nowhere.
+    /// x, y and z of each tile's points in relation to the middle of its bounds: NaN in empty slots.
     pub(super) offsets: Vec<[[f32; LANES]; 3]>,
     pub(crate) tiles: Vec<Tile>,
-    /// Around all points.
+    /// Bounds of all points.
     bounds: Bounds,
-    /// Where all points were along a curve when they were sorted, above their numbers; what is nowhere comes last. Empty where
+    /// All points' positions along a curve when they were sorted, above their indices; missing points come last. Empty where
     /// points came in order.
     keys: Vec<u64>,
-    /// How many points are somewhere.
+    /// Number of points that exist.
     listed: usize,
-    /// How much of the bounds tiles spanned then.
+    /// The tiles' spread over the bounds when the points were sorted.
     sorted_spread: f64,
-    /// How often in a row the order couldn't stay, and how often points are sorted without trying before it is tried again.
+    /// The number of calls in a row in which the order couldn't stay, and the number of calls left that sort points without
+    /// trying to keep it.
     failures: u32,
     rest: u32,
 }
@@ -114,14 +115,14 @@ pub(crate) struct PointList {
 impl PointList {
     const NOWHERE: HitPoint = HitPoint { position: DVec3::NAN, error: 0.0 };
 
-    /// By how much more of the bounds tiles may span than when points were sorted, before they are sorted again.
+    /// The growth of the tiles' spread, since points were sorted, at which they are sorted again.
     const MOST_SPREAD: f64 = 1.2;
 
-    /// Among points that fly apart one call in so many, a power of two, tries whether their order may stay.
+    /// Among points that fly apart, one call in this number, a power of two, tries whether their order may stay.
     const ONE_TRY_IN: u32 = 8;
 
-    /// Replaces the points by those of `count` that are somewhere. Where these are the ones of the last time, and those of a tile
-    /// are still about as near each other, their order stays.
+    /// Replaces the points by the existing ones of `count`. Where the same ones exist as in the last call, and those of a
+    /// tile are still about as near each other, their order stays.
     pub(crate) fn fill(&mut self, count: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
         if !self.keys.is_empty() && self.keys.len() == count {
             if self.rest > 0 {
@@ -139,7 +140,7 @@ impl PointList {
         self.sorted_spread = self.spread();
     }
 
-    /// Replaces the points by those of an image's slots, so many, in their [`TileOrder`].
+    /// Replaces the points by those of an image's `slots`, in their [`TileOrder`].
     pub(crate) fn fill_in_order(&mut self, slots: usize, point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync) {
         assert!(slots.is_multiple_of(TileOrder::TILE_PIXELS), "{slots} slots aren't full tiles");
         self.keys.clear();
@@ -150,7 +151,7 @@ impl PointList {
         });
     }
 
-    /// Sorts so many points along a curve through their bounds, and those that are nowhere behind them.
+    /// Sorts `count` points along a curve through their bounds, with missing points behind them.
     fn sort(&mut self, count: usize, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) {
         const CHUNK: usize = 1 << 12;
         const NOWHERE: u64 = u32::MAX as u64;
@@ -165,7 +166,7 @@ impl PointList {
         self.listed = self.keys.partition_point(|key| key >> 32 != NOWHERE);
     }
 
-    /// Puts the points in tiles, in the order of their keys; whether those that are somewhere are the ones that were sorted.
+    /// Fills the tiles with the points in the order of their keys; whether the same points exist as when they were sorted.
     fn fill_tiles(&mut self, point: &(impl Fn(usize) -> Option<(HitPoint, u32)> + Sync)) -> bool {
         self.clear(self.listed.next_multiple_of(TileOrder::TILE_PIXELS));
         let all = mem::take(&mut self.keys);
@@ -179,7 +180,7 @@ impl PointList {
         are_the_same
     }
 
-    /// Makes so many slots, all of which are nowhere.
+    /// Makes `slots` empty slots.
     fn clear(&mut self, slots: usize) {
         let Self { points, own, numbers, offsets, tiles, .. } = self;
         points.clear();
@@ -192,7 +193,8 @@ impl PointList {
         tiles.resize(slots / TileOrder::TILE_PIXELS, Tile::default());
     }
 
-    /// Fills each tile, by its number, with points, of which `fill` gives the bounds and how many they are; how many all are.
+    /// Fills each tile with `fill`, which takes the tile's index and returns the bounds and the number of its points;
+    /// returns the number of all.
     fn each_tile(&mut self, fill: impl Fn(usize, TilePoints<'_>) -> (Bounds, usize) + Sync) -> usize {
         let Self { points, own, numbers, offsets, tiles, .. } = self;
         let of_tile = points
@@ -210,7 +212,7 @@ impl PointList {
         found
     }
 
-    /// How much of the bounds of all points tiles span, in the mean along the three axes, summed over tiles.
+    /// The share of all points' bounds that a tile spans, in the mean along the three axes, summed over tiles.
     fn spread(&self) -> f64 {
         let size = |low: DVec3, high: DVec3| (high - low).element_sum();
         let of_tiles = self.tiles.iter().map(|tile| size(tile.corners[0], tile.corners[7]));
@@ -222,24 +224,25 @@ impl PointList {
         self.bounds.largest_error
     }
 
-    /// How many points there are.
+    /// The number of points.
     pub(crate) fn len(&self) -> usize {
         self.listed
     }
 
-    /// How many slots there are: full tiles.
+    /// The number of slots: full tiles.
     pub(crate) fn slots(&self) -> usize {
         self.points.len()
     }
 
-    /// The middle of a tile's bounds, and how far they reach from there along each axis.
+    /// The middle of a tile's bounds, and half their extent along each axis.
     pub(super) fn middle(&self, tile: usize) -> (DVec3, DVec3) {
         let corners = &self.tiles[tile].corners;
         let bounds = Bounds { low: corners[0], high: corners[7], largest_error: 0.0 };
         (bounds.middle(), (bounds.high - bounds.low) * 0.5)
     }
 
-    /// Calls `visit` with the number and the position of each point that `shadowed`, with a word for each block, hasn't got.
+    /// Calls `visit` with the index and the position of each point that isn't in `shadowed`, which has a word for each
+    /// block.
     pub(crate) fn visit_lit(&self, shadowed: &[u16], mut visit: impl FnMut(usize, DVec3)) {
         let blocks = self.numbers.chunks_exact(LANES).zip(self.points.chunks_exact(LANES));
         for (word, (numbers, points)) in shadowed.iter().zip(blocks) {
@@ -261,7 +264,7 @@ impl PointList {
     }
 }
 
-/// The points of a tile, none of which is anywhere yet.
+/// The slots of a tile, all still empty.
 struct TilePoints<'a> {
     points: &'a mut [HitPoint],
     own: &'a mut [u32],
@@ -270,7 +273,7 @@ struct TilePoints<'a> {
 }
 
 impl TilePoints<'_> {
-    /// Puts points in slots, by their numbers: the bounds of those that are somewhere, and how many these are.
+    /// Fills pairs of a slot and a point's index; returns the bounds and the number of the points that exist.
     fn fill(
         self,
         slots: impl Iterator<Item = (usize, usize)>,
@@ -296,12 +299,12 @@ impl TilePoints<'_> {
     }
 }
 
-/// The number of the point that has a key.
+/// The index of the point with a key.
 fn number_of(key: u64) -> usize {
     key as u32 as usize
 }
 
-/// Where in its tile a point is that has this number along the curve: groups follow each other, and blocks in these.
+/// The slot in its tile of the n-th point along the curve: groups follow each other, and blocks in these.
 fn slot_of(at: usize) -> usize {
     let (group, block, lane) = (at / (LANES * LANES), at / LANES % LANES, at % LANES);
     block_of(group, block) * LANES + lane
@@ -348,8 +351,8 @@ impl Bounds {
         })
     }
 
-    /// Where a position is along Hilbert's curve through the bounds. Lights are 0.79 to 0.86 as long about points in its order
-    /// as about points in that of their coordinates' bits (`umbrage-bench lit`: cloth, forest, statue).
+    /// A position's distance along Hilbert's curve through the bounds. Lights take 0.79 to 0.86 of the time for points in
+    /// its order as for points in that of their coordinates' bits (`umbrage-bench lit`: cloth, forest, statue).
     fn curve(&self, position: DVec3) -> u32 {
         const CELLS: f64 = 1024.0;
         let size = (self.high - self.low).max_element();
@@ -360,8 +363,8 @@ impl Bounds {
     }
 }
 
-/// How far a cell, with coordinates below 1024, is along Hilbert's curve: the bits of that number in turn, those of its first, second
-/// and third result again and again, the highest first (Skilling, *Programming the Hilbert curve*, 2004).
+/// The distance of a cell, with coordinates below 1024, along Hilbert's curve. Its bits, the highest first, come in turn
+/// from the first, second and third result (Skilling, *Programming the Hilbert curve*, 2004).
 fn along_hilbert_curve(mut cell: [u32; 3]) -> [u32; 3] {
     const HIGHEST: u32 = 1 << 9;
     let mut bit = HIGHEST;
@@ -404,7 +407,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// The positions of listed points by their numbers, and whether they were sorted.
+    /// The positions of listed points by their indices, and whether they were sorted.
     fn fill(list: &mut PointList, points: &[DVec3]) -> (Vec<(u32, DVec3)>, bool) {
         let before = list.keys.clone();
         list.fill(points.len(), |number| {

@@ -22,18 +22,18 @@ pub(crate) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
 /// Groups in a tile: of 4×4 blocks, which are 16×16 pixels.
 pub(crate) const GROUPS: usize = TILE_BLOCKS / LANES;
 
-/// How wrong s may be in relation to itself, with one more rounding where it is a quotient.
+/// Error of s in relation to itself, with one more rounding where it is a quotient.
 const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
 
-/// The block of a tile that is one of a group's.
+/// The index in the tile of a group's block.
 pub(crate) fn block_of(group: usize, block: usize) -> usize {
     (group / 4 * 4 + block / 4) * ROW_BLOCKS + group % 4 * 4 + block % 4
 }
 
-/// The points of a tile as they are mapped to a face, in relation to an origin in the tile.
+/// Maps the points of a tile to a face, in relation to an origin in the tile.
 ///
-/// X less the origin's is as projective as X: with R₀ less X₀ R₃ for R₀ in [`PixelMap`], and so on for Y and W. So what
-/// the tile's points have in common doesn't cost them bits.
+/// X less the origin's is as projective as X: with R₀ less X₀ R₃ for R₀ in [`PixelMap`], and so on for Y and W. So the
+/// tile's common offset costs no bits.
 pub(crate) struct TileMap<'a> {
     points: &'a PointSet<'a>,
     face: &'a Face,
@@ -46,40 +46,40 @@ pub(crate) struct TileMap<'a> {
     /// For each R its constant at each pixel of a block, in relation to the first.
     offsets: [[f32; LANES]; 4],
     slopes: [f32; 4],
-    /// The largest magnitudes of what points of the same base add to it.
+    /// For each R the largest magnitude that a point adds to its base.
     spreads: [f32; 4],
-    /// How many half ulps of its base and its spread rounding moves an R by, and R₃ with what the division loses.
+    /// The half ulps of its base and its spread by which rounding moves an R, with those of the division for R₃.
     rounded: [f32; 4],
-    /// What f64 loses of each R.
+    /// Errors of each R in f64.
     wide_errors: [[f32; 2]; 4],
     point_errors: [f32; 2],
     point_error: f32,
-    /// Lowest and highest X, and Y, that the face has points of, and that it can hold.
+    /// Ranges of X and Y: of the points that the face owns, and of those that it can hold.
     owned: [[f32; 2]; 2],
     limits: [[f32; 2]; 2],
 }
 
-/// Where a tile's points come from.
+/// The source of a tile's points.
 enum Source<'a> {
-    /// Depths of all pixels, whose inverse s is where `is_reciprocal`.
+    /// Depths of all pixels; s is their inverse where `is_reciprocal`.
     Depths { all: &'a [f32], is_reciprocal: bool },
-    /// Offsets from the middle of the tile, and the factors of these.
+    /// Offsets from the middle of the tile, and their factors.
     Offsets { blocks: &'a [[[f32; LANES]; 3]], factors: [[f32; 3]; 4] },
 }
 
-/// What is known of a group's 16 blocks.
+/// The mapped points of a group's 16 blocks.
 pub(crate) struct Group {
-    /// Which points of each block are on the face.
+    /// The points of each block that are on the face.
     pub(crate) members: [u16; LANES],
     /// Lowest and highest X, Y and W of each block's, in relation to the origin.
     pub(crate) x: [[f32; LANES]; 2],
     pub(crate) y: [[f32; LANES]; 2],
     pub(crate) nearness: [[f32; LANES]; 2],
-    /// How wrong X and Y of any point may be, and W.
+    /// Error of X and Y of any point, and of W.
     pub(crate) errors: [f32; 2],
 }
 
-/// The smallest and largest of what 16 blocks hold, a block to a lane.
+/// The extremes of 16 blocks, a block to a lane.
 struct Extremes<S: Simd> {
     x: [f32x16<S>; 2],
     y: [f32x16<S>; 2],
@@ -90,14 +90,13 @@ struct Extremes<S: Simd> {
     depth: f32x16<S>,
 }
 
-/// By how much the sides of the comparisons that tell a face's points apart may be wrong, for each of 16 blocks: the constants,
-/// and s times the slopes.
+/// Error bounds of the comparisons that tell faces' points apart, for each of 16 blocks: the constants, and the slopes in s.
 struct Borders {
-    /// How much an edge of the face is an edge of R₃.
+    /// The largest factor of R₃ in an edge of the face.
     most: f32,
     constants: [f32; LANES],
     slope: f32,
-    /// The same of R₃.
+    /// The same for R₃.
     divisor_constants: [f32; LANES],
     divisor_slope: f32,
 }
@@ -151,7 +150,7 @@ impl<'a> TileMap<'a> {
             slopes: rows.map(|row| row[DEPTH] as f32),
             spreads: offsets
                 .map(|offsets| offsets.into_iter().fold(0.0, |spread, offset: f32| offset.abs().max(spread))),
-            // Half as much again for what the origin and the tile's corner are rounded by.
+            // Half as much again for rounding the origin and the tile's corner.
             wide_errors: wide_errors.map(|errors| errors.map(|error| error as f32 * 1.5)),
             rows,
             point_errors: pixels.point_errors.map(|error| error as f32 * 1.001),
@@ -161,8 +160,8 @@ impl<'a> TileMap<'a> {
         }
     }
 
-    /// A point is m + d, with m the middle of its tile's bounds and d an f32, so each R is the sum of a base, which all points of
-    /// the tile have in common, and of three products.
+    /// Maps listed points. A point is m + d, with m the middle of its tile's bounds and d an f32, so each R is the sum of a
+    /// base, which all points of the tile have in common, and of three products.
     fn of_list(points: &'a PointSet<'a>, list: &'a PointList, face: &'a Face, tile: usize) -> Self {
         let (middle, half) = list.middle(tile);
         let v = middle - face.origin;
@@ -204,7 +203,7 @@ impl<'a> TileMap<'a> {
             spreads: rows.map(|(axis, ..)| axis.abs().dot(half) as f32 * 1.001),
             // Factors, offsets and base are rounded once each, and three products and sums.
             rounded: [9.1, 9.1, 9.1, 11.2],
-            // Half as much again for what the origin is rounded by.
+            // Half as much again for rounding the origin.
             wide_errors: rows.map(|(.., error)| [error as f32 * 1.5, 0.0]),
             point_errors: [list.largest_error() as f32 * 1.001, 0.0],
             point_error: face.point_error as f32,
@@ -214,7 +213,7 @@ impl<'a> TileMap<'a> {
     }
 
     /// Maps the points of a group of 16 blocks; `None` if none is on the face. Points of the face that can't be mapped are
-    /// `outliers`, and those that were mapped in f64 are counted in `refined`.
+    /// added to `outliers`, and the number mapped in f64 to `refined`.
     #[inline(always)]
     pub(crate) fn map_group<S: Simd>(
         &self,
@@ -232,7 +231,7 @@ impl<'a> TileMap<'a> {
         let [mut low_x, mut low_y, mut farthest] = [[highest; LANES]; 3];
         let [mut high_x, mut high_y, mut nearest] = [[lowest; LANES]; 3];
         let [mut inverses, mut depths] = [[zero; LANES]; 2];
-        // Which points belong to the face, and which of those this couldn't map.
+        // The points that belong to the face, and those of them that f32 couldn't map.
         let (mut members, mut lost) = ([0_u16; LANES], [0_u16; LANES]);
         let mut any_member = 0;
         for index in 0..LANES {
@@ -244,7 +243,7 @@ impl<'a> TileMap<'a> {
                 None => known,
             };
             members[index] = member.to_bitmask() as u16;
-            // Of the blocks of a tile that several faces share, most are on one of them.
+            // Most blocks of a tile that several faces share are on one face alone.
             if members[index] == 0 {
                 continue;
             }
@@ -323,7 +322,7 @@ impl<'a> TileMap<'a> {
         ]
     }
 
-    /// Which of a block's points are known, their s, and their R.
+    /// A block's known points, their s, and their R.
     #[inline(always)]
     fn functions<S: Simd>(&self, simd: S, block: usize, bases: [f32; 4]) -> (mask32x16<S>, f32x16<S>, [f32x16<S>; 4]) {
         match &self.source {
@@ -360,12 +359,12 @@ impl<'a> TileMap<'a> {
         s.mul_add(splat(simd, self.slopes[function]), offsets + splat(simd, base))
     }
 
-    /// How wrong R number `function` may be: the first, plus s times the second.
+    /// Error of R number `function`: the first, plus s times the second.
     ///
     /// Base, offset in the block and slope are rounded, and so are their sum, the product and the last sum: with all
-    /// magnitudes added up that makes three ε of each of the three. An error of the depth is counted apart. Listed points have
-    /// no s, and up to nine ε. R₃ has two more for the roundings of 1 / R₃ and of what is multiplied with it, which are of no
-    /// more than R₃ over itself.
+    /// magnitudes added up that makes three ε of each of the three. The depth's error is counted apart. Listed points have
+    /// no s, and up to nine ε. R₃ has two more, in relation to itself, for the roundings of 1 / R₃ and of the products with
+    /// it.
     #[inline(always)]
     fn linear_error<S: Simd>(&self, simd: S, function: usize, base: f32x16<S>) -> (f32x16<S>, f32) {
         let rounded = self.rounded[function] * HALF_ULP as f32;
@@ -375,7 +374,7 @@ impl<'a> TileMap<'a> {
         (of_base, self.slopes[function].abs() * rounded + slope)
     }
 
-    /// The error of X and Y, and of W, of 16 blocks, and which are small enough.
+    /// The errors of X and Y, and of W, of 16 blocks, and the blocks whose errors are small enough.
     ///
     /// With R₃ wrong by at most a 512th of itself, X is wrong by (dR₀ − X dR₃) / R₃, times at most 512/511. The error of the
     /// depth moves R₀ and R₃ together: by ds (m₀ − X m₃), with m the slopes, which is largest for one of the extreme X.
@@ -413,7 +412,7 @@ impl<'a> TileMap<'a> {
         (position, nearness, is_exact)
     }
 
-    /// How far from the face's edges points of 16 blocks certainly belong to other faces.
+    /// The distance from the face's edges beyond which points of 16 blocks certainly belong to other faces.
     #[inline(always)]
     fn borders<S: Simd>(&self, simd: S, bases: &[f32x16<S>; 4]) -> Borders {
         let [x, y] = self.owned;
@@ -434,8 +433,8 @@ impl<'a> TileMap<'a> {
         }
     }
 
-    /// Which points of a block certainly belong to other faces: R₀ − high R₃ > 0 and so on, or R₃ < 0, by more than they may
-    /// be wrong.
+    /// The points of a block that certainly belong to other faces: R₀ − high R₃ > 0 and so on, or R₃ < 0, by more than their
+    /// errors.
     #[inline(always)]
     fn is_foreign<S: Simd>(
         &self,
@@ -473,8 +472,8 @@ impl<'a> TileMap<'a> {
         vectorized!(simd => self.refine(simd, group, index, blocks, outliers, found))
     }
 
-    /// Maps the points of a block from the planes of the triangles that they are on, in f64: for blocks whose depths
-    /// aren't exact enough for the face. How many were mapped; others that belong to the face are outliers.
+    /// Maps the points of a block from the planes of their triangles, in f64: for blocks whose depths aren't exact enough
+    /// for the face. Returns how many were mapped; the face's other points are outliers.
     #[inline(always)]
     fn refine<S: Simd>(
         &self,
@@ -535,7 +534,7 @@ impl<'a> TileMap<'a> {
     }
 }
 
-/// Lowest and highest X, and Y, that a face has points of, and that it can hold, in relation to an origin.
+/// Ranges of X and Y in relation to an origin: of the points that a face owns, and of those that it can hold.
 fn ranges(face: &Face, origin: [f64; 2]) -> [[[f32; 2]; 2]; 2] {
     let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
     let limits = [[-POINT_LIMIT, POINT_LIMIT]; 2];
@@ -575,7 +574,7 @@ pub(crate) fn origin(image: &SeenImage<'_>, pixels: &PixelMap, tile: usize) -> [
     [0.0; 3]
 }
 
-/// How far a point moves along an axis when s grows by R₃.
+/// The distance that a point moves along an axis when s grows by R₃.
 #[inline(always)]
 fn along<S: Simd>(simd: S, slope: f32, of_divisor: f32, [low, high]: &[f32x16<S>; 2]) -> f32x16<S> {
     let slope = splat(simd, slope);

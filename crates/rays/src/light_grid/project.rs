@@ -21,7 +21,7 @@ const CHUNK_SIXTEENS: usize = 4;
 /// The patches of a frame as a face sees them.
 #[derive(Debug, Default)]
 pub(crate) struct FacePatches {
-    /// X, Y and W of the patches' vertices, in the patches' order; what a patch has that the face doesn't see is old.
+    /// X, Y and W of the patches' vertices, in the patches' order; those of patches that the face doesn't see are stale.
     pub(crate) vertices: Vec<[f32; 4]>,
     /// The boxes of patches; those that can't shadow a point of the face overlap nothing.
     pub(crate) sixteens: Vec<SixteenBoxes>,
@@ -29,13 +29,13 @@ pub(crate) struct FacePatches {
     pub(crate) upper: Vec<SixteenBoxes>,
     /// Triangles of patches with a vertex that f32 can't hold.
     pub(crate) large: LargeTriangles,
-    /// The patches that these are of.
+    /// The patches of these triangles.
     of_large: Vec<u32>,
 }
 
 impl FacePatches {
-    /// Brings all patches that may shadow a point of the face to it. No point is farther from the light than `farthest`, a
-    /// depth in perspective, else minus W.
+    /// Projects all patches that may shadow a point of the face. No point is farther from the light than `farthest`, a depth
+    /// in perspective, else minus W.
     pub(crate) fn project(&mut self, face: &Face, farthest: f64, patches: &Patches, settler: &Settler<'_>) {
         let Settler { opacity, level, .. } = settler;
         let Self { vertices, sixteens, upper, large, of_large } = self;
@@ -74,8 +74,8 @@ impl FacePatches {
     }
 }
 
-/// The sides of the part of the world in which triangles may shadow points of a face: of each a normal n and a distance c,
-/// n · v + c being at least zero inside, with v from the face's origin.
+/// The sides of the region in which triangles may shadow points of a face. Each has a normal n and a distance c; n · v + c
+/// is at least zero inside, with v from the face's origin.
 struct Sides {
     count: usize,
     normals: [DVec3; 6],
@@ -95,7 +95,7 @@ impl Sides {
         }
     }
 
-    /// Which of sixteen boxes are outside for certain; NaN isn't.
+    /// Mask of the boxes, among sixteen, that are certainly outside; a box with NaN isn't.
     #[inline(always)]
     fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
         // In relation to size · |n|₁ + |c|, the sum is wrong by 2 ε for the origin and the difference from it, 2 ε for the normal
@@ -116,7 +116,7 @@ impl Sides {
         }
         for (normal, distance) in self.normals.iter().zip(self.distances).take(self.count) {
             let sum = normal.abs().element_sum();
-            // Infinite where a product or a sum of them may be, so that nothing is outside.
+            // Infinite where a product or their sum may overflow, so that nothing is outside.
             let largest = (size * splat(simd, sum as f32) + splat(simd, distance.abs() as f32)) * 4.0;
             let error = largest * (ROUNDED / 4.0) as f32;
             // Products that underflow lose their bound.
@@ -139,7 +139,7 @@ struct Projector<'a> {
     level: SimdLevel,
 }
 
-/// What becomes of a patch.
+/// The result for a patch.
 enum Projected {
     /// It is in this box.
     Inside(FaceBox),
@@ -150,7 +150,7 @@ enum Projected {
 }
 
 impl Projector<'_> {
-    /// Projects the sixteens from `first` on, whose vertices are given; in halves, so that threads share them.
+    /// Projects the sixteens from `first` on with their vertices, divided in halves for threads.
     fn project(&self, first: usize, vertices: &mut [[f32; 4]], sixteens: &mut [SixteenBoxes]) {
         if sixteens.len() <= CHUNK_SIXTEENS {
             dispatch!(self.level, simd => self.project_chunk(simd, first, vertices, sixteens));
@@ -229,11 +229,11 @@ impl Projector<'_> {
         let x = [low_x.reduce_min(), high_x.reduce_max()];
         let y = [low_y.reduce_min(), high_y.reduce_max()];
         let (farthest, nearest) = (farthest.reduce_min(), nearest.reduce_max());
-        // A sum is NaN where one is, whatever a minimum makes of it.
+        // The sum is NaN where one is, even if a minimum drops it.
         let is_usable = sum.simd_eq(sum).all_true();
-        // What is found to be at 2 may be rounded to that by 2 ε.
+        // A coordinate found to be at 2 may be rounded to that by 2 ε.
         let is_near_the_face = x[0] > -2.0 && x[1] < 2.0 && y[0] > -2.0 && y[1] < 2.0;
-        // The bound for what the predicate asks counts on it.
+        // The predicate's error bound relies on it.
         let is_even = face.is_parallel || nearest <= farthest * 1.99;
         if !(is_usable && is_near_the_face && is_even) {
             return Projected::Large;
@@ -253,9 +253,9 @@ impl Projector<'_> {
 /// There is an outcode for each side of the face's frustum, grown to [`FACE_LIMIT`], that a vertex is certainly outside of:
 /// high X, low X, high Y, low Y, behind the light.
 ///
-/// The filter counts on coordinates that f64 got right to ε / 8 of their size or of one, ε = 2⁻²⁴. The homogeneous
-/// ones are wrong by 4 u · |x|₁ |v|, u = 2⁻⁵³. No face reaches farther aside than 1.6 p.z, so where |X| and |Y| are at most M ≥ 1,
-/// |v| is at most 2.5 M p.z; and with |x|₁ below 2²⁰, X is wrong by less than 2⁻²⁹ M. W is wrong by 2⁻⁴⁸ M of itself.
+/// The filter relies on coordinates with errors of at most ε / 8 of their size or of one in f64, ε = 2⁻²⁴. The homogeneous
+/// ones are wrong by 4 u · |x|₁ |v|, u = 2⁻⁵³. No face reaches farther aside than 1.6 p.z, so where |X| and |Y| are at most
+/// M ≥ 1, |v| is at most 2.5 M p.z; and with |x|₁ below 2²⁰, X is wrong by less than 2⁻²⁹ M. W is wrong by 2⁻⁴⁸ M of itself.
 /// In parallel light X and W are wrong by 4 u |x|₁ |v| ≤ ε / 8 where |v| |x|₁ is at most 2²⁴.
 ///
 /// The difference between X p.z and its limit is wrong by 4 u |x|₁ |v|, and by 7 u |z|₁ |v| for the other side and the sums.

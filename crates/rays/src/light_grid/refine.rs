@@ -6,7 +6,7 @@ use super::face::{Face, LARGEST_POINT_ERROR, POINT_LIMIT, ROUNDING};
 use super::point_set::PointSet;
 use crate::simd::vectors::{Vectors, dot, largest, splat_vector};
 
-/// Eight points on a face, those of pixels from the planes of the triangles that they are on.
+/// Maps eight points to a face; an image's points come from the planes of their triangles.
 #[inline(always)]
 pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face, indices: [u32; 8]) -> Refined {
     let known = indices.map(|index| points.is_known(index as usize));
@@ -27,7 +27,7 @@ pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face,
         ((reach * norms.z + norms.x.max(norms.y)) * relative, at[2] * relative * norms.z)
     };
     let limit = f64x8::splat(simd, POINT_LIMIT);
-    // So that blocks have no points whose W says nothing.
+    // Excludes points whose error leaves W without meaning.
     let depth_is_certain = (error * inverse * norms.z).simd_lt(f64x8::splat(simd, 1.0 / 16.0));
     let exact = points.certain
         & depth_is_certain
@@ -47,8 +47,8 @@ pub(crate) fn refine_eight<S: Simd>(simd: S, points: &PointSet<'_>, face: &Face,
     }
 }
 
-/// Which of eight vectors from the light, wrong by an error that counts the roundings of products and sums, certainly belong to
-/// other faces.
+/// Mask of the vectors from the light, among eight, that certainly belong to other faces. `error` counts the roundings of
+/// products and sums.
 #[inline(always)]
 fn is_elsewhere<S: Simd>(simd: S, face: &Face, v: Vectors<S>, error: f64x8<S>, certain: mask64x8<S>) -> mask64x8<S> {
     let Some([x, y]) = face.owned else { return mask64x8::splat(simd, false) };
@@ -69,11 +69,11 @@ fn is_elsewhere<S: Simd>(simd: S, face: &Face, v: Vectors<S>, error: f64x8<S>, c
 pub(crate) struct Refined {
     /// X, Y and W.
     pub(crate) at: [[f64; 8]; 3],
-    /// Of X and Y, and of W.
+    /// Errors of X and Y, and of W.
     pub(crate) errors: [[f64; 8]; 2],
-    /// Which points belong to the face.
+    /// The points that belong to the face.
     pub(crate) members: u64,
-    /// For which of them the rest holds.
+    /// The members whose coordinates and errors hold.
     pub(crate) exact: u64,
 }
 

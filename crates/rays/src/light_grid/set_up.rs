@@ -9,23 +9,23 @@ use crate::simd::vectors::{LANES, splat};
 
 const EPSILON: f32 = HALF_ULP as f32;
 
-/// By how much a vertex may be moved along X and Y.
+/// The largest distance that rounding moves a vertex along X and Y.
 const MOVED: f32 = VertexErrors::MOVED as f32;
 
-/// The points of a tile: what their filter has to know.
+/// The extent of a tile's points and their errors, for the filter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Extent {
-    /// X, Y and W that all coordinates are in relation to.
+    /// X, Y and W of the origin of all coordinates.
     pub(crate) origin: [f32; 3],
-    /// The farthest of any point from the origin in X and Y.
+    /// The largest distance of a point from the origin in X and Y.
     pub(crate) reach: f32,
-    /// The farthest in W.
+    /// The largest distance in W.
     pub(crate) depth: f32,
-    /// How wrong X and Y of any point may be, and W.
+    /// Error of X and Y of any point, and of W.
     pub(crate) errors: [f32; 2],
 }
 
-/// A triangle as the filter wants it.
+/// A triangle set up for the filter.
 ///
 /// Three edge functions Eₖ = aₖ x + bₖ y + cₖ of the point's position in relation to the tile's origin, and the triangle's
 /// nearness p x + q y + r in relation to the origin's: quad k holds aₖ, bₖ, cₖ and one of p, q, r. All are grown by their
@@ -45,12 +45,12 @@ pub(crate) struct Record {
 pub(crate) struct SetUp {
     /// The patch's number.
     pub(crate) number: u32,
-    /// How many triangles it has.
+    /// Number of its triangles.
     pub(crate) count: u32,
     /// Lowest and highest X and Y, in relation to the tile's origin, grown by the vertices' error.
     pub(crate) x: [[f32; MOST_TRIANGLES]; 2],
     pub(crate) y: [[f32; MOST_TRIANGLES]; 2],
-    /// Of the nearest corner, grown by its error.
+    /// Nearness of the nearest corner, grown by its error.
     pub(crate) nearness: [f32; MOST_TRIANGLES],
     quads: [[[f32; 4]; MOST_TRIANGLES]; 3],
     twice_edge_error: [f32; MOST_TRIANGLES],
@@ -79,7 +79,7 @@ impl SetUp {
         Record { quads: self.quads(triangle).map(|quad| *quad), id, errors: self.errors(triangle) }
     }
 
-    /// As [`Record::errors`].
+    /// See [`Record::errors`].
     #[inline(always)]
     pub(crate) fn errors(&self, triangle: usize) -> [f32; 2] {
         let triangle = triangle % MOST_TRIANGLES;
@@ -96,39 +96,39 @@ impl SetUp {
 
     /// Sets up a patch's triangles, `vertices` being X, Y and W of its vertices.
     ///
-    /// With ε = 2⁻²⁴, e the points' error, R the largest coordinate of a corner, w and h the extents of a triangle's
-    /// bounds, g = w + h, and v the most that rounding moves a corner: by 1.125 ε on the face and another ε R when
-    /// the origin is subtracted.
+    /// With ε = 2⁻²⁴, e the points' error, R the largest coordinate of a corner, w and h the extents of a triangle's bounds,
+    /// g = w + h, and v the most that rounding moves a corner: by 1.125 ε on the face and another ε R when the origin is
+    /// subtracted.
     ///
-    /// *Counterparts.* A point s of the true triangle has the same weights as some point s″ of the rounded one, which is at
-    /// most v away from it, and so at most v + e from where the point was found. If on the other hand a point is found
-    /// inside of the rounded triangle and more than v + e from each of its edges, then the true one is inside of the true
-    /// triangle: on a straight way from the rounded corners and point to the true ones it can't meet an edge, which has a
-    /// counterpart as well, and until then the triangle can't turn over. So only functions of the rounded triangle matter.
+    /// *Counterparts.* A point s of the true triangle has the same weights as some point s″ of the rounded one, at most v
+    /// away from it, and so at most v + e from the point's found position. If on the other hand a point is found inside of
+    /// the rounded triangle and more than v + e from each of its edges, then the true one is inside of the true triangle: on
+    /// a straight way from the rounded corners and point to the true ones it can't meet an edge, which has a counterpart as
+    /// well, and until then the triangle can't turn over. So only functions of the rounded triangle matter.
     ///
     /// *Edges.* The function E(s) = (P − s) × (Q − s) of the rounded P and Q isn't below zero at s″, and changes by at most
-    /// (v + e) g up to where the point was found. Rounded are a and b, by ε each of themselves, which with a c from the
-    /// same a and b is at most 2 ε g R; the products and sums of c, 3 ε g R; and those of the function but its last, which
-    /// can't change the sign, 3 ε g R. The area is wrong by 6 ε w h ≤ 6 ε g R. Where its sign is found wrong it is no more
-    /// than that, and neither are the functions at s″ below zero. That is 14 ε g R in all, or with v, 15.
+    /// (v + e) g up to the found position. Rounded are a and b, by ε each of themselves, which with a c from the same a and
+    /// b is at most 2 ε g R; the products and sums of c, 3 ε g R; and those of the function but its last, which can't change
+    /// the sign, 3 ε g R. The area is wrong by 6 ε w h ≤ 6 ε g R. Where its sign is found wrong it is no more than that, and
+    /// neither are the functions at s″ below zero. That is 14 ε g R in all, or with v, 15.
     ///
-    /// *Certain signs.* Moving the corners changes the area by at most 2 v g + 6 v². Above sixteen of what vertices and
-    /// roundings make of an edge's error its sign is certain: no area is above w h, so there g is above 64 v.
+    /// *Certain signs.* Moving the corners changes the area by at most 2 v g + 6 v². Its sign is certain above sixteen times
+    /// the part of an edge's error that vertices and roundings make: no area is above w h, so there g is above 64 v.
     ///
-    /// *Points* that are found inside are no farther from the origin than 1.16 R: of one that is D away, weights below zero are
-    /// so by 8 ε g D over an area above 240 ε g R at most. Those inside are no farther than R + v + e, and the rest is lost in
-    /// the error of a point.
+    /// *Points* that are found inside are no farther from the origin than 1.16 R: of one that is D away, weights below zero
+    /// are so by 8 ε g D over an area above 240 ε g R at most. Those inside are no farther than R + v + e, and the rest is
+    /// lost in the error of a point.
     ///
-    /// *Depth.* The plane through the rounded corners is wrong by the error of their W at s″, and changes by at most S (v + e)
-    /// up to where the point was found, S being the sum of the magnitudes of its slopes. Numerators are wrong by
-    /// 6 ε h d and 6 ε w d, d being the difference in W of the corners, which at s″ makes 12 ε w h d / area. The area's
-    /// error scales both slopes by as much, and so what the plane rises from a corner, which is at most d: 6 ε w h d / area.
-    /// Three more roundings of slopes of at most h d / area and w d / area make 6: taken as 26 together, since the area is
-    /// wrong by a fortieth of itself at most where its sign is certain. The constant has 5 ε S R, and the function
-    /// 3 ε S · 1.16 R: with v, 10. The largest W in relation to the origin is rounded 5 times, and with that of a corner, 6.
+    /// *Depth.* The plane through the rounded corners is wrong by the error of their W at s″, and changes by at most S (v +
+    /// e) up to the found position, S being the sum of the magnitudes of its slopes. Numerators are wrong by 6 ε h d and 6 ε
+    /// w d, d being the difference in W of the corners, which at s″ makes 12 ε w h d / area. The area's error scales both
+    /// slopes by as much, and so the plane's rise from a corner, which is at most d: 6 ε w h d / area. Three more roundings
+    /// of slopes of at most h d / area and w d / area make 6: taken as 26 together, since the area is wrong by a fortieth of
+    /// itself at most where its sign is certain. The constant has 5 ε S R, and the function 3 ε S · 1.16 R: with v, 10. The
+    /// largest W in relation to the origin is rounded 5 times, and with that of a corner, 6.
     ///
-    /// *Sides.* `one_sided` has a bit for each triangle that is there for light on its front alone. Where the area's sign
-    /// is certain it says which side that is, and bounds of what isn't there are turned around: no point is in them.
+    /// *Sides.* `one_sided` has a bit for each triangle that is there for light on its front alone. Where the area's sign is
+    /// certain it tells the side, and bounds of triangles that aren't there are turned around: no point is in them.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "a patch on a face, seen from a tile")]
     pub(crate) fn fill<S: Simd>(
@@ -161,7 +161,7 @@ impl SetUp {
             let (farthest, nearest) = (min3([w0, w1, w2]), max3([w0, w1, w2]));
             let reach = x_min.abs().max(x_max.abs()).max(y_min.abs().max(y_max.abs()));
             let local_depth = farthest.abs().max(nearest.abs());
-            // How wrong W of a corner may be, but for the rounding when the origin is subtracted.
+            // Error of W of a corner, except for the rounding when the origin is subtracted.
             let corner_error = largest_nearness * (1.25 * EPSILON);
 
             let (ux, uy, tx, ty) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
@@ -194,7 +194,7 @@ impl SetUp {
                 + local_depth * (6.1 * EPSILON)
                 + of_predicate * of_predicate * largest_nearness * inverse
                 + nearness_error * 1.001;
-            // Where it isn't a number, nothing is certain.
+            // Where it is NaN, nothing is certain.
             let is_bounded = is_certain & depth_error.simd_lt(splat(simd, 1e30));
             let depth_error = is_bounded.select(depth_error, splat(simd, f32::INFINITY));
 
@@ -210,7 +210,7 @@ impl SetUp {
             store_quads(&mut self.quads[2][slots.clone()], quads([a2, b2, c2, r + depth_error]));
             (edge_error * 2.001).store_slice(&mut self.twice_edge_error[slots.clone()]);
             (depth_error * 2.001).store_slice(&mut self.twice_depth_error[slots.clone()]);
-            // v, and what rounding makes of this sum and of that of the points' bounds.
+            // v, and the roundings of this sum and of that of the points' bounds.
             let margin = reach * (3.1 * EPSILON) + MOVED * 1.01;
             let nowhere = splat(simd, f32::INFINITY);
             is_gone.select(nowhere, x_min - margin).store_slice(&mut self.x[0][slots.clone()]);

@@ -10,17 +10,17 @@ use crate::predicate::settle;
 use crate::shot::{CameraRays, MaskPoints, Opacity, OpacityOfSides, SeenImage, TileOrder};
 use crate::simd::SimdLevel;
 
-/// Settles what the filter left undecided: in f64, and where that can't tell either, by the predicate.
+/// Settles the filter's undecided pairs: in f64, and by the predicate where f64 can't tell either.
 pub(crate) struct Settler<'a> {
     pub(crate) points: PointSet<'a>,
     pub(crate) light: &'a LightSource,
-    /// What stops the light.
+    /// The triangles' opacity for this light.
     pub(crate) opacity: OpacityOfSides<'a>,
     pub(crate) level: SimdLevel,
 }
 
 impl<'a> Settler<'a> {
-    /// Of what an image's pixels show.
+    /// A settler for the points that an image's pixels show.
     pub(crate) fn of_image(image: SeenImage<'a>, rays: CameraRays, light: &'a LightSource, level: SimdLevel) -> Self {
         let opacity = OpacityOfSides::of_light(image.shot, light);
         Self { points: PointSet::Seen(image, rays), light, opacity, level }
@@ -35,14 +35,15 @@ impl<'a> Settler<'a> {
         let [mut second, mut third, mut error] = [[0.0; 16]; 3];
         let weights = eight.barycentric.map(|weights| weights[lane]);
         (second[0], third[0]) = (weights[0] as f32, weights[1] as f32);
-        // Here and by the predicate, a weight of at most one is rounded to f32 by half of this, and before that to f64.
+        // Here and in the predicate, rounding a weight of at most one to f32 adds half of this, and the f64 before it the
+        // rest.
         error[0] = eight.weight_error[lane] as f32 + 1.01 * HALF_ULP as f32;
         let answers = opacity.which_stop(id, &MaskPoints { barycentric: [second, third], error, lanes: 1 });
         if answers.opaque | answers.cut == 0 { None } else { Some(answers.opaque != 0) }
     }
 
-    /// Settles pairs of a point's index and a triangle, and notes in `shadowed`, which has a word for each block from that of
-    /// pixel `first` on, which points are in shadow; how many pairs the predicate was asked about.
+    /// Settles pairs of a point's index and a triangle, and sets the bits of shadowed points in `shadowed`, which has a word
+    /// for each block from that of pixel `first` on; returns how many pairs the predicate was asked about.
     pub(crate) fn settle(&self, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
         dispatch!(self.level, simd => self.settle_with(simd, pairs, first, shadowed))
     }
@@ -77,7 +78,7 @@ impl<'a> Settler<'a> {
         settled
     }
 
-    /// Tests the points that no face could map against every triangle; how many there are.
+    /// Tests the points that no face could map against every triangle; returns how many there are.
     pub(crate) fn settle_outliers(&self, outliers: &mut Vec<u32>, shadowed: &mut [u16]) -> u64 {
         let Self { points, light, opacity, .. } = self;
         outliers.sort_unstable();

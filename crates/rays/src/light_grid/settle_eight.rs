@@ -8,27 +8,27 @@ use crate::shot::{EightTriangles, cross};
 use crate::simd::vectors::{Vectors, dot, largest, minus, splat_vector};
 use crate::{LightSource, Triangles};
 
-/// What f64 says about eight pairs of a point and a triangle, a bit for each.
+/// Results in f64 for eight pairs of a point and a triangle, a bit for each.
 pub(crate) struct Settled {
-    /// In these the triangle shadows the point.
+    /// The pairs in which the triangle shadows the point.
     pub(crate) shadowed: u64,
-    /// These are left to the predicate.
+    /// The pairs left to the predicate.
     pub(crate) undecided: u64,
     /// Weights of the second and third corner where a triangle shadows a point.
     pub(crate) barycentric: [[f64; 8]; 2],
-    /// By how much each weight may differ from the predicate's.
+    /// The largest difference of each weight from the predicate's.
     pub(crate) weight_error: [f64; 8],
 }
 
-/// What roundings move a determinant of three vectors by at most, in relation to four times the product of their largest
-/// components: one of each of two vectors, and five of products and sums, of each of the six products that it is the sum of. That
-/// is 42; in heights a vector is the difference of two, one of which has a rounding of its own: four more, of that.
+/// The largest error of a determinant of three vectors, in relation to four times the product of their largest components:
+/// one rounding of each of two vectors, and five of products and sums, in each of its six products. That is 42; in heights a
+/// vector is the difference of two, one of which has a rounding of its own: four more, of that.
 const ROUNDED: f64 = 11.6 * ROUNDING;
 
-/// Where the errors of edge functions are above this, what products lose below the smallest number doesn't matter.
+/// Where the errors of edge functions are above this, underflow of products doesn't matter.
 ///
-/// Lengths are below 1e40, so an edge function loses less than 1e-280. Corners that aren't the same are at least 1e-45 apart, so
-/// the normal loses nothing, and a height less than 1e-320, whose error follows to be above 1e-290.
+/// Lengths are below 1e40, so an edge function loses less than 1e-280. Corners that aren't the same are at least 1e-45
+/// apart, so the normal loses nothing, and a height less than 1e-320, whose error follows to be above 1e-290.
 const SMALLEST_ERROR: f64 = 1e-200;
 
 /// Settles in f64 whether triangles shadow the points at `indices`, as
@@ -88,7 +88,7 @@ pub(crate) fn settle_eight<S: Simd>(
         Some(_) => minus(points.offset, a),
     };
     let height = dot(normal, point_from_a) * side;
-    // That of the whole box that the predicate takes the point to be in.
+    // The error of the whole box that the predicate takes for the point.
     let height_error = size * (error + (largest(point_from_a) + reach[0]) * ROUNDED);
     let (towards_point, light_is_beyond, light_is_before) = match direction {
         None => {

@@ -10,16 +10,16 @@ use crate::shot::{CameraRays, SeenImage, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
 use crate::simd::vectors::{LANES, splat};
 
-/// What all lights want to know about an image.
+/// The distances of an image's points, for all lights.
 #[derive(Default)]
 pub(crate) struct Survey {
     pub(crate) tiles: Vec<Tile>,
     pub(crate) rays: CameraRays,
-    /// How many slots the surveyed image has in [`TileOrder`].
+    /// Number of slots of the surveyed image in [`TileOrder`].
     pub(crate) slots: usize,
     /// The indices of pixels that show a triangle at an unknown depth: they are outliers of every light.
     pub(crate) unknown: Vec<u32>,
-    /// How long finding it took.
+    /// Seconds that the survey took.
     pub(crate) seconds: f64,
 }
 
@@ -29,19 +29,19 @@ impl Survey {
     }
 }
 
-/// What a tile of pixels shows.
+/// The points of a tile of pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tile {
-    /// How many of its pixels show a point at a known depth.
+    /// Number of its pixels that show a point at a known depth.
     pub(crate) points: u32,
     /// Whether some pixel shows a point at an unknown depth.
     pub(crate) has_unknown: bool,
-    /// The corners of a frustum that all points of known depth are in.
+    /// The corners of a frustum around all points of known depth.
     pub(crate) corners: [DVec3; 8],
 }
 
 impl Survey {
-    /// Finds out how far away each tile's points are, once for all lights.
+    /// Finds the distances of each tile's points, once for all lights.
     ///
     /// # Panics
     /// If `seen` isn't of the size of the shot's view.

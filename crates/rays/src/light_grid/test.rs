@@ -10,45 +10,45 @@ use crate::patches::MOST_TRIANGLES;
 use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectors::{LANES, splat};
 
-/// Where a triangle's bounds overlap more slots of a part than this, its edges are tested against their boxes before it is
-/// tested against their points.
+/// Where a triangle's bounds overlap more slots of a part than this, its edges are tested against the slots' boxes before it
+/// is tested against their points.
 const MOST_UNTESTED: u32 = 6;
 
-/// Room of the queue: each triangle of a patch and each slot, and what is written beyond them.
+/// Room of the queue: each triangle of a patch and each slot, and the lanes written beyond them.
 pub(crate) const QUEUE: usize = MOST_TRIANGLES * LANES + LANES;
 
 /// The points of a tile.
 pub(crate) struct TilePoints<'a> {
-    /// The index of its first pixel.
+    /// The index of the tile's first pixel.
     first: usize,
     blocks: &'a [Block; TILE_BLOCKS],
-    /// The triangles that they are on.
+    /// The triangle that each point is on.
     own: &'a [[u32; LANES]],
 }
 
-/// Which points of a part must still be tested.
+/// The points of a part that must still be tested.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rest {
-    /// Those of each slot that needn't be: which are in shadow, or aren't in the slot.
+    /// The points of each slot that needn't be tested: they are in shadow, or aren't in the slot.
     pub(crate) done: [u16; LANES],
-    /// The slots that have others.
+    /// The slots that have other points.
     pub(crate) alive: u16,
 }
 
-/// What the filter says about a triangle and the points of a slot.
+/// The filter's result for a triangle and the points of a slot.
 pub(crate) struct Found<S: Simd> {
     /// The edge functions, grown by their error.
     pub(crate) edges: [f32x16<S>; 3],
     /// The least of them.
     pub(crate) least: f32x16<S>,
-    /// By how much the triangle is nearer to the light, grown by its error.
+    /// The difference in nearness by which the triangle is nearer to the light, grown by its error.
     pub(crate) nearer: f32x16<S>,
-    /// Which of the points that must still be tested it may shadow.
+    /// The points still to be tested that it may shadow.
     pub(crate) possible: u16,
 }
 
 impl<S: Simd> Found<S> {
-    /// Which points the triangle shadows for certain; `errors` are twice those of the edge functions and of the nearness.
+    /// The points that the triangle certainly shadows; `errors` are twice those of the edge functions and of the nearness.
     #[inline(always)]
     pub(crate) fn certain(&self, simd: S, errors: [f32; 2]) -> u16 {
         let certain = self.least.simd_gt(splat(simd, errors[0])) & self.nearer.simd_gt(splat(simd, errors[1]));
@@ -77,15 +77,15 @@ impl Rest {
 }
 
 impl<'a> TilePoints<'a> {
-    /// Those of a tile whose first pixel has the index `first`; `own` has all of the image's triangles.
+    /// The points of the tile whose first pixel has the index `first`; `own` has all of the image's triangles.
     pub(crate) fn new(first: usize, blocks: &'a [Block; TILE_BLOCKS], own: &'a [u32]) -> Self {
         Self { first, blocks, own: own[first..first + TILE_BLOCKS * LANES].as_chunks().0 }
     }
 
     /// Tests a triangle against the points of a block that aren't `done`.
     ///
-    /// Points on the triangle itself are left out at once: that most tests of lit surfaces find something of which only these
-    /// are left can't be foreseen.
+    /// Points on the triangle itself are left out at once: most tests of lit surfaces find nothing but these, and a branch
+    /// on that can't be predicted.
     #[inline(always)]
     pub(crate) fn test<S: Simd>(
         &self,
@@ -119,7 +119,8 @@ impl<'a> TilePoints<'a> {
     }
 }
 
-/// Which slots of a part a triangle may shadow points of: those where none of its functions is below zero everywhere.
+/// A mask of a part's slots with points that a triangle may shadow: those where none of its functions is below zero
+/// everywhere.
 #[inline(always)]
 pub(crate) fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3], points: &SixteenBoxes) -> u16 {
     let (x, y) =
@@ -132,13 +133,13 @@ pub(crate) fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3]
     !(missed.to_bitmask() as u16)
 }
 
-/// Sixteen of what a patch's triangles have.
+/// The values of sixteen of a patch's triangles.
 #[inline(always)]
 fn sixteen<S: Simd>(simd: S, values: &[f32; MOST_TRIANGLES], group: usize) -> f32x16<S> {
     f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES])
 }
 
-/// The most of a linear function in boxes.
+/// The maximum of a linear function in boxes.
 #[inline(always)]
 fn most<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
     let x = if a > 0.0 { x[1] } else { x[0] };
@@ -151,7 +152,7 @@ fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f3
     splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
 }
 
-/// Lists the pairs of a patch's triangles and the `alive` slots of a part that the triangle may shadow points of; how many
+/// Queues the pairs of a patch's triangle and an `alive` slot of a part with points that it may shadow; returns how many
 /// there are. A pair has the triangle in its upper bits, and the slot in the lowest four.
 #[inline(always)]
 pub(crate) fn enqueue<S: Simd>(

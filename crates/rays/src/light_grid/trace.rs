@@ -21,14 +21,14 @@ use crate::simd::lanes::bits_of;
 use crate::simd::vectors::{LANES, splat};
 use crate::vectorized;
 
-/// Undecided pairs that are collected before they are settled.
+/// The number of undecided pairs at which they are settled.
 const MOST_UNDECIDED: usize = 1 << 12;
 
-/// What tracing a face's tiles needs to know.
+/// The inputs of tracing a face's tiles.
 pub(crate) struct Tracer<'a> {
     pub(crate) face: &'a Face,
     pub(crate) vertex_errors: VertexErrors,
-    /// Of no meaning where points are listed.
+    /// Has no meaning where points are listed.
     pub(crate) pixels: PixelMap,
     pub(crate) patches: &'a Patches,
     pub(crate) on_face: &'a FacePatches,
@@ -60,7 +60,7 @@ impl<'a> Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Finds which points of a tile are in shadow, among those that the face has.
+    /// Finds which of the face's points in a tile are in shadow.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
         self.begin(simd, worker, number);
@@ -124,14 +124,14 @@ impl Tracer<'_> {
         counts.parts += parts.parts.len() as u64;
     }
 
-    /// Tests the points of a batch's parts against what may shadow them.
+    /// Tests the points of a batch's parts against the candidates.
     #[inline(never)]
     fn test_batch<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
         vectorized!(simd => self.test_batch_with(simd, worker, parts));
     }
 
-    /// Candidates one after the other, so that only one is set up at a time: its triangles stay in the fastest cache while all
-    /// parts that it may reach are tested against them.
+    /// Takes candidates one after the other, so that only one is set up at a time: its triangles stay in the fastest cache
+    /// while all parts that it may reach are tested against them.
     #[inline(always)]
     fn test_batch_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
         let Worker { tile, parts: all, batch, undecided, counts, .. } = worker;
@@ -199,7 +199,7 @@ impl Tracer<'_> {
             let block = part.blocks[slot];
             let found = points.test(simd, [a, b, c], record.id, (block, rest.done[slot]));
             if found.possible != 0 {
-                // Masks are asked in f64 about points of these.
+                // Masks of these are sampled at points in f64.
                 let is_opaque = opacity.are_all_opaque() || opacity.is_opaque(record.id);
                 let certain = if is_opaque { found.certain(simd, record.errors) } else { 0 };
                 rest.take_out(slot, certain);
@@ -274,12 +274,12 @@ impl Tracer<'_> {
         self.settler.opacity.opacity.which_stop(id, &points)
     }
 
-    /// Where on a triangle the rays of the points that it may shadow cross it, if they do.
+    /// The positions where rays of the points that a triangle may shadow cross it, if they do, as weights of its corners.
     ///
-    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there.
-    /// If each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3.
-    /// The nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own
-    /// rounding that makes 15 ε, taken as 24.
+    /// The predicate's weight of a corner is Eᵢ Wᵢ / D, with D the sum of all Eⱼ Wⱼ; in parallel light W is one there. If
+    /// each E is wrong by at most δ, a weight from 0 to 1 is by at most 2 δ W / D, W being the largest, taken as 3. The
+    /// nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own rounding
+    /// that makes 15 ε, taken as 24.
     #[inline(always)]
     fn weights<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, found: &Found<S>) -> MaskPoints {
         let number = set_up.number as usize;

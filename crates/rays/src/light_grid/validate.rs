@@ -15,14 +15,15 @@ use crate::predicate::ShadowRay;
 use crate::shot::{Cone, SeenImage, SeenPixels, Shot};
 use crate::simd::vectors::LANES;
 
-/// Brings what the pixels of `shot` have `seen` to each face of a light, and checks it. All triangles are taken to be opaque.
+/// Maps the points that the pixels of `shot` have `seen` to each face of a light, and checks them. All triangles are taken
+/// to be opaque.
 ///
 /// It asks the predicate about every triangle and point, so it takes long for large images.
 ///
 /// # Errors
 /// Names the first point or triangle that breaks a rule. Every point is mapped to a face or known as an outlier, and in one
-/// slot of one part. A triangle that shadows a point of a part is among its candidates, and isn't ruled out by its bounds
-/// or by the filter; one that doesn't isn't found to shadow it for certain.
+/// slot of one part. A triangle that shadows a point of a part is among its candidates, and isn't ruled out by its bounds or
+/// by the filter. No other triangle is found to shadow it for certain.
 ///
 /// # Panics
 /// If `survey` wasn't called for `seen`.
@@ -68,14 +69,14 @@ pub(super) fn validate(
     }
 }
 
-/// What the filter alone says about a triangle and the points of a slot.
+/// The filter's verdicts on a triangle and the points of a slot.
 #[derive(Clone, Copy)]
 struct Verdicts {
-    /// Those that it may shadow.
+    /// The points that it may shadow.
     possible: u16,
-    /// Those of them that it shadows for certain; about the others the predicate is asked.
+    /// The possible points that it certainly shadows; the predicate decides the others.
     certain: u16,
-    /// Why it shadows none of the rest.
+    /// The reason why it shadows none of the rest.
     why: &'static str,
 }
 
@@ -109,7 +110,7 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Asks about every triangle and the points of a part, patch by patch, since a patch is set up for all of them.
+    /// Checks every triangle against the points of a part, patch by patch, since a patch is set up for all of them.
     #[inline(always)]
     fn validate_part<S: Simd>(
         &self,
@@ -161,7 +162,7 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Compares what is said about a triangle with the predicate.
+    /// Compares the verdicts on a triangle with the predicate.
     fn compare(
         &self,
         worker: &Worker,
@@ -190,7 +191,7 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// What is said about a triangle that is tested as a large one.
+    /// The verdicts on a triangle that is tested as a large one.
     #[inline(always)]
     fn verdicts_of_large<S: Simd>(&self, simd: S, worker: &Worker, at: (usize, usize), id: u32) -> Option<Verdicts> {
         let records = worker.batch.large.iter().filter(|(record, _)| record.id == id);

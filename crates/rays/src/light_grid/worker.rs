@@ -5,7 +5,7 @@ use super::points::TILE_BLOCKS;
 use super::set_up::Extent;
 use crate::shot::Counts;
 
-/// A thread's memory.
+/// A thread's buffers and results.
 #[derive(Debug, Default)]
 pub(crate) struct Worker {
     pub(crate) tile: Tile,
@@ -16,15 +16,15 @@ pub(crate) struct Worker {
     /// Pixels whose points belong to the face and can't be mapped.
     pub(crate) outliers: Vec<u32>,
     pub(crate) counts: Counts,
-    /// The tiles that it has traced, and for each which points are in shadow.
+    /// The traced tiles, and for each the shadowed points.
     tiles: Vec<u32>,
     found: Vec<u16>,
 }
 
-/// The points of a tile, and which are in shadow.
+/// The points of a tile, and their shadow bits.
 #[derive(Debug)]
 pub(crate) struct Tile {
-    /// The index of its first pixel.
+    /// The index of the tile's first pixel.
     pub(crate) first: usize,
     pub(crate) extent: Extent,
     pub(crate) blocks: Box<[Block; TILE_BLOCKS]>,
@@ -52,7 +52,7 @@ impl Worker {
             + self.outliers.capacity() * size_of::<u32>()
     }
 
-    /// Forgets what was found on another face.
+    /// Forgets the results of another face.
     pub(crate) fn start(&mut self) {
         self.outliers.clear();
         self.counts = Counts::default();
@@ -60,21 +60,21 @@ impl Worker {
         self.found.clear();
     }
 
-    /// Keeps what was found in the tile that was traced last.
+    /// Keeps the results of the tile that was traced last.
     pub(crate) fn keep(&mut self, tile: usize) {
         self.tiles.push(tile as u32);
         self.found.extend_from_slice(&*self.tile.shadowed);
     }
 
-    /// The tiles that were traced, and which of their points are in shadow.
+    /// The traced tiles, and the words of their shadowed points.
     pub(crate) fn found(&self) -> impl Iterator<Item = (usize, &[u16])> {
         let found = self.found.chunks_exact(TILE_BLOCKS);
         self.tiles.iter().map(|&tile| tile as usize).zip(found)
     }
 }
 
-/// Gives every worker room for what any of them has needed: which tiles each gets differs from frame to frame, and frames
-/// like the last shouldn't ask for memory.
+/// Gives every worker the largest room that any of them has needed: each gets other tiles from frame to frame, and a frame
+/// like the last shouldn't allocate.
 pub(crate) fn share_evenly(workers: &mut [Worker]) {
     let most = |of: fn(&Worker) -> usize| workers.iter().map(of).max().unwrap_or_default();
     let [parts, fragments, rest] = [
@@ -103,7 +103,7 @@ pub(crate) fn share_evenly(workers: &mut [Worker]) {
     }
 }
 
-/// Makes sure that a list can have so many elements.
+/// Makes room for `count` elements in a list.
 pub(crate) fn make_room<T>(list: &mut Vec<T>, count: usize) {
     list.reserve_exact(count.saturating_sub(list.len()));
 }

@@ -1,4 +1,4 @@
-//! Surfaces of which only the shadows on them are seen.
+//! Surfaces that show only the shadows on them.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
@@ -9,29 +9,28 @@ use super::shade::{AroundLight, Shading};
 use crate::shade::lanes::Vectors;
 use crate::shade::{Surface, arriving};
 
-/// What sixteen points of surfaces show that only catch shadows: what is around the scene, times the part of their light that
-/// nothing keeps away.
+/// The look of sixteen points of shadow catchers: the surroundings behind them, times the part of their light that arrives.
 pub(super) struct Caught<S: Simd> {
     /// The lanes with such a surface.
     pub(super) lanes: mask32x16<S>,
-    /// What is around the scene behind them.
+    /// Radiance of the surroundings behind them.
     pub(super) around: Vectors<S>,
-    /// Which part of all of their light comes from around the scene, whatever is in between.
+    /// The share of their light that comes from the surroundings, occluded or not.
     pub(super) ambient: Vectors<S>,
-    /// The same where nothing near may be in between.
+    /// The same share where nearby triangles may occlude it.
     pub(super) near: Vectors<S>,
-    /// One over the irradiance from all around and from all lights, were nothing in between.
+    /// One over the irradiance from the surroundings and all lights, without occlusion.
     inverse: Vectors<S>,
 }
 
 impl<S: Simd> Caught<S> {
-    /// `around` is what is around the scene behind them.
+    /// `around` is the radiance of the surroundings behind them.
     #[inline(always)]
     pub(super) fn new(simd: S, shading: &Shading<'_>, surface: &Surface<S>, around: Vectors<S>) -> Self {
-        /// In place of no light at all, so that the darkest surfaces are whole.
+        /// Replaces zero irradiance, so that a surface without any light counts as fully lit.
         const LEAST: Vec3 = Vec3::splat(1e-30);
         let ambient = shading.surroundings.irradiance(simd, surface.normal) + Vectors::splat(simd, LEAST);
-        // That of the sky's lights, over all samples, is the ambient one.
+        // The irradiance of the sky's lights, over all samples, is the ambient one.
         let lights = shading.lights[..shading.first_sky_light].iter().map(|light| irradiance(simd, surface, light));
         let sum = lights.fold(ambient, |sum, light| (sum + light).at_most_brightest());
         let one = f32x16::splat(simd, 1.0);
@@ -46,7 +45,7 @@ impl<S: Simd> Caught<S> {
         Self { lanes, around, ambient, near, inverse }
     }
 
-    /// Which part of all of their light comes from a light that nothing keeps away; zero in lanes of other surfaces.
+    /// The share of their light that a light sends without occlusion; zero in lanes of other surfaces.
     #[inline(always)]
     pub(super) fn share(&self, simd: S, surface: &Surface<S>, light: &Light) -> Vectors<S> {
         let share = irradiance(simd, surface, light) * self.inverse;
@@ -54,7 +53,7 @@ impl<S: Simd> Caught<S> {
     }
 }
 
-/// What a light sends to surfaces that face it.
+/// Irradiance of the surface from an unoccluded light.
 #[inline(always)]
 fn irradiance<S: Simd>(simd: S, surface: &Surface<S>, light: &Light) -> Vectors<S> {
     let arriving = arriving(simd, light, surface.position);

@@ -5,27 +5,26 @@ use super::opacities;
 use crate::Stats;
 use crate::stats::OmittedTriangles;
 
-/// Triangles that no ray can tell from an opaque one of a lower id, because they have the same corners in the same order
-/// around, and no side that it hasn't: they are hit where that is, at the same t, and shadow the same points.
+/// Triangles that no ray can tell from an opaque one of a lower id. They have the same corners in the same order around, and
+/// no side that the original lacks: they are hit with it, at the same t, and shadow the same points.
 ///
-/// They are looked for, and left out, where a sample says that many are in one place. Each ray there would ask the predicate
-/// about all of them: 10 000 on 64 × 64 pixels took 3 seconds to see and shadow through the hierarchy, 6 through the
-/// perspective grid.
+/// They are found, and left out, where a sample shows many at one position. Each ray there would ask the predicate about all
+/// of them: 10 000 on 64 × 64 pixels took 3 seconds to see and shadow through the hierarchy, 6 through the perspective grid.
 #[derive(Debug, Default)]
 pub(super) struct Copies {
-    /// The frame's triangles, copies as points; empty where none were looked for.
+    /// The frame's triangles, with copies collapsed to points; empty where no search was made.
     indices: Vec<[u32; 3]>,
-    /// By hash: the triangle of those corners that others are copies of, and how many it stands for.
+    /// A hash table: the original triangle with certain corners, and the number of triangles with them.
     table: Vec<(u32, u32)>,
-    /// The first copies, and how many there are.
+    /// The ids of the first copies, and the number of all.
     first_ids: Vec<u32>,
     count: u32,
 }
 
 impl Copies {
-    /// At least so many triangles of a frame are looked at, and one in so many.
+    /// The sample's size: at least so many triangles of a frame, and one in so many.
     const SAMPLE: (usize, usize) = (256, 1024);
-    /// Where so many of these are one and the same, the others are looked at too.
+    /// All triangles are compared where this many of the sample are copies of one another.
     const MANY: u32 = 6;
     const FREE: u32 = u32::MAX;
 
@@ -58,12 +57,12 @@ impl Copies {
         }
     }
 
-    /// How many of a sample of the triangles have the same corners.
+    /// The largest number of triangles in a sample with the same corners.
     fn most_alike(&mut self, triangles: Triangles<'_>, sampled: usize) -> u32 {
         self.clear_table(sampled);
         let mut most = 0;
         for number in 0..sampled {
-            // One of each part of the list: always the first would meet only the floors of a row of houses.
+            // One from each stretch of the list: a fixed step would meet only the floors of a row of houses.
             let [start, end] = [number, number + 1].map(|part| part * triangles.len() / sampled);
             let id = start + mixed(number as u64) as usize % (end - start);
             let Some((first, count)) = slot(&mut self.table, triangles, id as u32) else { continue };
@@ -74,19 +73,19 @@ impl Copies {
         most
     }
 
-    /// Makes room for so many triangles.
+    /// Makes room for `triangles` triangles.
     fn clear_table(&mut self, triangles: usize) {
         self.table.clear();
         self.table.resize((2 * triangles).next_power_of_two(), (Self::FREE, 0));
     }
 
-    /// The frame's triangles, of which the copies are points, that no structure lists.
+    /// The frame's triangles, with copies collapsed to points, which no structure lists.
     pub(super) fn triangles<'a>(&'a self, frame: &'a Frame) -> Triangles<'a> {
         let triangles = frame.triangles();
         if self.indices.is_empty() { triangles } else { Triangles { indices: &self.indices, ..triangles } }
     }
 
-    /// Counts what a structure has left out, and the copies.
+    /// Counts the triangles that a structure has left out, and the copies.
     pub(super) fn count_omitted(&self, frame: &Frame, omitted: &Omitted, stats: &mut Stats) {
         if self.count == 0 {
             stats.count_omitted(omitted);
@@ -101,7 +100,7 @@ impl Copies {
     }
 }
 
-/// Where the table has the triangles with the corners of triangle `id`, or room for them; `None` where it can't be hit.
+/// The table's slot for the corners of triangle `id`; `None` where no ray can hit the triangle.
 fn slot<'t>(table: &'t mut [(u32, u32)], triangles: Triangles<'_>, id: u32) -> Option<&'t mut (u32, u32)> {
     let corners = ordered(triangles, id)?;
     let key = HashKey::default();
@@ -122,7 +121,7 @@ fn ordered(triangles: Triangles<'_>, id: u32) -> Option<[[u32; 3]; 3]> {
     Some(corners)
 }
 
-/// Spreads numbers that are near one another.
+/// Hashes a number, so that nearby numbers are spread.
 fn mixed(bits: u64) -> u64 {
     let bits = (bits ^ (bits >> 32)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     bits ^ (bits >> 29)

@@ -1,30 +1,30 @@
 use glam::Vec3;
 use umbrage_rays::Triangles;
 
-/// Says whether triangles are still those for which something was built, so that it isn't built again.
+/// Tells whether triangles are the same as in the last call, so that nothing is rebuilt for them.
 ///
-/// Of triangles that move only a sample is noted; all of them are once the sample has stayed. So what doesn't move is built
-/// for twice.
+/// Of moving triangles only a sample is stored; all of them are, once the sample has stayed. So two builds are made for
+/// triangles that don't move.
 #[derive(Debug, Default)]
 pub(crate) struct Kept {
     sample: Vec<Vec3>,
     count: [usize; 2],
-    /// Nothing where the sample has changed since the frame before.
+    /// Empty where the sample has changed since the frame before.
     positions: Vec<Vec3>,
     indices: Vec<[u32; 3]>,
 }
 
 impl Kept {
-    /// Vertices that tell most movements.
+    /// Number of sampled vertices, enough to notice most movements.
     const SAMPLE: usize = 1024;
 
-    /// Whether they are the triangles of the last call. Where they aren't, something is built for them.
+    /// Whether they are the triangles of the last call. Otherwise the caller rebuilds for them.
     pub(crate) fn are_still(&mut self, triangles: Triangles<'_>) -> bool {
         let Triangles { positions, indices } = triangles;
         let count = [positions.len(), indices.len()];
         let step = positions.len().div_ceil(Self::SAMPLE).max(1);
         let sample = || positions.iter().step_by(step).copied();
-        // What is no number is never the same.
+        // NaN is never the same.
         if self.count != count || !sample().eq(self.sample.iter().copied()) {
             self.count = count;
             self.sample.clear();

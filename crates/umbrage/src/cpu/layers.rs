@@ -1,4 +1,4 @@
-//! What a film has beside the looks of its pixels, from what samples see and which lights reach that.
+//! A film's layers beside its colours, from the samples' hits and from light masks.
 
 #[cfg(test)]
 mod tests;
@@ -15,7 +15,7 @@ use crate::film::FilmLayers;
 use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
 
-/// What samples saw, and which lights reach it.
+/// The samples' hits, and the lights that reach them.
 #[derive(Clone, Copy)]
 pub(crate) struct SeenAndLit<'a> {
     pub(crate) seen: &'a SeenPixels,
@@ -24,7 +24,7 @@ pub(crate) struct SeenAndLit<'a> {
 }
 
 impl SeenAndLit<'_> {
-    /// Adds what they say to the film's layers; those of single samples are of the first one.
+    /// Adds their values to the film's layers. Layers of a single sample take the first one.
     pub(crate) fn add_layers(&self, staged: &Staged<'_>, next: Option<&Next<'_>>, film: &mut Film) {
         let (frame, width) = (staged.frame, film.width as usize);
         let seen = SeenRows { seen: self.seen, samples: self.samples, width: film.width };
@@ -57,7 +57,7 @@ impl SeenAndLit<'_> {
         }
     }
 
-    /// Counts for each light the samples that it reaches on the side that they see.
+    /// Counts for each light the samples that it reaches on the visible side.
     fn add_lit(&self, staged: &Staged<'_>, seen: &SeenRows<'_>, layers: &mut FilmLayers) {
         let Staged { frame, lights, ref view, .. } = *staged;
         let triangles = frame.triangles();
@@ -80,7 +80,7 @@ impl SeenAndLit<'_> {
     }
 }
 
-/// What the samples see that were traced last, row by row of the film.
+/// The hits of the samples that were traced last, row by row of the film.
 struct SeenRows<'a> {
     seen: &'a SeenPixels,
     samples: &'a Samples,
@@ -94,7 +94,7 @@ impl SeenRows<'_> {
         [side * x as u32 + column, side * y as u32 + row]
     }
 
-    /// Calls with each column and number of a sample in a row that sees a triangle, and with both.
+    /// Calls `visit` for each sample in a row that sees a triangle, with its column and number, the sample and the triangle.
     fn for_each(&self, y: usize, mut visit: impl FnMut([usize; 2], &Sample, u32)) {
         for x in 0..self.width as usize {
             for (which, sample) in self.samples.as_slice().iter().enumerate() {
@@ -107,7 +107,7 @@ impl SeenRows<'_> {
         }
     }
 
-    /// As [`for_each`](Self::for_each), of each pixel's first sample alone.
+    /// As [`for_each`](Self::for_each), for each pixel's first sample alone.
     fn for_each_first(&self, y: usize, mut visit: impl FnMut(usize, &Sample, u32)) {
         if self.samples.as_slice()[0].index == 0 {
             self.for_each(y, |[x, which], sample, triangle| {

@@ -9,25 +9,25 @@ use crate::shade::gloss::Gloss;
 use crate::shade::lanes::{BRIGHTEST, Each, Vectors};
 use crate::shade::{BlockHits, BlockRays, SeenReflectance, Surface, arriving};
 
-/// What sixteen rays meet.
+/// The surfaces that sixteen rays meet.
 pub(super) struct Met<S: Simd> {
     pub(super) surface: Surface<S>,
     pub(super) seen: SeenReflectance<S>,
-    /// Of surfaces of which only shadows are seen.
+    /// Shadow catchers among them.
     pub(super) caught: Option<Caught<S>>,
-    /// Where the surface would send the rays, were it a mirror.
+    /// The directions of reflection at the surface's normal.
     pub(super) mirrored: Vectors<S>,
-    /// Where mirrors send them: those of a coat may lead elsewhere.
+    /// The directions that mirrors lead in: those of a coat may differ.
     leads: Vectors<S>,
-    /// How much of what is there reaches the camera.
+    /// The mirrors' weight, per colour, towards the camera.
     pub(super) mirrored_through: Vectors<S>,
-    /// The lanes that meet anything.
+    /// The lanes with a hit.
     pub(super) shown: u16,
     /// The lanes whose mirrors are followed.
     pub(super) mirrors: u16,
-    /// Those of them whose mirror is a coat.
+    /// Those of `mirrors` whose mirror is a coat.
     pub(super) coat_mirrors: u16,
-    /// The lanes in which light is followed into glass or out of it.
+    /// The lanes where light is followed into glass or out of it.
     pub(super) glass: u16,
 }
 
@@ -42,7 +42,7 @@ impl<S: Simd> Met<S> {
         bounces: &Each<u32>,
     ) -> Self {
         let mut surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint, shading.smooth_terminator);
-        // Lanes that meet nothing have a surface without a meaning.
+        // Lanes without a hit have a surface without a meaning.
         surface.catches &= hits.shown;
         let seen = surface.reflectance.seen(simd, surface.normal, surface.view, surface.layers.as_ref());
         let mirrored = surface.normal.scaled(2.0 * surface.view.dot(surface.normal)) - surface.view;
@@ -90,7 +90,7 @@ impl<S: Simd> Met<S> {
         }
     }
 
-    /// The lanes that show glass from inside, where light comes only from where it is followed to.
+    /// The lanes that show glass from inside, where light arrives only along followed rays.
     #[inline(always)]
     pub(super) fn is_inside(&self) -> u16 {
         self.glass & !self.surface.front
@@ -102,14 +102,14 @@ impl<S: Simd> Met<S> {
         self.shown & !self.surface.unlit & !self.is_inside()
     }
 
-    /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach. Light from all around is only
+    /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach. A light of the sky is only
     /// scattered.
     #[inline(always)]
     pub(super) fn reflected(&self, simd: S, light: &Light, is_of_sky: bool) -> (Vectors<S>, mask32x16<S>) {
         let Self { surface, seen, .. } = self;
         let arriving = arriving(simd, light, surface.position);
         let cosine = surface.normal.dot(arriving.towards).max(0.0);
-        // Light from behind the triangle lights its other side, whatever the bent normal says.
+        // Light from behind the triangle lights its other side, regardless of the bent normal.
         let faces = surface.lit_side.dot(arriving.towards).simd_gt(0.0);
         let layers = surface.layers.as_ref();
         let irradiance = arriving.irradiance.scaled(cosine);
@@ -126,7 +126,7 @@ impl<S: Simd> Met<S> {
         }
     }
 
-    /// Which part of the light on surfaces that only catch shadows a light sends; zero in other lanes.
+    /// A light's share of the light on shadow catchers; zero in other lanes.
     #[inline(always)]
     pub(super) fn caught_share(&self, simd: S, light: &Light) -> Vectors<S> {
         match &self.caught {
@@ -135,7 +135,7 @@ impl<S: Simd> Met<S> {
         }
     }
 
-    /// How much less of the background surfaces hide that only catch shadows where a part of their light reaches them.
+    /// The opacity that shadow catchers lose where this share of their light reaches them.
     #[inline(always)]
     pub(super) fn bare(&self, simd: S, share: Vectors<S>, through: Vectors<S>) -> f32x16<S> {
         let nothing = f32x16::splat(simd, 0.0);
@@ -145,12 +145,12 @@ impl<S: Simd> Met<S> {
         }
     }
 
-    /// How much of what is straight behind reaches the camera.
+    /// Weight towards the camera, per colour, of the radiance straight behind.
     #[inline(always)]
     pub(super) fn passing(&self, simd: S, through: Vectors<S>) -> Vectors<S> {
         let Self { surface, seen, shown, glass, .. } = self;
         let one = Vectors::splat(simd, Vec3::ONE);
-        // What the surface mirrors doesn't pass.
+        // Mirrored light doesn't pass.
         let mut transmitted = surface.transmitted * seen.entering();
         if *glass != 0 {
             let nothing = Vectors::splat(simd, Vec3::ZERO);
@@ -160,7 +160,7 @@ impl<S: Simd> Met<S> {
         Vectors::select(mask32x16::from_bitmask(simd, (*shown).into()), through * passing, through)
     }
 
-    /// The lanes in which something straight behind is seen.
+    /// The lanes in which the scene straight behind is visible.
     #[inline(always)]
     pub(super) fn behind(&self, passing: Vectors<S>) -> u16 {
         self.shown & passing.largest().simd_gt(0.0).to_bitmask() as u16
@@ -204,29 +204,29 @@ impl<S: Simd> Met<S> {
     }
 }
 
-/// From where light comes to what sixteen rays have met, lane by lane.
+/// The onward directions of sixteen rays at their hits, with weights, lane by lane.
 pub(super) struct Ways {
-    /// The lanes with a mirror that is followed, with glass, and with something straight behind.
+    /// The lanes with a followed mirror, with glass, and with a visible scene straight behind.
     pub(super) mirrors: u16,
     pub(super) glass: u16,
     pub(super) behind: u16,
-    /// The lanes whose surface bounds a volume, whose front is seen, and that are smooth.
+    /// The lanes whose surface bounds a volume, whose front is visible, and that are smooth.
     pub(super) volume: u16,
     pub(super) front: u16,
     pub(super) is_smooth: u16,
-    /// Where mirrors lead, and how much of what is there reaches the camera.
+    /// The directions that mirrors lead in, and their weights towards the camera.
     pub(super) mirrored: [Each<f32>; 3],
     pub(super) mirrored_through: [Each<f32>; 3],
-    /// How much of what is straight behind reaches the camera.
+    /// Weights towards the camera of the radiance straight behind.
     pub(super) passing: [Each<f32>; 3],
-    /// How much of what the surface sends does.
+    /// Weights towards the camera of the surface's own radiance.
     pub(super) surface_through: [Each<f32>; 3],
-    /// What the surface lets through of light from behind.
+    /// The surface's transmittance for light from behind.
     pub(super) transmitted: [Each<f32>; 3],
     pub(super) normal: [Each<f32>; 3],
     pub(super) geometric_normal: [Each<f32>; 3],
-    /// How far it is from the surface to the camera.
+    /// Distance from the surface to the camera.
     pub(super) travelled: Each<f32>,
-    /// How rough surfaces mirror, where that is followed.
+    /// Parameters of rough surfaces' reflection, where it is followed.
     pub(super) gloss: Option<Gloss>,
 }

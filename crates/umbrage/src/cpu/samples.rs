@@ -1,4 +1,4 @@
-//! One sample of each pixel, out of the image that all samples make which were traced together.
+//! One sample of each pixel, out of the image of all samples that were traced together.
 
 use std::array;
 
@@ -7,10 +7,10 @@ use umbrage_rays::{LightMask, SeenPixels, TileOrder};
 use crate::sampling::Samples;
 use crate::shade::lanes::{Each, LANES};
 
-/// Where a sample of each pixel is among what all of them see.
+/// Positions of one sample of each pixel in the image of all samples.
 #[derive(Clone, Copy)]
 pub(super) struct OneSample {
-    /// Of the image of all samples.
+    /// The order of the image of all samples.
     order: TileOrder,
     /// Samples along a pixel's sides.
     side: u32,
@@ -18,7 +18,7 @@ pub(super) struct OneSample {
     quarter: [u32; 2],
 }
 
-/// Where one sample is of each pixel of a block.
+/// The slots of one sample of each pixel of a block.
 pub(super) struct Slots {
     slots: Each<usize>,
     /// Whether they are one block of samples as well.
@@ -31,7 +31,7 @@ impl OneSample {
         Self { order, side: samples.side(), quarter: samples.quarter(which) }
     }
 
-    /// Where it is of the pixels of the block with this corner, which is in the image.
+    /// The slots of the pixels of the block with this corner, which is in the image.
     #[inline(always)]
     pub(super) fn slots(&self, [x, y]: [u32; 2]) -> Slots {
         let Self { order, side, quarter: [column, row] } = *self;
@@ -43,7 +43,7 @@ impl OneSample {
         Slots { slots, are_block: side == 1 }
     }
 
-    /// What this sample of the pixels of an image sees and has lit, by itself.
+    /// The triangles and light masks of this sample alone, in the order of an image's `pixels`.
     pub(super) fn alone(
         &self,
         pixels: TileOrder,
@@ -72,13 +72,13 @@ impl OneSample {
 }
 
 impl Slots {
-    /// What these samples have of what all have.
+    /// These samples' values out of those of all samples.
     #[inline(always)]
     pub(super) fn of<T: Copy>(&self, all: &[T]) -> Each<T> {
         self.slots.map(|slot| all[slot])
     }
 
-    /// Which of them a light reaches, the first in the lowest bit.
+    /// A mask of the samples that a light reaches, the first in the lowest bit.
     #[inline(always)]
     pub(super) fn lit(&self, mask: &LightMask) -> u16 {
         let words = mask.blocks();
@@ -100,7 +100,7 @@ mod tests {
     use crate::renderer::at_once;
     use crate::{Film, Settings, Stats, Structure};
 
-    /// What the samples of a frame show and have lit, by their numbers.
+    /// The triangles and light masks of a frame's samples, by the samples' numbers.
     type Shown = Vec<(SeenPixels, Vec<LightMask>)>;
 
     /// Renders a frame, four samples at once or one after the other.
@@ -154,7 +154,7 @@ mod tests {
             if samples == 4 {
                 assert_eq!(film.color, expected.color, "{place}");
             }
-            // Of more than four, sums come about in another order.
+            // With more than four, sums are made in another order.
             let is_near = film.color.iter().zip(&expected.color).all(|(a, b)| a.abs_diff_eq(*b, 1e-5 * b.length()));
             assert!(is_near, "{place}: other colours");
         }

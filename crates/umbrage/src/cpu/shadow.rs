@@ -7,7 +7,7 @@ use umbrage_scene::{Frame, Light};
 use super::{Cpu, opacities, shot};
 use crate::sampling::Samples;
 
-/// The lights that cast shadows, and their masks while these are found.
+/// The lights that cast shadows, and their masks during the query.
 #[derive(Debug, Default)]
 pub(super) struct Casting {
     sources: Vec<LightSource>,
@@ -15,7 +15,7 @@ pub(super) struct Casting {
 }
 
 impl Cpu {
-    /// Finds which of the points that pixels show each light reaches.
+    /// Finds the seen points that each light reaches.
     pub(super) fn shadow_points(&mut self, frame: &Frame, lights: &[Light], view: &View, samples: &Samples) {
         let Self {
             structure, copies, seen, masks, casting, smooth_terminator, shadow_rays, settled_tests, sides, ..

@@ -1,5 +1,5 @@
-//! Shadows of the smooth surfaces that triangles stand for: their points, moved there, are what lights are asked about
-//! (Hanika, *Hacking the Shadow Terminator*, Ray Tracing Gems II, 2021).
+//! Shadows of smooth surfaces that triangles stand for: lights are tested at points moved onto the smooth surface (Hanika,
+//! *Hacking the Shadow Terminator*, Ray Tracing Gems II, 2021).
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -12,11 +12,11 @@ use umbrage_scene::Frame;
 
 use crate::shade::lanes::LANES;
 
-/// The points of an image that are elsewhere on the smooth surface, and which lights reach them.
+/// The points of an image that differ on the smooth surface, and the lights that reach them.
 #[derive(Debug)]
 pub(super) struct SmoothTerminator {
     scanner: Scanner,
-    /// Where the point of each of the image's slots is; NaN where that is in its triangle.
+    /// The smooth position for each of the image's slots; NaN for a point that stays in its triangle.
     positions: Vec<Vec3>,
     bits: LitBits,
 }
@@ -31,7 +31,7 @@ impl SmoothTerminator {
         self.scanner.bytes() + self.positions.capacity() * size_of::<Vec3>()
     }
 
-    /// Asks again about the points of an image that are elsewhere on the smooth surface.
+    /// Tests lights again for the points of an image that differ on the smooth surface.
     pub(super) fn shadow(
         &mut self,
         patches: Option<&Patches>,
@@ -73,24 +73,24 @@ impl SmoothTerminator {
     }
 }
 
-/// Whether the smooth surface that a triangle stands for isn't flat.
+/// Whether the smooth surface of a triangle isn't flat.
 fn is_bent(frame: &Frame, triangle: u32) -> bool {
     let [a, b, c] = frame.mesh.triangles[triangle as usize].map(|vertex| frame.normals.get(vertex as usize));
     a != b || a != c
 }
 
-/// Where the smooth surface is that the triangle of a hit stands for, for rays that come one at a time.
+/// The point of the smooth surface for a hit, for rays that come one at a time.
 pub(super) fn smooth_point(frame: &Frame, ray: &Ray, hit: &Hit) -> Option<HitPoint> {
     let positions = &[smooth_position(frame, ray, hit.triangle, hit.barycentric)?];
     let (point, _) = Receivers::Points { positions, own: &[hit.triangle] }.point(frame.triangles(), 0)?;
     Some(point)
 }
 
-/// Where the smooth surface is that the triangle of a hit stands for: between the points where the planes through its corners
-/// are nearest, which are at right angles to the vertices' normals. `None` where that is not outside of the triangle, as seen
-/// from where the ray comes: where the surface is flat or bends towards the ray.
+/// The position on the smooth surface for a hit: an interpolation of the nearest points in the planes through the triangle's
+/// corners, at right angles to the vertices' normals. `None` where it isn't outside of the triangle, as seen from the ray's
+/// origin: where the surface is flat or bends towards the ray.
 fn smooth_position(frame: &Frame, ray: &Ray, triangle: u32, barycentric: [f32; 2]) -> Option<Vec3> {
-    /// What moves a point less, in relation to the triangle's size, may be what normals and points are wrong by.
+    /// The least shift, in relation to the triangle's size: smaller ones may be errors of normals and points.
     const LEAST: f64 = 1e-5;
     if !is_bent(frame, triangle) {
         return None;
@@ -102,7 +102,7 @@ fn smooth_position(frame: &Frame, ray: &Ray, triangle: u32, barycentric: [f32; 2
     let weights = [1.0 - second - third, second, third];
     let between = |of: [DVec3; 3]| of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2];
     let (position, smooth, geometric) = (between(corners), between(normals), (b - a).cross(c - a));
-    // As in shading: smooth normals say which side is the front, also in files whose winding disagrees with them.
+    // As in shading: smooth normals define the front, even in files whose winding disagrees with them.
     let shows_front = (geometric.dot(ray.direction) <= 0.0) == (geometric.dot(smooth) >= 0.0);
     let normals = if shows_front { normals } else { normals.map(|normal| -normal) };
     let lifted = [0, 1, 2].map(|corner| normals[corner] * (corners[corner] - position).dot(normals[corner]).max(0.0));

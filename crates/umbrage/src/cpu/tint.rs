@@ -11,10 +11,10 @@ use crate::shade::glass::attenuation;
 use crate::shade::lanes::{Each, LANES, lanes_of, put};
 
 impl Shading<'_> {
-    /// How much of a light reaches a point of a triangle, of red, green and blue, through what is between them; `None` where
-    /// something there lets nothing pass. Light goes straight: what glass refracts elsewhere isn't followed.
+    /// The transmittance for a light, in red, green and blue, on its way to a point of a triangle; `None` where an occluder
+    /// lets nothing pass. Light goes straight: refraction in glass isn't followed.
     ///
-    /// Where rays aren't followed into glass, all that doesn't stop light lets all of it pass.
+    /// Where rays aren't followed into glass, a triangle stops all light or none.
     pub(super) fn arriving_through(&self, source: &LightSource, ray: &ShadowRay, triangle: u32) -> Option<Vec3> {
         let (triangles, opacity) = (self.frame.triangles(), self.frame.shadow_opacity());
         let passed = RefCell::new(Vec::new());
@@ -31,7 +31,7 @@ impl Shading<'_> {
         (!is_blocked).then(|| self.tint(source, ray.point(), passed.into_inner()))
     }
 
-    /// What reaches some lanes of a light that is known to reach them.
+    /// Transmittances for a light in lanes that it is known to reach.
     #[cold]
     pub(super) fn tints(
         &self,
@@ -48,9 +48,9 @@ impl Shading<'_> {
         tints
     }
 
-    /// What is left of light that passes through triangles on its straight way to a point.
+    /// The transmittance of triangles on the light's straight way to a point.
     fn tint(&self, source: &LightSource, point: DVec3, mut passed: Vec<(u32, [f32; 2])>) -> Vec3 {
-        // The same product whatever the order in which a structure comes to them, and how often.
+        // The product doesn't depend on the order in which a structure reports triangles, nor on repetitions.
         passed.sort_unstable_by_key(|&(id, _)| id);
         passed.dedup_by_key(|&mut (id, _)| id);
         let mut left = Vec3::ONE;

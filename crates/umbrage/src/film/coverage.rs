@@ -1,11 +1,11 @@
-//! How much of each pixel each object covers.
+//! The part of each pixel that each object covers.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use umbrage_rays::parallel::Parallel;
 
-/// What of a pixel an object covers.
+/// An object's part of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covered {
     /// The object, as an index into [`FilmLayers::objects`](crate::FilmLayers); [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE)
@@ -19,13 +19,13 @@ impl Covered {
     const NOTHING: Self = Self { object: u32::MAX, part: 0.0 };
 }
 
-/// The objects that each pixel shows, with as many of the pixel's samples as see each.
+/// The objects in each pixel, with the parts of its samples that see them.
 ///
-/// While samples come, parts are counts, and objects are in the order in which they came.
+/// While samples are added, parts are counts, and objects are in the order of their first samples.
 #[derive(Clone, Debug, Default)]
 pub struct Coverage {
     pixels: Vec<[Covered; Coverage::RANKS]>,
-    /// For each row, what is seen of more objects by column and object.
+    /// For each row, the counts of further objects, by column and object.
     further: Vec<BTreeMap<(u32, u32), f32>>,
 }
 
@@ -36,11 +36,11 @@ pub(crate) struct CoverageRow<'a> {
 }
 
 impl Coverage {
-    /// How many objects a pixel has at most: those that cover most of it.
+    /// The most objects of a pixel: the ones that cover most of it.
     pub const RANKS: usize = 6;
 
-    /// For each pixel, in rows from the upper left corner, the objects that cover most of it: the greatest part first, of equal
-    /// parts the lowest number. Empty where nobody asked for it.
+    /// For each pixel, in rows from the upper left corner, the objects that cover most of it: the greatest part first, of
+    /// equal parts the lowest number. Empty unless asked for.
     #[must_use]
     pub fn pixels(&self) -> &[[Covered; Self::RANKS]] {
         &self.pixels
@@ -60,13 +60,13 @@ impl Coverage {
         self.pixels.try_reserve_exact(pixels.saturating_sub(self.pixels.len()))
     }
 
-    /// The rows of a film that is so many pixels wide.
+    /// The rows of a film that is `width` pixels wide.
     pub(crate) fn rows_mut(&mut self, width: usize) -> impl IndexedParallelIterator<Item = CoverageRow<'_>> {
         let rows = self.pixels.par_chunks_mut(width).zip(&mut self.further);
         rows.map(|(pixels, further)| CoverageRow { pixels, further })
     }
 
-    /// Turns counts into parts, of which one sample has `weight`, and sorts them.
+    /// Turns counts into parts, of `weight` for each sample, and sorts them.
     pub(super) fn finish(&mut self, width: usize, weight: f32) {
         if self.pixels.is_empty() {
             return;
@@ -90,7 +90,7 @@ impl Coverage {
 }
 
 impl CoverageRow<'_> {
-    /// Adds that a sample of the pixel in a column sees an object.
+    /// Counts a sample of the pixel in a column that sees an object.
     pub(crate) fn add(&mut self, column: usize, object: u32) {
         let is_its = |covered: &&mut Covered| covered.object == object || covered.part == 0.0;
         match self.pixels[column].iter_mut().find(is_its) {

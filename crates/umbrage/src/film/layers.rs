@@ -8,28 +8,27 @@ use super::coverage::Coverage;
 use super::refill;
 use crate::{Layer, Layers};
 
-/// What a film has of its pixels beside their looks, in rows from the upper left corner. What [`Settings::layers`](crate::Settings)
-/// doesn't ask for is empty. All of it is of what camera rays meet first, even where that is seen through.
+/// A film's layers beside its colours, in rows from the upper left corner. Layers that [`Settings::layers`](crate::Settings)
+/// doesn't ask for are empty. All are of the camera rays' first hits, even of those that can be seen through.
 #[derive(Clone, Debug, Default)]
 pub struct FilmLayers {
     /// One for each light of the frame, in the lights' order.
     pub shadow: Vec<LightLayer>,
-    /// How far what the pixel's first sample sees will have moved in the image [`Settings::motion_seconds`](crate::Settings)
-    /// later, in pixels to the right and downwards. Zero for a miss, for what will be behind the camera, and where the scene
-    /// then has other triangles.
+    /// Motion of the pixel's first hit until [`Settings::motion_seconds`](crate::Settings) later, in pixels to the right and
+    /// downwards. Zero for a miss, for a point that will be behind the camera, and where the scene then has other triangles.
     pub motion: Vec<Vec2>,
     /// Weights of the second and the third corner of the triangle at the first sample; zero for a miss.
     pub barycentric: Vec<Vec2>,
     /// The object at the first sample, as an index into [`objects`](Self::objects); [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE)
     /// for a miss. The triangle is in [`Film::triangle`](crate::Film).
     pub object: Vec<u32>,
-    /// Which objects all samples see.
+    /// The objects that all samples see.
     pub coverage: Coverage,
     /// The names of the objects, seen or not: no two are the same.
     pub objects: Vec<Arc<str>>,
 }
 
-/// Where a light is seen to shine.
+/// The part of each pixel that a light reaches.
 #[derive(Clone, Debug, Default)]
 pub struct LightLayer {
     /// The light's name; may be empty, or another one's as well.
@@ -41,10 +40,10 @@ pub struct LightLayer {
 }
 
 impl FilmLayers {
-    /// Empties what is asked for, and frees the rest.
+    /// Clears the layers that are asked for, and frees the rest.
     ///
     /// # Errors
-    /// Where there is no memory for it.
+    /// Where there is no memory for them.
     pub(super) fn clear(
         &mut self,
         [width, height]: [u32; 2],
@@ -68,14 +67,14 @@ impl FilmLayers {
         Ok(())
     }
 
-    /// Turns sums over so many samples into means.
+    /// Turns sums over `samples` samples into means.
     pub(super) fn average(&mut self, width: usize, samples: u32) {
         let weight = 1.0 / samples as f32;
         self.shadow.iter_mut().flat_map(|layer| &mut layer.lit).for_each(|sum| *sum *= weight);
         self.coverage.finish(width, weight);
     }
 
-    /// The number that each object of a mesh has here, and that of triangles without a name.
+    /// The number of each object of a mesh in this film, and that of triangles without a name.
     pub(crate) fn numbers(&mut self, objects: &Objects) -> (Vec<u32>, u32) {
         let mut number_of = |expected: usize, name: &Arc<str>| {
             if self.objects.get(expected) == Some(name) {

@@ -1,4 +1,4 @@
-//! How bright a picture should be, from what it shows.
+//! Automatic exposure: the brightness of a picture, from its pixels.
 
 use glam::{Vec3, Vec4};
 use umbrage_scene::Frame;
@@ -9,7 +9,7 @@ use crate::{Film, Layers, Settings};
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 impl Settings {
-    /// Those of a small, quick picture for [`Film::metered_stops`], instead of the picture of these settings.
+    /// Settings of a small, quick picture for [`Film::metered_stops`], in place of these.
     #[must_use]
     pub fn for_metering(&self) -> Self {
         const HEIGHT: u32 = 180;
@@ -24,9 +24,9 @@ impl Settings {
 impl Film {
     /// The [exposure](Settings::exposure_stops), from −20 to 4 stops, that suits a film of `frame`.
     ///
-    /// The brightest twentieth of the pixels that show the scene, without its ground, starts nearly as bright as a screen can
-    /// show. Dark scenes are brightened as far as that does no harm to what is around them. Unlit surfaces don't count, and a film
-    /// that shows none of the scene stays as it is.
+    /// The brightest twentieth of the pixels that show the scene, without its ground, starts nearly at the screen's white.
+    /// Dark scenes are brightened only until their ground and background reach it too. Unlit surfaces don't count, and a
+    /// film that shows none of the scene gets 0.
     #[must_use]
     pub fn metered_stops(&self, frame: &Frame) -> f32 {
         const BRIGHT: f32 = 0.8;
@@ -55,7 +55,7 @@ impl Film {
     }
 }
 
-/// Where the brightest twentieth of some pixels begins.
+/// The lowest luminance in the brightest twentieth of some pixels.
 fn brightest_twentieth(luminances: &mut [f32]) -> Option<f32> {
     let index = luminances.len().checked_sub(1)? * 19 / 20;
     Some(*luminances.select_nth_unstable_by(index, f32::total_cmp).1)
@@ -84,7 +84,7 @@ mod tests {
         for (scene, expected) in [(1.6, -1.0), (0.8, 0.0), (8192.0 * 0.8, -13.0)] {
             assert!((stops(scene, 0.3, 0.5) - expected).abs() < 1e-3, "{scene}: {}", stops(scene, 0.3, 0.5));
         }
-        // Neither what is around turns white, nor does a scene without any light.
+        // The surroundings don't turn white, nor does a scene without any light.
         assert!((stops(0.01, 0.1, 0.4) - 1.0).abs() < 1e-3);
         assert_eq!([stops(0.01, 3.0, 2.0), stops(0.0, 0.0, 0.0)], [0.0; 2]);
         assert!((stops(0.2, 0.0, 0.0) - 2.0).abs() < 1e-3 && stops(1e-9, 0.0, 0.0) == 4.0);

@@ -12,40 +12,40 @@ use umbrage_scene::Frame;
 
 use crate::{Settled, Structure};
 
-/// What finds what pixels see and which lights reach it, rebuilt for every frame.
+/// Finds the triangles that pixels see and the lights that reach them; rebuilt for every frame.
 pub(super) trait Finder: Debug + Send + Sync {
     /// Whether it is built from a frame's vertices on the CPU.
     fn needs_vertices(&self) -> bool {
         false
     }
 
-    /// Rebuilds what serves all layers of a frame.
+    /// Rebuilds the parts that serve all layers of a frame.
     fn build(&mut self, _gpu: &Gpu, _frame: &Frame) -> Result<(), GpuError> {
         Ok(())
     }
 
-    /// Makes ready for a layer: parameters and room.
+    /// Prepares a layer: parameters and room.
     fn prepare(&mut self, gpu: &Gpu, question: &Question<'_>) -> Result<(), GpuError>;
 
     /// Records all stages.
     fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry);
 
-    /// What was found.
+    /// The results.
     fn found(&self) -> Found<'_>;
 
-    /// As many workgroups as were asked for if there was room for everything, else none.
+    /// As many workgroups as the question has if there was room for everything, else none.
     fn groups(&self) -> Groups<'_>;
 
-    /// Records that what pixels show is kept, for a next layer behind it.
+    /// Records a copy of the pixels' hits, for a next layer behind it.
     fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError>;
 
-    /// Looks at a layer that is done. Where there was too little room, makes more and answers false.
+    /// Checks a layer that is done. Where there was too little room, makes more and returns false.
     fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError>;
 
-    /// Whether any pixel of the last finished layer shows anything.
+    /// Whether any pixel of the last finished layer shows a triangle.
     fn sees_any(&self) -> bool;
 
-    /// Adds what the predicate settled for the last finished layer, of camera rays and of shadow rays.
+    /// Adds the predicate's tests in the last finished layer, for camera rays and for shadow rays.
     fn count_settled(&self, settled: &mut [Settled; 2]);
 
     /// Bytes on the GPU for triangles, for points and for pixels.
@@ -57,29 +57,29 @@ pub(super) trait Finder: Debug + Send + Sync {
     }
 }
 
-/// What a layer is about.
+/// The inputs of a layer.
 pub(super) struct Question<'a> {
     pub(super) geometry: &'a Geometry,
     pub(super) band: &'a Band,
     pub(super) offset_pixels: DVec2,
     pub(super) sight: Sight,
-    /// `None` for lights that nothing keeps away.
+    /// `None` for lights that cast no shadow.
     pub(super) lights: &'a [Option<LightSource>],
     /// Workgroups that shade.
     pub(super) groups: u32,
 }
 
-/// What a layer shows, in the order of [`TileOrder`](umbrage_rays::TileOrder).
+/// The results of a layer, in the order of [`TileOrder`](umbrage_rays::TileOrder).
 pub(super) struct Found<'a> {
     /// Each slot's triangle.
     pub(super) seen: &'a Buffer,
     pub(super) slots: u64,
-    /// For each light a bit a slot.
+    /// For each light a bit for each slot.
     pub(super) lit: &'a Buffer,
     pub(super) lit_words: u64,
 }
 
-/// What there is to find with. Kernels take long to compile, so what was used once is kept.
+/// The finders of a GPU. Kernels take long to compile, so those used once are kept.
 #[derive(Debug)]
 pub(super) struct Finders {
     grids: Grids,
@@ -92,8 +92,8 @@ impl Finders {
         Self { grids: Grids::new(gpu), tree: None, takes_tree: false }
     }
 
-    /// Has what [`Settings::structure`](crate::Settings::structure) asks for find triangles from now on: the kd-tree, or the
-    /// grids for all others.
+    /// Chooses the finder for [`Settings::structure`](crate::Settings::structure) from now on: the kd-tree, or the grids for
+    /// all others.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
         self.grids.camera.set_options(gpu, camera_options(structure));
         self.grids.lights.set_options(gpu, light_options(structure));
@@ -120,13 +120,13 @@ impl Finders {
     }
 }
 
-/// The paper's form as it was asked for, of settings that were checked; its default for all else.
+/// Options of the paper's form, from settings that were checked; the default for all other structures.
 fn camera_options(structure: Structure) -> CameraOptions {
     let Structure::Listed { camera, .. } = structure else { return CameraOptions::default() };
     CameraOptions { mapping: (16 / camera.cells.sorting_tile()).clamp(1, 2), slices: camera.cells.slices() }
 }
 
-/// How lights see in the paper's form as it was asked for; as in the default form for all else.
+/// The lights' options in the paper's form; those of the default form for all other structures.
 fn light_options(structure: Structure) -> LightOptions {
     let Structure::Listed { light, .. } = structure else { return LightOptions::default() };
     LightOptions { map: light.map, clamp: light.clamp, slices: light.slices() }
@@ -177,7 +177,7 @@ impl Finder for Grids {
     }
 
     fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
-        // Points of a picture that didn't fit aren't any: what lights needed for them says nothing.
+        // Points of a picture that didn't fit are incomplete, and so is the room that lights needed for them.
         Ok(self.camera.finish(gpu, done)? && self.lights.finish(gpu, done)?)
     }
 
@@ -218,7 +218,7 @@ impl TreeOfFrame {
     }
 }
 
-/// The same way through the tree as on the CPU, with packets as wide.
+/// The same traversal and packet width as on the CPU.
 fn tracer_options(KdTreeOptions { traversal, packets, .. }: KdTreeOptions) -> KdTracerOptions {
     let KdPacketOptions { width, .. } = packets;
     let lanes = match width {
@@ -273,7 +273,7 @@ impl Finder for TreeOfFrame {
         self.sight.sees_any()
     }
 
-    /// Of how many camera rays isn't counted.
+    /// The number of these camera rays isn't counted.
     fn count_settled(&self, [of_camera, of_lights]: &mut [Settled; 2]) {
         of_camera.rays = None;
         for work in self.sight.work() {

@@ -4,7 +4,7 @@ use umbrage_rays::{LightMask, SeenPixels, TileOrder};
 
 use super::finder::Found;
 
-/// What pixels show first and which lights reach it, kept on the GPU: shading and later layers replace it.
+/// The pixels' first hits and the lights that reach them, kept on the GPU: shading and later layers overwrite the originals.
 #[derive(Debug)]
 pub(super) struct FirstLayer {
     seen: Buffer,
@@ -16,10 +16,10 @@ impl FirstLayer {
         Self { seen: Buffer::storage(gpu, "first seen"), lit: Buffer::storage(gpu, "first lit") }
     }
 
-    /// Records that what was found is kept.
+    /// Records a copy of the results.
     ///
     /// # Errors
-    /// Where it needs more than one buffer of the device has room for.
+    /// Where it is larger than one buffer of the device.
     pub(super) fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, found: &Found<'_>) -> Result<(), GpuError> {
         let Found { seen, slots, lit, lit_words } = *found;
         for (kept, buffer, words) in [(&mut self.seen, seen, slots), (&mut self.lit, lit, lit_words)] {
@@ -34,13 +34,13 @@ impl FirstLayer {
         &self.seen
     }
 
-    /// Fetches it for a band and so many lights.
+    /// Fetches it for a band and `lights` lights.
     pub(super) fn fetch(&self, recorder: &mut Recorder<'_>, band: &Band, lights: usize) -> [Fetch; 2] {
         let slots = band.order().slots() as u64;
         [recorder.fetch(&self.seen, slots), recorder.fetch(&self.lit, slots / 32 * lights as u64)]
     }
 
-    /// Takes over what was fetched of a band. How many pixels show something.
+    /// Stores the fetched results of a band; returns how many pixels show a triangle.
     ///
     /// # Errors
     /// Where the device is lost.
@@ -73,7 +73,7 @@ impl FirstLayer {
     }
 }
 
-/// Takes over a bit for each pixel from a row of tiles on, the first in the lowest bit of its word.
+/// Stores a bit for each pixel from a row of tiles on, the first in the lowest bit of its word.
 fn set_words(mask: &mut LightMask, first_row: u32, words: &[u32]) {
     let first = mask.order().index(0, first_row) / TileOrder::BLOCK_PIXELS;
     for (blocks, word) in mask.blocks_mut()[first..].chunks_exact_mut(2).zip(words) {

@@ -1,4 +1,4 @@
-//! From a frame's triangles to what the GPU's grids are built over.
+//! Uploads a frame's triangles, the input of the GPU's grids.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use umbrage_scene::{Filter, Frame, Material, Materials, Mesh, OpaquePart, Textur
 use super::tables::wrap;
 use crate::Sides;
 
-/// A frame's triangles on the GPU, so that only what is new goes there.
+/// A frame's triangles on the GPU; only new parts are uploaded.
 #[derive(Debug)]
 pub(super) struct FrameGeometry {
     geometry: Geometry,
@@ -23,16 +23,16 @@ impl FrameGeometry {
         Self { geometry: Geometry::new(gpu), mesh: None, materials: None, sides: Sides::default() }
     }
 
-    /// Takes nothing for granted of what is on the GPU.
+    /// Forgets the state of the GPU, so that everything is uploaded again.
     pub(super) fn forget(&mut self) {
         (self.mesh, self.materials) = (None, None);
     }
 
-    /// Brings a frame's vertices to the GPU, and what else of it is new. There is only room made for the vertices of a rig,
-    /// which the GPU poses.
+    /// Uploads a frame's vertices, and its other parts where they are new. For a rig, which the GPU poses, it only makes
+    /// room for the vertices.
     ///
     /// # Errors
-    /// Where something is larger than the device allows.
+    /// Where a part is larger than the device allows.
     pub(super) fn upload(&mut self, gpu: &Gpu, frame: &Frame, rig: Option<&Rig>, sides: Sides) -> Result<(), GpuError> {
         match rig {
             Some(rig) => self.geometry.reserve_positions(gpu, rig.vertices as u32)?,
@@ -43,7 +43,7 @@ impl FrameGeometry {
         if has_mesh && has_materials && self.sides == sides {
             return Ok(());
         }
-        // Held, so that no other mesh takes its place in memory; only once it is there.
+        // The mesh is held, so that no other one takes its address; set only once it is uploaded.
         (self.mesh, self.materials, self.sides) = (None, None, sides);
         let flags: Vec<_> = frame.materials.materials.iter().map(|material| flags(material, sides)).collect();
         self.geometry.write_triangles(gpu, &frame.mesh.triangles, |id| {
@@ -70,7 +70,7 @@ impl FrameGeometry {
         let materials: Vec<_> = materials
             .iter()
             .map(|material| {
-                // Images that no mask asks for stay away.
+                // Images that no mask needs aren't uploaded.
                 let flags = flags(material, self.sides);
                 let asked = flags.is_masked || flags.is_shadow_masked;
                 let texture = material.base_color_texture.filter(|_| asked);
@@ -102,7 +102,7 @@ fn flags(material: &Material, sides: Sides) -> TriangleFlags {
     }
 }
 
-/// The least opacity that stops rays, where that depends on it.
+/// The least opacity that stops rays, where opacity decides.
 fn cutoff(part: OpaquePart) -> Option<f32> {
     match part {
         OpaquePart::AtLeast(cutoff) => Some(cutoff),

@@ -12,31 +12,31 @@ use crate::engine::Staged;
 use crate::sampling::Sample;
 use crate::{Settings, Stats};
 
-/// What is seen in mirrors, through a kd-tree that the CPU builds.
+/// Traces rays from mirrors through a kd-tree that the CPU builds.
 #[derive(Debug)]
 pub(super) struct Mirrors {
     tree: KdTree,
-    /// Of what lets light through.
+    /// A tree of the triangles that let light through.
     passed: KdTree,
-    /// What they were built for.
+    /// The triangles of the last build.
     kept: Kept,
     painted: Option<(Arc<Mesh>, Arc<Materials>)>,
     onward: Onward,
     light: OnwardLight,
 }
 
-/// What mirrors show of a frame's sample.
+/// The inputs for mirrors of a frame's sample.
 pub(super) struct Mirrored<'a> {
     pub(super) staged: &'a Staged<'a>,
     pub(super) band: &'a Band,
     pub(super) sample: &'a Sample,
     pub(super) geometry: &'a Geometry,
-    /// What the camera's rays have seen.
+    /// The camera rays' triangles.
     pub(super) seen: &'a Buffer,
 }
 
 impl Mirrors {
-    /// Kernels take long to compile, so it is made when a frame has mirrors.
+    /// Kernels take long to compile, so this is called only once a frame has mirrors.
     pub(super) fn new(gpu: &Gpu) -> Self {
         let tree = || KdTree::with_level(SimdLevel::default());
         Self {
@@ -49,7 +49,7 @@ impl Mirrors {
         }
     }
 
-    /// Takes nothing for granted of what is on the GPU.
+    /// Forgets the state of the GPU, so that everything is uploaded again.
     pub(super) fn forget(&mut self) {
         self.painted = None;
     }
@@ -64,7 +64,7 @@ impl Mirrors {
         if self.kept.are_still(frame.triangles()) && is_painted && has_passed {
             return Ok(());
         }
-        // Held, so that no other mesh takes its place in memory; only once all is there.
+        // The mesh and materials are held, so that no others take their address; set only once all is uploaded.
         self.painted = None;
         self.tree.build(frame.triangles());
         self.onward.build(gpu, &self.tree)?;
@@ -86,8 +86,8 @@ impl Mirrors {
         self.onward.build_passed(gpu, &self.passed, &ids)
     }
 
-    /// Asks what has to be known of a sample's camera rays before they are shaded: what colours light takes on its way there, and
-    /// whether anything near keeps light from all around away. `lit` says which lights reach it.
+    /// Traces the queries that come before shading a sample's camera rays: the colours of transmitted light, and ambient
+    /// occlusion nearby. `lit` has the lights that reach the hits.
     pub(super) async fn ask_first(
         &mut self,
         gpu: &Gpu,
@@ -113,12 +113,12 @@ impl Mirrors {
         }
     }
 
-    /// Which lights reach what the camera sees, and where that says in what colours.
+    /// The lights that reach the camera's hits, and the word of that buffer where the light's colours begin.
     pub(super) fn asked(&self) -> (&Buffer, u32) {
         (self.onward.lit(), self.onward.tints_word())
     }
 
-    /// Adds to the film what mirrors show, generation by generation.
+    /// Adds the radiance seen in mirrors to the film, generation by generation.
     pub(super) async fn follow(
         &mut self,
         gpu: &Gpu,
@@ -178,7 +178,7 @@ pub(super) fn following(settings: &Settings, sample: &Sample, rays: ShadeSample)
     ShadeSample { bounces, least_contribution, number: sample.index, looks_around, ..rays }
 }
 
-/// How far it is looked whether anything keeps light from all around away: each sample draws a direction, and one says nothing.
+/// Ambient-occlusion radius, in world units; 0 with a single sample, since one direction says nothing.
 pub(super) fn looked_around(settings: &Settings) -> f32 {
     if settings.samples > 1 { settings.ambient_occlusion } else { 0.0 }
 }

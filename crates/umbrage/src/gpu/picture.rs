@@ -9,7 +9,7 @@ pub(super) struct Picture {
     develop: Develop,
     shown: Shown,
     turns: Turns,
-    /// What the last frame's bands were put into.
+    /// The target of the last frame's bands.
     texture: Option<wgpu::Texture>,
 }
 
@@ -19,7 +19,8 @@ impl Picture {
         Ok(Self { develop, shown: Shown::new(gpu), turns: Turns::default(), texture: None })
     }
 
-    /// Develops a band's film into its rows of the texture. How many of the band's pixels show something, as `seen` has it.
+    /// Develops a band's film into its rows of the texture; returns how many of the band's pixels show a triangle, by
+    /// `seen`.
     ///
     /// # Errors
     /// Where the device has no room for the texture, or is lost.

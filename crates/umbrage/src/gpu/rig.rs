@@ -1,4 +1,4 @@
-//! From a scene's rig to vertices that the GPU poses.
+//! Uploads a scene's rig, whose vertices the GPU poses.
 
 use std::mem;
 use std::sync::{Arc, OnceLock};
@@ -10,21 +10,21 @@ use umbrage_rays::Omitted;
 use umbrage_scene::rig::{Deltas, Placement, Pose, Rig, Shape};
 use umbrage_scene::{Frame, Scene};
 
-/// The rig of the last frame's scene, if that has one, and what poses it.
+/// The rig of the last frame's scene, if there is one, and the stages that pose it.
 #[derive(Debug)]
 pub(super) struct FrameRig {
     stage: pose::Pose,
     omit: Omit,
-    /// Which of the posed triangles no ray can hit.
+    /// The posed triangles that no ray can hit.
     omitted: Omitted,
     pose: Pose,
-    /// What moves the last frame's vertices.
+    /// The rig that moves the last frame's vertices.
     rig: Option<Arc<Rig>>,
     /// The rig whose tables and posed vertices are on the GPU.
     on_gpu: Option<Arc<Rig>>,
-    /// Whether the last frame's vertices are still to be posed.
+    /// Whether the last frame's vertices must still be posed.
     is_due: bool,
-    /// The last frame with its vertices, for whoever asks.
+    /// The last frame with its vertices, made on request.
     whole: OnceLock<Frame>,
 }
 
@@ -42,7 +42,7 @@ impl FrameRig {
         })
     }
 
-    /// Brings a frame to a moment, without vertices where a rig moves them.
+    /// Poses a frame at a moment, without vertices where a rig moves them.
     ///
     /// # Errors
     /// Where the scene can't be posed.
@@ -57,20 +57,20 @@ impl FrameRig {
         if self.rig.is_none() { scene.pose(seconds, frame) } else { Ok(()) }
     }
 
-    /// Leaves vertices to the frame that comes next.
+    /// Forgets the rig: the next frame has vertices of its own.
     pub(super) fn leave(&mut self) {
         self.whole.take();
         self.rig = None;
     }
 
-    /// Gives a frame that was left without vertices those of its moment, posed on the CPU.
+    /// Fills in the vertices of a frame without any, posed on the CPU.
     pub(super) fn pose_on_cpu(&self, frame: &mut Frame) {
         if let Some(rig) = &self.rig {
             rig.pose(&self.pose, frame);
         }
     }
 
-    /// What moves the last frame's vertices; `None` where they are the frame's own.
+    /// The rig that moves the last frame's vertices; `None` where they are the frame's own.
     pub(super) fn rig(&self) -> Option<&Arc<Rig>> {
         self.rig.as_ref()
     }
@@ -87,20 +87,19 @@ impl FrameRig {
         })
     }
 
-    /// Takes nothing for granted of what is on the GPU.
+    /// Forgets the state of the GPU, so that everything is uploaded again.
     pub(super) fn forget(&mut self) {
         self.on_gpu = None;
     }
 
-    /// Brings what moves the vertices to the GPU, and the rig itself where it is new. There is room for the vertices
-    /// already.
+    /// Uploads the pose, and the rig itself where it is new. There is room for the vertices already.
     ///
     /// # Errors
     /// Where the rig's tables are larger than the device allows.
     pub(super) fn prepare(&mut self, gpu: &Gpu, geometry: &Geometry, shade: &Shade) -> Result<(), GpuError> {
         self.is_due = false;
         let Some(rig) = &self.rig else {
-            // The memory of posed vertices is others' now.
+            // Other vertices take the memory of the posed ones now.
             self.on_gpu = None;
             return Ok(());
         };
@@ -118,7 +117,7 @@ impl FrameRig {
         Ok(())
     }
 
-    /// Poses the vertices where that is still to be done, and finds which triangles no ray can hit then.
+    /// Poses the vertices if they are due, and finds the triangles that no ray can hit then.
     pub(super) fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry, shade: &Shade) {
         if self.is_due {
             let (attributes, _) = shade.posed_attributes();
@@ -127,7 +126,7 @@ impl FrameRig {
         }
     }
 
-    /// Takes over what was recorded and is done.
+    /// Takes the results once the commands are done.
     ///
     /// # Errors
     /// Where the device is lost.
@@ -135,23 +134,23 @@ impl FrameRig {
         if mem::take(&mut self.is_due) {
             self.omitted = self.omit.omitted(done)?;
         }
-        // Held, so that no other rig takes its place in memory.
+        // The rig is held, so that no other one takes its address.
         self.on_gpu.clone_from(&self.rig);
         Ok(())
     }
 
-    /// Which of the last frame's triangles no ray can hit.
+    /// The last frame's triangles that no ray can hit.
     pub(super) fn omitted(&self, frame: &Frame) -> Omitted {
         if self.rig.is_some() { self.omitted.clone() } else { frame.triangles().omitted() }
     }
 
-    /// Bytes on the GPU of what vertices are made from.
+    /// Bytes of the rig's tables on the GPU.
     pub(super) fn bytes(&self) -> u64 {
         if self.rig.is_some() { self.stage.bytes() } else { 0 }
     }
 }
 
-/// A rig as the stage `pose` reads it.
+/// A rig's tables for the stage `pose`.
 #[must_use]
 pub fn tables(rig: &Rig) -> RigTables {
     let parts = rig.parts.iter().map(|part| {

@@ -1,4 +1,4 @@
-//! From what the CPU knows of a frame to what the GPU's shading reads.
+//! Converts and uploads a frame's data for shading on the GPU.
 
 use std::sync::Arc;
 
@@ -20,24 +20,24 @@ use crate::sampling::Sample;
 use crate::shade::{Footprint, sheen_albedo_table, specular_albedo_table};
 use crate::{Background, Panorama};
 
-/// What of a frame is on the GPU, so that only what is new goes there.
+/// The parts of a frame that are on the GPU; only new parts are uploaded.
 #[derive(Debug, Default)]
 pub(super) struct Tables {
     mesh: Option<Arc<Mesh>>,
     materials: Option<Arc<Materials>>,
     panorama: Option<Arc<Panorama>>,
-    /// Where the panorama's list of levels is.
+    /// The word where the panorama's list of levels begins.
     panorama_word: u32,
     lights: Vec<Light>,
     sky_lights: usize,
 }
 
 impl Tables {
-    /// Brings all that shading reads of a frame, but for positions and indices, to the GPU. There is only room made for
-    /// the normals and tangents of a rig, which the GPU poses.
+    /// Uploads a frame's data for shading, except for positions and indices. For a rig, which the GPU poses, it only makes
+    /// room for the normals and tangents.
     ///
     /// # Errors
-    /// Where something is larger than the device allows.
+    /// Where a part is larger than the device allows.
     pub(super) fn upload(
         &mut self,
         gpu: &Gpu,
@@ -49,7 +49,7 @@ impl Tables {
         self.upload_images(gpu, &frame.materials, surroundings.background(), shade)?;
         shade.set_surroundings(self.surroundings(surroundings));
         let is_same_mesh = self.mesh.as_ref().is_some_and(|mesh| Arc::ptr_eq(mesh, &frame.mesh));
-        // Held, so that no other mesh takes its place in memory; only once it is there.
+        // The mesh is held, so that no other one takes its address; set only once it is uploaded.
         self.mesh = None;
         shade.set_attributes(gpu, &attributes(frame, rig), is_same_mesh)?;
         self.mesh = Some(Arc::clone(&frame.mesh));
@@ -57,7 +57,7 @@ impl Tables {
         self.upload_lights(gpu, staged, shade)
     }
 
-    /// Brings lights to the GPU, where they aren't those that are there.
+    /// Uploads lights unless they are the same as before.
     ///
     /// # Errors
     /// Where they are more than the device allows.
@@ -73,7 +73,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Brings materials with their textures, and the panorama, where any is new.
+    /// Uploads materials with their textures, and the panorama, where any is new.
     fn upload_images(
         &mut self,
         gpu: &Gpu,
@@ -192,7 +192,7 @@ fn material(material: &Material, textures: &[Texture], words: &[u32]) -> ShadeMa
     }
 }
 
-/// After how far light has the colour of a volume; 0 where it never does.
+/// The distance after which light has the colour of a volume; 0 where it never has.
 fn attenuation_distance(volume: &Volume) -> f32 {
     let Volume { attenuation_distance, attenuation_color, .. } = *volume;
     let is_clear = attenuation_color == Vec3::ONE || !attenuation_distance.is_finite();
@@ -246,7 +246,7 @@ fn texture(used: &TextureUse, textures: &[Texture], words: &[u32]) -> ShadeTextu
     }
 }
 
-/// What lies beyond a texture's edges on each axis, for shading and for masks.
+/// The wrap mode of a texture on each axis, for shading and for masks.
 pub(super) fn wrap(texture: &Texture) -> [u32; 2] {
     texture.wrap().map(|wrap| match wrap {
         Wrap::Repeat => ShadeTexture::REPEAT,

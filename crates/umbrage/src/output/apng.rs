@@ -37,12 +37,12 @@ impl Animation for ApngWriter {
     }
 }
 
-/// How long a frame is shown: a fraction of a second, exact where both of its parts fit into 16 bits.
+/// The time that a frame is shown: a fraction of a second, exact where both of its parts fit into 16 bits.
 fn delay(rate: FrameRate) -> [u16; 2] {
     match (u16::try_from(rate.denominator()), u16::try_from(rate.numerator())) {
         (Ok(numerator), Ok(denominator)) => [numerator, denominator],
         _ => {
-            // The larger part gets all the precision there is.
+            // The larger part gets the full precision.
             let (numerator, denominator) = (f64::from(rate.denominator()), f64::from(rate.numerator()));
             let scale = f64::from(u16::MAX) / numerator.max(denominator);
             [(numerator * scale).round() as u16, (denominator * scale).round() as u16]

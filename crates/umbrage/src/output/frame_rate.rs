@@ -49,7 +49,7 @@ impl FrameRate {
     /// How many frames start within `seconds`: at least one, at most `u32::MAX`.
     #[must_use]
     pub fn frames_within(self, seconds: f64) -> u32 {
-        // A duration that was computed from a number of frames may come out a hair above it.
+        // A duration computed from a number of frames may be a hair above it.
         const SLACK_FRAMES: f64 = 1e-6;
         let frames = seconds * f64::from(self.numerator) / f64::from(self.denominator);
         (frames - SLACK_FRAMES).ceil().max(1.0) as u32

@@ -65,7 +65,7 @@ pub(crate) fn size(path: &Path, size: [u32; 2], rate: FrameRate) -> Result<[u16;
     }
 }
 
-/// What the system said, where it refused to write.
+/// The system's own error, where it refused to write.
 fn failure(error: EncodingError) -> io::Error {
     match error {
         EncodingError::Io(source) => source,
@@ -73,7 +73,7 @@ fn failure(error: EncodingError) -> io::Error {
     }
 }
 
-/// How long frame `frame` is shown, so that roundings don't add up.
+/// The time that frame `frame` is shown, rounded so that errors don't add up.
 fn delay_hundredths(rate: FrameRate, frame: u32) -> u16 {
     let start = |frame: u32| (100.0 * rate.seconds(frame)).round();
     (start(frame.saturating_add(1)) - start(frame)) as u16

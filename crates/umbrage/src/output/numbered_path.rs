@@ -24,7 +24,7 @@ impl NumberedPath {
             Some((&name[..percent], &behind[..width], behind[width..].strip_prefix('d')?))
         });
         let Some((before, digits, after)) = numbers.next() else { return Ok(None) };
-        // `%4d` would pad with blanks, which nobody wants in a file's name.
+        // `%4d` would pad with blanks, a bad choice in a file's name.
         if !(digits.is_empty() || digits.len() == 2 && digits.starts_with('0') && digits != "00") {
             return Err(Error::unsuitable(path, "a frame's number is written %d or %01d to %09d"));
         }
@@ -46,7 +46,7 @@ impl NumberedPath {
         format!("{}{number:0digits$}{}", self.before, self.after, digits = self.digits)
     }
 
-    /// The name of the frame that `name` is of, if it is any frame's, or begins as one.
+    /// The file name of the frame whose number is in `name`, after the same prefix; of frame 0 where there is none.
     pub(super) fn alike(&self, name: &str) -> String {
         let behind = name.strip_prefix(&self.before).unwrap_or_default();
         let digits = behind.bytes().take_while(u8::is_ascii_digit).count();

@@ -2,15 +2,15 @@ use glam::{DVec4, Vec3};
 
 use crate::Image;
 
-/// At most 256 colours that stand for a picture's, and how to mix them. As all colours here, they are weighted by how well
-/// differences are seen.
+/// At most 256 colours that represent a picture's, and their mixtures. Like all colours here, they are weighted by the
+/// visibility of differences.
 pub(crate) struct Palette {
     colors: Vec<Vec3>,
-    /// For each coarse colour, the two palette colours to mix it from, once that has been asked for.
+    /// For each coarse colour, the two palette colours to mix it from; filled on demand.
     mixtures: Vec<Option<[u8; 2]>>,
 }
 
-/// Colours that are alike in the upper five bits of each channel.
+/// Colours that share the upper five bits of each channel.
 struct Bin {
     mean: Vec3,
     count: f32,
@@ -18,16 +18,16 @@ struct Bin {
 
 const MAX_COLORS: usize = 256;
 
-/// How much a difference of one level in each channel is seen.
+/// Visibility of a difference of one level in each channel.
 const WEIGHTS: Vec3 = Vec3::new(1.732_050_8, 2.0, std::f32::consts::SQRT_2);
 
-/// Bits a channel that decide which two colours are mixed; the proportion follows from the exact colour.
+/// The bits of each channel that choose the two colours to mix; the proportion follows from the exact colour.
 const MIXTURE_BITS: u32 = 6;
 
 impl Palette {
     /// The palette of one picture: median cut by variance (Wu 1991).
     pub(crate) fn of(image: &Image) -> Self {
-        // What is written is whole levels: errors must be measured from them.
+        // Written colours are whole levels, so errors must be measured from them.
         let colors = cut(bins(image)).into_iter().map(|color| (color / WEIGHTS).round() * WEIGHTS).collect();
         Self { colors, mixtures: vec![None; 1 << (3 * MIXTURE_BITS)] }
     }
@@ -38,8 +38,8 @@ impl Palette {
         levels.map(|level| level as u8).collect()
     }
 
-    /// The colour that stands for `pixel` at column `x` and row `y`: one of two, in the proportion that mixes to the
-    /// pixel's own colour over 8 by 8 pixels (Bayer 1973).
+    /// The palette's colour for `pixel` at column `x` and row `y`: one of two, in the proportion that mixes to the pixel's
+    /// own colour over 8 by 8 pixels (Bayer 1973).
     pub(crate) fn pick(&mut self, pixel: [u16; 3], x: usize, y: usize) -> u8 {
         let color = color_of(pixel);
         let mixture = &mut self.mixtures[coarse(pixel, MIXTURE_BITS)];
@@ -70,7 +70,7 @@ fn bins(image: &Image) -> Vec<Bin> {
     used.map(|sum| Bin { mean: mean(sum), count: sum.w as f32 }).collect()
 }
 
-/// Bins that are to become one colour.
+/// Bins that will become one colour.
 struct Group {
     bins: Vec<Bin>,
     mean: Vec3,
@@ -119,8 +119,8 @@ fn least(errors: impl Iterator<Item = f32>) -> usize {
 
 /// The colour nearest to `wanted`, and the one that mixes with it to the least error.
 fn mixture(colors: &[Vec3], wanted: Vec3) -> [u8; 2] {
-    /// How much the squared distance of two mixed colours counts beside the squared error of their mean: without it,
-    /// single specks of a far colour appear.
+    /// Weight of the squared distance of two mixed colours, beside the squared error of their mean: without it, single
+    /// specks of a far colour appear.
     const GRAIN: f32 = 0.05;
     let index = least(colors.iter().map(|color| color.distance_squared(wanted)));
     let near = colors[index];
@@ -132,14 +132,14 @@ fn mixture(colors: &[Vec3], wanted: Vec3) -> [u8; 2] {
     [index as u8, least(errors) as u8]
 }
 
-/// How much of `far` mixed into `near` comes closest to `wanted`, 0 … 1.
+/// The share of `far`, 0 … 1, that mixed into `near` comes closest to `wanted`.
 fn share_of_far(near: Vec3, far: Vec3, wanted: Vec3) -> f32 {
     let way = far - near;
     let length_squared = way.length_squared();
     if length_squared > 0.0 { ((wanted - near).dot(way) / length_squared).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Bayer's 8 by 8 matrix: each of 64 evenly spaced values inside 0 … 1 once.
+/// Bayer's 8 by 8 matrix: 64 evenly spaced values inside 0 … 1, each once.
 fn threshold(x: usize, y: usize) -> f32 {
     let mut rank = 0;
     for bit in 0..3 {

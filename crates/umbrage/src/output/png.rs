@@ -17,7 +17,7 @@ pub fn write_png(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Erro
     write(image, path, depth, Compression::Fast, &mut |_| Ok(()))
 }
 
-/// As [`write_png`], compressed as one likes, but sweeps nothing.
+/// As [`write_png`], with any compression, but sweeps nothing.
 pub(super) fn write(
     image: &Image,
     path: &Path,
@@ -35,7 +35,7 @@ fn encode(image: &Image, target: impl Write, depth: BitDepth, compression: Compr
     writer.finish()
 }
 
-/// What a PNG says of a pixel, and how.
+/// The coding of a PNG's pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coding {
     pub(crate) depth: BitDepth,
@@ -79,7 +79,7 @@ pub(crate) fn rows(image: &Image, depth: BitDepth) -> Vec<u8> {
     }
 }
 
-/// What the system said, where it refused to write.
+/// The system's own error, where it refused to write.
 pub(crate) fn failure(error: EncodingError) -> io::Error {
     match error {
         EncodingError::IoError(source) => source,

@@ -4,7 +4,7 @@ use super::FrameRate;
 use super::writer::{Animation, Sink};
 use crate::Image;
 
-/// How much colour raw video keeps.
+/// The resolution of colour in raw video.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Chroma {
     /// 4:2:0: one colour for two by two pixels, at their middle.
@@ -45,7 +45,7 @@ impl Animation for Y4mWriter {
 }
 
 fn header([width, height]: [u32; 2], rate: FrameRate, chroma: Chroma) -> String {
-    // `420jpeg` means that a colour lies at the middle of its four pixels; the range is said for itself.
+    // `420jpeg` means that a colour lies at the middle of its four pixels; the range has a field of its own.
     let space = match chroma {
         Chroma::Quarter => "420jpeg",
         Chroma::Full => "444",

@@ -10,8 +10,8 @@ use super::layer_paint::LayerPaint;
 use super::layers::Layers;
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
-/// The metallic-roughness model of glTF 2.0 (appendix B), Lambert below a GGX microfacet layer, with two losses of
-/// energy mended: light that the layer reflects is what the diffuse part lacks, and rough metals keep their light.
+/// The metallic-roughness model of glTF 2.0 (appendix B), Lambert below a GGX microfacet layer, with two corrections of
+/// energy: the diffuse part lacks the light that the layer reflects, and rough metals keep their light.
 #[derive(Clone, Copy)]
 pub(crate) struct Reflectance<S: Simd> {
     /// Diffuse albedo.
@@ -25,22 +25,21 @@ pub(crate) struct Reflectance<S: Simd> {
     roughness: f32x16<S>,
 }
 
-/// A reflectance as it is seen from one side: what of it depends on the view alone.
+/// A reflectance seen from one side, with all terms that depend on the view alone.
 #[derive(Clone, Copy)]
 pub(crate) struct SeenReflectance<S: Simd> {
     reflectance: Reflectance<S>,
     normal: Vectors<S>,
     view: Vectors<S>,
     n_v: f32x16<S>,
-    /// Albedo of the diffuse layer over π, less what the specular layer reflects before.
+    /// Albedo of the diffuse layer over π, less the part that the specular layer reflects before.
     diffuse: Vectors<S>,
     /// Directional albedo of the specular layer.
     specular: Vectors<S>,
-    /// What isn't mirrored by it, and so comes to what is below.
+    /// The part of the light that the specular layer doesn't mirror, and that enters the material.
     entering: Vectors<S>,
-    /// What light that bounces several times between microfacets adds to the single bounce, as a factor: without it
-    /// rough metals lose up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet
-    /// Models*, 2019).
+    /// Factor for light that bounces several times between microfacets, over the single bounce: without it rough metals lose
+    /// up to half of their light (Turquin, *Practical Multiple Scattering Compensation for Microfacet Models*, 2019).
     scattered_again: Vectors<S>,
     /// GGX width of highlights.
     highlight: f32x16<S>,
@@ -70,14 +69,14 @@ impl<S: Simd> Reflectance<S> {
         }
     }
 
-    /// The same material with a part of its diffuse reflection taken away, which passes through instead.
+    /// The same material with a part of its diffuse reflection replaced by transmission.
     #[inline(always)]
     pub(crate) fn with_transmission(mut self, transmission: f32x16<S>) -> Self {
         self.diffuse = self.diffuse.scaled(1.0 - transmission);
         self
     }
 
-    /// The same material with another strength and colour of what isn't metal mirrors, in some lanes.
+    /// The same material with another strength and colour of its dielectric reflection, in some lanes.
     #[inline(always)]
     pub(super) fn with_specular(
         mut self,
@@ -105,20 +104,20 @@ impl<S: Simd> Reflectance<S> {
         self.f0
     }
 
-    /// Takes another roughness for how much is mirrored, and for what is a mirror.
+    /// Sets the roughness that the specular albedo and mirrors depend on.
     #[inline(always)]
     pub(super) fn roughen(&mut self, roughness: f32x16<S>) {
         self.roughness = roughness;
     }
 
-    /// Where it is so smooth that what is around is seen in it sharply.
+    /// The lanes so smooth that they reflect the surroundings sharply.
     #[inline(always)]
     pub(crate) fn is_mirror(&self) -> mask32x16<S> {
         self.roughness.simd_le(SMOOTHEST)
     }
 
-    /// How it looks at a unit normal from the direction `view`, of unit length and away from the surface, with its layers if
-    /// it has any.
+    /// The reflectance at a unit normal, seen from the direction `view`, of unit length and away from the surface, with its
+    /// layers if it has any.
     #[inline(always)]
     pub(crate) fn seen(
         self,
@@ -158,10 +157,10 @@ impl<S: Simd> Reflectance<S> {
 }
 
 impl<S: Simd> SeenReflectance<S> {
-    /// What of it is seen below its layers.
+    /// The part of it that is seen below its layers.
     #[inline(always)]
     fn below(mut self, simd: S, layers: &Layers<S>) -> Self {
-        // What is mirrored in a colour would leave the opposite colour to what is below.
+        // A coloured reflection would leave the opposite colour to the layers below.
         let entering = (1.0 - self.specular.largest()).max(0.0);
         let entering = Vectors { x: entering, y: entering, z: entering };
         let diffuse = self.reflectance.diffuse.scaled(f32x16::splat(simd, 1.0 / PI)) * entering;
@@ -212,15 +211,15 @@ impl<S: Simd> SeenReflectance<S> {
         self.diffuse * irradiance + self.specular * reflected
     }
 
-    /// Makes highlights of lights at least so wide, by GGX's measure. What is seen by way of rough surfaces is: of narrower ones,
-    /// few paths would find much light, which makes bright specks (Kaplanyan and Dachsbacher, *Path Space Regularization*,
-    /// 2013).
+    /// Makes highlights of lights at least `alpha` wide, by GGX's measure. This is for paths that come by way of rough
+    /// surfaces: few of them would find much of a narrower highlight's light, which makes bright specks (Kaplanyan and
+    /// Dachsbacher, *Path Space Regularization*, 2013).
     #[inline(always)]
     pub(crate) fn widen(&mut self, alpha: f32x16<S>) {
         self.highlight = self.highlight.max(alpha);
     }
 
-    /// How it mirrors, lane by lane, with its layers if it has any.
+    /// The parameters of its reflection, lane by lane, with its layers if it has any.
     #[inline(always)]
     pub(crate) fn gloss(&self, simd: S, layers: Option<&Layers<S>>) -> Gloss {
         let Reflectance { alpha, f0, f90, .. } = self.reflectance;
@@ -238,13 +237,13 @@ impl<S: Simd> SeenReflectance<S> {
         self.diffuse
     }
 
-    /// How much of what is in the mirror direction the specular layer shows.
+    /// The specular layer's weight for radiance from the mirror direction.
     #[inline(always)]
     pub(crate) fn specular(&self) -> Vectors<S> {
         self.specular
     }
 
-    /// How much of the light isn't mirrored, and comes to what is below.
+    /// The part of the light that isn't mirrored, and that enters the material.
     #[inline(always)]
     pub(crate) fn entering(&self) -> Vectors<S> {
         self.entering
@@ -353,7 +352,7 @@ mod tests {
         let (view, light) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, -0.8, 0.6));
         let there = material.evaluate(view, &[light; LANES])[0];
         let back = material.evaluate(light, &[view; LANES])[0];
-        // The mended energy depends on the view alone; for plastic that is little.
+        // The energy correction depends on the view alone; for plastic that is little.
         assert!(there.distance(back) < 0.03 * there.length(), "{there} {back}");
     }
 

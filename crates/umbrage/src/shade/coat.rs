@@ -7,8 +7,8 @@ use super::brdf::{SMOOTHEST, distribution};
 use super::lanes::{Each, Vectors};
 use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
-/// A clear lacquer as it is seen from one side: `KHR_materials_clearcoat`, which has Fresnel's term of its smooth normal rather
-/// than of its microfacets.
+/// A clear lacquer seen from one side: `KHR_materials_clearcoat`, which has Fresnel's term of its smooth normal rather than
+/// of its microfacets.
 #[derive(Clone, Copy)]
 pub(super) struct Coat<S: Simd> {
     normal: Vectors<S>,
@@ -17,12 +17,12 @@ pub(super) struct Coat<S: Simd> {
     /// Squared GGX width.
     a2: f32x16<S>,
     roughness: f32x16<S>,
-    /// How much of the light it takes from what is below; zero where there is none.
+    /// The part of the light that it takes from the layers below, 0 to 1; zero without a coat.
     pub(super) part: f32x16<S>,
 }
 
 impl<S: Simd> Coat<S> {
-    /// Lacquer on so much of a surface, with a perceptual roughness and a unit normal of its own.
+    /// A lacquer of coverage `factor`, 0 to 1, with a perceptual roughness and a unit normal of its own.
     #[inline(always)]
     pub(super) fn new(factor: f32x16<S>, roughness: f32x16<S>, [normal, view]: [Vectors<S>; 2]) -> Self {
         let cosine = normal.dot(view);
@@ -33,7 +33,7 @@ impl<S: Simd> Coat<S> {
         Self { normal, view, n_v: cosine.max(1e-4), a2: alpha * alpha, roughness, part }
     }
 
-    /// Reflected radiance for each unit that a light from a unit direction sends to surfaces that face it.
+    /// Reflected radiance, for each unit of irradiance on surfaces that face a light in this unit direction.
     #[inline(always)]
     pub(super) fn lit(&self, simd: S, light: Vectors<S>) -> f32x16<S> {
         let n_l = self.normal.dot(light);
@@ -43,25 +43,25 @@ impl<S: Simd> Coat<S> {
         n_l.simd_gt(0.0).select(self.part * lobe, f32x16::splat(simd, 0.0))
     }
 
-    /// Where light comes from that stands for all that it reflects, and over which perceptual roughness.
+    /// The one direction whose light stands for all that it reflects, and the perceptual roughness to blur it with.
     #[inline(always)]
     pub(super) fn reflection(&self) -> (Vectors<S>, f32x16<S>) {
         (self.normal.scaled(2.0 * self.view.dot(self.normal)) - self.view, self.roughness)
     }
 
-    /// Where it is so smooth that what is around is seen in it sharply.
+    /// The lanes so smooth that they reflect the surroundings sharply.
     #[inline(always)]
     pub(super) fn is_mirror(&self, simd: S) -> mask32x16<S> {
         self.roughness.simd_le(SMOOTHEST) & self.part.simd_gt(f32x16::splat(simd, 0.0))
     }
 
-    /// How much it mirrors, its unit normal and its GGX width, lane by lane.
+    /// Its reflected part, its unit normal and its GGX width, lane by lane.
     #[inline(always)]
     pub(super) fn store(&self) -> (Each<f32>, [Each<f32>; 3], Each<f32>) {
         (self.part.into(), self.normal.store(), self.a2.sqrt().into())
     }
 
-    /// How much of what is there it shows.
+    /// Directional albedo: its weight for the surroundings' radiance.
     #[inline(always)]
     pub(super) fn albedo(&self, simd: S) -> Vectors<S> {
         let [scale, bias] = specular_albedo(simd, self.roughness, self.n_v);

@@ -7,17 +7,17 @@ use super::lanes::{Each, Vector, Vectors};
 use super::specular_albedo::fifth_power;
 use super::transcendental::{cosine, exp};
 
-/// A thin film as it is seen from one side: Belcour and Barla, *A Practical Extension to Microfacet Theory for the Modeling of
-/// Varying Iridescence*, 2017, as `KHR_materials_iridescence` approximates it, with the whole light's angle being the view's.
+/// A thin film seen from one side: Belcour and Barla, *A Practical Extension to Microfacet Theory for the Modeling of
+/// Varying Iridescence*, 2017, as `KHR_materials_iridescence` approximates it, with the view's angle for all light.
 #[derive(Clone, Copy)]
 pub(super) struct Film<S: Simd> {
-    /// How much of what is mirrored it colours.
+    /// The part of the reflection that it colours, 0 to 1.
     part: f32x16<S>,
-    /// What of the light it mirrors, together with what is below; at most one.
+    /// Reflectance of the film together with the surface below; at most one.
     pub(super) reflected: Vectors<S>,
 }
 
-/// How the eye's X, Y or Z answers to a path that is longer than another: a sum of Gaussians, in Fourier space.
+/// The eye's X, Y or Z response to a path difference: a sum of Gaussians, in Fourier space.
 struct Sensitivity {
     height: f32,
     /// Per metre.
@@ -27,14 +27,14 @@ struct Sensitivity {
 }
 
 const X: Sensitivity = Sensitivity { height: 5.4856e-13, position: 1.6810e6, variance: 4.3278e9 };
-/// What X has beside, in the blue.
+/// The second Gaussian of X, in the blue.
 const X_BLUE: Sensitivity = Sensitivity { height: 9.7470e-14, position: 2.2399e6, variance: 4.5282e9 };
 const Y: Sensitivity = Sensitivity { height: 4.4201e-13, position: 1.7953e6, variance: 9.3046e9 };
 const Z: Sensitivity = Sensitivity { height: 5.2481e-13, position: 2.2084e6, variance: 6.6121e9 };
 
 impl<S: Simd> Film<S> {
-    /// A film on so much of a surface, of some index and so many nanometres. The surface mirrors `f0` straight ahead, and the
-    /// cosine between its normal and the view is `n_v`.
+    /// A film of coverage `part`, 0 to 1, with an index of refraction and a thickness in nanometres. The surface has the
+    /// reflectance `f0` at normal incidence, and the cosine between its normal and the view is `n_v`.
     #[inline(always)]
     pub(super) fn new(simd: S, [part, ior, nanometers]: [f32x16<S>; 3], f0: Vectors<S>, n_v: f32x16<S>) -> Self {
         let n_v = n_v.min(1.0);
@@ -60,13 +60,13 @@ impl<S: Simd> Film<S> {
         Self { part, reflected: sum.at_least_zero().at_most_one() }
     }
 
-    /// Both, lane by lane.
+    /// Coverage and reflectance, lane by lane.
     #[inline(always)]
     pub(super) fn store(&self) -> (Each<f32>, [Each<f32>; 3]) {
         (self.part.into(), self.reflected.store())
     }
 
-    /// What would be mirrored without the film, and what it makes of it.
+    /// The reflection `mirrored` of the bare surface, coloured by the film.
     #[inline(always)]
     pub(super) fn tinted(&self, mirrored: Vectors<S>) -> Vectors<S> {
         self.mixed(mirrored, self.reflected)
@@ -81,11 +81,11 @@ impl<S: Simd> Film<S> {
 
 /// Light of one colour between the two sides of a film.
 struct Interface<S: Simd> {
-    /// What is reflected in the mean over all path lengths.
+    /// The mean reflectance over all path lengths.
     mean: f32x16<S>,
-    /// What is left of light after once there and back.
+    /// The factor of amplitude for one way there and back.
     there_and_back: f32x16<S>,
-    /// How much more than none comes out again.
+    /// The part that comes out again, less the part that enters.
     surplus: f32x16<S>,
     /// 1 where both sides shift the phase, −1 where only one does.
     shift: f32x16<S>,
@@ -117,7 +117,7 @@ impl<S: Simd> Interface<S> {
     }
 }
 
-/// What is reflected straight ahead between two media of these indices.
+/// Reflectance at normal incidence between two media of these indices.
 #[inline(always)]
 fn reflected_ahead<S: Simd>(behind: f32x16<S>, before: f32x16<S>) -> f32x16<S> {
     let ratio = (behind - before) / (behind + before);
@@ -131,7 +131,7 @@ fn schlick<S: Simd>(f0: f32x16<S>, cosine: f32x16<S>) -> f32x16<S> {
 
 #[inline(always)]
 fn answer<S: Simd>(of: &Sensitivity, phase: f32x16<S>) -> f32x16<S> {
-    // What light of all wavelengths makes of Y is one.
+    // Y of light of all wavelengths, which scales it to one.
     const WHOLE: f32 = 1.0685e-7;
     let amplitude = of.height * (2.0 * PI * of.variance).sqrt() / WHOLE;
     amplitude * cosine(of.position * phase) * exp(-(of.variance * phase * phase))

@@ -1,13 +1,14 @@
-//! Light at smooth surfaces between two media, and inside of these.
+//! Light at smooth surfaces between two media, and inside of the media.
 
 use glam::{DVec3, Vec3};
 use umbrage_scene::Material;
 
-/// What a smooth surface reflects of unpolarised light that comes to it with this `cosine` to its normal, from a medium whose
-/// index of refraction is `ratio` times that of the medium behind it: Fresnel's equations. All of it beyond the critical angle.
+/// The reflectance, 0 to 1, of a smooth surface for unpolarised light with this `cosine` to its normal, from a medium whose
+/// index of refraction is `ratio` times that of the medium behind it: Fresnel's equations. It is 1 beyond the critical
+/// angle.
 pub(crate) fn reflected_part(cosine: f64, ratio: f64) -> f64 {
     let behind = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
-    // An index without end leaves no number.
+    // An infinite index gives NaN.
     if behind.is_nan() || behind <= 0.0 {
         return 1.0;
     }
@@ -17,8 +18,8 @@ pub(crate) fn reflected_part(cosine: f64, ratio: f64) -> f64 {
     (0.5 * (across * across + along * along)).clamp(0.0, 1.0)
 }
 
-/// Where light goes behind such a surface that comes in a unit `direction`, by Snell's law: a unit vector. The unit `normal` is
-/// on the side from which it comes. `None` beyond the critical angle.
+/// The unit direction of light behind such a surface, by Snell's law, for a unit `direction` that meets it. The unit
+/// `normal` is on the side that the light comes from. `None` beyond the critical angle.
 pub(crate) fn refracted(direction: DVec3, normal: DVec3, ratio: f64) -> Option<DVec3> {
     let cosine = -direction.dot(normal);
     let behind = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -26,7 +27,7 @@ pub(crate) fn refracted(direction: DVec3, normal: DVec3, ratio: f64) -> Option<D
     (behind > 0.0).then(|| refracted.normalize())
 }
 
-/// The materials that a ray is inside of, the last entered last. Of more than there is room for, the first is forgotten.
+/// The materials that a ray is inside of, the last entered last. Beyond `MOST`, the first is forgotten.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Media {
     materials: [u32; Media::MOST],
@@ -46,7 +47,7 @@ impl Media {
         self.materials[..usize::from(self.count)].last().copied()
     }
 
-    /// After a surface of this material is crossed, from its front to its back or the other way.
+    /// The media after the ray crosses a surface of this material, from its front to its back or the other way.
     pub(crate) fn across(mut self, material: u32, from_front: bool) -> Self {
         let all = &mut self.materials[..usize::from(self.count)];
         if from_front {
@@ -63,15 +64,14 @@ impl Media {
         self
     }
 
-    /// Whether colours are refracted apart at a surface of this material.
+    /// Whether a surface of this material separates colours.
     pub(crate) fn disperse(&self, material: u32, materials: &[Material]) -> bool {
         let disperses = |material: u32| materials[material as usize].dispersion != 0.0;
         disperses(material) || self.innermost().is_some_and(disperses)
     }
 
-    /// The index of refraction before a surface of this material in parts of that behind it, for a ray that comes from these
-    /// media and whose light is red, green or blue, as −1, 0 and 1. glTF has 0 for an index without end: then nothing is
-    /// refracted.
+    /// The ratio of the indices of refraction before and behind a surface of this material, for a ray in these media and
+    /// red, green or blue light, as −1, 0 and 1. glTF has 0 for an infinite index: then nothing is refracted.
     pub(crate) fn ratio(&self, material: u32, from_front: bool, materials: &[Material], color: f64) -> f64 {
         let index_of = |material: u32| index_of(&materials[material as usize], color);
         let index = |media: &Self| media.innermost().map_or(1.0, index_of);
@@ -88,8 +88,8 @@ fn index_of(material: &Material, color: f64) -> f64 {
     ior + (ior - 1.0) * 0.025 * f64::from(material.dispersion) * color
 }
 
-/// What is left of light after a `distance` in a material: Beer and Lambert's law, for the colour that the material says is left
-/// after another distance.
+/// The transmittance of a `distance` in a material: Beer and Lambert's law, for the material's transmittance over its
+/// attenuation distance.
 pub(crate) fn attenuation(material: &Material, distance: f32) -> Vec3 {
     let volume = &material.volume;
     if volume.attenuation_color == Vec3::ONE || !volume.attenuation_distance.is_finite() {
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn blue_is_refracted_more_than_red() {
-        // Abbe's number 40: the lines F and C, somewhat outside of what one sees as blue and red, are 0.5 / 40 apart.
+        // Abbe's number 40: the lines F and C, somewhat beyond visible blue and red, are 0.5 / 40 apart.
         let flint = Material { ior: 1.5, dispersion: 0.5, ..Material::default() };
         assert!((index_of(&flint, 1.0) - index_of(&flint, -1.0) - 0.0125).abs() < 1e-12);
         assert_eq!(index_of(&flint, 0.0), 1.5);

@@ -1,4 +1,4 @@
-//! Where single rays go on from rough surfaces: mirrors too small to be seen, whose normals are spread as GGX says.
+//! Single rays that go on from rough surfaces: from mirrors too small to be seen, whose normals have GGX's distribution.
 
 use std::f64::consts::TAU;
 
@@ -6,31 +6,31 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::lanes::{Each, vector_of};
 
-/// How surfaces mirror, lane by lane.
+/// The reflection of surfaces, lane by lane.
 pub(crate) struct Gloss {
     /// GGX width.
     pub(super) alpha: Each<f32>,
     /// Specular reflectance at normal incidence.
     pub(super) f0: [Each<f32>; 3],
-    /// What light that bounces several times between microfacets adds, as a factor.
+    /// Factor for light that bounces several times between microfacets.
     pub(super) scattered_again: [Each<f32>; 3],
     pub(super) layers: Option<Box<GlossyLayers>>,
 }
 
-/// What layers make of it; in lanes without one, nothing.
+/// The layers' effect on it; lanes without a layer have neutral values.
 pub(crate) struct GlossyLayers {
     /// Specular reflectance at grazing angles, which is one without layers.
     pub(super) f90: Each<f32>,
-    /// How much of light from everywhere is mirrored below a coat, in the brightest colour.
+    /// Albedo of the specular layer below a coat under even light, in the brightest colour.
     pub(super) albedo: Each<f32>,
-    /// How much of what is mirrored a film colours, and what that mirrors.
+    /// The part of the reflection that a film colours, and the film's reflectance.
     pub(super) film_part: Each<f32>,
     pub(super) film_reflected: [Each<f32>; 3],
-    /// The lanes whose highlights are stretched, the direction of that, and GGX widths in it and across.
+    /// The lanes with stretched highlights, the direction of the stretch, and GGX widths along and across it.
     pub(super) grooves: u16,
     pub(super) along: [Each<f32>; 3],
     pub(super) widths: [Each<f32>; 2],
-    /// Unit normals of coats, their GGX widths, the lanes in which they are mirrors, and how much they mirror.
+    /// Unit normals of coats, their GGX widths, the lanes in which they are mirrors, and their reflected part.
     pub(super) coat_normal: [Each<f32>; 3],
     pub(super) coat_alpha: Each<f32>,
     pub(super) coat_mirrors: u16,
@@ -42,14 +42,14 @@ pub(crate) struct GlossyCoat {
     pub(crate) normal: DVec3,
     pub(crate) alpha: f32,
     pub(crate) is_mirror: bool,
-    /// How much it mirrors.
+    /// Its reflected part, 0 to 1.
     pub(crate) part: f32,
-    /// How many of the rays that go on do so from it, rather than from what is below.
+    /// The share of the onward rays that leave from the coat, rather than from the layers below.
     pub(crate) share: f64,
 }
 
 impl Gloss {
-    /// How much of light a small mirror of a lane reflects that it meets with such a cosine.
+    /// The reflectance of a lane's microfacet for light that meets it with this cosine.
     pub(crate) fn reflected(&self, lane: usize, cosine: f32) -> Vec3 {
         let f0 = vector_of(lane, &self.f0);
         let missing = (1.0 - cosine).clamp(0.0, 1.0);
@@ -62,7 +62,7 @@ impl Gloss {
         reflected * vector_of(lane, &self.scattered_again)
     }
 
-    /// The small mirrors of a lane with such a unit normal.
+    /// The microfacets of a lane with this unit normal.
     pub(crate) fn facets(&self, lane: usize, normal: DVec3) -> Facets {
         let alpha = f64::from(self.alpha[lane]);
         let Some(layers) = self.layers.as_ref().filter(|layers| layers.grooves >> lane & 1 == 1) else {
@@ -77,7 +77,7 @@ impl Gloss {
         }
     }
 
-    /// The coat of a lane, where it has one.
+    /// The coat of a lane, if it has one.
     pub(crate) fn coat(&self, lane: usize) -> Option<GlossyCoat> {
         let layers = self.layers.as_ref().filter(|layers| layers.coat_part[lane] > 0.0)?;
         let part = layers.coat_part[lane];
@@ -91,7 +91,7 @@ impl Gloss {
     }
 }
 
-/// The small mirrors that a rough surface is made of.
+/// The microfacets of a rough surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facets {
     /// Unit vectors along the surface, and its normal.
@@ -101,24 +101,25 @@ pub(crate) struct Facets {
 }
 
 impl Facets {
-    /// Equally wide all around a unit normal.
+    /// Facets with the same width all around a unit normal.
     pub(crate) fn round(normal: DVec3, alpha: f64) -> Self {
         let (right, up) = normal.any_orthonormal_pair();
         Self { axes: [right, up, normal], widths: DVec2::splat(alpha) }
     }
 
-    /// With other widths in a unit direction at a right angle to the normal than across it.
+    /// Facets with one width in a unit direction, at a right angle to the normal, and another across it.
     pub(crate) fn stretched(normal: DVec3, along: DVec3, widths: DVec2) -> Self {
         Self { axes: [along, normal.cross(along), normal], widths }
     }
 
-    /// The width of a round surface whose facets are as many.
+    /// The GGX width of a round surface with as wide a distribution.
     pub(crate) fn mean_width(&self) -> f64 {
         (self.widths.x * self.widths.y).sqrt()
     }
 
-    /// Draws the normal of one, as often as such mirrors are seen: Dupuy and Benyoub, *Sampling Visible GGX Normals with
-    /// Spherical Caps*, 2023. `view` is of unit length, on the side of the normal; `point` is in the unit square.
+    /// Draws the normal of a visible facet, in proportion to its visible area: Dupuy and Benyoub, *Sampling Visible GGX
+    /// Normals with Spherical Caps*, 2023. `view` is of unit length, on the side of the normal; `point` is in the unit
+    /// square.
     pub(crate) fn visible(&self, view: DVec3, point: DVec2) -> DVec3 {
         let scale = self.widths.extend(1.0);
         let seen = self.inside(view);
@@ -132,14 +133,13 @@ impl Facets {
         along * facet.x + across * facet.y + normal * facet.z
     }
 
-    /// How much of what leaves facets that are seen isn't kept back by others: Smith's shadowing for correlated heights, of
-    /// unit directions towards the view and the light.
+    /// Smith's height-correlated shadowing of visible facets, G2 / G1, 0 to 1, for unit view and light directions.
     pub(crate) fn unshadowed(&self, view: DVec3, light: DVec3) -> f64 {
         let [view, light] = [view, light].map(|way| self.hidden(way));
         (1.0 + view) / (1.0 + view + light)
     }
 
-    /// The same of light that goes through facets of glass, where either side hides by itself.
+    /// The shadowing G1 of light that passes through facets of glass, where each side hides by itself.
     pub(crate) fn unshadowed_behind(&self, light: DVec3) -> f64 {
         1.0 / (1.0 + self.hidden(light))
     }
@@ -163,7 +163,7 @@ impl Facets {
     }
 }
 
-/// A unit direction around a normal, as often as light from there is scattered by a rough surface: evenly in the disk below.
+/// A unit direction around a normal, distributed as light scattered by a rough surface: even over the disk below it.
 pub(crate) fn scattered(normal: DVec3, point: DVec2) -> DVec3 {
     let (right, up) = normal.any_orthonormal_pair();
     let (sine, cosine) = libm::sincos(TAU * point.y);
@@ -178,14 +178,14 @@ mod tests {
 
     #[test]
     fn small_mirrors_are_as_large_from_the_side_as_the_surface() {
-        // Walter et al., 2007, equation 11: the projected area of what is seen is the cosine of the view.
+        // Walter et al., 2007, equation 11: the projected area of the visible facets is the cosine of the view.
         for alpha in [0.05, 0.3, 1.0] {
             for cosine in [0.1_f64, 0.5, 1.0] {
                 let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
                 let facets = Facets::round(DVec3::Z, alpha);
                 let normals = (0..4096).map(|number| facets.visible(view, pair(number, 0)));
-                // With the density ⟨view, facet⟩ D(facet) / (cosine (1 + Λ)) the mean of z / ⟨view, facet⟩ is that of D's own
-                // projected area, which is 1, over cosine (1 + Λ), less what faces away.
+                // With the density ⟨view, facet⟩ D(facet) / (cosine (1 + Λ)) the mean of z / ⟨view, facet⟩ is that of D's
+                // own projected area, which is 1, over cosine (1 + Λ), less the facets that face away.
                 let mean = normals.map(|facet| facet.z / view.dot(facet)).sum::<f64>() / 4096.0;
                 let part = mean * (1.0 + facets.hidden(view)) * cosine;
                 assert!(part < 1.02 && part > 0.5, "{alpha}, {cosine}: {part}");

@@ -5,8 +5,7 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::lanes::{Each, Vectors};
 
-/// A highlight that is stretched in one direction along the surface: Burley's anisotropic GGX, as `KHR_materials_anisotropy`
-/// has it.
+/// A highlight stretched in one direction along the surface: Burley's anisotropic GGX, as `KHR_materials_anisotropy` has it.
 #[derive(Clone, Copy)]
 pub(super) struct Grooves<S: Simd> {
     /// The lanes whose highlight is stretched.
@@ -20,13 +19,13 @@ pub(super) struct Grooves<S: Simd> {
     strength: f32x16<S>,
     /// Perceptual roughness across the stretch, that of the material.
     roughness: f32x16<S>,
-    /// How long the view is in the ellipse of the widths.
+    /// The length of the view, scaled by the widths along and across.
     view: f32x16<S>,
 }
 
 impl<S: Simd> Grooves<S> {
-    /// A stretch in a `direction`, which needn't be along the surface, in the lanes that have one there, of a material with a
-    /// perceptual `roughness`.
+    /// A stretch along `direction`, which needn't be along the surface, in the lanes that have one there. The material has
+    /// the perceptual `roughness`.
     #[inline(always)]
     pub(super) fn new(
         lanes: mask32x16<S>,
@@ -37,7 +36,7 @@ impl<S: Simd> Grooves<S> {
     ) -> Self {
         let (along, has_direction) = (direction - normal.scaled(direction.dot(normal))).try_normalized();
         let lanes = lanes & has_direction;
-        // Where there is no direction, numbers without a meaning but no others.
+        // Lanes without a direction get finite numbers without a meaning.
         let along = Vectors::select(lanes, along, normal);
         let across = normal.cross(along);
         let alpha_across = roughness * roughness;
@@ -47,13 +46,13 @@ impl<S: Simd> Grooves<S> {
         Self { lanes, along, across, alpha_along, alpha_across, strength, roughness, view }
     }
 
-    /// The perceptual roughness of a round highlight that covers as much.
+    /// The perceptual roughness of a round highlight with the same area, `otherwise` in lanes without a stretch.
     #[inline(always)]
     pub(super) fn mean_roughness(&self, otherwise: f32x16<S>) -> f32x16<S> {
         self.lanes.select((self.alpha_along * self.alpha_across).sqrt().sqrt(), otherwise)
     }
 
-    /// The lanes whose highlight is stretched, in which direction, and GGX widths in it and across, lane by lane.
+    /// The lanes with a stretched highlight, the direction of the stretch, and GGX widths along and across it, lane by lane.
     #[inline(always)]
     pub(super) fn store(&self) -> (u16, [Each<f32>; 3], [Each<f32>; 2]) {
         let widths = [self.alpha_along.into(), self.alpha_across.into()];
@@ -80,14 +79,14 @@ impl<S: Simd> Grooves<S> {
         lanes.select(distribution * visibility, round)
     }
 
-    /// Where light comes from that stands for all that is mirrored, and over which perceptual roughness.
+    /// The one direction whose light stands for the whole reflection, and the perceptual roughness to blur it with.
     #[inline(always)]
     pub(super) fn reflection(
         &self,
         [normal, view]: [Vectors<S>; 2],
         (mirrored, roughness): (Vectors<S>, f32x16<S>),
     ) -> (Vectors<S>, f32x16<S>) {
-        // The extension's: the normal is bent towards the view in the plane of the stretch.
+        // As in the extension: the normal is bent towards the view in the plane of the stretch.
         let bent = self.across.cross(view).cross(self.across).normalized_or(normal);
         let straight = 1.0 - self.strength * (1.0 - self.roughness);
         let straight = straight * straight * straight * straight;

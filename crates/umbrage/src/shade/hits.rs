@@ -7,13 +7,13 @@ use umbrage_scene::Frame;
 use super::lanes::{Each, LANES, Vectors, Wide, lanes_of, put};
 use super::rays::{Block, BlockRays};
 
-/// Where the rays of a block meet triangles.
+/// The hits of a block's rays.
 #[derive(Clone, Copy)]
 pub(crate) struct BlockHits<S: Simd> {
-    /// The lanes that meet one, the first in the lowest bit. Others hold numbers without a meaning, and ids that exist.
+    /// The lanes with a hit, the first in the lowest bit. Other lanes hold numbers without a meaning, and ids that exist.
     pub(crate) shown: u16,
     pub(crate) triangle: Each<u32>,
-    /// Along the camera's forward axis, or along rays from mirrors.
+    /// Depth along the camera's forward axis, or along rays from mirrors.
     pub(crate) depth: f32x16<S>,
     /// World positions.
     pub(super) position: [Wide<S>; 2],
@@ -24,9 +24,9 @@ pub(crate) struct BlockHits<S: Simd> {
 }
 
 impl<S: Simd> BlockHits<S> {
-    /// Where the rays meet the triangles that their pixels are known to show; `None` where no pixel shows any.
+    /// The hits of the rays with the triangles that their pixels are known to show; `None` where no pixel shows any.
     ///
-    /// Depths are right to far less than what f32 can tell apart.
+    /// Errors of depths are far below f32's precision.
     #[inline(always)]
     pub(crate) fn of_seen(
         simd: S,
@@ -59,7 +59,7 @@ impl<S: Simd> BlockHits<S> {
         Some(met.into_hits(simd, rays, triangle, vertices, corners))
     }
 
-    /// The hits that were found otherwise; `None` where there is none.
+    /// Hits that were found by other queries; `None` where there is none.
     #[inline(always)]
     pub(crate) fn of_found(simd: S, frame: &Frame, rays: &BlockRays<S>, found: &Each<Option<Hit>>) -> Option<Self> {
         let mut met = Met::default();
@@ -71,7 +71,7 @@ impl<S: Simd> BlockHits<S> {
         Some(met.into_hits(simd, rays, triangle, vertices, corners))
     }
 
-    /// What the corners have, mixed by their weights.
+    /// The corners' values, mixed by their weights.
     #[inline(always)]
     pub(super) fn interpolated(&self, [a, b, c]: [Vectors<S>; 3]) -> Vectors<S> {
         let [second, third] = self.barycentric;
@@ -94,18 +94,18 @@ impl<S: Simd> BlockHits<S> {
     }
 }
 
-/// Where lines that are known to meet triangles do so: Möller and Trumbore, *Fast, Minimum Storage Ray/Triangle
-/// Intersection*, 1997.
+/// Intersections of lines with triangles that they are known to meet: Möller and Trumbore, *Fast, Minimum Storage
+/// Ray/Triangle Intersection*, 1997.
 struct Meeting<S: Simd> {
     t: f64x8<S>,
     barycentric: [f64x8<S>; 2],
-    /// The lanes in which too much cancels to know t well.
+    /// The lanes in which cancellation leaves t too uncertain.
     doubtful: u16,
 }
 
 impl<S: Simd> Meeting<S> {
-    /// What may be left of the largest product in a determinant, which is then right to 2⁻³¹: six products lose up to
-    /// eight roundings of 2⁻⁵³ each.
+    /// The smallest share of the largest product that a determinant may have: its error is then at most 2⁻³¹, since six
+    /// products lose up to eight roundings of 2⁻⁵³ each.
     const CANCELLATION: f64 = 1.0 / (1 << 16) as f64;
 
     #[inline(always)]
@@ -118,7 +118,7 @@ impl<S: Simd> Meeting<S> {
         let area = to_second.reach() * to_third.reach() * Self::CANCELLATION;
         let known = determinant.abs().simd_gt(area * direction.reach()) & height.abs().simd_gt(area * offset.reach());
         let inverse = 1.0 / determinant;
-        // The point is in the triangle but for rounding.
+        // The point is in the triangle, except for rounding.
         let second = (offset.dot(across) * inverse).max(0.0).min(1.0);
         let third = (direction.dot(around) * inverse).max(0.0).min(1.0);
         Self { t: height / determinant, barycentric: [second, third], doubtful: !(known.to_bitmask() as u16) & 0xff }
@@ -169,7 +169,7 @@ impl Met {
     }
 }
 
-/// The triangles of some lanes, and the first one of these in the others; `None` without a lane.
+/// The triangles of some lanes, with the first of them in the other lanes; `None` without a lane.
 #[inline(always)]
 fn existing(lanes: u16, triangle: impl Fn(usize) -> u32) -> Option<Each<u32>> {
     if lanes == 0 {
@@ -191,7 +191,7 @@ fn corners_of<S: Simd>(simd: S, frame: &Frame, triangles: &Each<u32>) -> (Each<[
     (vertices, corner_vectors(simd, &frame.positions, &vertices))
 }
 
-/// What the vertices of each lane's triangle have, corner by corner.
+/// The values `of_vertices` of each lane's triangle, corner by corner.
 #[inline(always)]
 pub(super) fn corner_vectors<S: Simd>(simd: S, of_vertices: &[Vec3], vertices: &Each<[u32; 3]>) -> [Vectors<S>; 3] {
     let [a, b, c] = &gather(of_vertices, vertices);
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use crate::sampling::Sample;
 
-    /// Depth and weights of what each lane of the block at (0, 0) shows of one triangle.
+    /// Depth and weights, for each lane of the block at (0, 0) that shows a triangle.
     fn shown(corners: [Vec3; 3], view: &View) -> Vec<(Option<Hit>, [f32; 3])> {
         let mesh = Mesh { triangles: vec![[0, 1, 2]], ..Mesh::default() };
         let frame = Frame { positions: corners.to_vec(), mesh: Arc::new(mesh), ..Frame::default() };
@@ -246,7 +246,7 @@ mod tests {
         let view = View { camera, width: 4, height: 4 };
         let facing = [Vec3::new(-3.0, -2.0, 0.1), Vec3::new(2.5, -1.8, -0.4), Vec3::new(0.1, 2.9, 0.3)];
         let floor = [Vec3::new(-900.0, -0.02, 400.0), Vec3::new(900.0, -0.02, 400.0), Vec3::new(0.0, -0.03, -3000.0)];
-        // Seen almost from its edge, so that nearly all cancels.
+        // Seen almost from its edge, so that nearly everything cancels.
         let camera_height = camera.position.y;
         let edge = [
             Vec3::new(-900.0, camera_height - 1e-6, 3.0),

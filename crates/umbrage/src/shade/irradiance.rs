@@ -6,7 +6,7 @@ use umbrage_scene::Light;
 
 use super::lanes::{Vectors, Wide};
 
-/// A light as it arrives at points where nothing is in between.
+/// The light that arrives at points without occlusion.
 #[derive(Clone, Copy)]
 pub(crate) struct Arriving<S: Simd> {
     /// Unit direction towards the light.
@@ -15,7 +15,7 @@ pub(crate) struct Arriving<S: Simd> {
     pub(crate) irradiance: Vectors<S>,
 }
 
-/// What `light` sends to some points.
+/// The direction and irradiance of `light` at some points.
 #[inline(always)]
 pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) -> Arriving<S> {
     let emitted = Vectors::splat(simd, (light.color * light.intensity).clamp(Vec3::MIN, Vec3::MAX));
@@ -38,7 +38,7 @@ pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) ->
     }
 }
 
-/// What a light at a point sends in all directions.
+/// The same for a light at a point that shines in all directions.
 #[inline(always)]
 fn from_position<S: Simd>(
     simd: S,
@@ -64,7 +64,7 @@ fn from_position<S: Simd>(
     }
 }
 
-/// How much of a light is left at a distance, given in ranges (`KHR_lights_punctual`).
+/// The part of a light, 0 to 1, left at a distance given in ranges (`KHR_lights_punctual`).
 #[inline(always)]
 fn fade<S: Simd>(distance: f32x16<S>) -> f32x16<S> {
     let squared = distance * distance;

@@ -1,7 +1,7 @@
 //! Vectors of sixteen pixels at once: of a block of [`TileOrder`].
 //!
-//! What is here and what works with it is compiled once for each set of instructions, inside of `dispatch!`. So all of it
-//! is inlined, and no closure takes vectors: what isn't inlined is compiled without the instructions. Nothing is
+//! This module and its callers are compiled once for each set of instructions, inside of `dispatch!`. So all of it is
+//! inlined, and no closure takes vectors: code that isn't inlined is compiled without the instructions. Nothing is
 //! contracted or estimated, so every set gives the same numbers.
 
 use std::array;
@@ -15,7 +15,7 @@ use umbrage_rays::TileOrder;
 /// Pixels at once.
 pub(crate) const LANES: usize = TileOrder::BLOCK_PIXELS;
 
-/// The most radiance and irradiance, so that thousands of samples add up to a number.
+/// The largest radiance and irradiance: thousands of samples still add up to a finite number.
 pub(crate) const BRIGHTEST: f32 = 1e30;
 
 /// One value for each lane.
@@ -151,7 +151,7 @@ impl<S: Simd> Vectors<S> {
         Self::select(has_direction, unit, fallback)
     }
 
-    /// The vectors with a length of 1, and where they have a direction.
+    /// The vectors with a length of 1, and a mask of those that have a direction.
     #[inline(always)]
     pub(crate) fn try_normalized(self) -> (Self, mask32x16<S>) {
         let inverse = 1.0 / self.length();
@@ -170,26 +170,26 @@ impl<S: Simd> Vectors<S> {
         (self.x + self.y + self.z) / 3.0
     }
 
-    /// Where not all of x, y and z are zero.
+    /// The lanes in which not all of x, y and z are zero.
     #[inline(always)]
     pub(crate) fn is_something(self) -> mask32x16<S> {
         !(self.x.simd_eq(0.0) & self.y.simd_eq(0.0) & self.z.simd_eq(0.0))
     }
 
-    /// [`BRIGHTEST`] for what is brighter, and for what has overflowed and is no number.
+    /// Clamps components to ±[`BRIGHTEST`]; NaN from an overflow becomes [`BRIGHTEST`].
     #[inline(always)]
     pub(crate) fn at_most_brightest(self) -> Self {
         let bounded = |brightness: f32x16<S>| brightness.min_precise(BRIGHTEST).max_precise(-BRIGHTEST);
         Self { x: bounded(self.x), y: bounded(self.y), z: bounded(self.z) }
     }
 
-    /// One for what is above.
+    /// Clamps components to at most one.
     #[inline(always)]
     pub(crate) fn at_most_one(self) -> Self {
         Self { x: self.x.min(1.0), y: self.y.min(1.0), z: self.z.min(1.0) }
     }
 
-    /// Zero for what is below.
+    /// Clamps components to at least zero.
     #[inline(always)]
     pub(crate) fn at_least_zero(self) -> Self {
         Self { x: self.x.max(0.0), y: self.y.max(0.0), z: self.z.max(0.0) }
@@ -235,7 +235,7 @@ fn four(vectors: &[Vec4; LANES], first: usize) -> [f32; 16] {
     array::from_fn(|component| vectors[first + component / 4].to_array()[component % 4])
 }
 
-/// [`BRIGHTEST`] for what is brighter, and for what has overflowed and is no number.
+/// Clamps radiance to ±[`BRIGHTEST`]; NaN from an overflow becomes [`BRIGHTEST`].
 pub(crate) fn at_most_brightest(radiance: f32) -> f32 {
     if radiance.is_nan() { BRIGHTEST } else { radiance.clamp(-BRIGHTEST, BRIGHTEST) }
 }
@@ -245,12 +245,12 @@ pub(crate) fn lanes_of(bits: u16) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
-/// The lanes' vectors, from their x, y and z.
+/// The vector in one lane.
 pub(crate) fn vector_of(lane: usize, [x, y, z]: &[Each<f32>; 3]) -> Vec3 {
     Vec3::new(x[lane], y[lane], z[lane])
 }
 
-/// Keeps a vector in one lane.
+/// Stores a vector in one lane.
 #[inline(always)]
 pub(crate) fn put(lane: usize, value: impl Into<[f32; 3]>, to: &mut [Each<f32>; 3]) {
     let [x, y, z] = value.into();

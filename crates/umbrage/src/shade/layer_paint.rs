@@ -7,10 +7,9 @@ use super::lanes::{Each, LANES, each, lanes_of, put};
 use super::paint::{Bumps, MaterialLanes};
 use super::texels::Texels;
 
-/// What the layers of the lanes' materials say, textures included. A lane without a layer has the numbers of one that does
-/// nothing.
+/// Parameters of the layers of the lanes' materials, textures included. A lane without a layer has neutral values.
 pub(super) struct LayerPaint {
-    /// How much of what isn't metal mirrors.
+    /// Strength of the dielectric reflection.
     pub(super) specular: Each<f32>,
     pub(super) specular_color: [Each<f32>; 3],
     pub(super) coat: Each<f32>,
@@ -18,14 +17,14 @@ pub(super) struct LayerPaint {
     pub(super) coat_bumps: Bumps,
     pub(super) sheen_color: [Each<f32>; 3],
     pub(super) sheen_roughness: Each<f32>,
-    /// How strongly highlights are stretched.
+    /// Strength of the highlights' stretch.
     pub(super) stretch: Each<f32>,
     /// The direction of the stretch, as a bump without height.
     pub(super) grooves: Bumps,
     pub(super) film: Each<f32>,
     pub(super) film_ior: Each<f32>,
     pub(super) film_nanometers: Each<f32>,
-    /// The lanes that have each of them, the first in the lowest bit.
+    /// The lanes that have each layer, the first in the lowest bit.
     pub(super) specular_lanes: u16,
     pub(super) coat_lanes: u16,
     pub(super) sheen_lanes: u16,
@@ -33,7 +32,7 @@ pub(super) struct LayerPaint {
 }
 
 impl LayerPaint {
-    /// A film of more interferes with no light that the eye tells apart.
+    /// The thickest film, in nanometres: a thicker one interferes beyond the eye's resolution of colours.
     const THICKEST_NANOMETERS: f32 = 1e5;
 
     pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<S>, texels: &Texels<'_, S>) -> Self {
@@ -122,7 +121,7 @@ impl LayerPaint {
     }
 
     fn read_grooves<S: Simd>(&mut self, lanes: u16, anisotropy: &Anisotropy, texels: &Texels<'_, S>) {
-        // Without a texture along the tangent, with all the strength.
+        // Without a texture, along the tangent with full strength.
         let [x, y, strength] = match anisotropy.texture {
             Some(texture) => {
                 let [x, y, strength, _] = texels.read(texture, lanes);

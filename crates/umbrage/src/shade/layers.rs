@@ -15,26 +15,26 @@ use super::layer_paint::LayerPaint;
 use super::sheen::Sheen;
 use crate::background::Surroundings;
 
-/// What few materials have beyond metal, colour and roughness, as it is seen from one side. What no lane has is left out;
-/// lanes without a layer have one that does nothing.
+/// The rarer layers of materials, beyond metal, colour and roughness, seen from one side. A layer that no lane has is left
+/// out; lanes without a layer have a neutral one.
 #[derive(Clone, Copy)]
 pub(crate) struct Layers<S: Simd> {
-    /// What shapes the specular layer.
+    /// Layers that shape the specular layer.
     pub(super) film: Option<Film<S>>,
     pub(super) grooves: Option<Grooves<S>>,
     /// The lanes that mirror in colours of their own.
     pub(super) tinting: mask32x16<S>,
-    /// What lies on top.
+    /// Layers on top.
     sheen: Option<Sheen<S>>,
     coat: Option<Coat<S>>,
-    /// What sheen and coat leave of the light of what is below them, and what the coat alone does.
+    /// The part of the light from below that sheen and coat leave, and that the coat alone leaves.
     pub(super) below: f32x16<S>,
     below_coat: f32x16<S>,
 }
 
 impl<S: Simd> Layers<S> {
-    /// Of the unit `normal` of the surface, the one of its coat, and the unit direction of the view; `groove` is the direction
-    /// in which highlights are stretched.
+    /// Layers for the unit `normal` of the surface, that of its coat, and the unit direction of the view; `groove` is the
+    /// direction in which highlights are stretched.
     #[inline(always)]
     pub(super) fn new(
         simd: S,
@@ -79,7 +79,7 @@ impl<S: Simd> Layers<S> {
         layers
     }
 
-    /// What the layers on top reflect of a light.
+    /// Radiance that the layers on top reflect of a light.
     #[inline(always)]
     pub(crate) fn lit(&self, simd: S, arriving: &Arriving<S>) -> Vectors<S> {
         let mut reflected = Vectors::splat(simd, Vec3::ZERO);
@@ -92,7 +92,7 @@ impl<S: Simd> Layers<S> {
         reflected * arriving.irradiance
     }
 
-    /// What the layers on top scatter of light from all around, for each unit of irradiance.
+    /// Radiance that the layers on top scatter of light from all around, for each unit of irradiance.
     #[inline(always)]
     pub(crate) fn scattered(&self, simd: S) -> Vectors<S> {
         match &self.sheen {
@@ -101,8 +101,8 @@ impl<S: Simd> Layers<S> {
         }
     }
 
-    /// What the layers on top reflect of what is around the scene, of which so much comes to the surface; without the coat
-    /// in the lanes where it is `followed`.
+    /// Radiance that the layers on top reflect of the surroundings, with the `irradiance` of the surface. In `followed`
+    /// lanes the coat's part is left out.
     #[inline(always)]
     pub(crate) fn ambient(
         &self,
@@ -121,9 +121,9 @@ impl<S: Simd> Layers<S> {
         reflected
     }
 
-    /// Where the coat is a mirror, where all mirrors lead, and how much of what is there reaches the camera, given that of the
-    /// surface below and how much of what the whole surface sends does. Below a mirroring coat, mirrors lead where they do
-    /// without it.
+    /// The lanes where the coat is a mirror, the directions of all mirrors, and their weights towards the camera, given
+    /// those of the surface below and the weight of the whole surface. Where the surface below a mirroring coat is a mirror
+    /// too, its direction stays.
     #[inline(always)]
     pub(crate) fn coat_mirror(
         &self,
@@ -144,13 +144,13 @@ impl<S: Simd> Layers<S> {
         )
     }
 
-    /// How much of what is around the coat shows; zero where there is none.
+    /// The coat's weight for the surroundings; zero without a coat.
     #[inline(always)]
     pub(crate) fn coat_albedo(&self, simd: S) -> f32x16<S> {
         self.coat.as_ref().map_or(f32x16::splat(simd, 0.0), |coat| coat.albedo(simd).x)
     }
 
-    /// What they make of what small mirrors mirror, lane by lane, given what that is at grazing angles and in all.
+    /// The layers' effect on microfacets, lane by lane, given their reflectance at grazing angles and their albedo.
     #[inline(always)]
     pub(super) fn gloss(&self, simd: S, f90: f32x16<S>, albedo: f32x16<S>) -> GlossyLayers {
         let nothing = || ([0.0; LANES], [[0.0; LANES]; 3]);
@@ -180,13 +180,14 @@ impl<S: Simd> Layers<S> {
         }
     }
 
-    /// What of the light that the surface emits comes through.
+    /// The part of the light that the surface emits which passes through the coat.
     #[inline(always)]
     pub(crate) fn emitted(&self, emitted: Vectors<S>) -> Vectors<S> {
         emitted.scaled(self.below_coat)
     }
 
-    /// Where light comes from that stands for all that the specular layer mirrors, and over which perceptual roughness.
+    /// The one direction whose light stands for the specular layer's whole reflection, and the perceptual roughness to blur
+    /// it with.
     #[inline(always)]
     pub(crate) fn reflection(
         &self,

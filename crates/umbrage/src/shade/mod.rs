@@ -1,5 +1,5 @@
-//! What surfaces look like, a block of pixels at a time: where rays meet them, their attributes and reflectance, and the
-//! light that reaches them.
+//! The look of surfaces, a block of pixels at a time: hits of rays, their attributes and reflectance, and the light that
+//! reaches them.
 
 mod brdf;
 mod coat;

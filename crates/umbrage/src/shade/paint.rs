@@ -5,7 +5,7 @@ use super::hits::BlockHits;
 use super::lanes::{Each, LANES, each, lanes_of, put, vector_of};
 use super::texels::{Tangents, Texels};
 
-/// What the materials and textures of a block's lanes say, without the vertices' colours.
+/// Parameters of the materials and textures of a block's lanes, without the vertices' colours.
 pub(super) struct Paint {
     pub(super) base_color: [Each<f32>; 3],
     /// For blended materials.
@@ -13,7 +13,7 @@ pub(super) struct Paint {
     pub(super) metallic: Each<f32>,
     pub(super) roughness: Each<f32>,
     pub(super) ior: Each<f32>,
-    /// Of what isn't metal.
+    /// Of the dielectric part alone.
     pub(super) transmission: Each<f32>,
     pub(super) ambient_occlusion: Each<f32>,
     pub(super) emitted: [Each<f32>; 3],
@@ -29,13 +29,13 @@ pub(super) struct Paint {
     pub(super) layered: u16,
 }
 
-/// What normal textures say.
+/// Values of normal textures.
 pub(super) struct Bumps {
     /// The lanes that have one, the first in the lowest bit.
     pub(super) lanes: u16,
     /// Along the tangent, the bitangent and the normal.
     pub(super) bump: [Each<f32>; 3],
-    /// Of any length, not yet at right angles to the normal.
+    /// Tangents of any length, not yet at right angles to the normal.
     pub(super) tangent: [Each<f32>; 3],
     pub(super) bitangent_sign: Each<f32>,
 }
@@ -128,7 +128,7 @@ fn multiply(to: &mut Each<f32>, by: &Each<f32>, lanes: u16) {
     }
 }
 
-/// The materials of a block's lanes that show something, each with its lanes.
+/// The materials of a block's lanes with a hit, each with its lanes.
 pub(super) struct MaterialLanes<'a> {
     frame: &'a Frame,
     of_lanes: Each<u32>,
@@ -171,7 +171,8 @@ impl Bumps {
         self.set(lanes, texels, texture.tex_coord_set, &[x, y, z]);
     }
 
-    /// Takes bumps in the tangent frame of the file, or else of a set of texture coordinates; none where there is neither.
+    /// Takes bumps in the tangent frame of the file, or else in that of a set of texture coordinates; none where there is
+    /// neither.
     pub(super) fn set<S: Simd>(
         &mut self,
         lanes: u16,

@@ -15,14 +15,14 @@ pub(crate) struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Column and row of a lane's pixel; beyond the image's border where that is none.
+    /// Column and row of a lane's pixel; beyond the image's border for a lane without a pixel.
     #[inline(always)]
     pub(crate) fn pixel(&self, lane: usize) -> [u32; 2] {
         let [x, y] = self.corner;
         [x + lane as u32 % TileOrder::BLOCK, y + lane as u32 / TileOrder::BLOCK]
     }
 
-    /// The lanes that stand for pixels, the first in the lowest bit.
+    /// The lanes with a pixel, the first in the lowest bit.
     #[inline(always)]
     pub(crate) fn pixels(&self) -> u16 {
         let [columns, rows] = [self.view.width - self.corner[0], self.view.height - self.corner[1]];
@@ -44,7 +44,7 @@ pub(crate) struct BlockRays<S: Simd> {
     pub(super) direction: [Wide<S>; 2],
     /// Unit vectors towards the origin.
     pub(super) towards_origin: Vectors<S>,
-    /// How far light goes from the origin to the camera, by way of mirrors.
+    /// Distance from the origin to the camera, by way of mirrors.
     pub(crate) travelled: f32x16<S>,
 }
 

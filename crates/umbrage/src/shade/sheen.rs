@@ -9,29 +9,29 @@ use umbrage_rays::{SimdLevel, dispatch};
 use super::lanes::{Each, LANES, Vector, Vectors};
 use super::transcendental::{exp2, power};
 
-/// The least perceptual roughness. Fibres that lean less are seen from so near the surface only that pixels hardly show them,
-/// and the formula has no value where they don't lean at all.
+/// The least perceptual roughness. Fibres that lean less are visible only from so near the surface that pixels hardly show
+/// them, and the formula has no value for fibres that don't lean at all.
 const STRAIGHTEST: f32 = 0.1;
 
-/// Fibres as they are seen from one side: Estevez and Kulla, *Production Friendly Microfacet Sheen BRDF*, 2017, as
-/// `KHR_materials_sheen` has it.
+/// Fibres seen from one side: Estevez and Kulla, *Production Friendly Microfacet Sheen BRDF*, 2017, as `KHR_materials_sheen`
+/// has it.
 #[derive(Clone, Copy)]
 pub(super) struct Sheen<S: Simd> {
     normal: Vectors<S>,
     view: Vectors<S>,
-    /// Zero where there are none.
+    /// Sheen colour; zero without sheen.
     color: Vectors<S>,
     fibres: Fibres<S>,
-    /// How much of the light white ones reflect; at most one.
+    /// Directional albedo of white fibres; at most one.
     albedo: f32x16<S>,
 }
 
-/// What of the fibres depends on how far they lean and on the view.
+/// The terms of the fibres that depend on their roughness and on the view.
 #[derive(Clone, Copy)]
 struct Fibres<S: Simd> {
     /// Exponent of the squared sine between normal and half vector.
     exponent: f32x16<S>,
-    /// What makes a distribution of the power, over 4 n·v.
+    /// Normalisation of the power to a distribution, over 4 n·v.
     scale: f32x16<S>,
     masking: Masking<S>,
     /// One more than the masking of the view.
@@ -44,19 +44,19 @@ impl<S: Simd> Sheen<S> {
         let roughness = roughness.max(STRAIGHTEST).min(1.0);
         let n_v = normal.dot(view).max(1e-4).min(1.0);
         let whole = albedo(simd, roughness, n_v);
-        // Straight fibres would reflect more light than there is, seen from within five degrees of the surface.
+        // Straight fibres would reflect more light than arrives, seen from within five degrees of the surface.
         let albedo = whole.min(1.0);
         let color = color.scaled(albedo / whole);
         Self { normal, view, color, fibres: Fibres::new(roughness, n_v), albedo }
     }
 
-    /// How much of the light it leaves to what is below: the extension's albedo scaling, by the view alone.
+    /// The part of the light that it leaves to the layers below: the extension's albedo scaling, by the view alone.
     #[inline(always)]
     pub(super) fn below(&self) -> f32x16<S> {
         1.0 - self.color.largest() * self.albedo
     }
 
-    /// Reflected radiance for each unit that a light from a unit direction sends to surfaces that face it.
+    /// Reflected radiance, for each unit of irradiance on surfaces that face a light in this unit direction.
     #[inline(always)]
     pub(super) fn lit(&self, simd: S, light: Vectors<S>) -> Vectors<S> {
         let n_l = self.normal.dot(light);
@@ -65,7 +65,7 @@ impl<S: Simd> Sheen<S> {
         self.color.scaled(n_l.simd_gt(0.0).select(lobe, f32x16::splat(simd, 0.0)))
     }
 
-    /// How much it shows of even light from all around.
+    /// Directional albedo: its weight for even light from all around.
     #[inline(always)]
     pub(super) fn albedo(&self) -> Vectors<S> {
         self.color.scaled(self.albedo)
@@ -90,7 +90,7 @@ impl<S: Simd> Fibres<S> {
     }
 }
 
-/// The extension's fit of how much fibres hide each other.
+/// The extension's fit of the masking between fibres.
 #[derive(Clone, Copy)]
 struct Masking<S: Simd> {
     /// The curve's five numbers.
@@ -137,8 +137,8 @@ impl<S: Simd> Masking<S> {
 /// Entries along each side of the table.
 const SIDE: usize = 24;
 
-/// How much of the light from all around white fibres reflect, by perceptual roughness and the root of the cosine to the view,
-/// both from 0 to 1: 2.3 KB.
+/// Directional albedo of white fibres, by perceptual roughness and the root of the cosine to the view, both from 0 to 1: 2.3
+/// KB.
 static TABLE: LazyLock<[[f32; SIDE]; SIDE]> = LazyLock::new(|| {
     let value = |index: usize| index as f32 / (SIDE - 1) as f32;
     let roughness = |row: usize| value(row).max(0.5 * STRAIGHTEST);
@@ -199,7 +199,7 @@ fn integrated<S: Simd>(simd: S, roughness: f32, n_v: f32) -> f32 {
         }
         let (cosines, sines) = (f32x16::from_slice(simd, &cosines), f32x16::from_slice(simd, &sines));
         for ring in 0..RINGS {
-            // Cosines are squares, so that there are many near the surface, where fibres are seen.
+            // Cosines are squares, so that many are near the surface, where fibres are visible.
             let root = (ring as f32 + 0.5) / RINGS as f32;
             let n_l = f32x16::splat(simd, root * root);
             let radius = (1.0 - root * root * root * root).sqrt();

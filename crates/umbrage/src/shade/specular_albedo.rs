@@ -103,7 +103,7 @@ pub(super) fn visibility<S: Simd>(a2: f32x16<S>, n_l: f32x16<S>, n_v: f32x16<S>)
     0.5 / (masking + shadowing)
 }
 
-/// As Schlick's Fresnel term needs it.
+/// The fifth power of Schlick's Fresnel term.
 #[inline(always)]
 pub(super) fn fifth_power<S: Simd>(value: f32x16<S>) -> f32x16<S> {
     let squared = value * value;

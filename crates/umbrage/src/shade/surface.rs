@@ -12,12 +12,12 @@ use super::paint::{Bumps, Paint};
 use super::rays::BlockRays;
 use super::texels::Texels;
 
-/// How wide the cone of a camera ray's pixel is.
+/// The width of a camera ray's pixel cone.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint {
-    /// At depth 0, in world units.
+    /// Width at depth 0, in world units.
     pub(crate) width: f32,
-    /// How much wider it becomes for each unit of depth.
+    /// Growth of the width for each unit of depth.
     pub(crate) width_per_depth: f32,
 }
 
@@ -39,35 +39,35 @@ impl Footprint {
     }
 }
 
-/// Sixteen points of surfaces with everything that shading needs.
+/// Sixteen points of surfaces with all inputs of shading.
 #[derive(Clone, Copy)]
 pub(crate) struct Surface<S: Simd> {
-    /// Where they are.
+    /// World positions.
     pub(crate) position: [Wide<S>; 2],
     /// Unit direction towards the ray's origin.
     pub(crate) view: Vectors<S>,
     /// Unit normal of the triangle, on the side of `view`.
     pub(crate) geometric_normal: Vectors<S>,
-    /// The normal of the side that lights must be on to light it.
+    /// The normal of the side that a light must be on to reach the surface.
     pub(crate) lit_side: Vectors<S>,
     /// Unit normal with the vertices' and the texture's bumps.
     pub(crate) normal: Vectors<S>,
     pub(crate) reflectance: Reflectance<S>,
     pub(crate) base_color: Vectors<S>,
-    /// How much of what is behind the surface hides; 1 but for blended materials.
+    /// Opacity of the surface, 0 to 1; 1 except for blended materials.
     pub(crate) opacity: f32x16<S>,
-    /// What passes through of the light from behind where the surface is opaque otherwise, but for what it mirrors.
+    /// Transmittance for light from behind, apart from reflection, where the surface is opaque otherwise.
     pub(crate) transmitted: Vectors<S>,
     pub(crate) emitted: Vectors<S>,
-    /// How much of the light from all around arrives, 0 … 1.
+    /// The part of the light from all around that arrives, 0 … 1.
     pub(crate) ambient_occlusion: f32x16<S>,
     /// The lanes in which a volume of glass begins or ends, the first in the lowest bit.
     pub(crate) volume: u16,
     /// The lanes that show the front of their triangle.
     pub(crate) front: u16,
-    /// The lanes that are shown in their base colour whatever the light, the first in the lowest bit.
+    /// The lanes shown in their base colour in any light, the first in the lowest bit.
     pub(crate) unlit: u16,
-    /// The lanes of which only the shadows on them are seen.
+    /// The lanes that show only the shadows on them.
     pub(crate) catches: u16,
     /// `None` where no lane has any.
     pub(crate) layers: Option<Layers<S>>,
@@ -133,7 +133,7 @@ impl<S: Simd> Surface<S> {
     }
 }
 
-/// Triangles as the rays see them.
+/// Triangles from the rays' side.
 struct Facet<S: Simd> {
     /// On the side from which the corners are seen counterclockwise.
     front: Vectors<S>,
@@ -170,10 +170,10 @@ impl<S: Simd> Facet<S> {
         vertex_normals(simd, frame, hits).normalized_or(self.front)
     }
 
-    /// A normal on the front of the surface, turned to where the ray comes from.
+    /// A normal on the front of the surface, turned to the side of the ray's origin.
     #[inline(always)]
     fn on_the_side_of_the_ray(&self, smooth: Vectors<S>, bent: Vectors<S>) -> Vectors<S> {
-        // Smooth normals say which side is the front, also in files whose winding disagrees with them.
+        // Smooth normals define the front, even in files whose winding disagrees with them.
         Vectors::select(smooth.dot(self.geometric_normal).simd_lt(0.0), -bent, bent)
     }
 }

@@ -11,15 +11,15 @@ use super::transcendental::log2;
 
 /// Reads textures at sixteen hits.
 ///
-/// Coordinates, weights and means are found in vectors; texels are fetched one after the other, by code that all sets of
-/// instructions have in common. [`Texture::sample`] reads the same, but for rounding, at one point.
+/// Coordinates, weights and means are computed in vectors; texels are fetched one after the other, by code that all sets of
+/// instructions share. [`Texture::sample`] reads the same at one point, except for rounding.
 pub(super) struct Texels<'a, S: Simd> {
     simd: S,
     frame: &'a Frame,
     hits: &'a BlockHits<S>,
     /// Area of each ray's cone on the surface, in triangle areas.
     covered_triangles: f32x16<S>,
-    /// Of each set, once it is asked for.
+    /// Corners of each set, read at its first use.
     corner_coords: [OnceCell<[EachCoords; 3]>; 2],
 }
 
@@ -27,7 +27,7 @@ pub(super) struct Texels<'a, S: Simd> {
 type EachCoords = [Each<f32>; 2];
 type Coords<S> = [f32x16<S>; 2];
 
-/// Directions in which bumps are given.
+/// Directions of the bumps' axes.
 pub(super) struct Tangents {
     /// The lanes that have one, the first in the lowest bit.
     pub(super) lanes: u16,
@@ -42,11 +42,11 @@ impl<'a, S: Simd> Texels<'a, S> {
         Self { simd, frame, hits, covered_triangles, corner_coords: [OnceCell::new(), OnceCell::new()] }
     }
 
-    /// Red, green, blue and alpha in some lanes. What other lanes have means nothing.
+    /// Red, green, blue and alpha in some lanes. Values in other lanes have no meaning.
     ///
-    /// By ray cones (Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing*, 2019): as many
-    /// texels are averaged as the pixel's cone covers on the surface.
-    // One function for all textures: inlined, it would be there for each of them.
+    /// By ray cones (Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing*, 2019): averages
+    /// as many texels as the pixel's cone covers on the surface.
+    // One function for all textures: inlining would copy it for each of them.
     #[inline(never)]
     pub(super) fn read(&self, texture: TextureUse, lanes: u16) -> [Each<f32>; 4] {
         self.simd.vectorize(
@@ -64,7 +64,7 @@ impl<'a, S: Simd> Texels<'a, S> {
         texture.map_or([each(1.0); 4], |texture| self.read(texture, lanes))
     }
 
-    /// Where in an image the hits are, and how many of its texels their pixels cover.
+    /// Coordinates of the hits in an image, and the number of its texels along a side of their pixels' cones.
     #[inline(always)]
     fn coords_and_footprint(&self, texture: &TextureUse, image: &Texture) -> (Coords<S>, f32x16<S>) {
         let [a, b, c] = self.corner_coords(texture.tex_coord_set);
@@ -82,7 +82,7 @@ impl<'a, S: Simd> Texels<'a, S> {
         ([u + moved.x, v + moved.y], (triangle_texels * self.covered_triangles).sqrt())
     }
 
-    /// Of each corner, in a set of texture coordinates; zero where the file has none.
+    /// Coordinates of each corner, in a set of texture coordinates; zero where the file has none.
     #[inline(always)]
     fn corner_coords(&self, set: u8) -> [Coords<S>; 3] {
         let set = usize::from(set.min(1));
@@ -114,8 +114,8 @@ impl<'a, S: Simd> Texels<'a, S> {
         )
     }
 
-    /// The directions in which the texture's u grows across the triangles, where bitangents are negative, and which lanes
-    /// have them.
+    /// The directions in which the texture's u grows across the triangles, a mask of negative bitangents, and a mask of the
+    /// lanes that have a direction.
     #[inline(always)]
     fn gradients(&self, set: u8) -> (Vectors<S>, mask32x16<S>, mask32x16<S>) {
         let [a, b, c] = self.corner_coords(set);
@@ -128,7 +128,7 @@ impl<'a, S: Simd> Texels<'a, S> {
         (Vectors::select(is_mirrored, -tangent, tangent), !is_mirrored, !area.simd_eq(0.0))
     }
 
-    /// The file's tangents with a length of 1, which lanes have them, and where bitangents are negative.
+    /// The file's tangents with a length of 1, a mask of the lanes that have them, and a mask of negative bitangents.
     #[inline(always)]
     fn file_tangents(&self) -> (Vectors<S>, mask32x16<S>, mask32x16<S>) {
         let (corners, signs) = gather_tangents(self.frame, &self.hits.vertices);
@@ -150,10 +150,11 @@ fn turned<S: Simd>(matrix: Mat2, [u, v]: Coords<S>) -> Coords<S> {
     [u * matrix.x_axis.x + v * matrix.y_axis.x, u * matrix.x_axis.y + v * matrix.y_axis.y]
 }
 
-/// The linear colours at some coordinates, averaged over about so many texels of the full image, in some lanes.
+/// The linear colours at some coordinates, averaged over about `footprint` texels of the full image along each side, in some
+/// lanes.
 #[inline(always)]
 fn colors<S: Simd>(simd: S, image: &Texture, coords: Coords<S>, footprint: f32x16<S>, lanes: u16) -> [Each<f32>; 4] {
-    // From here on f32 has no four numbers between a texel and the next.
+    // Above this, f32 has less than four numbers between a texel and the next.
     const FAR: f32 = (1 << 22) as f32;
     let last = (image.levels().len() - 1) as f32;
     // NaN footprints (a texture stretched to nothing) read the full image.
@@ -196,7 +197,7 @@ fn between<S: Simd>(from: f32x16<S>, to: f32x16<S>, part: f32x16<S>) -> f32x16<S
     from + (to - from) * part
 }
 
-/// The colours of one level, mixed from the four texels around.
+/// The colours of one level, mixed from the four nearest texels.
 #[inline(always)]
 fn mixed<S: Simd>(simd: S, image: &Texture, level: f32x16<S>, [u, v]: Coords<S>, lanes: u16) -> [f32x16<S>; 4] {
     let ([width, height], [wrap_u, wrap_v]) = (image.size(), image.wrap());
@@ -250,22 +251,22 @@ fn load_four<S: Simd>(simd: S, [a, b, c, d]: &[Each<f32>; 4]) -> [f32x16<S>; 4] 
     [f32x16::from_slice(simd, a), f32x16::from_slice(simd, b), f32x16::from_slice(simd, c), f32x16::from_slice(simd, d)]
 }
 
-/// Of the upper left, upper right, lower left and lower right texel.
+/// Bilinear mix of the upper left, upper right, lower left and lower right texel.
 #[inline(always)]
 fn mix<S: Simd>([a, b, c, d]: [f32x16<S>; 4], right: f32x16<S>, down: f32x16<S>) -> f32x16<S> {
     between(between(a, b, right), between(c, d, right), down)
 }
 
-/// Which texels are read along an axis.
+/// The texels read along an axis.
 struct Axis<S: Simd> {
     first: Each<u32>,
     second: Each<u32>,
-    /// How far it is from the first one's centre to the second's, 0 … 1; NaN where coordinates are no finite numbers.
+    /// The position between the first one's centre and the second's, 0 … 1; NaN where coordinates aren't finite.
     part: f32x16<S>,
 }
 
 impl<S: Simd> Axis<S> {
-    /// At coordinates in texels, on a side of so many.
+    /// The texels at coordinates in texels, on a side of `side` texels.
     #[inline(always)]
     fn new(simd: S, wrap: Wrap, filter: Filter, at: f32x16<S>, side: f32x16<S>) -> Self {
         match filter {
@@ -283,7 +284,7 @@ impl<S: Simd> Axis<S> {
     }
 }
 
-/// The texels that stand for whole numbers on sides of so many; the first for NaN.
+/// The texels for whole numbers on a side of `side` texels; the first for NaN.
 #[inline(always)]
 fn texel<S: Simd>(wrap: Wrap, at: f32x16<S>, side: f32x16<S>) -> u32x16<S> {
     let last = side - 1.0;
@@ -298,10 +299,10 @@ fn texel<S: Simd>(wrap: Wrap, at: f32x16<S>, side: f32x16<S>) -> u32x16<S> {
     texel.max_precise(0.0).min_precise(last).to_int()
 }
 
-/// What is left of whole numbers below 2²³ in magnitude, 0 … `side` − 1.
+/// The remainder of whole numbers below 2²³ in magnitude, 0 … `side` − 1.
 #[inline(always)]
 fn remainder<S: Simd>(at: f32x16<S>, side: f32x16<S>) -> f32x16<S> {
-    // The quotient's floor may be off by one, and all that follows is exact.
+    // The quotient's floor may be off by one, and every later step is exact.
     let left = at - (at / side).floor() * side;
     let left = left.simd_lt(0.0).select(left + side, left);
     left.simd_ge(side).select(left - side, left)

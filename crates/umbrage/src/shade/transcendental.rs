@@ -1,12 +1,12 @@
-//! Exponentials, logarithms and cosines of sixteen numbers, of additions, multiplications and divisions alone: the same bits
-//! from every set of instructions.
+//! Exponentials, logarithms and cosines of sixteen numbers, from additions, multiplications and divisions alone: the same
+//! bits from every set of instructions.
 
 use std::f32::consts::{LN_2, PI};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16};
 
-/// 2 to the power of `x`, to about 2⁻²². What would be below 2⁻¹²⁶ is 2⁻¹²⁶, what would be above 2¹²⁷ is 2¹²⁷.
+/// 2 to the power of `x`, with a relative error of about 2⁻²². Results are clamped to 2⁻¹²⁶ … 2¹²⁷.
 #[inline(always)]
 pub(crate) fn exp2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     let x = x.max(-126.0).min(127.0);
@@ -27,7 +27,8 @@ pub(crate) fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     exp2(x * std::f32::consts::LOG2_E)
 }
 
-/// The logarithm to the base 2 of numbers above zero, to about 2⁻²²; of the least normal number for those below it.
+/// The logarithm to the base 2 of numbers above zero, with an error of about 2⁻²²; smaller numbers count as the least normal
+/// one.
 #[inline(always)]
 pub(crate) fn log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     // From √½ to √2, so that numbers near one have exact logarithms near zero.
@@ -43,13 +44,13 @@ pub(crate) fn log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     logarithm * std::f32::consts::LOG2_E + exponent.to_float::<f32x16<S>>()
 }
 
-/// `x`, not below zero, to the power of `y`; 0 stands for the least normal number.
+/// `x`, not below zero, to the power of `y`; 0 counts as the least normal number.
 #[inline(always)]
 pub(crate) fn power<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
     exp2(log2(x) * y)
 }
 
-/// The cosine of radians, to about 2⁻²¹ of one, and of large ones to as much as f32 tells turns apart.
+/// The cosine of radians, with an error of about 2⁻²¹; for large angles, of f32's precision in turns.
 #[inline(always)]
 pub(crate) fn cosine<S: Simd>(radians: f32x16<S>) -> f32x16<S> {
     let turns = radians * (0.5 / PI);
@@ -71,7 +72,7 @@ mod tests {
     use super::*;
     use crate::shade::lanes::{Each, LANES};
 
-    /// The largest error of a function over numbers, in parts of the truth.
+    /// The largest relative error of a function over numbers.
     fn largest_error(numbers: &[f32], of: impl Fn(&Each<f32>) -> Each<f32>, truth: impl Fn(f64) -> f64) -> f64 {
         let mut largest = 0.0_f64;
         for chunk in numbers.chunks_exact(LANES) {
@@ -95,7 +96,7 @@ mod tests {
             |x| dispatch!(SimdLevel::default(), simd => exp2(f32x16::from_slice(simd, x)).into()),
             f64::exp2,
         );
-        // What f32 has of x, up to 127, times ln 2, and a few roundings.
+        // f32's rounding of x, up to 127, times ln 2, and a few roundings.
         assert!(exponentials < 3e-7, "{exponentials}");
         let logarithms = largest_error(
             &numbers(1e-6, 9.0),

@@ -4,7 +4,8 @@ use umbrage_rays::{
 
 use crate::Error;
 
-/// Whether there is such a kd-tree: nothing is left to be built where triangles may have moved, and rays go one by one then.
+/// Checks the options: a tree that outlives its frame can't be lazy, since triangles may have moved before a node is built.
+/// Rays go through such trees one by one.
 pub(super) fn check(options: KdTreeOptions, rebuild: KdRebuild) -> Result<(), Error> {
     options.check()?;
     match rebuild {
@@ -14,7 +15,7 @@ pub(super) fn check(options: KdTreeOptions, rebuild: KdRebuild) -> Result<(), Er
     }
 }
 
-/// A kd-tree that outlives its frame as `rebuild` says, or none that does.
+/// A kd-tree that is updated as `rebuild` says.
 pub(super) fn make(
     level: SimdLevel,
     options: KdTreeOptions,

@@ -1,4 +1,4 @@
-//! Boxes that are moved from a face to a tile and back, beside f64, which has no error to speak of.
+//! Boxes moved from a face to a tile and back, compared with f64, whose own error is negligible.
 
 use super::*;
 use crate::random::Random;

@@ -1,5 +1,5 @@
-//! Faces beside precise numbers: of lights near what they see and far from it, and in it, where cubes and cones end, in scenes
-//! of all sizes and far from zero.
+//! Faces compared with precise numbers: of lights near the points and far from them, and among them, where cubes and cones
+//! end, in scenes of all sizes and far from zero.
 
 use std::ops::RangeInclusive;
 
@@ -19,7 +19,7 @@ pub(crate) struct Scene {
     pub(crate) light: LightSource,
     pub(crate) tiles: Vec<Tile>,
     pub(crate) faces: Vec<Face>,
-    /// How large tiles are together.
+    /// The extent of all tiles together.
     pub(crate) size: f64,
 }
 
@@ -48,13 +48,13 @@ fn is_within(face: &Face, position: DVec3, ranges: [[f64; 2]; 2]) -> bool {
     one > 0.0.into() && is_in(x, ranges[0]) && is_in(y, ranges[1])
 }
 
-/// How far away from the light a position is, as [`Face::farthest`] has it.
+/// The distance of a position from the light, as in [`Face::farthest`].
 pub(crate) fn distance(face: &Face, position: DVec3) -> Precise {
     let [_, _, z] = homogeneous(face, position);
     if face.is_parallel { -z } else { z }
 }
 
-/// The position with some homogeneous coordinates, about.
+/// The position with about these homogeneous coordinates.
 pub(crate) fn position(face: &Face, at: DVec3) -> DVec3 {
     face.origin + DMat3::from_cols(face.x, face.y, face.z).transpose().inverse() * at
 }
@@ -99,13 +99,13 @@ impl Scene {
         self.faces[(random.unit() * self.faces.len() as f64) as usize]
     }
 
-    /// How far away from a face's light the farthest corner is.
+    /// The distance of the farthest corner from a face's light.
     pub(crate) fn farthest(&self, face: &Face) -> Precise {
         let distances = corners(&self.tiles).map(|corner| distance(face, corner));
         distances.reduce(|most, one| if one > most { one } else { most }).expect("a corner")
     }
 
-    /// Whether a position may be that of what is between the light and a point that is found on a face, or wrongly there.
+    /// Whether a position is possible for an occluder of a point that is found on a face, rightly or not.
     pub(crate) fn may_shadow(&self, face: &Face, position: DVec3) -> bool {
         const LIMIT: f64 = POINT_LIMIT + LARGEST_POINT_ERROR;
         is_within(face, position, [[-LIMIT, LIMIT]; 2]) && distance(face, position) <= self.farthest(face)
@@ -116,7 +116,7 @@ fn spot(position: Vec3, direction: Vec3, outer_radians: f32) -> LightSource {
     LightSource::Spot { position, direction, inner_radians: 0.0, outer_radians }
 }
 
-/// Whether a point is on one of the faces, and in what that owns.
+/// Whether a point is on one of the faces, and in the range that this one owns.
 fn is_on_some(faces: &[Face], point: DVec3) -> bool {
     faces.iter().any(|face| {
         is_within(face, point, [[-POINT_LIMIT, POINT_LIMIT]; 2])
@@ -180,7 +180,7 @@ fn points_on_the_edge_of_a_cone_are_on_its_face() {
             let aside = [right, -right, up, -up][(random.unit() * 4.0) as usize];
             let tangent = (cone.axis.length_squared() / cone.squared_cosine - 1.0).sqrt();
             let depth = random.power(-3.0, 3.0);
-            // The outermost that is in the cone, among some that rounding parts.
+            // The outermost point in the cone, among some that differ by roundings.
             let at = |step: i32| (forward + aside * tangent * (1.0 - f64::from(step) * f64::EPSILON)) * depth;
             let Some(point) = (-8..8).map(at).find(|&point| cone.contains(point)) else { return 0 };
             let mut faces = Vec::new();
@@ -200,7 +200,8 @@ fn points_practically_on_a_spot_are_on_its_face() {
             let mut random = Random::new(seed.into());
             let light = spot(Vec3::ZERO, anywhere(&mut random).as_vec3(), random.power(-0.3, 0.0) as f32);
             let cone = Cone::of(&light).expect("a cone");
-            // Two corners in the light's plane, on either side of the light: where rounding puts what is between them.
+            // Two corners in the light's plane, on either side of the light: rounding decides the side of points between
+            // them.
             let corner = cone.axis.cross(anywhere(&mut random));
             let round = |at: f64| at * 3.0;
             let other = DVec3::from(corner.to_array().map(round));
@@ -242,7 +243,7 @@ fn no_face_has_a_point_of_a_tile_that_is_ruled_out() {
         let Some(scene) = Scene::new(&mut random, -20..=20) else { return };
         let face = scene.face(&mut random);
         let Some(owned) = face.owned else { return };
-        // All corners but one are outside, and that is about where the face, or what it owns, ends.
+        // All corners but one are outside, and that one is about where the face, or its own range, ends.
         let (axis, end) = ((random.unit() * 2.0) as usize, random.unit().round() as usize);
         let depth = scene.size * random.power(-3.0, 3.0);
         let beside = owned[1 - axis][0] + (owned[1 - axis][1] - owned[1 - axis][0]) * random.unit();

@@ -1,5 +1,5 @@
-//! Large triangles beside precise numbers, and beside the predicate. Triangles reach through the light, are nearly in a plane
-//! with it or have edges that are, and points are where the errors decide.
+//! Large triangles compared with precise numbers and with the predicate. Triangles reach through the light, are nearly in a
+//! plane with it or have such edges, and points are where the errors decide.
 
 use crate::dispatch;
 use glam::DVec2;
@@ -21,7 +21,7 @@ use crate::{LightSource, SimdLevel, Triangles};
 
 const TRIALS: u32 = 6000;
 
-/// Of a trial: more than are tested together.
+/// Triangles of a trial: more than are tested together.
 const TRIANGLES: usize = 20;
 
 /// A triangle on the face, precisely.
@@ -30,7 +30,7 @@ struct Truth {
     edges: [PreciseVector; 3],
     determinant: Precise,
     nearness: [Precise; 3],
-    /// The corners as they are found, and how large they are.
+    /// The corners in f64, and their largest coordinates.
     points: [DVec3; 3],
     sizes: [f64; 3],
 }
@@ -112,7 +112,7 @@ struct Trial {
     frame: [DVec3; 3],
     half: DVec2,
     middle: DVec2,
-    /// What triangles are about, and the size of everything.
+    /// The direction that triangles are around, and the size of everything.
     towards: DVec3,
     flat: Option<usize>,
     size: f64,
@@ -186,7 +186,7 @@ impl Trial {
         let large = random.power(-3.0, 8.0).log2().round().exp2();
         std::array::from_fn(|_| {
             if kind > 0.9 {
-                // In a plane that the light looks at, or is in.
+                // In a plane that the light faces, or is in.
                 let beside = DVec3::from([0; 3].map(|_| (random.signed() * 3.5).round())).cross(*towards) * large;
                 let along = if kind > 0.95 { DVec3::ZERO } else { *towards };
                 return (face.origin + (beside + along) * *size).as_vec3();
@@ -310,7 +310,7 @@ impl Trial {
             let record = large.record(number, origin.to_array(), [away as f32, far as f32], errors);
             record.errors.map(|twice| f64::from(twice) / 2.0)
         });
-        // Across the plane's slope all are as near to the light, so that what is rounded is far more than what is left.
+        // Across the plane's slope all are as near to the light, so that rounding errors are far more than the remainder.
         let level = numbers.first().and_then(|&number| {
             let [p, q, _] = large.planes[number].nearness;
             DVec2::new(-q, p).try_normalize().filter(|_| self.random.unit() < 0.3)
@@ -417,7 +417,8 @@ impl Trial {
         }
     }
 
-    /// What the predicate says of a point at X, Y and W; `None` where f64 has no such point within the errors of what is found.
+    /// The predicate's answer for a point at X, Y and W; `None` where f64 has no such point within the errors of the found
+    /// one.
     fn predicate(
         &self,
         corners: [Vec3; 3],
@@ -453,7 +454,7 @@ fn what_is_decided_of_large_triangles_is_so() {
     assert!(counts.iter().all(|&count| count > TRIALS), "{counts:?}");
 }
 
-/// Triangles in planes through zero, which are so near to the light that rounding decides what is in front of it.
+/// Triangles in planes through zero, so near to the light that rounding decides which parts are in front of it.
 #[test]
 fn what_is_outside_shadows_nothing() {
     let outside = (0..64_u32).into_par_iter().map(|seed| {

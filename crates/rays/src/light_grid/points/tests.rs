@@ -1,4 +1,4 @@
-//! Points as they are mapped, beside where they are, with depths as wrong as they may be.
+//! Mapped points compared with true positions, for depths with the largest allowed error.
 
 use crate::dispatch;
 use glam::{DVec2, DVec3, Vec3};
@@ -16,8 +16,8 @@ use crate::{Camera, LightSource, Projection, SimdLevel, Triangles, View};
 
 const TRIALS: u32 = 1000;
 
-/// A view of something at about one depth, and a light anywhere, often near the camera, where depths don't matter, or near what
-/// is seen, where they are all that matters.
+/// A view of an object at about one depth, and a light anywhere, often near the camera, where depths don't matter, or near
+/// the object, where only they matter.
 struct Trial {
     random: Random,
     level: SimdLevel,
@@ -34,7 +34,7 @@ impl Trial {
         let mut anywhere = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size)).as_vec3();
         let (position, at, sideways) = (anywhere(10.0 * far), anywhere(10.0), anywhere(1.0));
         let (near, away) = (anywhere(1.0), anywhere(30.0));
-        // Whether what is seen is far away in relation to its size.
+        // Whether the object is far away in relation to its size.
         let zoom = if random.unit() < 0.5 { 1.0 } else { random.power(-6.0, 0.0) };
         let camera = Camera::look_at(position, position + at, Vec3::Y, 0.7 * zoom as f32);
         let projection = Projection::Orthographic { half_height: (depth * zoom) as f32 };
@@ -50,7 +50,7 @@ impl Trial {
         Self { random, level, view, light, depth, zoom }
     }
 
-    /// How wrong X or Y, and W, of a point are at most in relation to what they may be.
+    /// The largest errors of X or Y, and of W, of a point in relation to their bounds.
     fn run(&mut self) -> Option<[f64; 2]> {
         let Self { random, level, view, light, depth, zoom } = self;
         let offset_pixels = DVec2::new(random.unit(), random.unit());
@@ -60,7 +60,7 @@ impl Trial {
         // Whether all depths are wrong in the same direction.
         let one_sign = random.unit() < 0.5;
         let (least, error) = (random.unit(), *zoom * random.power(-3.0, 0.0).min(0.5));
-        // Each pixel shows a triangle of its own, for what can't be mapped from depths.
+        // Each pixel shows a triangle of its own, for points that can't be mapped from depths.
         let (mut positions, mut true_depth) = (Vec::new(), Vec::new());
         for index in 0..seen.triangle.len() {
             let (column, row) = seen.order().column_and_row(index);
@@ -132,7 +132,7 @@ impl Trial {
     }
 }
 
-/// By how much X, Y and W of a block's point are from those of a world position, and these.
+/// The differences of X, Y and W of a block's point from those of a world position, and the latter.
 fn wrong_by(face: &Face, position: DVec3, origin: [f32; 3], points: &Block, lane: usize) -> (DVec3, DVec3) {
     let v = difference(precise(position), precise(face.origin));
     let [x, y, z] = [face.x, face.y, face.z].map(|axis| dot(precise(axis), v));
@@ -142,7 +142,7 @@ fn wrong_by(face: &Face, position: DVec3, origin: [f32; 3], points: &Block, lane
     (DVec3::from(wrong.map(|wrong| wrong.abs().to_f64())), DVec3::from(at.map(Precise::to_f64)))
 }
 
-/// The most of what trials say.
+/// The largest results of all trials.
 fn worst(of_trial: impl Fn(Random, SimdLevel) -> Option<[f64; 2]> + Sync) -> [f64; 2] {
     let levels = SimdLevel::available();
     let of_seed = |seed: u32| of_trial(Random::new(seed.into()), levels[seed as usize % levels.len()]);
@@ -154,7 +154,7 @@ fn worst(of_trial: impl Fn(Random, SimdLevel) -> Option<[f64; 2]> + Sync) -> [f6
 #[test]
 fn points_are_no_more_wrong_than_is_said() {
     let most = worst(|random, level| Trial::new(random, level).run());
-    // What is allowed isn't much more than what there is.
+    // The bounds aren't much larger than the errors.
     assert!(most.iter().all(|most| (0.5..=1.0).contains(most)), "{most:?} of what may be");
 }
 
@@ -204,7 +204,7 @@ fn listed_points_are_no_more_wrong_than_is_said() {
     assert!(most.iter().all(|most| (0.1..=1.0).contains(most)), "{most:?} of what may be");
 }
 
-/// Quotients that only their divisor makes wrong, and this only s: R₃ = s − (1 − η) with s = 1, without any rounding.
+/// Quotients with an error in their divisor alone, which comes from s: R₃ = s − (1 − η) with s = 1, without any rounding.
 #[test]
 fn wrong_divisors_make_quotients_no_more_wrong_than_is_said() {
     let mut list = PointList::default();

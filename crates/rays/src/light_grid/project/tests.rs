@@ -1,5 +1,5 @@
-//! What is brought to a face beside precise numbers: vertices and boxes at the face's borders, about in the light's plane, and as
-//! far away as the farthest point.
+//! Projected patches compared with precise numbers: vertices and boxes at the face's borders, about in the light's plane,
+//! and as far away as the farthest point.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,16 +12,16 @@ use crate::precise::Precise;
 use crate::random::Random;
 use crate::simd::vectors::vectors;
 
-/// How wrong coordinates may be in f64.
+/// The largest error of coordinates in f64.
 const WIDE_ERROR: f64 = HALF_ULP / 8.0;
 
-/// A face, and where to aim at.
+/// A face, and positions to aim at.
 struct Aim {
     random: Random,
     scene: Scene,
     face: Face,
     farthest: f64,
-    /// In relation to that, how far away vertices are.
+    /// Distance of vertices, in relation to the farthest point's.
     share: f64,
     level: SimdLevel,
 }
@@ -31,7 +31,7 @@ impl Aim {
         let levels = SimdLevel::available();
         let level = levels[seed as usize % levels.len()];
         let mut random = Random::new(seed.into());
-        // Such as underflow, now and then.
+        // Some scenes are so small that numbers underflow.
         let powers = if random.unit() < 0.1 { -45..=-39 } else { -8..=8 };
         let scene = Scene::new(&mut random, powers)?;
         let face = scene.face(&mut random);
@@ -42,7 +42,7 @@ impl Aim {
 
     /// A position at X and Y, about as far from the light as some share of the farthest point.
     fn at(&self, x: f64, y: f64, share: f64) -> DVec3 {
-        // What is flat across parallel light is about at zero.
+        // Depths of a scene that is flat across parallel light are about zero.
         let depth = if self.face.is_parallel { self.farthest.max(1.0) } else { self.farthest } * share;
         let at = if self.face.is_parallel { DVec3::new(x, y, -depth) } else { DVec3::new(x, y, 1.0) * depth };
         position(&self.face, at)
@@ -53,7 +53,7 @@ impl Aim {
         self.random.power(-17.0, -1.0).copysign(self.random.signed())
     }
 
-    /// A position about on a side of what the face sees: the four of X and Y, the light's plane and the farthest point's.
+    /// A position about on a side of the face's region: the four of X and Y, the light's plane and the farthest point's.
     fn on_side(&mut self, side: usize, limit: f64) -> DVec3 {
         let (little, is_beyond) = (self.little(), limit > FACE_LIMIT);
         let little = if is_beyond { little.abs() } else { little };
@@ -84,7 +84,7 @@ impl Aim {
         tries.min_by(|a, b| nearness(a).total_cmp(&nearness(b))).expect("a try")
     }
 
-    /// On the face and around it, as far from the light or as near as numbers go.
+    /// A position on the face or around it, as far from the light or as near as numbers go.
     fn anywhere(&mut self) -> DVec3 {
         let [x, y] = [0; 2].map(|_| self.random.signed() * 2.2);
         let [least, most] = [[-42.0, 42.0], [0.0, 12.0], [-2.0, 0.3], [-2.0, 0.3]][(self.random.unit() * 4.0) as usize];
@@ -93,7 +93,7 @@ impl Aim {
     }
 }
 
-/// The heights of a position over the sides of what a face sees: below zero outside.
+/// The heights of a position over the sides of the face's region: below zero outside.
 fn heights(face: &Face, farthest: f64, position: DVec3) -> [Precise; 6] {
     let [x, y, z] = homogeneous(face, position);
     let one = if face.is_parallel { 1.0.into() } else { z };
@@ -101,8 +101,8 @@ fn heights(face: &Face, farthest: f64, position: DVec3) -> [Precise; 6] {
     [limit - x, limit + x, limit - y, limit + y, one, Precise::from(farthest) - distance(face, position)]
 }
 
-/// How wrong the found X, Y and W of a position are at most: W in relation to its size, and X and Y to theirs up to a `largest`;
-/// less than one counts as one, but for W in perspective.
+/// The largest errors of the found X, Y and W of a position: W in relation to its size, and X and Y to theirs up to a
+/// `largest`; a size below one counts as one, except for W in perspective.
 fn wrong(face: &Face, position: DVec3, found: [f64; 3], largest: f64) -> f64 {
     let of = |found: f64, at: Precise, [least, most]: [f64; 2]| {
         (at - found.into()).to_f64().abs() / at.to_f64().abs().clamp(least, most)
@@ -181,7 +181,8 @@ fn boxes_that_are_outside_are_beyond_a_side() {
 /// Triangles of one patch or two.
 const TRIANGLES: usize = 16;
 
-/// Vertices that are all about on the same side of what the face sees, and one that may be in it; or all on the face or near it.
+/// Vertices that are all about on the same side of the face's region, with one that may be inside; or all on the face or
+/// near it.
 fn vertices(aim: &mut Aim) -> Vec<Vec3> {
     const INSIDE: f64 = 1.0 + 1.2 / 1024.0;
     let side = (aim.random.unit() * 12.0) as usize;
@@ -199,7 +200,7 @@ fn vertices(aim: &mut Aim) -> Vec<Vec3> {
             let share = [1.0, twice, 1.0 + 0.5 * aim.random.unit()][number.min(2)];
             let mut at = [0; 2].map(|_| aim.random.signed() * 1.9);
             if number == 0 && is_wide {
-                // About where rounding moves what is farther aside by more.
+                // About where rounding starts to move vertices farther aside by more.
                 at[0] = (2.0 + 4.0 * HALF_ULP * aim.random.signed()).copysign(at[0]);
             }
             let [x, y] = at;
@@ -256,13 +257,13 @@ fn patches_that_may_shadow_are_kept_and_in_their_boxes() {
     assert!(counts.iter().all(|&count| count > 200), "inside, outside, large: {counts:?}");
 }
 
-/// Checks what is found of a patch's vertices.
+/// Checks the projected vertices of a patch.
 fn check_inside(face: &Face, world: &[DVec3], found: &[[f32; 4]], around: FaceBox) {
     let about = || format!("{world:?} in {around:?} of {face:?}");
     let mut depths = [f64::INFINITY, 0.0];
     for (&vertex, &[x, y, w, _]) in world.iter().zip(found) {
         assert!(wrong(face, vertex, [x, y, w].map(f64::from), 1.0) <= VertexErrors::MOVED, "{vertex}: {}", about());
-        // What the filter's errors count on.
+        // The assumptions of the filter's errors.
         assert!(x.abs().max(y.abs()) < 2.0, "{vertex}: {}", about());
         assert!(face.is_parallel || (2.0_f32.powi(-60)..2.0_f32.powi(40)).contains(&w), "{vertex}: {}", about());
         let holds = |[low, high]: [f32; 2], at: Precise| at >= f64::from(low).into() && at <= f64::from(high).into();

@@ -1,4 +1,4 @@
-//! Points as they are mapped, beside where the face has them as real numbers, wherever in the predicate's box they are.
+//! Mapped points compared with real numbers, for positions anywhere in the predicate's box.
 
 use crate::dispatch;
 use glam::Vec3;
@@ -55,7 +55,8 @@ fn face(random: &mut Random) -> Option<(Face, DVec3, f64)> {
     Some((Face { point_error: random.power(-12.0, 0.0), ..face }, middle, size))
 }
 
-/// A point anywhere about a face: in it, beside it or at the border of what it owns, between the light and it or behind the light.
+/// A point anywhere about a face: inside, beside it or at the border of its own range, between the light and it or behind
+/// the light.
 fn point(random: &mut Random, face: &Face, middle: DVec3, size: f64) -> HitPoint {
     let x = (random.signed() * 1.002).clamp(-1.0015, 1.0015);
     let mut place = [x, random.signed()];
@@ -78,7 +79,7 @@ fn point(random: &mut Random, face: &Face, middle: DVec3, size: f64) -> HitPoint
     HitPoint { position, error }
 }
 
-/// How wrong X or Y, and W, of points that are exact are at most in relation to what they may be, and how many there are.
+/// The largest errors of X or Y, and of W, of exact points in relation to their bounds, and the number of such points.
 fn run(random: &mut Random, level: SimdLevel) -> Option<([f64; 2], u32)> {
     let (face, middle, size) = face(random)?;
     let points: [HitPoint; 8] = std::array::from_fn(|_| point(random, &face, middle, size));
@@ -131,8 +132,8 @@ fn points_are_no_more_wrong_than_is_said_and_elsewhere_only_if_they_are() {
     assert!(worst.iter().all(|worst| (0.9..=1.0).contains(worst)), "{worst:?} of what may be");
 }
 
-/// Where a ray meets a triangle is less certain than is said of all others if it is nearly in its plane: such points are mapped
-/// by no face, and belong to every one.
+/// The hit point of a ray nearly in its triangle's plane is less certain than all others: no face maps such a point, and it
+/// belongs to every face.
 #[test]
 fn points_of_triangles_seen_edge_on_are_of_every_face() {
     let in_front = [Vec3::new(-9.0, -9.0, -4.0), Vec3::new(9.0, -9.0, -4.0), Vec3::new(0.0, 9.0, -4.0)];

@@ -28,7 +28,8 @@ fn area([a, b, c]: Corners) -> f64 {
     (b - a).truncate().perp_dot((c - a).truncate())
 }
 
-/// The edge functions of a point, above zero in a triangle whichever way it is wound, and by how much its plane is nearer.
+/// The edge functions of a point, above zero in a triangle of either winding, and the difference by which its plane is
+/// nearer.
 fn functions(corners: Corners, point: DVec3) -> ([f64; 3], f64) {
     let [a, b, c] = corners;
     let area = area(corners);
@@ -43,7 +44,7 @@ struct Trial {
     level: SimdLevel,
     face: Face,
     origin: DVec3,
-    /// Of a triangle, and how far it is from the origin.
+    /// A triangle's extent and its distance from the origin.
     size: f64,
     away: f64,
     /// A triangle's height in relation to its length.
@@ -55,7 +56,8 @@ struct Trial {
     one_sided: u64,
 }
 
-/// What is found of sixteen points each about sixteen triangles: a bit for each that may be shadowed, and that certainly is.
+/// Results for sixteen points each about sixteen triangles: a bit for each that may be shadowed, and a bit for each that
+/// certainly is.
 type Decisions = [[u16; 2]; LANES];
 
 /// Sixteen triangles with these vertices, and for each a block of points as they are found in relation to the origin.
@@ -64,7 +66,7 @@ struct Setting<'a> {
     face: &'a Face,
     vertex_errors: &'a VertexErrors,
     origin: [f32; 3],
-    /// Of points.
+    /// Errors of the points.
     errors: [f32; 2],
     one_sided: u64,
     vertices: &'a [[f32; 4]],
@@ -133,7 +135,7 @@ impl Trial {
         let mut error = |most: f64| if random.unit() < 0.5 { 0.0 } else { most * random.power(-6.0, 0.0) };
         let errors = [error(1.0 / 4096.0), error(depth.abs() * 0.01)].map(|error| f64::from(error as f32));
         let (size, away) = (random.power(-8.0, 0.0), random.power(-8.0, 2.0).min(3.0));
-        // Thin ones whose area is what the errors are, in between.
+        // Thin ones whose area is as small as the errors, in between.
         let thin = 16.0 * HALF_ULP * (1.0 + away) * random.unit() / size;
         let aspect = [1.0, random.power(-7.0, 0.0), thin][(random.unit() * 3.0) as usize];
         let rise = random.power(-7.0, -0.6);
@@ -175,14 +177,14 @@ impl Trial {
         })
     }
 
-    /// What the predicate asks for beyond that is checked beside it, not here.
+    /// The predicate's further demands are checked by `predicate`, not here.
     fn setting<'a>(&self, face: &'a Face, vertex_errors: &'a VertexErrors, vertices: &'a [[f32; 4]]) -> Setting<'a> {
         let Self { level, one_sided, .. } = *self;
         let (origin, errors) = (self.origin.as_vec3().to_array(), self.errors.map(|error| error as f32));
         Setting { level, face, vertex_errors, origin, errors, one_sided, vertices }
     }
 
-    /// A corner as it is found.
+    /// A corner's computed coordinates.
     fn vertex(&mut self, corner: DVec3) -> [f32; 4] {
         let of_depth = if self.face.is_parallel { 1.0 } else { corner.z };
         let wrong = if self.size < 1e-20 { 0.0 } else { HALF_ULP / 8.0 };
@@ -221,7 +223,7 @@ impl Trial {
         })
     }
 
-    /// Where bounds of triangles don't reach what may be found of a point beyond a corner; `None` if they all do.
+    /// A triangle whose bounds don't reach a found position of a point beyond a corner; `None` if all do.
     fn short_bound(&mut self) -> Option<String> {
         let triangles: [Corners; LANES] = std::array::from_fn(|_| self.corners());
         let vertices: Vec<_> = triangles.as_flattened().iter().map(|&corner| self.vertex(corner)).collect();
@@ -246,7 +248,7 @@ impl Trial {
         })
     }
 
-    /// What is found of how many points: shadowed, not shadowed, not decided.
+    /// The numbers of points found shadowed, not shadowed and undecided.
     fn run(&mut self) -> [u32; 3] {
         let triangles: [Corners; LANES] = std::array::from_fn(|_| self.corners());
         let vertices: Vec<_> = triangles.as_flattened().iter().map(|&corner| self.vertex(corner)).collect();

@@ -1,4 +1,4 @@
-//! What f64 settles, beside the predicate: points and triangles where roundings, or the errors of points, decide.
+//! Results of f64 compared with the predicate: points and triangles where roundings, or the errors of points, decide.
 
 use std::sync::Mutex;
 
@@ -26,7 +26,7 @@ fn rounded(position: DVec3) -> DVec3 {
 
 const NOWHERE: HitPoint = HitPoint { position: DVec3::NAN, error: 0.0 };
 
-/// What is asked of eight points and eight triangles, a pair to a lane.
+/// Eight points and eight triangles to settle, a pair to a lane.
 struct Trial {
     light: LightSource,
     triangles: [[Vec3; 3]; 8],
@@ -38,10 +38,10 @@ struct Trial {
 enum Aim {
     /// The ray goes past an edge or a corner.
     Edge,
-    /// All coordinates are nearly the same but for their signs, so that products that cancel are as large as they can be, and
-    /// so near the middle that a light, or a point, is lost in the difference.
+    /// All coordinates are nearly the same except for their signs, so that cancelling products are as large as they can be.
+    /// The light, or the point, is so near zero that it is lost in the difference.
     Cube,
-    /// The point is in the triangle's plane, or as far from it as it may be wrong.
+    /// The point is in the triangle's plane, or its error away from it.
     Plane,
     /// The light is in the triangle's plane.
     Light,
@@ -115,7 +115,7 @@ impl Trial {
         let along = [random.unit(), tiny, 1.0 - tiny][(random.unit() * 3.0) as usize];
         let inside = [random.unit() * (1.0 - along), tiny][usize::from(random.unit() < 0.5)];
         let inside = if matches!(aim, Aim::Plane) { inside } else { inside * f64::from(u8::from(random.unit() < 0.5)) };
-        // Weights that are halfway between two f32, some of them.
+        // Some weights are halfway between two f32.
         let bits = f64::from(1 << 24);
         let (along, inside) = if random.unit() < 0.3 {
             (((along * bits).floor() + 0.5) / bits, (inside * bits).floor() / bits)
@@ -140,7 +140,7 @@ impl Trial {
         HitPoint { position, error: if random.unit() < 0.5 { error } else { 0.0 } }
     }
 
-    /// How many pairs are shadowed, lit and undecided, and by how much weights are wrong at most, of what they may be.
+    /// The numbers of shadowed, lit and undecided pairs, and the largest error of the weights in relation to its bound.
     fn check(&self, level: SimdLevel, points: &PointSet<'_>, at: [u32; 8]) -> ([u32; 3], f64) {
         let indices: [[u32; 3]; 8] = std::array::from_fn(|id| [0, 1, 2].map(|corner| 3 * id as u32 + corner));
         let triangles = Triangles { positions: self.triangles.as_flattened(), indices: &indices };
@@ -170,7 +170,7 @@ impl Trial {
     }
 }
 
-/// What masks were asked.
+/// The points that masks were asked about.
 #[derive(Default)]
 struct Seen(Mutex<Option<MaskPoints>>);
 
@@ -210,11 +210,11 @@ fn what_is_settled_of_listed_points_is_so() {
     });
 }
 
-/// Eight pixels that show triangles which their rays graze, so that points are far more wrong than other roundings.
+/// Eight pixels that show triangles grazed by their rays, so that the points' errors are far larger than other roundings.
 struct Grazed {
     view: View,
     pixels: [(u32, u32); 8],
-    /// Of the triangles.
+    /// Positions of the triangles.
     positions: [[Vec3; 3]; 8],
     depth: f64,
 }
@@ -250,7 +250,7 @@ impl Grazed {
         Self { view: View { camera, width: 64, height: 64 }, pixels, positions, depth }
     }
 
-    /// A triangle whose edge the segment between a point and a light goes past, or whose plane the point is in.
+    /// A triangle with an edge that the segment between a point and a light goes past, or with the point in its plane.
     fn aimed(&self, random: &mut Random, ray: &ShadowRay) -> [Vec3; 3] {
         let towards_light = match ray.ray.t_max {
             1.0 => -ray.ray.direction,

@@ -1,4 +1,4 @@
-//! Layers beside answers by brute force, which know nothing of structures, blocks of pixels and masks.
+//! Layers compared with brute force, without structures, blocks of pixels and masks.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ const FPS: f64 = 24.0;
 #[derive(Debug)]
 struct Flight;
 
-/// Where the corners of the flying triangle, and the camera, are at a moment.
+/// The flying triangle's corners, and the camera, at a moment.
 fn flying(seconds: f64) -> ([Vec3; 3], Camera) {
     let t = seconds as f32;
     let corner = |x: f32, y: f32, z: f32| Vec3::new(x + 0.9 * t, y + 0.4 * t * x, z - 0.5 * t);
@@ -45,7 +45,7 @@ impl Animated for Flight {
         frame.cameras.push(NamedCamera { name: "eye".into(), camera });
         frame.lights.push(lamp("above", LightSource::Point { position: Vec3::new(0.4, 3.0, 1.0) }));
         frame.lights.push(lamp("sun", LightSource::Directional { direction: Vec3::new(-0.6, -1.0, -0.2) }));
-        // Under the floor, whose other side the camera sees.
+        // Under the floor, whose upper side the camera sees.
         frame.lights.push(lamp("below", LightSource::Point { position: Vec3::new(0.2, -1.5, 0.3) }));
         Ok(())
     }

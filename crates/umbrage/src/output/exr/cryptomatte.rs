@@ -1,5 +1,5 @@
-//! Mattes of objects by their names, as in Friedman and Jones, *Cryptomatte Specification*, version 1.2.0, 2018: each pixel has
-//! pairs of an object's id and of how much of the pixel it covers, the greatest first, in layers of two pairs.
+//! Mattes of objects by their names, as in Friedman and Jones, *Cryptomatte Specification*, version 1.2.0, 2018: each pixel
+//! has pairs of an object's id and its part of the pixel, the greatest first, in layers of two pairs.
 
 use std::sync::Arc;
 
@@ -8,13 +8,13 @@ use ::exr::prelude::{FlatSamples, attribute::AttributeValue};
 use super::header::{Attribute, ascii_json, text};
 use crate::{Coverage, Covered, FilmLayers};
 
-/// What the mattes are of, in the name of every channel.
+/// The mattes' name, in the name of every channel.
 const LAYER: &str = "CryptoObject";
 
 /// Ranks come in pairs.
 const PAIR: usize = 2;
 
-/// The channels of all ranks: `CryptoObject00.R` has the first ids, `.G` what they cover, `.B` and `.A` the second ones; empty
+/// The channels of all ranks: `CryptoObject00.R` has the first ids, `.G` their parts, `.B` and `.A` the second ones; empty
 /// where there are no mattes.
 pub(super) fn channels(layers: &FilmLayers) -> Vec<(String, FlatSamples)> {
     let pixels = layers.coverage.pixels();
@@ -34,7 +34,7 @@ pub(super) fn channels(layers: &FilmLayers) -> Vec<(String, FlatSamples)> {
     channels
 }
 
-/// What compositing programs know the mattes by; empty where there are none.
+/// The attributes by which compositing programs find the mattes; empty where there are none.
 pub(super) fn attributes(layers: &FilmLayers) -> Vec<Attribute> {
     if layers.coverage.pixels().is_empty() {
         return Vec::new();
@@ -57,8 +57,8 @@ fn manifest(names: &[Arc<str>]) -> String {
     ascii_json(&serde_json::Value::Object(ids.collect()))
 }
 
-/// The float whose bits are a hash, but for its exponent: ids are no NaN, infinity, subnormal number or zero, which programs
-/// don't pass on bit for bit.
+/// The float with a hash's bits, except for its exponent: an id is no NaN, infinity, subnormal number or zero, since
+/// programs don't pass these on bit for bit.
 fn id(hash: u32) -> f32 {
     let exponent = hash >> 23 & 0xff;
     f32::from_bits(if exponent == 0 || exponent == 0xff { hash ^ 1 << 23 } else { hash })
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn hashes_are_the_published_ones() {
-        // Of the reference implementation's tests, `cryptomatte_utilities_tests.py` of Psyop/Cryptomatte.
+        // From the reference implementation's tests, `cryptomatte_utilities_tests.py` of Psyop/Cryptomatte.
         for (name, expected) in [
             ("hello", 6.070_562_710_24e-17_f64),
             ("cube", -4.084_619_125_19e15),

@@ -6,7 +6,7 @@ use glam::Vec2;
 use super::cryptomatte;
 use crate::{Film, FilmLayers, LightLayer};
 
-/// The names and samples of all layers that there are.
+/// The names and samples of all layers of a film.
 pub(super) fn channels(film: &Film) -> Vec<(String, FlatSamples)> {
     let FilmLayers { shadow, motion, barycentric, object, .. } = &film.layers;
     let mut channels: Vec<(String, FlatSamples)> = Vec::new();
@@ -27,8 +27,8 @@ pub(super) fn channels(film: &Film) -> Vec<(String, FlatSamples)> {
     channels
 }
 
-/// What each light's channel is called: as the light, with `_` for what isn't a letter, a digit, `-` or `_` of ASCII, or else by its
-/// number from 0: where it has no name, one of digits alone, a very long one, or the name of another light.
+/// The name of each light's channel: the light's, with `_` for every character but ASCII letters, digits, `-` and `_`. It is
+/// the light's index from 0 where the name has no letter, is very long, or is another light's too.
 fn names_of_lights(lights: &[LightLayer]) -> Vec<String> {
     const MOST_LETTERS: usize = 64;
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';

@@ -16,18 +16,19 @@ use super::partial_file::Look;
 use super::{Error, FrameRate, partial_file};
 use crate::Film;
 
-/// How an EXR file holds colours; depths and normals are always 32 bits.
+/// The bits of colours in an EXR file; depths and normals always have 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FloatDepth {
-    /// 16 bits: eleven of precision, up to 65,504; what is above is held as that.
+    /// 16 bits: eleven of precision, up to 65,504; larger values are clamped to that.
     #[default]
     Half,
     /// 32 bits.
     Full,
 }
 
-/// Writes a film as one part: `R`, `G`, `B`, `A` (linear radiance and coverage), `Z` and `depth.Z` (the same depths), `normal.X`, `normal.Y`,
-/// `normal.Z` and `id` (unsigned integers), and its layers. `rate` is that of several frames, of which it is one.
+/// Writes a film as one part: `R`, `G`, `B`, `A` (linear radiance and coverage), `Z` and `depth.Z` (the same depths),
+/// `normal.X`, `normal.Y`, `normal.Z` and `id` (unsigned integers), and its layers. `rate` is that of the animation, if the
+/// film is a frame of one.
 pub(crate) fn write(
     film: &Film,
     path: &Path,
@@ -74,7 +75,7 @@ fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>
     .collect()
 }
 
-/// The nearest half-precision value; the largest finite one for what is above it.
+/// The nearest half-precision value; the largest finite one for larger values.
 fn nearest_half(value: f32) -> f16 {
     f16::from_f32(if value.is_finite() { value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()) } else { value })
 }

@@ -1,12 +1,12 @@
-//! The filter beside the predicate, which asks more of a point than that it is behind a triangle: the whole box that it may be
-//! in has to be.
+//! The filter compared with the predicate, which wants more of a point than to be behind a triangle: its whole error box
+//! must be behind.
 
 use super::*;
 use crate::LightSource;
 use crate::predicate::{HitPoint, ShadowRay};
 use glam::Vec3;
 
-/// Sixteen triangles before a light at zero, and points that are behind these by about as much as the predicate asks for.
+/// Sixteen triangles before a light at zero, and points behind these by about the predicate's margin.
 struct Trial {
     random: Random,
     level: SimdLevel,
@@ -66,7 +66,7 @@ impl Trial {
         HitPoint { position, error: self.face.point_error * depth }
     }
 
-    /// How many points are in shadow for certain, and how many of those that the predicate calls so aren't for certain.
+    /// The number of points in shadow for certain, and of those that only the predicate calls shadowed.
     fn run(&mut self) -> [u32; 2] {
         let triangles: [[Vec3; 3]; LANES] = std::array::from_fn(|_| self.corners());
         let at = triangles.map(|corners| corners.map(|corner| self.on_face(corner.as_dvec3())));
