@@ -156,7 +156,7 @@ pub struct Sheen {
 /// Grooves or fibres that stretch highlights in one direction (`KHR_materials_anisotropy`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Anisotropy {
-    /// How much rougher the surface is in the direction of the stretch, 0 … 1.
+    /// Increase of roughness in the direction of the stretch, 0 … 1.
     pub strength: f32,
     /// Angle from the tangent to that direction, towards the bitangent.
     pub rotation_radians: f32,

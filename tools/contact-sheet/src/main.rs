@@ -120,7 +120,7 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
     const FAILED: [u16; 3] = [0x9000, 0x1800, 0x1800];
     let [tile_width, tile_height] = flags.size;
     let (cell_width, cell_height) = (tile_width + GAP, tile_height + LINE + GAP);
-    // About as wide as it is high.
+    // A sheet of about equal width and height.
     let square = (tiles.len() as f64 * f64::from(cell_height) / f64::from(cell_width)).sqrt().ceil() as u32;
     let columns = flags.columns.unwrap_or(square).clamp(1, tiles.len().max(1) as u32);
     let rows = (tiles.len() as u32).div_ceil(columns);

@@ -230,7 +230,7 @@ impl Accessor<'_> {
         }
     }
 
-    /// Whether all of its elements are zero, except those that [`Accessor::sparse_floats`] gives.
+    /// Whether all elements are zero, except the replacements of [`Accessor::sparse_floats`].
     pub(super) fn is_mostly_zero(&self) -> bool {
         self.base.is_none()
     }

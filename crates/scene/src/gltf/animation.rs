@@ -1,4 +1,4 @@
-//! A file's animations: their channels, and the choice of those that play.
+//! A file's animations, their channels, and the choice of playing animations.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -31,7 +31,7 @@ struct Channels {
     moved: Vec<Moved>,
 }
 
-/// The file's animations, and the channels of those that play.
+/// The file's animations, and the channels of the playing ones.
 #[derive(Debug, Default)]
 pub(super) struct Animations {
     pub(super) animations: Vec<Animation>,
@@ -192,8 +192,8 @@ fn read_channels(
     Ok(channels)
 }
 
-/// Reads the channels with pointers: those that hide and show nodes, and those that change materials, lights and cameras.
-/// Others are left out with a warning.
+/// Reads the channels with pointers that hide and show nodes, or change materials, lights and cameras. Others are left out
+/// with a warning.
 fn read_pointers(
     document: &Document,
     json: &json::Animation,

@@ -1,4 +1,4 @@
-//! Groups of triangles that move together: those below the same animated node, and those that mostly follow the same joint.
+//! Groups of triangles that move together: below the same animated node, or mostly following the same joint.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! glTF extensions: those that are read, and warnings or errors for the others.
+//! The supported glTF extensions, and warnings or errors for the others.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use gltf::json::Root;
 use crate::Error;
 use crate::texture::{AVIF_LEFT_OUT, READS_AVIF};
 
-/// Extensions that this reader supports, at least approximately.
+/// Extensions that this reader supports, some approximately.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -79,7 +79,7 @@ const AVIF_ADVICE: &str = if cfg!(target_family = "wasm") {
     AVIF_LEFT_OUT
 };
 
-/// Compares the extensions that a file uses and requires with those that are read.
+/// Compares the extensions that a file uses and requires with the supported ones.
 ///
 /// # Errors
 /// Where the file requires an extension that isn't read and that affects the picture.

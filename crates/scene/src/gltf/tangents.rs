@@ -1,4 +1,4 @@
-//! Tangents for normal maps where the file has none: those of `MikkTSpace`, as the specification (§3.7.2.1) asks.
+//! Tangents for normal maps of files without tangents, by `MikkTSpace`, as the specification (§3.7.2.1) requires.
 
 use std::collections::HashMap;
 

@@ -31,7 +31,7 @@ struct Mapping {
     variants: Vec<usize>,
 }
 
-/// Returns the names of the file's variants, and gives primitives the materials of the variant `wanted`.
+/// Returns the names of the file's variants, and gives primitives the materials of the variant `wanted`, if any.
 ///
 /// # Errors
 /// Where there is no such variant, or its description is broken.

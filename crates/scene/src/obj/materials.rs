@@ -134,9 +134,9 @@ pub(super) fn missing(folder: &Folder, name: &str) -> &'static str {
 
 /// Converts `definition` to a metallic-roughness material.
 ///
-/// `Pr` and `Pm` are taken as they are. Without `Pr`, a material with highlights (`Ks` above zero) gets the roughness
-/// whose GGX lobe is about as wide as the Blinn–Phong one: α = √(2 / (`Ns` + 2)), perceptual roughness = √α (Walter et
-/// al. 2007, Microfacet Models for Refraction, §5.2; Burley 2012, §5.4). `Ni` below 1 means nothing and is left out.
+/// `Pr` and `Pm` are taken unchanged. Without `Pr`, a material with highlights (`Ks` above zero) gets the roughness whose
+/// GGX lobe is about as wide as the Blinn–Phong one: α = √(2 / (`Ns` + 2)), perceptual roughness = √α (Walter et al. 2007,
+/// Microfacet Models for Refraction, §5.2; Burley 2012, §5.4). `Ni` below 1 means nothing and is left out.
 fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoader) -> Material {
     let name = &definition.name;
     textures.begin_material(name, folder);

@@ -23,7 +23,7 @@ pub(super) struct TextureLoader {
 /// A texture's source images and their combination.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Recipe {
-    /// sRGB colours, white where there is no image, and opacity, 1 where there is none.
+    /// sRGB colours, white without an image, and opacity, 1 without an image.
     Color { color: Option<PathBuf>, opacity: Option<PathBuf> },
     /// The image's numbers.
     Quantity(PathBuf),

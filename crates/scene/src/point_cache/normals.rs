@@ -13,8 +13,8 @@ use crate::memory::Budget;
 pub(super) struct Normals {
     /// For each vertex, the first one with the same position and normal.
     first_alike: Vec<u32>,
-    /// Side of the normal at rest: 1 where the triangles are counter-clockwise, −1 where they are clockwise, 0 without
-    /// a normal.
+    /// Side of the normal at rest: 1 where the triangles are counter-clockwise as seen from it, −1 where they are clockwise,
+    /// 0 without a normal.
     side: Vec<f32>,
 }
 

@@ -1,6 +1,6 @@
 //! Indices: of triangles that share edges (mode TRIANGLES), and in sequence (mode INDICES).
 //!
-//! The formats are those of `EXT_meshopt_compression`, appendix A.2 and A.3.
+//! The formats are defined in `EXT_meshopt_compression`, appendix A.2 and A.3.
 
 use super::bytes::{Bytes, signed};
 

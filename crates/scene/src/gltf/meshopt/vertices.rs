@@ -1,7 +1,7 @@
 //! Vertices: the differences between neighbours, byte by byte of an element (mode ATTRIBUTES).
 //!
-//! The formats are those of `EXT_meshopt_compression`, appendix A.1 (version 0), and of `KHR_meshopt_compression`
-//! (version 1, with channels and control bits).
+//! The formats are defined in `EXT_meshopt_compression`, appendix A.1 (version 0), and in `KHR_meshopt_compression` (version
+//! 1, with channels and control bits).
 
 use super::bytes::{Bytes, signed};
 
@@ -49,9 +49,9 @@ pub(super) fn vertices(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<
 struct Vertices<'a> {
     data: Bytes<'a>,
     version: u8,
-    /// For each four bytes of an element, how they follow from the element before.
+    /// For each four bytes of an element, the kind of difference to the previous element.
     channels: Vec<u8>,
-    /// The element before.
+    /// The previous element.
     last: Vec<u8>,
     /// For each byte of an element, the differences of a block's elements.
     differences: Vec<[u8; BLOCK_ELEMENTS]>,
@@ -113,7 +113,7 @@ fn read_group(data: &mut Bytes<'_>, bits: u8, group: &mut [u8; GROUP]) -> Result
     Ok(())
 }
 
-/// Decodes four bytes from those of the element before and their differences.
+/// Decodes four bytes from their differences to the previous element's.
 fn add(channel: u8, last: [u8; 4], differences: [u8; 4]) -> Result<[u8; 4], String> {
     match channel & 3 {
         0 => {

@@ -71,7 +71,7 @@ impl<'a> Picture<'a> {
 
 impl<'a> Container<'a> {
     /// # Errors
-    /// Where the item is missing, or isn't an AV1 frame that can be shown as it is.
+    /// Where the item is missing, or isn't an AV1 frame that can be shown unchanged.
     fn item(&self, id: u32) -> Result<Item<'a>, String> {
         match &self.kind(id)? {
             b"av01" => {}

@@ -99,7 +99,7 @@ fn parts_move_that_follow_what_an_animation_moves() {
         let vertices = part.first_vertex as usize..part.first_vertex as usize + 3;
         assert_eq!(early.positions[vertices.clone()] != late.positions[vertices], part.moves, "{part:?}");
     }
-    // The moving matrices are two joints', of which one moves, and a node's; the others are constant.
+    // The moving matrices belong to a node and two joints, one of which moves; the others are constant.
     assert_eq!((rig.moving_matrices, first.matrices.len()), (3, 3 + 5));
     assert_eq!(first.matrices[3..], second.matrices[3..]);
     assert_ne!(first.matrices[..3], second.matrices[..3]);
