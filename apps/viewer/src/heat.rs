@@ -10,7 +10,7 @@ use crate::order::Order;
 /// Counts for each pixel, and their colours.
 pub(crate) struct HeatMap {
     pub(crate) heat: HeatKind,
-    /// The light whose cells are counted, for counts of a light.
+    /// The light, for counts of a light's cells.
     pub(crate) light: Option<usize>,
     /// In rows from the upper left corner.
     pub(crate) counts: Vec<u32>,

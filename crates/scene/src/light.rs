@@ -29,8 +29,9 @@ pub enum LightShape {
     /// A ball of this radius in world units. For a directional light, a disk in the sky of this radius in degrees. With 0,
     /// all light comes from one point.
     Ball(f32),
-    /// A flat rectangle with a [`LightSource::to_one_side`]. Its radiance is equal in all directions in front, so its
-    /// intensity falls off with the cosine. The width is horizontal, or along x where it faces straight up or down.
+    /// A flat rectangle around a source made by [`LightSource::to_one_side`]. Its radiance is equal in all directions in
+    /// front, so its intensity falls off with the cosine. The width is horizontal, or along x where it faces straight up
+    /// or down.
     Rectangle {
         /// In world units.
         width: f32,

@@ -29,10 +29,10 @@ pub(crate) enum FlatTriangles {
 
 /// Adds normals to a frame without any: averages of the triangles' normals, weighted by area and by the angle at the vertex.
 ///
-/// Vertices with bitwise equal positions count as one. Triangles around it that share an edge are smoothed together where
-/// their angle is at most the crease angle. A normal farther than that from a triangle's own is replaced by the latter, as
-/// at the apex of a cone. Vertices with several normals are split: their copies come last, and the original of each copy is
-/// returned. Positions and triangles stay as they are. Takes O(n log n) time for all input.
+/// Vertices with bitwise equal positions count as one. Triangles around a position that share an edge are smoothed together
+/// where their angle is at most the crease angle. A normal farther than that from a triangle's own is replaced by the
+/// latter, as at the apex of a cone. Vertices with several normals are split: their copies come last, and the original of
+/// each copy is returned. Positions and triangles stay as they are. Takes O(n log n) time for all input.
 ///
 /// # Errors
 /// A message, where memory is too small, or there are too many vertices.

@@ -9,8 +9,8 @@
 //! directions and throughputs.
 //!
 //! Visibility of lights (`lights`) comes from `ask`, the tracer and the kd-tree's `lit`. With transmissive surfaces, the
-//! tracer lists those on the way of light, shading's `tint` computes their transmittance, and `tinted` stores it. For the
-//! camera rays' hits, the engine's structure has found the visibility already; only transmittance is computed.
+//! tracer lists the ones between point and light, shading's `tint` computes their transmittance, and `tinted` stores it. For
+//! the camera rays' hits, the engine's structure has found the visibility already; only transmittance is computed.
 //!
 //! The CPU reads back each generation's number of rays, and reserves memory for these.
 

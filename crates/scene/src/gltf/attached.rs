@@ -33,7 +33,7 @@ pub(super) struct NodeLight {
     pub(super) node: u32,
     /// Its index in the file.
     pub(super) number: usize,
-    /// The light; its source holds only a kind and angles.
+    /// The light; the position and direction of its source are placeholders.
     light: Light,
 }
 

@@ -16,10 +16,10 @@ use crate::{Alpha, ColorSpace, Error, Material, Materials, TextureUse, Volume};
 
 /// Reads all materials in the file's order, and after them glTF's default material if `with_default`.
 ///
-/// Textures that can't be used are left away with a warning.
+/// Textures that can't be used are left out with a warning.
 ///
 /// # Errors
-/// Where an index is out of range, or a number is NaN.
+/// Where an index is out of range, or a number isn't finite.
 pub(super) fn read(document: &Document, with_default: bool, warnings: &mut Vec<String>) -> Result<Materials, Error> {
     let mut reader = Reader { document, textures: Textures::default(), warnings, glossy: 0 };
     let mut materials = Vec::new();

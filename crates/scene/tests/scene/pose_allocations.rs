@@ -38,7 +38,7 @@ fn moving_scene() -> Builder {
 /// Poses a scene at twenty times into one frame, and asserts that no pose but the first allocates. Returns the last frame.
 #[track_caller]
 pub(crate) fn assert_later_poses_allocate_nothing(scene: &Scene) -> Frame {
-    // On one thread, since the thread pool allocates queues between several ones.
+    // On one thread, since the pool allocates queues between several threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
         let mut frame = Frame::default();
