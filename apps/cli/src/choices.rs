@@ -10,7 +10,7 @@ use umbrage::{EngineKind, ImpossibleOption, Layer, Layers, OptionValues, Structu
 use crate::failure::Failure;
 use crate::feature::Feature;
 
-/// Reads a value with `parse`, and names what it can be.
+/// Parses a value with `parse`, and lists the possible names.
 #[derive(Clone)]
 struct Named<P> {
     names: Vec<(&'static str, &'static str)>,
@@ -38,12 +38,12 @@ where
     }
 }
 
-/// One of a type's choices, by its name.
+/// Parses one of a type's choices by its name.
 pub(crate) fn choice<T: Choice + Send + Sync>() -> impl TypedValueParser<Value = T> {
     Named { names: T::names(), parse: T::named }
 }
 
-/// The engines. A command without the GPU's names the feature that brings it.
+/// Parses an engine. In builds without the GPU engine, its description names the missing feature.
 pub(crate) fn engine() -> impl TypedValueParser<Value = EngineKind> {
     let described = |(name, about)| match EngineKind::named(name) {
         Ok(EngineKind::Gpu) if !Feature::Gpu.is_there() => (name, "a GPU, in builds with `--features gpu`"),
@@ -52,18 +52,18 @@ pub(crate) fn engine() -> impl TypedValueParser<Value = EngineKind> {
     Named { names: EngineKind::names().into_iter().map(described).collect(), parse: EngineKind::named }
 }
 
-/// Layers by their names, with commas between them, or all of them.
+/// Parses layer names separated by commas, or the name of all.
 pub(crate) fn layers() -> impl TypedValueParser<Value = Layers> {
     let all = (Layers::ALL, "all of these");
     Named { names: Layer::names().into_iter().chain([all]).collect(), parse: str::parse::<Layers> }
 }
 
-/// Which structures a command knows, by the command: the default first. With a single one there is no `--structure`.
+/// The structures of each kind of command, the default first. With a single structure there is no `--structure`.
 const KNOWN: [&[&str]; 3] =
     [&["perspective", "listed", "grid", "kdtree", "bvh"], &["listed", "perspective"], &["kdtree"]];
 /// All structures, as for rendering.
 pub(crate) const ALL: usize = 0;
-/// Those whose work is counted pixel by pixel.
+/// Structures whose work is counted per pixel.
 pub(crate) const SPECIALISED: usize = 1;
 /// The kd-tree alone.
 pub(crate) const KD_TREE: usize = 2;
@@ -76,15 +76,15 @@ pub(crate) struct StructureFlags<const K: usize> {
 }
 
 impl<const K: usize> StructureFlags<K> {
-    /// Whether there is more than the structure's name.
+    /// Whether any option is given.
     pub(crate) fn has_options(&self) -> bool {
         !self.given.is_empty()
     }
 
-    /// What finds the triangles.
+    /// The structure with its options.
     ///
     /// # Errors
-    /// If an option is another structure's, or doesn't go with another option.
+    /// If an option belongs to another structure, or excludes another option.
     pub(crate) fn structure(&self) -> Result<Structure, Failure> {
         let mut structure = self.structure;
         for (option, value) in &self.given {
@@ -170,7 +170,8 @@ fn flag(option: &'static StructureOption, heading: &'static str) -> Arg {
     let parse = move |value: &str| {
         let mut structure = Structure::named(option.structure).unwrap_or_default();
         if option.name == "tracing-tiles" {
-            // How many there can be depends on the size of sorting tiles, which may be given as well.
+            // The range depends on the size of sorting tiles, which may be given as well, so this checks with the
+            // widest one.
             structure.set_option("sorting-tile", "8").map_err(|impossible| impossible.why)?;
         }
         structure.set_option(option.name, value).map(|()| value.to_owned()).map_err(|impossible| impossible.why)

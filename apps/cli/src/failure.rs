@@ -6,24 +6,24 @@ use umbrage::{output, scene};
 
 use crate::feature::Feature;
 
-/// Says a line on standard error. Where that is full or closed, there is nobody left to tell.
+/// Writes a line to standard error, and ignores errors there.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Why the command ends without having done what was asked.
+/// The reason why the command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The flags, the scene or a file that they name is wrong: exit code 2.
     Input {
-        /// What is wrong.
+        /// The fault.
         message: String,
-        /// What would be right, where that is known.
+        /// The remedy, if known.
         hint: Option<String>,
     },
     /// Rendering or writing failed: exit code 1.
     Work(String),
-    /// The reader of standard output has gone, which is its right: exit code 0.
+    /// The reader of standard output has closed it, which isn't an error: exit code 0.
     Unread,
 }
 
@@ -32,17 +32,17 @@ impl Failure {
         Self::Input { message: message.into(), hint: Some(hint.into()) }
     }
 
-    /// The command lacks an optional part that it is asked to use.
+    /// The command lacks the requested optional part.
     pub(crate) fn without(feature: Feature) -> Self {
         Self::input(feature.lack(), feature.remedy())
     }
 
-    /// A GPU was named, and the CPU asked for.
+    /// A GPU was named together with the CPU engine.
     pub(crate) fn gpu_named_for_cpu() -> Self {
         Self::input("--device names a GPU, but the CPU renders", "add `--engine gpu`")
     }
 
-    /// What is wrong, without a hint.
+    /// The fault, without a hint.
     #[cfg(feature = "gpu")]
     pub(crate) fn message(&self) -> &str {
         match self {
@@ -51,7 +51,7 @@ impl Failure {
         }
     }
 
-    /// Tells the user, and gives the exit code.
+    /// Prints the failure and returns the exit code.
     pub(crate) fn report(self) -> ExitCode {
         match self {
             Self::Input { message, hint } => {

@@ -14,7 +14,7 @@ pub(crate) enum Feature {
 }
 
 impl Feature {
-    /// Its name for cargo.
+    /// The name of the cargo feature.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Avif => "avif",
@@ -37,7 +37,7 @@ impl Feature {
         if self.is_there() { Ok(()) } else { Err(Failure::without(self)) }
     }
 
-    /// Says that this command lacks it.
+    /// The message that this command lacks it.
     pub(crate) fn lack(self) -> String {
         let part = match self {
             Self::Avif => "decoder for AVIF",
@@ -47,7 +47,7 @@ impl Feature {
         format!("this `umbrage` was built without its {part}")
     }
 
-    /// The commands that bring it: one runs it in a clone of the repository, the other installs all features.
+    /// The commands that add it: one runs it in a clone of the repository, the other installs all features.
     pub(crate) fn remedy(self) -> String {
         let name = self.name();
         format!(
@@ -55,12 +55,12 @@ impl Feature {
         )
     }
 
-    /// The missing feature that an error or a warning of the library names.
+    /// The missing feature named by an error or a warning of the library.
     pub(crate) fn named_in(message: &str) -> Option<Self> {
         message.contains(umbrage::scene::AVIF_LEFT_OUT).then_some(Self::Avif)
     }
 
-    /// Says how to get a missing feature that a scene's warnings name.
+    /// Prints the remedy for a missing feature named by a scene's warnings.
     pub(crate) fn hint_at_missing(warnings: &[String]) {
         if let Some(feature) = warnings.iter().find_map(|warning| Self::named_in(warning)) {
             say(format_args!("hint: {}", feature.remedy()));

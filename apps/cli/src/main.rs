@@ -1,6 +1,6 @@
 //! The `umbrage` command: flags → a validated job → the library → an exit code.
 #![forbid(unsafe_code)]
-// `print!` and `eprint!` panic where nobody can read them.
+// `print!` and `eprint!` panic where their stream is closed.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod choices;
@@ -36,7 +36,7 @@ fn main() -> ExitCode {
     let done = match Asked::of(shorthand::written_out(env::args_os())) {
         Asked::Flags(flags) => run(*flags),
         Asked::Wrong(failure) => Err(failure),
-        // Help and the version are among these, and go to standard output.
+        // Includes help and the version, which go to standard output.
         Asked::Said(said) => match said.print() {
             Err(unheard) if !said.use_stderr() => Err(unheard.into()),
             _ => return ExitCode::from(said.exit_code() as u8),

@@ -9,7 +9,7 @@ use crate::flags::Flags;
 
 /// Prints a completion script.
 pub(crate) fn completions(shell: Shell) -> Result<(), Failure> {
-    // The generator panics where its writer fails, so it writes to memory.
+    // The generator panics if its writer fails, so it writes to memory.
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Flags::command(), "umbrage", &mut script);
     Ok(io::stdout().write_all(&script)?)

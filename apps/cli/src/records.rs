@@ -1,4 +1,4 @@
-//! What is known of finished frames, so that the same command goes on where it ended.
+//! Records of finished frames, so that the same command resumes where it ended.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek};
@@ -18,14 +18,14 @@ use crate::job::{Job, Schedule};
 /// The folder of the records, beside the pictures.
 const FOLDER: &str = ".umbrage";
 
-/// How many bytes the scene's files may have in all to be compared by their bytes. Beyond that, opening them takes long
-/// enough already, and they are compared by their sizes and the times of their last change.
+/// Maximum total bytes of a scene's files to be compared by content. Larger ones take long to open already, and are compared
+/// by size and time of modification.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// The longest record that is read.
+/// Maximum bytes of a record.
 const MOST_BYTES_OF_RECORD: u64 = 4096;
 
-/// The records of numbered frames: a file for each, so that any number of processes may write into one folder at once.
+/// The records of numbered frames: one file per frame, so that several processes can write to one folder.
 pub(crate) struct Records<'a> {
     pictures: NumberedPath,
     records: NumberedPath,
@@ -33,31 +33,31 @@ pub(crate) struct Records<'a> {
     pattern: PathBuf,
     schedule: &'a Schedule,
     scene: String,
-    /// What all frames have in common of what decides on their pictures.
+    /// The settings that affect the pictures of all frames.
     settings: String,
     has_orbit: bool,
 }
 
-/// What a picture was made from, and which bytes it had then. Hashes are SHA-256's, in hexadecimal digits.
+/// The sources of a picture and the hash of its file. Hashes are SHA-256 in hexadecimal digits.
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
 struct Record {
     /// The version of the program.
     umbrage: String,
     frame: u32,
-    /// Of the scene's address and its files.
+    /// Hash of the scene's address and its files.
     scene: String,
-    /// Of all settings that change the picture, and the moment.
+    /// Hash of all settings that affect the picture, and its time.
     settings: String,
     bytes: u64,
-    /// Of the picture's file.
+    /// Hash of the picture's file.
     picture: String,
 }
 
 impl<'a> Records<'a> {
-    /// Those beside the pictures `target`; `None` where that isn't numbered.
+    /// The records beside the pictures `target`; `None` where that isn't numbered.
     ///
     /// # Errors
-    /// Where the scene's files can't be read any more.
+    /// Where the scene's files can no longer be read.
     pub(crate) fn new(
         job: &Job,
         target: &Path,
@@ -74,7 +74,7 @@ impl<'a> Records<'a> {
         Ok(Some(Self { pictures, records, pattern, schedule, scene, settings, has_orbit }))
     }
 
-    /// Those of `frames` whose picture isn't there, isn't whole, or isn't what it would be now.
+    /// The frames whose picture is missing, incomplete or outdated.
     pub(crate) fn missing(&self, frames: Range<u32>) -> Vec<u32> {
         frames.into_par_iter().filter(|&frame| !self.is_there(frame)).collect()
     }
@@ -87,7 +87,7 @@ impl<'a> Records<'a> {
         record == self.record(frame, record.bytes, record.picture.clone()) && has_length() && is_same()
     }
 
-    /// Gets ready to [`write`](Self::write).
+    /// Prepares to [`write`](Self::write).
     ///
     /// # Errors
     /// Where the folder can't be made.
@@ -103,10 +103,10 @@ impl<'a> Records<'a> {
         Ok(())
     }
 
-    /// Records that a frame's picture has so many bytes with that hash.
+    /// Records a frame's picture with its number of bytes and its hash.
     ///
     /// # Errors
-    /// Where the system refuses to write.
+    /// Where the record can't be written.
     pub(crate) fn write(&self, frame: u32, (bytes, picture): (u64, String)) -> Result<(), Failure> {
         let json = serde_json::to_string(&self.record(frame, bytes, picture));
         let json = json.map_err(|error| Failure::Work(error.to_string()))?;
@@ -115,7 +115,7 @@ impl<'a> Records<'a> {
 
     fn record(&self, frame: u32, bytes: u64, picture: String) -> Record {
         let (seconds, turn) = (self.schedule.seconds(frame), self.schedule.turn(frame));
-        // Lights that orbit are somewhere else where there are other frames; nothing else depends on these.
+        // The positions of orbiting lights depend on the number of frames; nothing else does.
         let turn = self.has_orbit.then_some(turn);
         let settings = digest(format!("{} second {seconds:?} turn {turn:?}", self.settings).as_bytes());
         let umbrage = env!("CARGO_PKG_VERSION").to_owned();
@@ -123,17 +123,17 @@ impl<'a> Records<'a> {
     }
 }
 
-/// What is recorded of a frame; `None` for nothing that can be read.
+/// Reads a frame's record; `None` if it is missing or unreadable.
 fn read(path: &Path) -> Option<Record> {
     let mut json = String::new();
     File::open(path).ok()?.take(MOST_BYTES_OF_RECORD).read_to_string(&mut json).ok()?;
     serde_json::from_str(&json).ok()
 }
 
-/// All settings that change pictures, in words, but for the moment.
+/// All settings that affect pictures, as text, without the time.
 fn settings(job: &Job) -> String {
     let Job { flags, settings, format, output_options, .. } = job;
-    // Every structure has the same picture. An image around the scene is among the scene's files.
+    // Every structure gives the same picture. A background image is among the scene's files.
     let background = match settings.background {
         Background::Image(_) => Background::default(),
         ref other => other.clone(),
@@ -142,7 +142,7 @@ fn settings(job: &Job) -> String {
     format!("{settings:?} {format:?} {output_options:?} {}", flags.beside_settings())
 }
 
-/// The hash of the scene's address and of its files, with the background's.
+/// The hash of the scene's address and its files, including the background's.
 fn of_scene(job: &Job, scene: &Scene) -> Result<String, Failure> {
     let files: Vec<&Path> = scene.files().iter().map(PathBuf::as_path).chain(job.background_file()).collect();
     let named = |path: &Path, error: io::Error| Failure::Work(format!("{}: can't be read: {error}", path.display()));
@@ -166,7 +166,7 @@ fn size_and_time(path: &Path) -> io::Result<(u64, String)> {
     Ok((about.len(), format!("at {since:?}")))
 }
 
-/// How many bytes a file has, and their hash.
+/// Length of a file in bytes, and its hash.
 pub(crate) fn hash(mut file: impl Read + Seek) -> io::Result<(u64, String)> {
     file.rewind()?;
     let mut hasher = Sha256::new();

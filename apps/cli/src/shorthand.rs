@@ -1,4 +1,4 @@
-//! `umbrage model.glb` for `umbrage view model.glb`, or for a picture where the command has no window.
+//! `umbrage model.glb` as a shorthand for `umbrage view model.glb`, or for `render` in builds without the window.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -9,10 +9,10 @@ use crate::failure::say;
 use crate::feature::Feature;
 use crate::flags::Flags;
 
-/// Endings of files that are scenes.
+/// Extensions of scene files.
 const SCENES: [&str; 7] = ["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"];
 
-/// The words of the command line, with what is to be done with a scene where they only name one.
+/// Expands the command line: adds the subcommand where the words only name a scene.
 pub(crate) fn written_out(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let words: Vec<_> = words.into_iter().collect();
     let expanded = expanded(words.clone(), Feature::View.is_there());
@@ -45,7 +45,7 @@ fn is_scene(word: &OsStr) -> bool {
     !is_command && !text.starts_with('-') && (text.starts_with("demo:") || ends_as_one || path.exists())
 }
 
-/// A picture beside a file. Its name isn't that of a texture.
+/// The path of a picture beside a scene file. The extension avoids the names of textures.
 fn beside(scene: &OsStr) -> Option<OsString> {
     let is_file = !scene.to_string_lossy().starts_with("demo:");
     is_file.then(|| Path::new(scene).with_extension("umbrage.png").into_os_string())

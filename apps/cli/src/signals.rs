@@ -1,7 +1,7 @@
-//! What is left to do when the command is told to end.
+//! Clean-up when the command is interrupted or terminated.
 
-/// Has the partial files of this process removed when it is interrupted or told to end (SIGINT, SIGTERM), before that ends
-/// it as it always did: shells say 130 or 143.
+/// Removes this process's partial files on SIGINT and SIGTERM, before the signal ends it as usual: with 130 or 143
+/// in shells.
 #[cfg(unix)]
 pub(crate) fn clean_up_when_told_to_end() {
     use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
@@ -9,9 +9,9 @@ pub(crate) fn clean_up_when_told_to_end() {
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
 
-    // A file that grows beyond what the shell allows (`ulimit -f`) is an error of the one who writes, as a full disk is.
+    // A file beyond the shell's limit (`ulimit -f`) becomes a write error, like a full disk.
     let _ = flag::register(SIGXFSZ, std::sync::Arc::default());
-    // Where the system refuses, signals end the process at once, and its files are swept by the next one.
+    // Without handlers, signals end the process at once, and the next one sweeps its files.
     let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else { return };
     let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
         for signal in &mut signals {
@@ -21,6 +21,6 @@ pub(crate) fn clean_up_when_told_to_end() {
     });
 }
 
-/// Elsewhere the next process sweeps what this one leaves behind.
+/// On other systems the next process sweeps the files that this one leaves behind.
 #[cfg(not(unix))]
 pub(crate) fn clean_up_when_told_to_end() {}

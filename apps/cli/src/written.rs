@@ -1,4 +1,4 @@
-//! Pictures are written by a thread of their own, while the next one is rendered.
+//! A thread that writes each picture while the next one is rendered.
 
 use std::fs::File;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -12,22 +12,22 @@ use crate::progress::Progress;
 use crate::records::{self, Records};
 use crate::report::FrameReport;
 
-/// A frame that is to be written.
+/// A frame to be written.
 pub(crate) struct Rendered {
     pub(crate) film: Film,
     pub(crate) settings: Settings,
-    /// But for what writing took.
+    /// The report so far, without the time for writing.
     pub(crate) report: FrameReport,
 }
 
-/// Where rendered frames are handed over.
+/// The renderer's end of the queue.
 pub(crate) struct ToWriter {
     frames: SyncSender<Rendered>,
-    /// Films that were written, whose memory the next ones take.
+    /// Written films, whose memory is reused.
     spare: Receiver<Film>,
 }
 
-/// What writes frames in the order in which they come.
+/// Writes frames in order of arrival.
 pub(crate) struct FrameWriter<'a> {
     pub(crate) writer: Writer,
     pub(crate) records: Option<&'a Records<'a>>,
@@ -40,36 +40,36 @@ impl ToWriter {
         self.spare.try_recv().unwrap_or_default()
     }
 
-    /// Hands a frame over once the one before is being written. False where the writer has failed.
+    /// Hands a frame over, once the writer is free. Returns false where the writer has failed.
     #[must_use]
     pub(crate) fn send(&self, rendered: Rendered) -> bool {
         self.frames.send(rendered).is_ok()
     }
 }
 
-/// The two ends of the way from what renders to what writes. A frame is handed over when the one before is written, so that
-/// there are two films.
+/// Makes the two ends of the queue from renderer to writer. A frame is handed over once the previous one is written, so
+/// there are at most two films.
 pub(crate) fn way() -> (ToWriter, FromRenderer) {
     let ((frames, rendered), (written, spare)) = (sync_channel(0), sync_channel(2));
     (ToWriter { frames, spare }, FromRenderer { rendered, written })
 }
 
-/// Where rendered frames come from.
+/// The writer's end of the queue.
 pub(crate) struct FromRenderer {
     rendered: Receiver<Rendered>,
     written: SyncSender<Film>,
 }
 
 impl FrameWriter<'_> {
-    /// Writes what comes, until nothing more does, and says what each frame took. What is in one file isn't finished: that is
-    /// done once it is known that all frames came.
+    /// Writes all frames of the queue, and returns their reports. A single file for all frames is left unfinished, until the
+    /// caller knows that all frames came.
     pub(crate) fn write_all(mut self, from: FromRenderer) -> Result<(Writer, Vec<FrameReport>), Failure> {
         let mut reports = Vec::new();
         for rendered in from.rendered {
             let (film, report) = self.write(rendered)?;
             reports.push(report);
             self.progress.step();
-            // Where nobody takes them, films are dropped.
+            // Films that nobody takes are dropped.
             if let Err(TrySendError::Full(film) | TrySendError::Disconnected(film)) = from.written.try_send(film) {
                 drop(film);
             }

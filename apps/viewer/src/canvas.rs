@@ -1,23 +1,23 @@
-//! Where the picture is drawn from: a texture of the window's.
+//! The window's textures, from which the picture is drawn.
 
 use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureId, TextureOptions};
 use eframe::egui_wgpu::RenderState;
 use umbrage::gpu::wgpu;
 
-/// The picture's pixels, wherever they are.
+/// The picture's pixels, in memory or on a device.
 pub(crate) enum Pixels {
     /// In rows from the upper left corner.
     Copied(Vec<Color32>),
-    /// A texture of the device that the window draws with, sRGB-encoded but not marked so, as egui takes it.
+    /// A texture on the window's device, sRGB-encoded in a linear format, as egui expects.
     OnDevice(wgpu::Texture),
-    /// The canvas has them.
+    /// Already on the canvas.
     Shown,
 }
 
-/// Textures that the window draws, in memory that is used again.
+/// Textures that the window draws, in reused memory.
 #[derive(Default)]
 pub(crate) struct Canvas {
-    /// What the window draws with; `None` where only egui knows.
+    /// The window's graphics; `None` where only egui knows them.
     state: Option<RenderState>,
     copied: Option<TextureHandle>,
     on_device: Option<TextureId>,
@@ -28,9 +28,9 @@ impl Canvas {
         Self { state, ..Self::default() }
     }
 
-    /// Takes over a picture. What the window draws it from, until there is another.
+    /// Takes over a picture, and returns the texture from which the window draws it until the next one.
     ///
-    /// `None` where a picture is on a device that the window doesn't draw with.
+    /// Returns `None` where the picture is on another device than the window's.
     pub(crate) fn show(&mut self, context: &Context, size: [usize; 2], pixels: Pixels) -> Option<TextureId> {
         match pixels {
             Pixels::Copied(pixels) => Some(self.show_copied(context, ColorImage::new(size, pixels))),

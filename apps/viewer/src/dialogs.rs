@@ -1,24 +1,24 @@
-//! The system's own dialogues, which wait on threads of theirs.
+//! The system's file dialogues, each waiting on its own thread.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
-/// A dialogue that may be open.
+/// The open dialogue, if any.
 #[derive(Default)]
 pub(crate) struct Dialogs {
     open: Option<(Wanted, Receiver<Option<PathBuf>>)>,
 }
 
-/// What a file is for.
+/// The purpose of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
     Scene,
-    /// An image of what is all around the scene.
+    /// A background image of all directions.
     Background,
 }
 
 impl Wanted {
-    /// What is asked, what such files are, and how their names end.
+    /// The dialogue's title, the name of the file type, and its extensions.
     fn words(self) -> (&'static str, &'static str, &'static [&'static str]) {
         match self {
             Self::Scene => ("Open a scene", "Scenes", &["gltf", "glb", "obj", "ply", "stl", "pc2", "mdd"]),
@@ -28,7 +28,7 @@ impl Wanted {
         }
     }
 
-    /// What a file is for that is dropped on the window.
+    /// The purpose of a file that is dropped on the window.
     pub(crate) fn of(path: &Path) -> Self {
         let (_, _, of_images) = Self::Background.words();
         let end = path.extension().map(|end| end.to_string_lossy().to_lowercase());
@@ -37,7 +37,7 @@ impl Wanted {
 }
 
 impl Dialogs {
-    /// Asks for a file, unless that is being done already.
+    /// Asks for a file, unless a dialogue is open already.
     pub(crate) fn ask_for(&mut self, wanted: Wanted, wake: impl Fn() + Send + 'static) {
         if self.open.is_some() {
             return;
@@ -58,7 +58,7 @@ impl Dialogs {
         self.open = Some((wanted, receiver));
     }
 
-    /// The file that was chosen, once, and what for.
+    /// Returns the chosen file and its purpose, once.
     pub(crate) fn chosen(&mut self) -> Option<(Wanted, PathBuf)> {
         let (wanted, receiver) = self.open.as_ref()?;
         let (wanted, answer) = (*wanted, receiver.try_recv());

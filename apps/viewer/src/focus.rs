@@ -1,14 +1,14 @@
-//! What a picture is about: the middle of what is in view rather than of a scene whose floor goes on for miles.
+//! The focus of a picture: the centre of the visible surfaces rather than of the scene, whose floor may go on for miles.
 
 use glam::Vec3;
 use umbrage::Film;
 use umbrage::rays::{Bounds, Camera, Projection, View};
 
-/// A point, and how much of the world around it is in view.
+/// A point, and the extent of the view around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Focus {
     pub(crate) center: Vec3,
-    /// World units, above zero.
+    /// Extent in world units, above zero.
     pub(crate) size: f32,
 }
 
@@ -19,7 +19,7 @@ impl Default for Focus {
 }
 
 impl Focus {
-    /// In front of the camera, as deep as half of what a picture shows; the whole scene where it shows nothing.
+    /// The point in front of the camera at the picture's median depth; the whole scene for an empty picture.
     pub(crate) fn new(film: &Film, view: &View, bounds: Bounds) -> Self {
         const MOST_PIXELS: usize = 4096;
         let step = (film.depth.len() / MOST_PIXELS).max(1);

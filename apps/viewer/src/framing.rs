@@ -1,4 +1,4 @@
-//! Cameras that see what the scene is about, or all of it.
+//! Cameras that frame the scene's subject, or all of it.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::app::{App, CameraChoice, Shown};
 use crate::free_camera;
 
 impl App {
-    /// Sees the subject, once the worker has found it.
+    /// Frames the subject, once the worker has found it.
     pub(crate) fn frame_subject(&mut self) {
         if let Some(open) = &self.open {
             self.is_framing = true;
@@ -17,7 +17,7 @@ impl App {
         }
     }
 
-    /// Sees the subject, or the whole scene where there is none.
+    /// Frames the subject, or the whole scene where there is none.
     pub(crate) fn frame_found(&mut self, subject: Option<Bounds>) {
         self.is_framing = false;
         match subject {
@@ -26,14 +26,14 @@ impl App {
         }
     }
 
-    /// Sees the whole scene, over the whole animation.
+    /// Frames the whole scene, over the whole animation.
     pub(crate) fn frame_all(&mut self) {
         if let Some(Shown { picture, .. }) = &self.shown {
             self.frame(picture.bounds);
         }
     }
 
-    /// Sees what is in a box, from where the picture is seen.
+    /// Frames a box, in the current direction of view.
     fn frame(&mut self, bounds: Bounds) {
         let Some(Shown { picture, .. }) = &self.shown else { return };
         let (forward, aspect) = (picture.view.camera.forward, picture.view.width as f32 / picture.view.height as f32);

@@ -1,5 +1,5 @@
-//! How the mouse and the keys move a camera: a perspective one that looks at a point, as `umbrage render --camera` can say
-//! it.
+//! Camera motion by mouse and keys. The camera is a perspective one that looks at a point, as `umbrage render --camera`
+//! takes it.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -7,11 +7,11 @@ use glam::{Quat, Vec2, Vec3};
 use umbrage::rays::{Camera, Projection};
 use umbrage::spec::LookAt;
 
-/// How near to straight up or down it can look.
+/// Steepest pitch in radians, just below straight up or down.
 const STEEPEST: f32 = FRAC_PI_2 - 0.01;
 
-/// Where `camera` is, turning around what is `depth` in front of it. Its roll is lost, and a parallel view becomes a
-/// perspective one that shows as much at that depth.
+/// Converts `camera` to one that turns around the point `depth` in front of it. Roll is lost, and an orthographic view
+/// becomes a perspective one of the same height at that depth.
 pub(crate) fn of(camera: &Camera, depth: f32) -> LookAt {
     let tan_half_height = match camera.projection {
         Projection::Perspective { tan_half_height } => tan_half_height,
@@ -24,17 +24,17 @@ pub(crate) fn of(camera: &Camera, depth: f32) -> LookAt {
     }
 }
 
-/// How far the target is.
+/// Distance to the target.
 fn distance(camera: &LookAt) -> f32 {
     camera.position.distance(camera.target)
 }
 
-/// Goes round the target: to the left, and upwards.
+/// Orbits the target, to the left and upwards.
 pub(crate) fn orbit(camera: &mut LookAt, left_radians: f32, up_radians: f32) {
     camera.position = camera.target - turned(camera, left_radians, -up_radians) * distance(camera);
 }
 
-/// Looks around from where it is: to the left, and upwards.
+/// Turns the camera in place, to the left and upwards.
 pub(crate) fn look(camera: &mut LookAt, left_radians: f32, up_radians: f32) {
     camera.target = camera.position + turned(camera, left_radians, up_radians) * distance(camera);
 }
@@ -47,27 +47,27 @@ fn turned(camera: &LookAt, left_radians: f32, up_radians: f32) -> Vec3 {
     Quat::from_rotation_y(left_radians) * (Quat::from_axis_angle(right, up) * forward)
 }
 
-/// Moves camera and target in the image's plane; `image_heights` is how far what is at the target's depth moves, to
-/// the right and down.
+/// Moves camera and target in the image plane, so that points at the target's depth move right and down by `image_heights`,
+/// in heights of the image.
 pub(crate) fn pan(camera: &mut LookAt, image_heights: Vec2) {
     let Camera { right, up, .. } = camera.camera();
     let height = 2.0 * distance(camera) * (0.5 * camera.fov_degrees.to_radians()).tan();
     shift(camera, (up * image_heights.y - right * image_heights.x) * height);
 }
 
-/// Goes towards the target; a factor below one comes nearer.
+/// Multiplies the distance to the target by `factor`.
 pub(crate) fn zoom(camera: &mut LookAt, factor: f32) {
     let distance = (distance(camera) * factor).clamp(1e-6, 1e12);
     camera.position = camera.target - camera.camera().forward * distance;
 }
 
-/// Flies: to the right, up and forwards, in world units.
+/// Moves camera and target right, up and forwards, in world units.
 pub(crate) fn fly(camera: &mut LookAt, way: Vec3) {
     let Camera { right, up, forward, .. } = camera.camera();
     shift(camera, right * way.x + up * way.y + forward * way.z);
 }
 
-/// Turns around another point, which comes to the image's centre.
+/// Makes another point the target, which comes to the image's centre.
 pub(crate) fn turn_around(camera: &mut LookAt, target: Vec3) {
     if target.distance_squared(camera.position) > 0.0 {
         camera.target = target;
@@ -76,7 +76,7 @@ pub(crate) fn turn_around(camera: &mut LookAt, target: Vec3) {
 
 fn shift(camera: &mut LookAt, way: Vec3) {
     let (position, target) = (camera.position + way, camera.target + way);
-    // Far from the origin of a tiny scene both may round to the same point.
+    // Far from the origin, position and target of a tiny scene may round to the same point.
     if position.is_finite() && position != target {
         (camera.position, camera.target) = (position, target);
     }
@@ -97,7 +97,7 @@ mod tests {
         assert!((distance(&moved) - distance(&camera())).abs() < 1e-4);
         assert_eq!(moved.target, camera().target);
         assert!(moved.position.y > camera().position.y, "up is up");
-        // To the left as the camera sees it.
+        // To the camera's left.
         assert!((moved.position - camera().position).dot(camera().camera().right) > 0.0 || moved != camera());
     }
 

@@ -1,4 +1,4 @@
-//! Pictures of work: what each pixel cost, as colours over the picture.
+//! Heat maps: each pixel's cost as a colour over the picture.
 
 use eframe::egui::Color32;
 use umbrage::{HeatKind, HeatScale, Renderer, Settings, Structure, WorkCounts};
@@ -10,12 +10,12 @@ use crate::order::Order;
 /// Counts for each pixel, and their colours.
 pub(crate) struct HeatMap {
     pub(crate) heat: HeatKind,
-    /// The light whose cells are counted, where it is about one.
+    /// The light, for counts of a light's cells.
     pub(crate) light: Option<usize>,
     /// In rows from the upper left corner.
     pub(crate) counts: Vec<u32>,
     pub(crate) scale: HeatScale,
-    /// What counted, where that isn't what rendered.
+    /// The engine that counted, where another one rendered.
     pub(crate) note: Option<&'static str>,
 }
 
@@ -25,7 +25,7 @@ impl HeatMap {
         colors.map(|[red, green, blue]| Color32::from_rgb(red, green, blue)).collect()
     }
 
-    /// What is counted, for which light, and by what.
+    /// The title: the counted quantity, its light and the engine.
     pub(crate) fn title(&self) -> String {
         let light = self.light.map(|light| format!(" of light {}", light + 1)).unwrap_or_default();
         let note = self.note.map(|note| format!(", {note}")).unwrap_or_default();
@@ -33,30 +33,30 @@ impl HeatMap {
     }
 }
 
-/// What is counted, as a title.
+/// The counted quantity, as a title.
 pub(crate) fn title(heat: HeatKind) -> String {
     capitalised(heat.title())
 }
 
-/// Words that begin with a small letter of ASCII, as a title.
+/// Capitalises words that begin with an ASCII letter.
 pub(crate) fn capitalised(words: &str) -> String {
     words[..1].to_uppercase() + &words[1..]
 }
 
-/// Counts, in memory that is used again.
+/// Makes heat maps, in reused memory.
 #[derive(Default)]
 pub(crate) struct HeatMaker {
     counter: Renderer,
     counts: WorkCounts,
-    /// The order whose work was counted last, and the light whose cells were asked for, where it is there.
+    /// The order counted last, and its light, if that exists.
     counted: Option<(u64, Option<usize>)>,
 }
 
 impl HeatMaker {
-    /// Counts the work of an order's picture, whose camera is in `settings`.
+    /// Counts the work of an order's picture; `settings` hold its camera.
     ///
     /// # Errors
-    /// Where the scene can't be counted in a grid.
+    /// Where the scene's work can't be counted.
     pub(crate) fn make(
         &mut self,
         heat: HeatKind,
@@ -80,7 +80,7 @@ impl HeatMaker {
         Ok(HeatMap { heat, light, scale: HeatScale::of(&counts), counts, note })
     }
 
-    /// The grid of an order's light, as a picture to draw over that of the order; `None` without a light.
+    /// Makes a picture of the grid of the order's light, to draw over the order's picture; `None` without a light.
     ///
     /// # Errors
     /// As with [`HeatMaker::make`].
@@ -96,8 +96,8 @@ impl HeatMaker {
         Ok(Some(LightGridPicture::new(&self.counts.cells, size, number, source, note)))
     }
 
-    /// Counts the frame that `renderer` has just rendered for an order, unless that is done. The order's light, where one
-    /// was asked for and is there.
+    /// Counts the work of the frame just rendered for an order, unless that is done. Returns the order's light, if
+    /// it exists.
     fn count(&mut self, order: &Order, renderer: &Renderer, settings: &Settings) -> Result<Option<usize>, String> {
         if let Some((number, light)) = self.counted
             && number == order.number
@@ -113,7 +113,7 @@ impl HeatMaker {
     }
 }
 
-/// Settings for what the CPU can count, and a note where that isn't what renders.
+/// Settings that the CPU can count, and a note where these differ from the rendering ones.
 fn countable(order: &Order, settings: &Settings) -> (Settings, Option<&'static str>) {
     let (structure, note) = match (&order.look.engine, settings.structure) {
         (EngineChoice::Gpu(_), _) => (Structure::LISTED, Some("counted on the CPU, in triangles listed by cell")),

@@ -1,20 +1,20 @@
-//! What the last pictures cost.
+//! Times of the last pictures.
 
 use std::collections::VecDeque;
 
 use crate::order::Picture;
 
-/// The stages of the last pictures.
+/// Stage times of the last pictures.
 #[derive(Debug, Default)]
 pub(crate) struct History {
-    /// Names of stages, in the order in which they were first seen, which is that of their colours.
+    /// Names of stages in order of first appearance, which determines their colours.
     names: Vec<&'static str>,
     /// Milliseconds by stage.
     pictures: VecDeque<Vec<f64>>,
 }
 
 impl History {
-    /// How many pictures are remembered.
+    /// Number of pictures kept.
     pub(crate) const LENGTH: usize = 120;
 
     pub(crate) fn add(&mut self, picture: &Picture) {
@@ -33,7 +33,7 @@ impl History {
         self.pictures.push_back(times);
     }
 
-    /// Forgets everything: what was rendered otherwise has other stages.
+    /// Forgets all pictures, since other settings have other stages.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
@@ -42,12 +42,12 @@ impl History {
         &self.names
     }
 
-    /// Milliseconds by stage, the oldest picture first. Stages that were first seen later are missing at the end.
+    /// Milliseconds by stage, the oldest picture first. Stages that appeared later are missing at the end.
     pub(crate) fn pictures(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.pictures.iter().map(Vec::as_slice)
     }
 
-    /// The longest picture, in milliseconds.
+    /// The longest picture's time in milliseconds.
     pub(crate) fn longest(&self) -> f64 {
         self.pictures().map(|times| times.iter().sum()).fold(0.0, f64::max)
     }

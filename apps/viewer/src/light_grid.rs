@@ -1,23 +1,23 @@
-//! A light's grid: its cells as colours on the surfaces that they hold, and its faces as frames in the view.
+//! A light's grid: its cells as colours on surfaces, and its faces as frames in the view.
 
 use eframe::egui::Color32;
 use glam::Vec3;
 use umbrage::rays::{LightCell, LightCells, LightFace, LightSource};
 
-/// What is drawn of a light's grid over a picture.
+/// The drawing of a light's grid over a picture.
 pub(crate) struct LightGridPicture {
     /// The light's index in the list.
     pub(crate) light: usize,
-    /// Where the light is; `None` for a sun.
+    /// The light's position; `None` for a sun.
     pub(crate) origin: Option<Vec3>,
-    /// A tint for each pixel, in rows from the upper left corner; transparent where it shows no point.
+    /// A tint for each pixel, in rows from the upper left corner; transparent for pixels without a surface.
     pub(crate) tints: Vec<Color32>,
     pub(crate) faces: Vec<LightFace>,
-    /// What has these cells, where that isn't what rendered.
+    /// The structure with these cells, where another one rendered.
     pub(crate) note: Option<&'static str>,
 }
 
-/// The colours of faces: a cube has six.
+/// The colours of a cube's six faces.
 const FACES: [[u8; 3]; 6] =
     [[40, 150, 255], [255, 150, 40], [90, 200, 90], [230, 90, 200], [60, 200, 200], [220, 200, 60]];
 
@@ -42,7 +42,7 @@ impl LightGridPicture {
         Self { light, origin, tints: tints.collect(), faces: cells.faces().to_vec(), note }
     }
 
-    /// The light, and how many cells its faces have.
+    /// The title: the light and its faces' numbers of cells.
     pub(crate) fn title(&self) -> String {
         let faces: Vec<String> =
             self.faces.iter().map(|LightFace { columns, rows, .. }| format!("{columns} × {rows}")).collect();
@@ -58,7 +58,7 @@ impl LightGridPicture {
     }
 }
 
-/// The tint of a pixel in a cell, beside pixels in others: a chessboard with bright borders.
+/// The tint of a pixel in a cell, given the cells of neighbouring pixels: a chessboard with bright borders.
 fn tint(cell: LightCell, beside: [Option<LightCell>; 2]) -> Color32 {
     let color = LightGridPicture::color(usize::from(cell.face));
     let is_border = beside.into_iter().flatten().any(|other| other != cell);
@@ -87,7 +87,7 @@ mod tests {
             let sum = |color: Color32| u32::from(color.r()) + u32::from(color.g()) + u32::from(color.b());
             assert!(sum(border) > sum(inside(cell)) && sum(border) > sum(inside(neighbour)));
         }
-        // The picture's border, and surfaces' borders, are no borders of cells.
+        // The borders of the picture and of surfaces aren't borders of cells.
         assert_eq!(tint(cell, [None, None]), inside(cell));
         assert_eq!(inside(cell), inside(LightCell { column: 6, ..cell }));
     }

@@ -1,4 +1,4 @@
-//! What the user should know.
+//! Messages to the user.
 
 use std::time::{Duration, Instant};
 
@@ -18,29 +18,29 @@ struct Notice {
 }
 
 impl Notices {
-    /// The most that are shown at once.
+    /// Maximum number shown at once.
     const MOST: usize = 6;
-    /// How long a message stays that is no error.
+    /// Lifetime of a message that isn't an error, in seconds.
     const SECONDS: u64 = 8;
 
     pub(crate) fn say(&mut self, text: impl Into<String>) {
         self.add(text.into(), false);
     }
 
-    /// Stays until it is dismissed.
+    /// Adds an error, which stays until it is dismissed.
     pub(crate) fn error(&mut self, text: impl Into<String>) {
         self.add(text.into(), true);
     }
 
     fn add(&mut self, text: String, is_error: bool) {
-        // The same again is no news.
+        // A repeated message replaces the earlier one.
         self.all.retain(|notice| notice.text != text);
         self.all.push(Notice { text, is_error, since: Instant::now() });
         let surplus = self.all.len().saturating_sub(Self::MOST);
         self.all.drain(..surplus);
     }
 
-    /// Shows them in the lower left corner of an area.
+    /// Shows the messages in the lower left corner of an area.
     pub(crate) fn show(&mut self, ui: &egui::Ui, area: egui::Rect) {
         let life = Duration::from_secs(Self::SECONDS);
         self.all.retain(|notice| notice.is_error || notice.since.elapsed() < life);

@@ -1,4 +1,4 @@
-//! What is asked of the worker, and what it makes.
+//! The worker's orders and pictures.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,39 +22,39 @@ pub(crate) struct Order {
     pub(crate) number: u64,
     pub(crate) scene: Arc<Scene>,
     pub(crate) look: Look,
-    /// Whether it isn't known yet what the scene's pictures are about.
+    /// Whether the scene's focus isn't known yet.
     pub(crate) needs_focus: bool,
-    /// Where the picture goes as a file.
+    /// The file to write, if any.
     pub(crate) file: Option<FileOrder>,
 }
 
-/// All that makes a picture of a scene another one.
+/// All choices that affect a picture of a scene.
 #[derive(Clone, PartialEq)]
 pub(crate) struct Look {
     pub(crate) seconds: f64,
-    /// But for the background, which may have to be read.
+    /// All settings but the background, which may have to be read.
     pub(crate) settings: Settings,
     pub(crate) background: BackgroundSpec,
     pub(crate) engine: EngineChoice,
     pub(crate) show: Show,
     /// Whether the light's grid is shown.
     pub(crate) shows_light_grid: bool,
-    /// The light that these are about, by its index in the list, where any is.
+    /// Index of the light whose grid or cells are shown, if any.
     pub(crate) light: Option<usize>,
 }
 
 impl Look {
-    /// Whether the other one is the same but for how many samples its pixels have.
+    /// Whether two looks are equal but for the number of samples.
     pub(crate) fn differs_in_samples(&self, other: &Self) -> bool {
         let settings = Settings { samples: self.settings.samples, ..other.settings.clone() };
         *self == Self { settings, ..other.clone() }
     }
 }
 
-/// A picture's way to a file.
+/// The kind of file that a picture goes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum FileOrder {
-    /// A file of its own.
+    /// A single image.
     Still(PathBuf),
     /// The next frame of a recording.
     Frame(Recording),
@@ -62,24 +62,24 @@ pub(crate) enum FileOrder {
 
 /// A finished picture.
 pub(crate) struct Picture {
-    /// The number of its order.
+    /// The order's number.
     pub(crate) number: u64,
     pub(crate) seconds: f64,
-    /// Where it was seen from.
+    /// The camera and size.
     pub(crate) view: View,
     pub(crate) pixels: Pixels,
     pub(crate) heat: Option<HeatMap>,
     pub(crate) light_grid: Option<LightGridPicture>,
     pub(crate) stats: Stats,
-    /// What rendered it.
+    /// The device that rendered it.
     pub(crate) device: String,
-    /// The lights and cameras of its moment, and the whole animation's bounds.
+    /// The lights and cameras at its time, and the whole animation's bounds.
     pub(crate) lights: Vec<Light>,
     pub(crate) cameras: Vec<NamedCamera>,
     pub(crate) bounds: Bounds,
-    /// Known where the film was fetched.
+    /// Set where the film was fetched.
     pub(crate) focus: Option<Focus>,
-    /// How long it took from the order to the pixels, in milliseconds.
+    /// Time from the order to the pixels, in milliseconds.
     pub(crate) milliseconds: f64,
 }
 

@@ -1,18 +1,18 @@
-//! How many pictures a second are shown.
+//! The rate of shown pictures.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// When the last pictures were shown, while one follows the other.
+/// Times at which the last pictures were shown, while pictures follow one another.
 #[derive(Debug, Default)]
 pub(crate) struct Pace {
     shown: VecDeque<Instant>,
 }
 
 impl Pace {
-    /// How far back it looks, and how long it goes on being shown.
+    /// Length of the averaging window; also the time for which the rate stays visible.
     pub(crate) const WINDOW: Duration = Duration::from_secs(1);
-    /// The fewest pictures that are remembered, however long ago they were.
+    /// Minimum number of pictures kept, even if they are older than the window.
     const FEWEST: usize = 4;
 
     pub(crate) fn add(&mut self, now: Instant) {
@@ -24,12 +24,12 @@ impl Pace {
         }
     }
 
-    /// Starts over: what was shown is a picture that stays.
+    /// Starts over, when a picture stays.
     pub(crate) fn clear(&mut self) {
         self.shown.clear();
     }
 
-    /// Pictures a second, by the median of the times between them; `None` where none has followed another lately.
+    /// Pictures per second, by the median interval; `None` where no picture has followed another lately.
     pub(crate) fn per_second(&self, now: Instant) -> Option<f64> {
         let pairs = self.shown.iter().zip(self.shown.iter().skip(1));
         let mut between: Vec<Duration> = pairs.map(|(one, next)| next.duration_since(*one)).collect();
@@ -44,7 +44,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Pictures at so many milliseconds.
+    /// A pace of pictures at these times in milliseconds.
     fn pace(start: Instant, shown: impl IntoIterator<Item = u64>) -> Pace {
         let mut pace = Pace::default();
         shown.into_iter().for_each(|milliseconds| pace.add(start + Duration::from_millis(milliseconds)));
@@ -55,7 +55,7 @@ mod tests {
     fn it_is_the_median_of_the_last_second() {
         let start = Instant::now();
         let at = |milliseconds| start + Duration::from_millis(milliseconds);
-        // One that took long among those of 20 ms, after a second of slow ones.
+        // A second of slow pictures, then pictures of 20 ms with a long one among them.
         let times =
             (0..10).map(|picture| 100 * picture).chain((0..60).map(|picture| 1000 + 20 * picture)).chain([2400]);
         let fast = pace(start, times);

@@ -1,11 +1,11 @@
-//! What a pixel shows, in words.
+//! Descriptions of a pixel's surface.
 
 use glam::Vec3;
 use umbrage::Sides;
 use umbrage::rays::{LightSource, View};
 use umbrage::scene::{Frame, Light};
 
-/// What is at a pixel of a picture.
+/// The surface at a pixel of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Probe {
     pub(crate) pixel: [u32; 2],
@@ -18,7 +18,7 @@ pub(crate) struct Probe {
 pub(crate) struct Surface {
     pub(crate) found: umbrage::Probe,
     pub(crate) material: String,
-    /// For each light its name and what it does there, in words.
+    /// Each light's name and its effect at the point, in words.
     pub(crate) lights: Vec<(String, String)>,
 }
 
@@ -44,7 +44,7 @@ impl Probe {
     }
 }
 
-/// What a light that nothing is in the way of does to a point.
+/// The effect of an unoccluded light at a point, in words.
 fn unshadowed(light: &Light, position: Vec3, normal: Vec3) -> &'static str {
     let (to_light, is_in_cone) = match light.source {
         LightSource::Directional { direction } => (-direction, true),
@@ -56,7 +56,7 @@ fn unshadowed(light: &Light, position: Vec3, normal: Vec3) -> &'static str {
     };
     let is_sun = matches!(light.source, LightSource::Directional { .. });
     if !is_in_cone || !is_sun && light.range.is_some_and(|range| to_light.length() > range) {
-        // Of its cone, or of its range.
+        // Outside of the cone or the range.
         "out of reach"
     } else if to_light.dot(normal) <= 0.0 {
         "shines on the other side"

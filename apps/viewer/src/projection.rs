@@ -1,14 +1,14 @@
-//! Between the world and the screen.
+//! Conversion between the world and the screen.
 
 use eframe::egui::{Pos2, Rect, pos2};
 use glam::Vec3;
 use umbrage::rays::{Camera, Projection, View};
 
-/// A picture where it is on the screen.
+/// A picture's camera and its rectangle on the screen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projected {
     pub(crate) camera: Camera,
-    /// What the picture covers, in points.
+    /// The picture's rectangle, in points.
     pub(crate) rect: Rect,
 }
 
@@ -17,7 +17,7 @@ impl Projected {
         Self { camera: view.camera, rect }
     }
 
-    /// Where a world point is on the screen; `None` behind the camera.
+    /// Projects a world point to the screen; `None` behind the camera.
     pub(crate) fn on_screen(&self, point: Vec3) -> Option<Pos2> {
         let Camera { position, right, up, forward, .. } = self.camera;
         let offset = point - position;
@@ -29,7 +29,7 @@ impl Projected {
         (position.x.is_finite() && position.y.is_finite()).then_some(position)
     }
 
-    /// How many world units fit into the picture's height at a depth; `None` behind the camera.
+    /// The picture's height at a depth, in world units; `None` behind the camera.
     pub(crate) fn height_at(&self, depth: f32) -> Option<f32> {
         match self.camera.projection {
             Projection::Perspective { tan_half_height } => (depth > 0.0).then_some(2.0 * tan_half_height * depth),
@@ -37,7 +37,8 @@ impl Projected {
         }
     }
 
-    /// Origin and direction of the ray through a position on the screen. Its length is one along the camera's axis.
+    /// Origin and direction of the ray through a position on the screen. The direction's component along the camera's axis
+    /// is 1.
     pub(crate) fn ray(&self, pointer: Pos2) -> (Vec3, Vec3) {
         let Camera { position, right, up, forward, projection } = self.camera;
         let offset = (pointer - self.rect.center()) * (2.0 / self.rect.height());

@@ -1,11 +1,11 @@
-//! What the picture shows of each pixel.
+//! The quantity that the picture shows.
 
 use umbrage::rays::Choice;
 use umbrage::{HeatKind, PixelView};
 
 use crate::heat;
 
-/// One of the lists of light, of what pixels saw in its place, and of what they cost.
+/// Light, another view of the pixels, or a heat map of their cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Show {
     #[default]
@@ -46,7 +46,7 @@ impl Show {
         }
     }
 
-    /// More words about it.
+    /// A longer description.
     pub(crate) fn about(self) -> &'static str {
         match self {
             Self::Light => "the light that comes from what each pixel shows",
@@ -82,7 +82,7 @@ mod tests {
         assert_eq!(titles, ["Light", "Normals", "UV", "Depth", "Wireframe", "Light"]);
         let all = std::iter::successors(Some(Show::Light.next_heat()), |shown| Some(shown.next_heat()));
         assert!(all.take_while(|shown| *shown != Show::Light).eq(Show::heats()));
-        // From the other list, to the first of this one.
+        // From the other list, the first entry of this one follows.
         assert_eq!(Show::View(PixelView::Depth).next_heat(), Show::Heat(HeatKind::Tested));
         assert_eq!(Show::Heat(HeatKind::Pairs).next_view(), Show::View(PixelView::Normals));
     }

@@ -1,4 +1,4 @@
-//! The worker's renderer, and what it keeps from picture to picture.
+//! The worker's renderer, and its state between pictures.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -26,15 +26,15 @@ use crate::worker::Done;
 /// Renders orders.
 #[derive(Default)]
 pub(crate) struct Studio {
-    /// What the window draws with, where an engine may work on it too.
+    /// The window's device, where an engine may share it.
     window: Option<WindowDevice>,
-    /// What every picture reports to.
+    /// Receives every picture's progress.
     progress: Progress,
     engine: Option<Engine>,
     heat: HeatMaker,
-    /// The last picture's.
+    /// The last picture's background.
     background: Option<(BackgroundSpec, Background)>,
-    /// The last picture's, for whoever asks about its pixels.
+    /// The last picture's view and sides, to probe its pixels.
     last: Option<(View, umbrage::Sides)>,
     recording: Option<Recording>,
     pixels: Vec<[u8; 4]>,
@@ -44,7 +44,7 @@ struct Engine {
     choice: EngineChoice,
     renderer: Renderer,
     device: String,
-    /// Whether its device is the window's, which then draws its textures.
+    /// Whether the engine shares the window's device; the window then draws its textures.
     is_windows: bool,
 }
 
@@ -55,12 +55,12 @@ struct Recording {
 }
 
 impl Studio {
-    /// Pictures of an engine that works on the window's device stay there.
+    /// Makes a studio. Pictures of an engine on the window's device stay there.
     pub(crate) fn new(window: Option<WindowDevice>, progress: Progress) -> Self {
         Self { window, progress, ..Self::default() }
     }
 
-    /// Renders a picture, or says why not.
+    /// Renders a picture, or returns the reason why it failed.
     pub(crate) fn render(&mut self, order: &Order) -> Vec<Done> {
         match self.picture(order) {
             Ok(done) => done,
@@ -71,7 +71,7 @@ impl Studio {
         }
     }
 
-    /// What a pixel of the last picture shows.
+    /// Probes a pixel of the last picture.
     pub(crate) fn probe(&self, pixel: [u32; 2]) -> Option<Probe> {
         let (engine, (view, sides)) = (self.engine.as_ref()?, self.last?);
         let is_inside = pixel[0] < view.width && pixel[1] < view.height;
@@ -89,7 +89,7 @@ impl Studio {
         };
         let mut settings = Settings { background, ..look.settings.clone() };
         let (scene, seconds) = (&order.scene, look.seconds);
-        // These are made from the film.
+        // Files, views and the focus are made from the film.
         let needs_film = order.file.is_some() || look.show != Show::Light || order.needs_focus;
         let rendered = if engine.is_windows && !needs_film {
             engine.renderer.render_to_texture(scene, seconds, &settings).map(Some)
@@ -101,7 +101,7 @@ impl Studio {
             Err(Error::Stopped) => return Ok(vec![Done::Stopped]),
             Err(error) => {
                 if let Error::Gpu(_) = error {
-                    // Another device may do.
+                    // Another device may succeed.
                     self.engine = None;
                 }
                 return Err(error.to_string());
@@ -152,14 +152,14 @@ impl Studio {
         Ok(done)
     }
 
-    /// The renderer on an engine, which stays open until another is chosen.
+    /// Opens an engine, which stays open until another is chosen.
     fn engine<'a>(
         open: &'a mut Option<Engine>,
         choice: &EngineChoice,
         window: Option<&WindowDevice>,
     ) -> Result<&'a mut Engine, String> {
         if open.as_ref().is_none_or(|open| open.choice != *choice) {
-            // Closed first: there may be no room for both.
+            // Closed first, since there may be no memory for both.
             *open = None;
             let choice = choice.clone();
             let engine = match &choice {
@@ -181,7 +181,7 @@ impl Studio {
     }
 }
 
-/// What is around the scene, which stays until another is wanted.
+/// Opens a background, which is kept until another is wanted.
 fn background(open: &mut Option<(BackgroundSpec, Background)>, wanted: &BackgroundSpec) -> Result<Background, String> {
     match open {
         Some((spec, background)) if spec == wanted => Ok(background.clone()),
@@ -193,7 +193,7 @@ fn background(open: &mut Option<(BackgroundSpec, Background)>, wanted: &Backgrou
     }
 }
 
-/// The device of that name, and whether it is the window's.
+/// Opens the device called `name`. Returns whether it is the window's.
 fn device(name: &str, window: Option<&WindowDevice>) -> Result<(Gpu, bool), GpuError> {
     let of_window = window.map(|window| window.gpu(name)).transpose()?.flatten();
     match of_window {

@@ -1,15 +1,14 @@
-//! What a scene is about: what moves, or what is left without the vast floor, stadium or sky around it.
+//! The subject of a scene: its moving triangles, or else the scene without a vast floor, stadium or sky around it.
 
 use glam::Vec3;
 use umbrage::Scene;
 use umbrage::rays::Bounds;
 use umbrage::scene::Frame;
 
-/// Parts of the animation at which the scene is compared with itself: no swing that comes back a few times in it is the
-/// same at all of them.
+/// Fractions of the animation at which poses are compared. No periodic motion with a few cycles is equal at all of them.
 const MOMENTS: [f64; 5] = [0.0, 0.13, 0.37, 0.61, 0.83];
 
-/// A box around the subject at a moment; `None` where there is nothing.
+/// Bounds of the subject at a time; `None` for an empty scene.
 pub(crate) fn bounds(scene: &Scene, seconds: f64) -> Option<Bounds> {
     let frame = scene.at(seconds).ok()?;
     let moves = moves(scene, &frame);
@@ -20,16 +19,17 @@ pub(crate) fn bounds(scene: &Scene, seconds: f64) -> Option<Bounds> {
     Some(chosen.subject()).filter(|bounds| !bounds.is_empty())
 }
 
-/// The scene's own triangles, without a ground that was put under it.
+/// The scene's own triangles, without an added ground.
 fn triangles(frame: &Frame) -> impl Iterator<Item = [u32; 3]> {
     let mesh = &*frame.mesh;
     let own = mesh.triangles.len().saturating_sub(mesh.ground_triangles);
     mesh.triangles[..own].iter().copied()
 }
 
-/// For each vertex of a frame, whether it is somewhere else at another moment. Meshes with other vertices say nothing.
+/// For each vertex of a frame, whether its position differs at another time. Poses with another number of vertices
+/// are skipped.
 fn moves(scene: &Scene, frame: &Frame) -> Vec<bool> {
-    /// How far vertices that rest may be apart, in relation to the scene: animations round.
+    /// Maximum displacement of a resting vertex, relative to the scene's size: rounding of animations.
     const REST: f32 = 1e-6;
     let still = REST * Bounds::of_points(frame.positions.iter().copied()).size().length();
     let mut moves = vec![false; frame.positions.len()];
@@ -46,13 +46,13 @@ fn moves(scene: &Scene, frame: &Frame) -> Vec<bool> {
     moves
 }
 
-/// Triangles by the power of two that their size has: how many there are, and a box around them.
+/// Triangles grouped by their size's power of two, with each group's number and bounds.
 struct BySize {
     classes: [(usize, Bounds); Self::CLASSES],
 }
 
 impl BySize {
-    /// One for each exponent of an f32.
+    /// One per exponent of an f32.
     const CLASSES: usize = 256;
 
     fn of(triangles: impl Iterator<Item = [u32; 3]>, frame: &Frame) -> Self {
@@ -70,9 +70,10 @@ impl BySize {
         self.classes.iter().map(|(count, _)| count).sum()
     }
 
-    /// A box around the triangles from the smallest to those that would be vast around it; around all where none are.
+    /// Bounds of the triangles in order of size, up to the first group that would be vast around the smaller ones; of all
+    /// triangles where there is no such group.
     fn subject(&self) -> Bounds {
-        /// One of so many triangles must be in the box.
+        /// At least 1 / `SHARE` of all triangles must be in the box.
         const SHARE: usize = 4;
         let (all, mut inside, mut subject) = (self.count(), 0, Bounds::EMPTY);
         for &(count, bounds) in &self.classes {
@@ -85,8 +86,8 @@ impl BySize {
     }
 }
 
-/// Whether what is around a box is far wider and deeper than that is long. What is only higher, as a body below its head,
-/// isn't.
+/// Whether `around` is far wider and deeper than the longest side of `inner`. Boxes that are only higher aren't vast, such
+/// as a body below its head.
 fn is_vast(around: Bounds, inner: Bounds) -> bool {
     const TIMES: f32 = 4.0;
     let longest = inner.size().max_element();
@@ -100,7 +101,7 @@ mod tests {
 
     use super::*;
 
-    /// A grid of squares, each of two triangles, as wide as `width` around a point, and its heights.
+    /// A flat grid of squares of two triangles each, of side `width` around a point.
     struct Sheet {
         center: Vec3,
         width: f32,
@@ -121,7 +122,7 @@ mod tests {
         }
     }
 
-    /// A small sheet over a floor of so many squares, which goes up and down or stays.
+    /// A small sheet over a floor. The sheet moves up and down by `height`, or stays.
     #[derive(Debug)]
     struct OnFloor {
         floor_squares: u32,

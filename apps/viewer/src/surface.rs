@@ -1,18 +1,18 @@
-//! What the window is drawn on, and what is done where that can't be drawn on.
+//! The window's surface, and the handling of its errors.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui_wgpu::SurfaceErrorAction;
 use umbrage::gpu::wgpu::CurrentSurfaceTexture;
 
-/// What became of the window's surface, told by the one that draws to the one that shows messages.
+/// Messages about the window's surface, from the drawing code to the interface.
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
     message: Arc<Mutex<Option<&'static str>>>,
 }
 
 impl Surface {
-    /// What to do where there is nothing to draw on; the user is told where that doesn't happen all the time.
+    /// The action for a surface status. Unusual ones leave a message for the user.
     #[must_use]
     pub fn answer(&self, status: &CurrentSurfaceTexture) -> SurfaceErrorAction {
         let (action, message) = match status {
@@ -36,7 +36,7 @@ impl Surface {
         action
     }
 
-    /// What the user should know since this was last asked.
+    /// Takes the message since the last call, if any.
     pub(crate) fn news(&self) -> Option<&'static str> {
         self.message.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

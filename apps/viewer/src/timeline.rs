@@ -1,13 +1,13 @@
-//! Which moment is shown, and which comes next.
+//! The shown time of the animation, and its progress.
 
 /// A position in an animation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Timeline {
     pub(crate) seconds: f64,
-    /// How long the animation takes; zero for a motionless scene.
+    /// Length of the animation in seconds; zero for a still scene.
     duration: f64,
     pub(crate) is_playing: bool,
-    /// Seconds of the animation in a second.
+    /// Seconds of the animation per second.
     pub(crate) speed: f64,
     /// Whether it starts again after its end.
     pub(crate) loops: bool,
@@ -20,10 +20,10 @@ impl Default for Timeline {
 }
 
 impl Timeline {
-    /// Frames a second of steps and recordings.
+    /// Frames per second of steps and recordings.
     pub(crate) const FPS: u32 = 24;
 
-    /// Starts over with an animation of another length.
+    /// Sets the length. A later time starts over, and a still scene pauses.
     pub(crate) fn set_duration(&mut self, duration: f64) {
         self.duration = duration;
         self.seconds = if self.seconds <= duration { self.seconds } else { 0.0 };
@@ -54,11 +54,11 @@ impl Timeline {
         }
     }
 
-    /// Goes some frames on, or back, and pauses.
+    /// Moves by some frames, forwards or back, and pauses.
     pub(crate) fn step(&mut self, frames: i32) {
         self.is_playing = false;
         let fps = f64::from(Self::FPS);
-        // From whole frame to whole frame, wherever it was paused.
+        // Steps between whole frames, even if paused between two.
         let frame = (self.seconds * fps).round() + f64::from(frames);
         self.go(frame / fps - self.seconds);
     }

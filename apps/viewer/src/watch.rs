@@ -1,9 +1,9 @@
-//! Whether a scene's file has changed.
+//! Detection of changes to a scene's file.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// When a file was last written, asked from time to time.
+/// The last modification time of a file, polled at intervals.
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
     last: Option<(PathBuf, Option<SystemTime>)>,
@@ -11,11 +11,11 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// How often it is asked.
+    /// Polling interval.
     pub(crate) const INTERVAL: Duration = Duration::from_millis(500);
 
-    /// Whether `path` was written since this was asked about it before. A file that is gone for a moment, as while it is
-    /// being replaced, hasn't changed until it is back.
+    /// Whether `path` was written since the previous call for it. A file that is missing for a moment, as while it is being
+    /// replaced, counts as changed only once it is back.
     pub(crate) fn has_changed(&mut self, path: &Path) -> bool {
         if self.asked.is_some_and(|asked| asked.elapsed() < Self::INTERVAL) {
             return false;

@@ -1,4 +1,4 @@
-//! The window itself.
+//! The window.
 
 use eframe::egui::{ViewportBuilder, vec2};
 
@@ -7,16 +7,16 @@ use crate::choices::EngineChoice;
 use crate::surface::Surface;
 use crate::window_device::Graphics;
 
-/// Why there is no window.
+/// The error that no window could be opened.
 #[derive(Debug, thiserror::Error)]
 #[error("no window could be opened: {0}")]
 pub struct ViewError(String);
 
 /// Opens the window and returns once it is closed.
 ///
-/// Where the GPU engine's adapter draws the window as well, both work on one device, and pictures stay on it. A software
-/// adapter has a device for each, since in one queue the window would wait for the engine, and pictures are copied;
-/// `UMBRAGE_SHARE_DEVICE=1` in the environment has it share one, for tests.
+/// Where the GPU engine's adapter draws the window as well, both share one device, and pictures stay on it. On a software
+/// adapter each has its own device and pictures are copied, since in one queue the window would wait for the engine.
+/// `UMBRAGE_SHARE_DEVICE=1` in the environment shares it there too, for tests.
 ///
 /// # Errors
 /// Where there is no display, or no graphics adapter that can draw on it.

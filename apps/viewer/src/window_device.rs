@@ -1,4 +1,4 @@
-//! The graphics device: which one the window draws with, and whether the GPU engine works on it too.
+//! The window's graphics device, which the GPU engine may share.
 
 use std::sync::Arc;
 
@@ -7,24 +7,24 @@ use umbrage::gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use crate::surface::Surface;
 
-/// The environment variable that stands for [`Graphics::shares_software`] where it is `1`.
+/// The environment variable that sets [`Graphics::shares_software`] if it is `1`.
 const SHARE_DEVICE: &str = "UMBRAGE_SHARE_DEVICE";
 
-/// What a window is drawn with.
+/// The graphics of a window.
 #[derive(Clone)]
 pub struct Graphics {
-    /// Egui's renderer and its device.
+    /// egui's renderer and its device.
     pub state: RenderState,
-    /// Whether the GPU engine works on this device even where that is a program on the CPU. Then the window waits for
-    /// whatever the engine does, so this is for tests.
+    /// Whether the GPU engine shares this device even on a software adapter. The window then waits for the engine, so this
+    /// is for tests.
     pub shares_software: bool,
-    /// What the window is drawn on.
+    /// The window's surface.
     pub surface: Surface,
 }
 
 impl Graphics {
-    /// How the window's device is opened, so that an engine that is called so can work on it, if its adapter can draw windows.
-    /// `surface` is told where there is nothing to draw on.
+    /// The configuration of the window's device. The GPU engine of the adapter `engine` can share it, if that adapter can
+    /// draw windows. Errors of drawing are reported to `surface`.
     #[must_use]
     pub fn configuration(engine: &str, surface: Surface) -> WgpuConfiguration {
         let mut setup = WgpuSetupCreateNew::without_display_handle();
@@ -49,8 +49,7 @@ impl Graphics {
         }
     }
 
-    /// Those of a window, as the environment wants them shared: `UMBRAGE_SHARE_DEVICE=1` means
-    /// [`Graphics::shares_software`].
+    /// The graphics of a window. `UMBRAGE_SHARE_DEVICE=1` in the environment sets [`Graphics::shares_software`].
     #[must_use]
     pub fn new(state: RenderState, surface: Surface) -> Self {
         let shares_software = std::env::var_os(SHARE_DEVICE).is_some_and(|value| value == "1");
@@ -58,7 +57,7 @@ impl Graphics {
     }
 }
 
-/// The device that the window draws with, for an engine that works on it as well.
+/// The window's device, for an engine that shares it.
 #[derive(Clone)]
 pub(crate) struct WindowDevice {
     adapter: wgpu::Adapter,
@@ -67,15 +66,15 @@ pub(crate) struct WindowDevice {
 }
 
 impl WindowDevice {
-    /// The device of a window, where it is to be shared.
+    /// The device of a window, where it may be shared.
     pub(crate) fn of(graphics: &Graphics) -> Option<Self> {
         let RenderState { adapter, device, queue, .. } = &graphics.state;
         let is_of_use = graphics.shares_software || !Adapter::of(adapter).is_software;
         is_of_use.then(|| Self { adapter: adapter.clone(), device: device.clone(), queue: queue.clone() })
     }
 
-    /// The device as an engine's, where the adapter of that name is this one's; `None` where it is another's, or where the
-    /// device can't do what the engine needs.
+    /// The engine's view of this device, if adapter `name` is this device's; `None` for another adapter, or if the device
+    /// lacks a feature that the engine needs.
     ///
     /// # Errors
     /// Where there is no adapter of that name.
@@ -87,7 +86,8 @@ impl WindowDevice {
     }
 }
 
-/// Lower for what is preferred: GPUs before software, as the engine does; of each kind what is called so.
+/// Sort key, lower for preferred adapters: GPUs before software, as in the engine; within each kind those with a
+/// matching name.
 fn preference(adapter: &Adapter, engine: &str) -> (bool, bool) {
     (adapter.is_software, !adapter.name.to_lowercase().contains(engine))
 }

@@ -16,16 +16,16 @@ use crate::studio::Studio;
 use crate::subject;
 use crate::window_device::WindowDevice;
 
-/// Takes orders; of those that wait, only the newest counts.
+/// Takes orders; a newer order replaces a waiting one.
 pub(crate) struct Worker {
     waiting: Arc<Waiting>,
-    /// That of the picture that is being rendered.
+    /// Progress of the picture that is being rendered.
     progress: Progress,
     done: Receiver<Done>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the thread has done.
+/// A result of the thread.
 pub(crate) enum Done {
     /// A scene is open.
     Opened(Opened),
@@ -37,13 +37,13 @@ pub(crate) enum Done {
     Picture(Box<Picture>),
     /// A picture's background couldn't be read.
     NoBackground(String),
-    /// A picture was given up, as it was asked to be.
+    /// A picture was stopped on request.
     Stopped,
-    /// What a pixel of the last picture shows.
+    /// The probe of a pixel of the last picture.
     Probed(Box<Probe>),
-    /// A box around the scene's subject, where it has one.
+    /// Bounds of the scene's subject, if it has one.
     Subject(Option<Bounds>),
-    /// A frame of a recording is written, and there are more to come.
+    /// A frame of a recording is written, but not the last.
     Recorded {
         frame: u32,
     },
@@ -53,7 +53,7 @@ pub(crate) enum Done {
     Failed(String),
 }
 
-/// A scene, and how it was asked for.
+/// A scene with its address and options.
 pub(crate) struct Opened {
     pub(crate) address: PathBuf,
     pub(crate) options: OpenOptions,
@@ -71,7 +71,7 @@ struct Jobs {
     open: Option<(PathBuf, OpenOptions)>,
     order: Option<Box<Order>>,
     probe: Option<[u32; 2]>,
-    /// A scene whose subject is sought, and the moment.
+    /// A scene and time whose subject is sought.
     subject: Option<(Arc<Scene>, f64)>,
     closes: bool,
 }
@@ -84,7 +84,7 @@ impl Jobs {
 }
 
 impl Worker {
-    /// Starts the thread. It calls `tell` whenever there is news. An engine may work on the device of the `window`.
+    /// Starts the thread, which calls `tell` after each result. An engine may share the device of the `window`.
     pub(crate) fn start(window: Option<WindowDevice>, tell: impl Fn() + Send + 'static) -> Self {
         let waiting = Arc::new(Waiting::default());
         let (sender, done) = channel();
@@ -94,7 +94,7 @@ impl Worker {
         Self { waiting, progress, done, thread: Some(thread) }
     }
 
-    /// Opens a scene. Orders that wait are forgotten, and the picture that is being rendered is given up.
+    /// Opens a scene. Waiting orders are dropped, and the current picture is stopped.
     pub(crate) fn open(&self, address: PathBuf, options: OpenOptions) {
         self.progress.stop();
         let mut jobs = self.jobs();
@@ -102,31 +102,31 @@ impl Worker {
         self.waiting.news.notify_one();
     }
 
-    /// Renders a picture, in place of the one that waits.
+    /// Renders a picture, in place of a waiting one.
     pub(crate) fn render(&self, order: Order) {
         self.progress.resume();
         self.jobs().order = Some(Box::new(order));
         self.waiting.news.notify_one();
     }
 
-    /// Gives up the picture that is being rendered, and the one that waits.
+    /// Stops the current picture, and the waiting one.
     pub(crate) fn stop(&self) {
         self.progress.stop();
     }
 
-    /// Finds out what a pixel of the last picture shows.
+    /// Probes a pixel of the last picture.
     pub(crate) fn probe(&self, pixel: [u32; 2]) {
         self.jobs().probe = Some(pixel);
         self.waiting.news.notify_one();
     }
 
-    /// Finds what a scene is about at a moment.
+    /// Finds a scene's subject at a time.
     pub(crate) fn find_subject(&self, scene: Arc<Scene>, seconds: f64) {
         self.jobs().subject = Some((scene, seconds));
         self.waiting.news.notify_one();
     }
 
-    /// What was done since this was last asked.
+    /// The results since the last call.
     pub(crate) fn done(&self) -> impl Iterator<Item = Done> {
         self.done.try_iter()
     }
@@ -147,7 +147,7 @@ impl Drop for Worker {
     }
 }
 
-/// Nothing that holds the lock panics between two changes.
+/// Ignores poisoning: no holder of the lock panics between two changes.
 fn lock(jobs: &Mutex<Jobs>) -> MutexGuard<'_, Jobs> {
     jobs.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -164,11 +164,11 @@ fn work(waiting: &Waiting, window: Option<&WindowDevice>, progress: &Progress, d
         }
         let Jobs { open, order, probe, subject, .. } = std::mem::take(&mut *jobs);
         drop(jobs);
-        // A mistake of ours ends this picture rather than the window.
+        // A bug ends this picture rather than the window.
         let outcome = catch_unwind(AssertUnwindSafe(|| match open {
             Some((address, options)) => vec![opened(address, options)],
             None => {
-                // The pixel belongs to the picture that the user sees, which is older than what is ordered.
+                // Probed first, since the pixel belongs to the visible picture, which is older than the order.
                 let probed = probe.and_then(|pixel| studio.probe(pixel)).map(|probe| Done::Probed(Box::new(probe)));
                 let found = subject.map(|(scene, seconds)| Done::Subject(subject::bounds(&scene, seconds)));
                 let rendered = order.into_iter().flat_map(|order| studio.render(&order));

@@ -2,7 +2,8 @@ use anyhow::anyhow;
 use serde_json::{Map, json};
 use umbrage_page::{Look, Studio};
 
-/// Scenes with lights of several kinds, masks and textures, mirrors, and several samples: small, since browsers render them.
+/// Scenes (address, samples, bounces) with several kinds of lights, masks, textures and mirrors: small, since browsers
+/// render them.
 const CASES: &[(&str, u32, u32)] = &[
     ("demo:marbles?triangles=20000", 1, 0),
     ("demo:hall?triangles=20000", 1, 0),
@@ -11,7 +12,7 @@ const CASES: &[(&str, u32, u32)] = &[
     ("demo:glass?triangles=5000", 4, 2),
 ];
 
-/// Prints a list of `{address, look, proof}`, where `look` is what the page's engine takes.
+/// Prints a list of `{address, look, proof}`; `look` is the input of the page's engine.
 pub(crate) fn print() -> anyhow::Result<()> {
     let mut cases = Vec::new();
     for &(address, samples, bounces) in CASES {

@@ -1,4 +1,4 @@
-//! How long files of a million triangles take to open, bounds and all, and glTF scenes to pose.
+//! Times to open files of a million triangles, including their bounds, and to pose glTF scenes.
 #![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
 #![allow(missing_docs, reason = "the benchmark macros make undocumented items")]
 
@@ -102,7 +102,7 @@ impl Sheet {
         text.into_bytes()
     }
 
-    /// The attributes of its mesh, with normals and texture coordinates, and its indices.
+    /// Adds the mesh's accessors; returns its attributes, with normals and texture coordinates, and its indices.
     fn add_to(&self, file: &mut Builder) -> (Value, usize) {
         let positions = file.floats(&self.positions);
         let normals = file.floats(&vec![[0.0, 0.0, 1.0]; self.positions.len()]);
@@ -113,7 +113,7 @@ impl Sheet {
         (json!({ "POSITION": positions, "NORMAL": normals, "TEXCOORD_0": coords }), indices)
     }
 
-    /// It doesn't move.
+    /// A file in which the sheet doesn't move.
     fn glb(&self) -> Vec<u8> {
         let mut file = Builder::new();
         let (attributes, indices) = self.add_to(&mut file);
@@ -170,7 +170,7 @@ fn pose_a_hundred_thousand_skinned_triangles(bencher: Bencher<'_, '_>) {
     pose(bencher, &character());
 }
 
-/// What is left to the CPU where a GPU poses the vertices.
+/// The CPU's share where a GPU poses the vertices.
 #[divan::bench]
 fn pose_the_rig_of_a_hundred_thousand_skinned_triangles(bencher: Bencher<'_, '_>) {
     let scene = character().open();

@@ -1,18 +1,18 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What was made last of something that usually stays the same.
+/// The last value derived from an input that usually stays the same.
 #[derive(Debug)]
 pub(crate) struct Derived<T>(Mutex<Option<Made<T>>>);
 
 #[derive(Debug)]
 struct Made<T> {
-    /// Held, so that no other takes its address.
+    /// Kept alive, so that no other input gets its address.
     from: Arc<T>,
     to: Arc<T>,
 }
 
 impl<T> Derived<T> {
-    /// What `make` makes of `from`, made again only for another one.
+    /// Returns `make(from)`, which is computed again only when `from` is another allocation than last time.
     pub(crate) fn of(&self, from: &Arc<T>, make: impl FnOnce(&T) -> T) -> Arc<T> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match &*last {

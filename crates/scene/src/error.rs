@@ -9,7 +9,7 @@ pub enum Error {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file's content breaks its format.
@@ -19,7 +19,7 @@ pub enum Error {
         path: PathBuf,
         /// Where in the file: a line, a byte or an element.
         location: String,
-        /// What is wrong there.
+        /// The fault, in words.
         cause: String,
     },
     /// A file needs something that this program doesn't have.
@@ -27,9 +27,9 @@ pub enum Error {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What it needs.
+        /// The missing feature.
         what: String,
-        /// What its owner can do.
+        /// Advice for the file's owner.
         hint: String,
     },
     /// Opening a file would take more memory than [`OpenOptions::max_memory`](crate::OpenOptions::max_memory), or than there
@@ -38,22 +38,22 @@ pub enum Error {
     Memory {
         /// The file.
         path: PathBuf,
-        /// What would take how much, and of what.
+        /// The part of the file, the bytes that it needs and the limit.
         cause: String,
     },
     /// The temporary file of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) can't
     /// be made, written or read.
     #[error("the temporary file for textures (--texture-memory): {0}")]
     TextureFile(String),
-    /// A scene was asked for at a moment that is none.
+    /// The time of a pose isn't a finite number.
     #[error("a moment of {0} seconds: it must be a finite number")]
     Moment(f64),
     /// The scene's address or an option to it is wrong.
     #[error("{address}: {cause}")]
     Address {
-        /// What was asked for.
+        /// The address as given.
         address: String,
-        /// What is wrong, and what would be right.
+        /// The fault and its remedy.
         cause: String,
     },
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::memory::Budget;
 
-/// Where files are.
+/// The storage of files: disk or memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) enum Files {
     #[default]
@@ -18,7 +18,7 @@ pub(crate) enum Files {
 }
 
 impl Files {
-    /// Those that somebody has in memory, by their paths.
+    /// Makes files in memory from paths and bytes.
     pub(crate) fn given(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         Self::Given(Arc::new(files.into_iter().map(|(path, bytes)| (plain(&path), bytes)).collect()))
     }
@@ -50,7 +50,7 @@ impl Files {
     }
 }
 
-/// A path without `.`, and without what `..` takes back.
+/// Normalizes a path: drops `.`, and each `..` together with the part before it.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -63,8 +63,8 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-/// The file at a path, or else the only one that is called as that is, wherever it is: what is dropped on a page has names,
-/// but no folders.
+/// Finds the file at a path, or else the only file of that name in any folder: files dropped on a page have names, but
+/// no folders.
 fn find<'a>(files: &'a BTreeMap<PathBuf, Vec<u8>>, path: &Path) -> Option<&'a [u8]> {
     if let Some(bytes) = files.get(&plain(path)) {
         return Some(bytes);
@@ -74,20 +74,20 @@ fn find<'a>(files: &'a BTreeMap<PathBuf, Vec<u8>>, path: &Path) -> Option<&'a [u
     called_so.next().is_none().then_some(bytes)
 }
 
-/// Opens a file that has an end: pipes wait for whoever writes to them, and devices may never stop.
+/// Opens a regular file. Pipes are refused, since they wait for a writer, and so are devices, which may never end.
 fn open(path: &Path) -> io::Result<File> {
-    // Asked before it is opened, since a pipe waits there already.
+    // Checked before opening, since opening a pipe already waits.
     if fs::metadata(path)?.is_file() { File::open(path) } else { Err(io::Error::other("not a regular file")) }
 }
 
-/// All bytes of a file that has an end, as many as it has when it is opened.
+/// Reads a regular file, up to the length that it has when it is opened.
 pub(crate) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     append(path, u64::MAX, &mut bytes, budget)?;
     Ok(bytes)
 }
 
-/// As [`read`], at most `limit` bytes, behind those that are there.
+/// As [`read`], but appends at most `limit` bytes to `bytes`.
 pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> io::Result<()> {
     if let Files::Given(files) = budget.may_read() {
         let file = find(files, path).ok_or(io::ErrorKind::NotFound)?;
@@ -102,20 +102,20 @@ pub(crate) fn append(path: &Path, limit: u64, bytes: &mut Vec<u8>, budget: &Budg
     let length = file.metadata()?.len().min(limit);
     let room = usize::try_from(length).unwrap_or(usize::MAX);
     budget.reserve(bytes, room, format_args!("reading {}", path.display())).map_err(io::Error::other)?;
-    // It may grow in the meantime.
+    // The file may grow in the meantime.
     io::Read::read_to_end(&mut io::Read::take(file, length), bytes).map(drop)
 }
 
-/// Words for a missing file in whose stead one was read whose name differs in case alone.
+/// Warning that a file is missing and that one whose name differs only in case was read instead.
 pub(crate) fn read_instead(other: &str) -> String {
     format!("is not there; `{other}` was read, whose name has other small and capital letters")
 }
 
-/// Where names in a file lead from.
+/// The folder to which the names in a file are relative.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Folder {
     path: PathBuf,
-    /// How far below the scene's folder this is.
+    /// Number of levels below the scene's folder.
     depth: usize,
     /// The scene's folder without symbolic links; `None` where the file system doesn't say.
     scene: Option<PathBuf>,
@@ -130,8 +130,8 @@ impl Folder {
         Self { path, depth: 0, scene, allow_outside }
     }
 
-    /// The file that `name` means, with `/` or `\` between its parts, and that file's own folder; `None` where it is outside
-    /// of the scene's folder, or a symbolic link leads there, and it may not be.
+    /// Resolves `name`, whose parts are separated by `/` or `\`, to a file and its folder. Returns `None` where the file is
+    /// outside of the scene's folder, directly or by a symbolic link, and that isn't allowed.
     pub(crate) fn file(&self, name: &str) -> Option<(PathBuf, Self)> {
         // On Windows, names may have drives, with a root or without.
         let has_drive = || Path::new(name).components().any(|part| matches!(part, Component::Prefix(_)));
@@ -153,7 +153,7 @@ impl Folder {
         (is_inside || self.allow_outside).then_some((path, folder))
     }
 
-    /// As [`Folder::file`], ignoring case; with the file's own name. Of several files the first by name.
+    /// As [`Folder::file`], ignoring case, and returns the file's own name too. Among several matches, the first by name.
     pub(crate) fn in_other_case(&self, name: &str, files: &Files) -> Option<((PathBuf, Self), String)> {
         let is_same = |a: &str, b: &str| a.to_lowercase() == b.to_lowercase();
         let mut there: Vec<String> = Vec::new();
@@ -175,7 +175,7 @@ impl Folder {
         Some((found, name))
     }
 
-    /// Whether a file is in the scene's folder or below once all symbolic links are followed. One that isn't there is.
+    /// Whether a file is in the scene's folder or below once all symbolic links are followed; true for missing files.
     fn leads_inside(&self, path: &Path) -> bool {
         let Some(scene) = &self.scene else { return true };
         fs::canonicalize(path).map_or(true, |path| path.starts_with(scene))

@@ -1,4 +1,4 @@
-//! Files of other kinds than their names say: images, archives, pages, pointers.
+//! Files whose content is of another kind than their name says: images, archives, pages, pointers.
 
 use std::path::Path;
 
@@ -42,10 +42,10 @@ const DOWNLOAD: &str = "the download has failed, or needs a login";
 const USD: &str = "Universal Scene Description";
 const FROM_USD: &str = "Blender imports it (File > Import > Universal Scene Description) and exports .glb";
 
-/// Length of the part of a file that is read again: all of a glTF 1.0 file, whose buffers are files of their own.
+/// Number of bytes of a file that are read again: enough for all of a glTF 1.0 file, whose buffers are separate files.
 const MOST_BYTES: u64 = 1 << 22;
 
-/// The error of a file of another kind than its name says; the reader's own error for other files.
+/// Replaces a reader's error by one that names the file's true kind, where that differs from its name's.
 pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error {
     let Error::Malformed { path: wrong, .. } = &error else { return error };
     let mut bytes = Vec::new();
@@ -67,7 +67,7 @@ pub(crate) fn or_what_it_is(error: Error, path: &Path, budget: &Budget) -> Error
     }
 }
 
-/// Compares the first bytes of a text whose unknown words are no error.
+/// Checks the first bytes of a text format whose reader skips unknown words.
 ///
 /// # Errors
 /// Where the file is of another kind.
@@ -75,11 +75,11 @@ pub(crate) fn expect_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     kind(bytes, path).map_or(Ok(()), Err)
 }
 
-/// The error that the file is of another kind than its name says, by its first bytes.
+/// Returns an error where the first bytes show another kind of file than the name says.
 fn kind(bytes: &[u8], path: &Path) -> Option<Error> {
     let is_ascii = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
     let (what, remedy) = match *bytes {
-        // Without its mark.
+        // UTF-16 without a byte order mark.
         [a, 0, b, 0, ..] | [0, a, 0, b, ..] if is_ascii(a) && is_ascii(b) => (UTF16, TO_UTF8),
         _ => {
             let is_so = |first: &[u8]| bytes.starts_with(first) && !is_named_so(path, first);
@@ -94,7 +94,7 @@ fn is_version_1(json: &Value) -> bool {
     ["accessors", "buffers", "materials", "meshes", "nodes", "scenes"].iter().any(|list| json[list].is_object())
 }
 
-/// Whether the name says the kind of file that begins with `first`.
+/// Whether the name's extension fits a file that begins with `first`.
 fn is_named_so(path: &Path, first: &[u8]) -> bool {
     let ends = |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
     match first {

@@ -1,4 +1,4 @@
-//! What files hold by the ends of their names, and what converts those that aren't read.
+//! Formats by file extension, and converters for formats that aren't read.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// `None` for a file that is no scene.
+    /// The format of a file's extension; `None` for other extensions.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         match extension(path)?.as_str() {
             "gltf" | "glb" => Some(Self::Gltf),
@@ -30,13 +30,12 @@ impl Format {
     }
 }
 
-/// The end of a file's name, in small letters.
+/// A file's extension in lower case.
 fn extension(path: &Path) -> Option<String> {
     Some(path.extension()?.to_str()?.to_ascii_lowercase())
 }
 
-/// Of formats that others write scenes in: the ends of their names, what they are called, and which free tool makes
-/// something of them that is read.
+/// Scene formats that aren't read: their extensions, their name, and a free tool that converts them.
 const CONVERTED: &[(&[&str], &str, &str)] = &[
     (
         &["usd", "usda", "usdc", "usdz"],
@@ -68,7 +67,7 @@ const CONVERTED: &[(&[&str], &str, &str)] = &[
     (&["zip", "7z", "rar", "gz", "tar"], "a compressed folder", "unpack it first"),
 ];
 
-/// The error that a file's format isn't read.
+/// Makes the error for a file whose format isn't read.
 pub(crate) fn unread(path: &Path) -> Error {
     const READ: &str = "use .gltf, .glb, .obj, .ply, .stl, .pc2, .mdd or demo:NAME";
     let Some(end) = extension(path) else {

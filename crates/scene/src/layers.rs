@@ -2,13 +2,13 @@ use glam::Vec3;
 
 use crate::TextureUse;
 
-/// What shapes a material's reflection beyond metal, colour and roughness, and what lies on top of it. By default all of it is
-/// off. Colours are linear; a texture multiplies its factor.
+/// Optional layers of a material: properties of its reflection beyond metalness, colour and roughness, and coats on top. All
+/// are off by default. Colours are linear; a texture multiplies its factor.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
-    /// How much of what isn't metal mirrors, and in which colour.
+    /// Strength and colour of dielectric specular reflection.
     pub specular: Specular,
-    /// A clear lacquer, on top of all else.
+    /// A clear lacquer on top of all other layers.
     pub clearcoat: Clearcoat,
     /// Fibres that stand up from cloth, below the lacquer.
     pub sheen: Sheen,
@@ -19,7 +19,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Whether the material looks as it would without.
+    /// Whether the layers change nothing.
     #[must_use]
     pub fn are_off(&self) -> bool {
         self.specular == Specular::default()
@@ -29,7 +29,7 @@ impl Layers {
             && self.iridescence.factor == 0.0
     }
 
-    /// All of their textures.
+    /// The textures of all layers.
     #[must_use]
     pub fn textures(&self) -> [Option<TextureUse>; 10] {
         let Self { specular, clearcoat, sheen, anisotropy, iridescence } = self;
@@ -63,7 +63,7 @@ impl Layers {
         ]
     }
 
-    /// Whether all of their numbers are finite.
+    /// Whether all numbers are finite.
     pub(crate) fn is_finite(&self) -> bool {
         let Self { specular, clearcoat, sheen, anisotropy, iridescence } = self;
         let numbers = [
@@ -83,21 +83,21 @@ impl Layers {
     }
 }
 
-/// Strength and colour of what isn't metal mirrors (`KHR_materials_specular`).
+/// Strength and colour of dielectric specular reflection (`KHR_materials_specular`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Specular {
-    /// How much of it is mirrored, 0 … 1.
+    /// Strength, 0 … 1.
     pub factor: f32,
     /// The factor in alpha.
     pub texture: Option<TextureUse>,
-    /// What mirrors straight ahead is multiplied by; at grazing angles all colours are mirrored. Not below 0.
+    /// Colour that multiplies F0, at least 0; reflection at grazing angles stays uncoloured.
     pub color: Vec3,
     /// The colour (sRGB).
     pub color_texture: Option<TextureUse>,
 }
 
 impl Default for Specular {
-    /// As the index of refraction says.
+    /// Reflection by the index of refraction alone.
     fn default() -> Self {
         Self { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None }
     }
@@ -106,7 +106,7 @@ impl Default for Specular {
 /// A clear lacquer of index 1.5 (`KHR_materials_clearcoat`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearcoat {
-    /// How much of the surface it covers, 0 … 1.
+    /// Coverage, 0 … 1.
     pub factor: f32,
     /// The factor in red.
     pub texture: Option<TextureUse>,
@@ -114,14 +114,15 @@ pub struct Clearcoat {
     pub roughness: f32,
     /// Roughness in green.
     pub roughness_texture: Option<TextureUse>,
-    /// Its own tangent-space normals; without, it is as smooth as the vertices' normals, whatever is below.
+    /// The lacquer's own tangent-space normals; without a texture, it has the vertices' normals and ignores the base's
+    /// normal map.
     pub normal_texture: Option<TextureUse>,
     /// Scale of the normal texture's x and y.
     pub normal_scale: f32,
 }
 
 impl Clearcoat {
-    /// What part of the light it reflects straight ahead.
+    /// Reflectance at normal incidence.
     pub const F0: f32 = 0.04;
 }
 
@@ -142,22 +143,22 @@ impl Default for Clearcoat {
 /// Fibres that scatter light back and ahead at grazing angles (`KHR_materials_sheen`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheen {
-    /// What they reflect, 0 … 1; black for none.
+    /// Reflected colour, 0 … 1; black for no sheen.
     pub color: Vec3,
     /// The colour (sRGB).
     pub color_texture: Option<TextureUse>,
-    /// How far fibres lean from the normal, 0 … 1.
+    /// Spread of the fibres around the normal, 0 … 1.
     pub roughness: f32,
     /// Roughness in alpha.
     pub roughness_texture: Option<TextureUse>,
 }
 
-/// Grooves across which, or fibres along which highlights are stretched (`KHR_materials_anisotropy`).
+/// Grooves or fibres that stretch highlights in one direction (`KHR_materials_anisotropy`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Anisotropy {
-    /// How much rougher the surface is in the direction of the stretch, 0 … 1.
+    /// Increase of roughness in the direction of the stretch, 0 … 1.
     pub strength: f32,
-    /// From the tangent to that direction, towards the bitangent.
+    /// Angle from the tangent to that direction, towards the bitangent.
     pub rotation_radians: f32,
     /// The direction along tangent and bitangent in red and green, from −1 to 1, which is turned by the rotation, and the
     /// strength in blue.
@@ -167,7 +168,7 @@ pub struct Anisotropy {
 /// A film so thin that light interferes in it (`KHR_materials_iridescence`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iridescence {
-    /// How much of the mirrored light the film colours, 0 … 1.
+    /// Share of the specular reflection that the film colours, 0 … 1.
     pub factor: f32,
     /// The factor in red.
     pub texture: Option<TextureUse>,

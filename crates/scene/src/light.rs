@@ -6,31 +6,31 @@ use umbrage_rays::LightSource;
 /// A light of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// Its name in the file; may be empty.
+    /// Name in the file; may be empty.
     pub name: Arc<str>,
-    /// Where its light comes from.
+    /// Kind, position and direction.
     pub source: LightSource,
     /// Linear colour.
     pub color: Vec3,
-    /// In candela for point and spot lights, straight ahead for flat ones (of π times as many lumens), in lux for directional
-    /// ones.
+    /// Candela for point and spot lights; for flat ones candela straight ahead (π times as many lumens); lux for
+    /// directional ones.
     pub intensity: f32,
     /// Distance at which the light has faded to nothing, in world units; `None` for never.
     pub range: Option<f32>,
-    /// Whether triangles keep its light away from what is behind them.
+    /// Whether triangles block this light.
     pub casts_shadow: bool,
-    /// How large it is: shadows of what is more than a point have soft edges, where samples are many.
+    /// Size and form: lights larger than a point cast soft shadows, given several samples.
     pub shape: LightShape,
 }
 
-/// What sends a light's light, around its position.
+/// The emitting surface of a light, centred on its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
-    /// A ball of this radius in world units; of a directional light, a disk in the sky of this radius in degrees. With 0, all
-    /// light comes from one point.
+    /// A ball of this radius in world units. For a directional light, a disk in the sky of this radius in degrees. With 0,
+    /// all light comes from one point.
     Ball(f32),
-    /// A flat rectangle, whose light is of [`LightSource::to_one_side`]: it is equally bright from everywhere in front of
-    /// it, so that it sends as much as the cosine says to the side. Its width is level, or along x where it faces straight up
+    /// A flat rectangle around a source made by [`LightSource::to_one_side`]. Its radiance is equal in all directions in
+    /// front, so its intensity falls off with the cosine. The width is horizontal, or along x where it faces straight up
     /// or down.
     Rectangle {
         /// In world units.
@@ -38,7 +38,7 @@ pub enum LightShape {
         /// In world units, across the width.
         height: f32,
     },
-    /// A flat disk of this radius in world units, with light as of [a rectangle](Self::Rectangle).
+    /// A flat disk of this radius in world units, which emits like [a rectangle](Self::Rectangle).
     Disk(f32),
 }
 
@@ -55,7 +55,7 @@ impl LightShape {
         }
     }
 
-    /// The same without any size: all light comes from the middle.
+    /// The same shape with size zero: all light comes from the centre.
     #[must_use]
     pub fn narrowed(self) -> Self {
         match self {
@@ -65,7 +65,7 @@ impl LightShape {
         }
     }
 
-    /// Whether it is flat: then it has a front, and as much light goes to the side as the cosine says.
+    /// Whether the shape is flat: it then emits to its front only, with cosine falloff.
     #[must_use]
     pub fn is_flat(self) -> bool {
         !matches!(self, Self::Ball(_))
@@ -76,8 +76,7 @@ impl Light {
     /// The largest radius of a directional light's [disk](LightShape::Ball).
     pub const MAX_SUN_RADIUS_DEGREES: f32 = 45.0;
 
-    /// A white light without a name, of so many candela or lux: all of it comes from one point, never fades, and casts
-    /// shadows.
+    /// Makes a white point-sized light of `intensity` candela or lux, with shadows and without a name or range.
     #[must_use]
     pub fn new(source: LightSource, intensity: f32) -> Self {
         let (color, shape) = (Vec3::ONE, LightShape::POINT);
@@ -89,7 +88,7 @@ impl Light {
     pub fn axes(direction: Vec3) -> [DVec3; 2] {
         let direction = direction.as_dvec3().normalize_or(DVec3::NEG_Y);
         let across = direction.cross(DVec3::Y);
-        // Within a thousandth of straight down, rounding would turn it about.
+        // Within a thousandth of vertical, rounding would make the axis unstable.
         let across = if across.length_squared() > 1e-6 { across.normalize() } else { DVec3::X };
         let up = across.cross(direction).normalize();
         [across, up]

@@ -1,4 +1,4 @@
-//! How much memory opening a file may take.
+//! The memory budget for opening a file.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
@@ -13,8 +13,8 @@ use sysinfo::{MemoryRefreshKind, System};
 use crate::folder::Files;
 use crate::texture::TilePool;
 
-/// Half of the memory that this process may have: the machine's, the container's, or the address space that the shell allows
-/// (`ulimit -v`), the least of them. 4 GiB where none is known.
+/// Default budget: half of the smallest of the machine's memory, the container's, and the shell's limit of the address space
+/// (`ulimit -v`). 4 GiB where the memory isn't known.
 pub(crate) static DEFAULT_BYTES: LazyLock<u64> = LazyLock::new(|| {
     let half = System::new().map(|mut system| {
         system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
@@ -25,28 +25,28 @@ pub(crate) static DEFAULT_BYTES: LazyLock<u64> = LazyLock::new(|| {
     half.min(address_space().unwrap_or(u64::MAX) / 2)
 });
 
-/// Bytes of addresses that this process may use, where Linux says so.
+/// Limit of this process's address space in bytes, where Linux reports it.
 fn address_space() -> Option<u64> {
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// What is left of the memory that a scene's files may take, for all who read them. What is taken isn't given back, so
-/// that it doesn't depend on anybody's speed whether a file can be opened: but for [what is made in passing](Budget::in_passing).
+/// The shared memory budget of all readers of a scene's files. Memory taken isn't given back, except by
+/// [temporary budgets](Budget::in_passing), so that success doesn't depend on the threads' timing.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     account: Arc<Account>,
-    /// Bytes taken in passing, on top of those of the account.
+    /// Bytes taken temporarily, on top of the account's.
     passing: Option<Arc<AtomicU64>>,
 }
 
-/// What opening a file may take.
+/// Limits for opening a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Limits {
     pub(crate) files: Files,
     pub(crate) bytes: u64,
-    /// Bytes of textures' texels in memory; `None` for all of them.
+    /// Maximum bytes of texels in memory; `None` for no limit.
     pub(crate) texture_bytes: Option<u64>,
 }
 
@@ -55,13 +55,13 @@ struct Account {
     limits: Limits,
     taken: AtomicU64,
     refusal: OnceLock<String>,
-    /// Made for the first texture.
+    /// Created for the first texture.
     pool: OnceLock<Result<Arc<TilePool>, String>>,
     /// The files that were read.
     files: Mutex<BTreeSet<PathBuf>>,
 }
 
-/// Without an end.
+/// Unlimited.
 impl Default for Budget {
     fn default() -> Self {
         Self::new(Limits { files: Files::OnDisk, bytes: u64::MAX, texture_bytes: None })
@@ -80,17 +80,17 @@ impl Budget {
         Self { account: Arc::new(account), passing: None }
     }
 
-    /// The files there are to read.
+    /// The readable files.
     pub(crate) fn may_read(&self) -> &Files {
         &self.account.limits.files
     }
 
-    /// How many bytes there were at first.
+    /// The budget's total bytes.
     pub(crate) fn all(&self) -> u64 {
         self.account.limits.bytes
     }
 
-    /// Keeps in mind that a file is read.
+    /// Records that a file is read.
     pub(crate) fn note(&self, file: &Path) {
         self.account.files.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned());
     }
@@ -100,12 +100,12 @@ impl Budget {
         self.account.files.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Why something was refused, if anything was.
+    /// The first refusal's message, if there was one.
     pub(crate) fn refusal(&self) -> Option<&str> {
         self.account.refusal.get().map(String::as_str)
     }
 
-    /// What went wrong with the file of textures on demand, if anything did.
+    /// The error of the file of textures on demand, if there was one.
     pub(crate) fn texture_failure(&self) -> Option<&str> {
         match self.account.pool.get()? {
             Ok(pool) => pool.failure(),
@@ -113,29 +113,29 @@ impl Budget {
         }
     }
 
-    /// Whether textures are kept on demand, so that images are in memory one at a time.
+    /// Whether textures are kept on demand; images are then in memory one at a time.
     pub(crate) fn keeps_textures_on_demand(&self) -> bool {
         self.account.limits.texture_bytes.is_some()
     }
 
-    /// Where the texels of textures are kept; `None` for memory.
+    /// The pool that keeps textures' texels on demand; `None` where they stay in memory.
     ///
     /// # Errors
-    /// Says in words why there is no file for them.
+    /// A message why the pool's file can't be made.
     pub(crate) fn tile_pool(&self) -> Result<Option<&Arc<TilePool>>, String> {
         let Some(bytes) = self.account.limits.texture_bytes else { return Ok(None) };
         let pool = self.account.pool.get_or_init(|| TilePool::new(bytes).map(Arc::new));
         pool.as_ref().map(Some).map_err(String::clone)
     }
 
-    /// The same budget for one texture: where textures are kept on demand, what it takes is taken only until the texture
-    /// is made, and so that of the next one can be as much. Only one may be made at a time.
+    /// A temporary budget for making one texture. With textures on demand, its memory counts only until that texture is
+    /// made, so that the next one may use as much. Only one texture may be made at a time.
     pub(crate) fn in_passing(&self) -> Self {
         let passing = self.keeps_textures_on_demand().then(Arc::default);
         Self { account: Arc::clone(&self.account), passing }
     }
 
-    /// Takes memory that is kept, whatever else is taken in passing.
+    /// Takes memory permanently, even in a temporary budget.
     ///
     /// # Errors
     /// As [`Budget::take`].
@@ -146,7 +146,7 @@ impl Budget {
     /// Takes memory for `what`, before it is allocated.
     ///
     /// # Errors
-    /// Says in words that there isn't enough left.
+    /// A message, where too little is left.
     pub(crate) fn take(&self, bytes: u64, what: impl Display) -> Result<(), String> {
         let (taken, others) = match &self.passing {
             None => (&self.account.taken, 0),
@@ -173,7 +173,7 @@ impl Budget {
         self.take((count as u64).saturating_mul(size_of::<T>() as u64), what)
     }
 
-    /// Makes room for `more` values at the end of a list, as lists grow by themselves.
+    /// Reserves room for `more` values in a list, which at least doubles, as `Vec` does.
     ///
     /// # Errors
     /// As [`Budget::take`], and where the system has no such memory.
@@ -230,7 +230,7 @@ mod tests {
             "the second would take 401 B, where 600 B of 1000 B are taken already; allow more (--max-memory)"
         );
         budget.take(400, "the third").unwrap();
-        // The first refusal is the one that is told.
+        // The first refusal is the one reported.
         budget.clone().take(u64::MAX, "the last").unwrap_err();
         assert_eq!(budget.refusal(), Some(&refusal[..]));
     }

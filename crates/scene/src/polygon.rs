@@ -1,4 +1,4 @@
-//! Polygons into triangles.
+//! Triangulation of polygons.
 
 mod ears;
 
@@ -7,22 +7,22 @@ use glam::Vec3;
 use self::ears::{Ears, concave_in};
 use crate::memory::Budget;
 
-/// The most corners of polygons that become fans.
+/// Maximum number of corners of polygons that become fans.
 const MOST_IN_A_FAN: usize = 256;
 
 /// Cuts a file's polygons into triangles, two fewer than each has corners.
 ///
-/// Concave ones, and those with holes that bridges join to the outline, are cut by their ears. Convex ones, those without
-/// area and those with a coordinate that is no finite number are cut by [`convex`].
+/// Concave polygons, including those with holes joined to the outline by bridges, are cut by ear clipping. Convex polygons,
+/// those without area and those with a coordinate that isn't finite are cut by [`convex`].
 #[derive(Debug, Default)]
 pub(crate) struct Cutter {
     ears: Ears,
-    /// Polygons with corners whose positions the file says later; cut as convex ones for now.
+    /// Polygons with corners whose positions follow later in the file; cut as convex ones for now.
     waiting: Vec<Waiting>,
     corners_waiting: Vec<u32>,
-    /// Polygons that would have taken too long.
+    /// Number of polygons cut without all tests, which would have taken too long.
     hasty: usize,
-    /// Corners for which there is room in `ears`.
+    /// Capacity of `ears` in corners.
     room: usize,
     budget: Budget,
 }
@@ -34,15 +34,15 @@ struct Waiting {
 }
 
 impl Cutter {
-    /// Nothing cut yet.
+    /// Makes a cutter that takes memory from `budget`.
     pub(crate) fn new(budget: &Budget) -> Self {
         Self { budget: budget.clone(), ..Self::default() }
     }
 
-    /// Adds the triangles of the polygon with these corners; `position` is `None` for those that the file hasn't said yet.
+    /// Appends the triangles of a polygon; `position` returns `None` for vertices that the file hasn't listed yet.
     ///
     /// # Errors
-    /// Where there is no memory for it.
+    /// Where memory is too small.
     pub(crate) fn cut(
         &mut self,
         corners: &[u32],
@@ -64,10 +64,10 @@ impl Cutter {
         Ok(())
     }
 
-    /// Cuts those polygons again whose positions weren't known, once all are.
+    /// Cuts the waiting polygons again, once all positions are known.
     ///
     /// # Errors
-    /// Where there is no memory for it.
+    /// Where memory is too small.
     pub(crate) fn finish(
         &mut self,
         position: impl Fn(u32) -> Option<Vec3>,
@@ -90,7 +90,7 @@ impl Cutter {
         Ok(())
     }
 
-    /// Whether a polygon is concave; if so, it is cut.
+    /// Cuts a polygon if it is concave; returns whether it is.
     fn cut_concave(
         &mut self,
         corners: &[u32],
@@ -109,18 +109,18 @@ impl Cutter {
         Ok(true)
     }
 
-    /// A warning where polygons were too large to be cut exactly.
+    /// A warning, if polygons were too large to be cut exactly.
     pub(crate) fn warning(&self) -> Option<String> {
         (self.hasty > 0)
             .then(|| format!("{} faces have so many corners that notches and holes in them may be filled", self.hasty))
     }
 }
 
-/// Cuts a convex polygon: up to [`MOST_IN_A_FAN`] corners into a fan. Of larger ones every second corner is cut off, and again
-/// of those that are left, until none is: triangles between near corners, where a fan would have a million slivers
-/// from one side to the other, which take minutes to render.
+/// Cuts a convex polygon: into a fan for up to [`MOST_IN_A_FAN`] corners. In larger polygons every second remaining corner
+/// is cut off, repeatedly. That makes triangles between near corners; a fan would have a million slivers across the polygon,
+/// which take minutes to render.
 ///
-/// Takes as long as there are corners.
+/// Takes linear time.
 fn convex(corners: &[u32], mut add: impl FnMut([u32; 3])) {
     if corners.len() <= MOST_IN_A_FAN {
         if let Some((&first, others)) = corners.split_first() {
@@ -130,7 +130,7 @@ fn convex(corners: &[u32], mut add: impl FnMut([u32; 3])) {
     }
     let count = corners.len();
     let mut step = 1;
-    // While there are more than two corners left.
+    // While more than two corners are left.
     while 2 * step < count {
         for at in (0..count - step).step_by(2 * step) {
             let behind = corners.get(at + 2 * step).unwrap_or(&corners[0]);

@@ -1,4 +1,4 @@
-//! Normals for meshes that have none, smooth but for creases.
+//! Smooth normals with creases for meshes without normals.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,31 +11,31 @@ use umbrage_rays::parallel::Parallel;
 use crate::memory::Budget;
 use crate::{Frame, Mesh};
 
-/// The angle between neighbouring triangles, in degrees, up to which the surface between them is smooth; 0 where all
-/// triangles are flat.
+/// Default crease angle in degrees: edges between neighbouring triangles up to this angle are smooth. With 0 all triangles
+/// are flat.
 pub(crate) const DEFAULT_CREASE_DEGREES: f32 = 60.0;
 
-/// What memory is taken for, in words.
+/// The purpose of memory, for error messages.
 const SMOOTH_NORMALS: &str = "smooth normals, which --crease 0 leaves out,";
 
-/// What becomes of triangles whose vertices all have the triangle's own normal.
+/// Treatment of triangles whose vertices all have the triangle's own normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FlatTriangles {
-    /// They have no normals and share their vertices, which takes less memory.
+    /// They get no normals and share their vertices, which takes less memory.
     Shared,
-    /// They have normals as all others: they may bend later.
+    /// They get normals like all others, since they may bend later.
     Normals,
 }
 
-/// Gives a frame without normals those of its triangles, weighted by their areas and their angles at the vertex.
+/// Adds normals to a frame without any: averages of the triangles' normals, weighted by area and by the angle at the vertex.
 ///
-/// Vertices at the same position are one here, by the bits of its floats. Around it, neighbours that share an edge are
-/// smooth together where their angle is at most the crease's; a normal farther than that from a triangle's own is replaced
-/// by the latter, as at the apex of a cone. Vertices with several normals are split: their copies come last, and the original of each
-/// copy is returned. Positions and triangles stay as they are. Takes n log n time, whatever the triangles.
+/// Vertices with bitwise equal positions count as one. Triangles around a position that share an edge are smoothed together
+/// where their angle is at most the crease angle. A normal farther than that from a triangle's own is replaced by the
+/// latter, as at the apex of a cone. Vertices with several normals are split: their copies come last, and the original of
+/// each copy is returned. Positions and triangles stay as they are. Takes O(n log n) time for all input.
 ///
 /// # Errors
-/// Says in words that there isn't memory enough, or that there are too many vertices.
+/// A message, where memory is too small, or there are too many vertices.
 pub(crate) fn smooth(
     frame: &mut Frame,
     crease_degrees: f32,
@@ -73,18 +73,18 @@ pub(crate) fn smooth(
 #[derive(Clone, Copy, Debug, Default)]
 struct CornerNormal {
     normal: Vec3,
-    /// Whether it is the triangle's own.
+    /// Whether this is the triangle's own normal.
     is_own: bool,
 }
 
-/// The corners of triangles by position. A corner is three times its triangle's index, and 0 to 2.
+/// The corners of triangles by position. A corner's number is three times its triangle's index, plus 0 to 2.
 #[derive(Debug)]
 struct Fans {
-    /// The index of each vertex's position, counted as they come.
+    /// Each vertex's position index, in order of appearance.
     position_of_vertex: Vec<u32>,
-    /// The first of each position's `corners`, and the end of the last one's.
+    /// Start of each position's range in `corners`, and the last one's end.
     first_corner: Vec<u32>,
-    /// By position, in rising order.
+    /// By position, ascending.
     corners: Vec<u32>,
 }
 
@@ -127,9 +127,9 @@ impl Fans {
         self.first_corner[positions.start] as usize..self.first_corner[positions.end] as usize
     }
 
-    /// Calls `work` for each position, with what it has of `values`, one for each of `corners`.
+    /// Calls `work` in parallel for each position with its part of `values`, which has an element per corner.
     fn each<T: Send>(&self, values: &mut [T], work: impl Fn(&Fan, &mut [T]) + Sync) {
-        /// Positions of a piece of work.
+        /// Positions per task.
         const GRAIN: usize = 1024;
         let mut pieces = Vec::with_capacity(self.len() / GRAIN + 1);
         let mut rest = values;
@@ -151,9 +151,9 @@ impl Fans {
 }
 
 impl Fan {
-    /// Edges with more triangles than this are creases: looking at all pairs would take too long.
+    /// Edges with more triangles than this are creases, since comparing all pairs would take too long.
     const MOST_AT_AN_EDGE: usize = 8;
-    /// Normals with at least this cosine, 0.02°, are one.
+    /// Normals with at least this cosine, 0.02°, count as equal.
     const SAME: f64 = 1.0 - 6e-8;
 
     fn smooth(
@@ -209,17 +209,17 @@ impl Fan {
     }
 }
 
-/// A triangle as one of its corners has it.
+/// A triangle's normal and weight at one of its corners.
 #[derive(Clone, Copy)]
 struct Facet {
-    /// Of unit length; zero for a triangle without an area, or which is nowhere.
+    /// Unit length; zero for a triangle that is degenerate or not finite.
     normal: DVec3,
     /// The triangle's area times its angle at the corner.
     weight: f64,
 }
 
 impl Facet {
-    /// That of the first of three corners. 64 bits have the squares of all coordinates.
+    /// The facet at the first of three corners. f64 holds the squares of all f32 coordinates.
     fn new(corners: [Vec3; 3]) -> Self {
         let [at, next, last] = corners.map(Vec3::as_dvec3);
         let (next, last) = (next - at, last - at);
@@ -237,13 +237,13 @@ impl Facet {
     }
 }
 
-/// Sets of numbers, each of which is known by its least one.
+/// Disjoint sets of numbers; a set's representative is its least number.
 struct Groups(Vec<u32>);
 
 impl Groups {
     fn first(&mut self, mut number: u32) -> u32 {
         while self.0[number as usize] != number {
-            // Halves the way for the next one who asks.
+            // Path halving.
             self.0[number as usize] = self.0[self.0[number as usize] as usize];
             number = self.0[number as usize];
         }
@@ -256,12 +256,12 @@ impl Groups {
     }
 }
 
-/// The index of each vertex's position, and how many there are. A key keeps files from choosing which positions collide; what
-/// it is makes no difference.
+/// Returns each vertex's position index and the number of positions. A random hash key keeps files from forcing collisions;
+/// its value doesn't affect the result.
 fn joined(positions: &[Vec3], slots: usize) -> (Vec<u32>, u32) {
     const FREE: u32 = u32::MAX;
     let key = HashKey::default();
-    // Adding zero makes -0 the same as 0.
+    // Adding zero turns -0 into 0.
     let bits = |vertex: usize| (positions[vertex] + Vec3::ZERO).to_array().map(f32::to_bits);
     let mut table = vec![FREE; slots];
     let mut position_of_vertex = Vec::with_capacity(positions.len());
@@ -284,7 +284,7 @@ fn joined(positions: &[Vec3], slots: usize) -> (Vec<u32>, u32) {
     (position_of_vertex, count)
 }
 
-/// Gives each vertex of a frame one normal, and corners with others copies of it.
+/// Assigns each vertex one normal, and splits vertices whose corners have several.
 fn split(frame: &mut Frame, fans: &Fans, corner_normals: &[CornerNormal], budget: &Budget) -> Result<Vec<u32>, String> {
     let mut originals = Vec::new();
     let vertices = frame.positions.len();
@@ -329,7 +329,7 @@ fn split(frame: &mut Frame, fans: &Fans, corner_normals: &[CornerNormal], budget
     Ok(originals)
 }
 
-/// Appends the values of some vertices, where vertices have such values.
+/// Appends copies of some vertices' values, unless the attribute is absent.
 fn copy<T: Copy>(values: &mut Vec<T>, originals: &[u32], budget: &Budget) -> Result<(), String> {
     if !values.is_empty() {
         budget.reserve(values, originals.len(), SMOOTH_NORMALS)?;

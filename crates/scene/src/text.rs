@@ -1,6 +1,6 @@
 use std::str::FromStr;
 
-/// The byte order mark with which some editors begin a text in UTF-8.
+/// UTF-8's byte order mark, which some editors put before a text.
 pub(crate) const MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The lines of a text without their ends (LF, CRLF or CR) and without its byte order mark, each with its number, counted from
@@ -16,7 +16,7 @@ impl<'a> Lines<'a> {
         Self { rest: text.strip_prefix(MARK).unwrap_or(text), number: 0 }
     }
 
-    /// What comes after the lines given so far.
+    /// The text after the lines returned so far.
     pub(crate) fn rest(&self) -> &'a [u8] {
         self.rest
     }
@@ -37,7 +37,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The words of a line, however much white space separates them.
+/// The words of a line, separated by any white space.
 pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
@@ -49,11 +49,11 @@ pub(crate) fn keyword(line: &[u8]) -> (&[u8], &[u8]) {
     (&line[..end], line[end..].trim_ascii_start())
 }
 
-/// The number that `word` spells; NaN and infinity count as numbers for floating-point types, as Microsoft's libraries write
-/// them too (`-1.#IND`, `1.#INF00`, `nan(ind)`).
+/// Parses a number. Floating-point types accept NaN and infinity, also in the spelling of Microsoft's libraries (`-1.#IND`,
+/// `1.#INF00`, `nan(ind)`).
 ///
 /// # Errors
-/// Says in words that it spells none.
+/// A message, where the word isn't a number of this type.
 pub(crate) fn number<T: FromStr>(word: &[u8]) -> Result<T, String> {
     std::str::from_utf8(word)
         .ok()
@@ -61,7 +61,7 @@ pub(crate) fn number<T: FromStr>(word: &[u8]) -> Result<T, String> {
         .ok_or_else(|| format!("{} is not a number that fits here", quoted(word)))
 }
 
-/// Microsoft's spelling of infinity or of no number in the usual one; nothing for other words.
+/// Translates Microsoft's spellings of infinity and NaN to Rust's; empty for other words.
 fn no_number(word: &str) -> &'static str {
     let (is_negative, word) = match word.strip_prefix('-') {
         Some(word) => (true, word),
@@ -82,10 +82,10 @@ fn no_number(word: &str) -> &'static str {
     }
 }
 
-/// `text` as an error message shows it: in back quotes, on one line and not longer than a person wants to read.
+/// Formats `text` for an error message: in back quotes, on one line, cut to 40 characters.
 pub(crate) fn quoted(text: &[u8]) -> String {
     const MAX_CHARS: usize = 40;
-    // No character takes more than four bytes, so that a huge text isn't decoded for its first words.
+    // A character takes at most four bytes; the rest of a huge text needn't be decoded.
     let text_start = String::from_utf8_lossy(&text[..text.len().min(4 * MAX_CHARS + 4)]);
     let shown: String = text_start
         .chars()

@@ -19,55 +19,54 @@ mod wrap;
 pub use pool::TextureTraffic;
 pub(crate) use pool::TilePool;
 
-/// An image with its smaller copies (mip levels), and how it is read between and beyond its texels.
+/// An image with its mip levels, filter and wrap modes.
 ///
-/// Four bytes a texel, and a third more for the smaller copies: in memory, or where the scene was opened so
-/// ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)), in a file from which tiles are read on demand.
-/// Clones have the texels in common.
+/// Takes four bytes per texel, and a third more for mip levels: in memory, or with
+/// [`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory) in a file whose tiles are read on demand. Clones
+/// share the texels.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// Its name or path in the file; may be empty.
+    /// Name or path in the file; may be empty.
     pub name: String,
     space: ColorSpace,
     filter: Filter,
     wrap: [Wrap; 2],
     levels: Vec<Level>,
-    /// Made when it is first asked for: the least and the greatest opacity of the texels that are mixed in each cell of
-    /// the full image.
+    /// Minimum and maximum opacity of the texels that are mixed in each cell of the full image; computed at first use.
     opacities: Arc<OnceLock<Vec<[u8; 2]>>>,
 }
 
-/// How texels are read between their centres.
+/// Filtering between texel centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Filter {
     /// The nearest texel.
     Nearest,
-    /// Mixed from the four nearest texels, and from the two nearest levels.
+    /// Trilinear: the four nearest texels in each of the two nearest mip levels.
     Linear,
 }
 
-/// What lies beyond an edge of an image.
+/// Continuation of an image beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The image again.
+    /// The image repeats.
     Repeat,
-    /// The image mirrored, then the image again.
+    /// The image alternates with its mirror image.
     MirroredRepeat,
-    /// The edge's texels.
+    /// The edge texels continue.
     ClampToEdge,
 }
 
-/// What an image's numbers mean.
+/// Encoding of an image's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// Colours, encoded by the sRGB transfer function; alpha is linear.
     Srgb,
-    /// Quantities.
+    /// Linear quantities.
     Linear,
 }
 
 impl Texture {
-    /// A texture from rows of RGBA texels, the upper row first.
+    /// Makes a texture from rows of RGBA texels, the upper row first.
     ///
     /// # Panics
     /// If a side is zero or `texels` isn't `width · height` long.
@@ -89,10 +88,10 @@ impl Texture {
         Self { name: name.into(), space, filter, wrap, levels, opacities: Arc::default() }
     }
 
-    /// A texture from the bytes of an image file (PNG, JPEG, WebP, BMP, TGA or KTX2, and with the feature `avif` AVIF).
+    /// Decodes an image file (PNG, JPEG, WebP, BMP, TGA or KTX2, and with the feature `avif` AVIF).
     ///
     /// # Errors
-    /// Says in words why the bytes are no such image, or that it is larger than [`Texture::MAX_SIDE`].
+    /// A message, where the bytes aren't such an image or it is larger than [`Texture::MAX_SIDE`].
     pub fn decode(
         name: impl Into<String>,
         bytes: &[u8],
@@ -119,10 +118,10 @@ impl Texture {
         Self::new(name, size, texels, space, filter, wrap).kept_by(budget)
     }
 
-    /// The same texture with its texels where the budget has them kept.
+    /// Moves the texels to the budget's pool, if it has one.
     ///
     /// # Errors
-    /// Says in words why they can't be kept there.
+    /// A message why they can't be kept there.
     pub(crate) fn kept_by(mut self, budget: &Budget) -> Result<Self, String> {
         let Some(pool) = budget.tile_pool()? else { return Ok(self) };
         let levels = self.levels.into_iter().map(|level| level.on_demand(pool));
@@ -131,10 +130,10 @@ impl Texture {
         Ok(self)
     }
 
-    /// Takes the memory of an image of a size: all of its levels, and what will be known of their opacity.
+    /// Takes memory for an image of this size: its mip levels and its opacity bounds.
     ///
     /// # Errors
-    /// Says in words that there isn't enough.
+    /// A message, where too little is left.
     pub(crate) fn take([width, height]: [u32; 2], budget: &Budget) -> Result<(), String> {
         const BYTES: u64 = 8;
         let bytes = BYTES.saturating_mul(u64::from(width)).saturating_mul(u64::from(height));
@@ -159,7 +158,7 @@ impl Texture {
                 "AVIF images are not read in browsers; convert it to PNG, as with ImageMagick or GIMP".to_owned()
             );
         }
-        // TGA is the one format that doesn't say in its first bytes what it is.
+        // TGA is the only format without a signature.
         let format = image_file::format(bytes).unwrap_or(ImageFormat::Tga);
         let image = image_file::decode(bytes, format, budget.all(), &mut |[width, height]| {
             if width == 0 || height == 0 {
@@ -176,7 +175,7 @@ impl Texture {
         Ok((image.size, image.rgba()))
     }
 
-    /// The longest side of an image that [`Texture::decode`] accepts, in texels.
+    /// Longest side that [`Texture::decode`] accepts, in texels.
     pub const MAX_SIDE: u32 = 16_384;
 
     /// Width and height of the full image, in texels.
@@ -185,50 +184,49 @@ impl Texture {
         [self.levels[0].width, self.levels[0].height]
     }
 
-    /// The image and its smaller copies, each half as wide and high as the one before, rounded down but at least 1: RGBA
-    /// texels in rows, the upper row first.
+    /// The mip levels, from the full image on, each half as wide and high as the previous one, rounded down but at least 1.
+    /// They are RGBA texels in rows, the upper row first.
     ///
-    /// Those of a texture on demand are read from its file.
+    /// Levels of a texture on demand are read from its file.
     pub fn levels(&self) -> impl ExactSizeIterator<Item = Cow<'_, [[u8; 4]]>> {
         self.levels.iter().map(Level::rows)
     }
 
-    /// What its numbers mean.
+    /// Encoding of the samples.
     #[must_use]
     pub fn space(&self) -> ColorSpace {
         self.space
     }
 
-    /// How it is read between its texels.
+    /// Filtering between texel centres.
     #[must_use]
     pub fn filter(&self) -> Filter {
         self.filter
     }
 
-    /// What lies beyond its edges in x and in y.
+    /// Wrap modes in x and in y.
     #[must_use]
     pub fn wrap(&self) -> [Wrap; 2] {
         self.wrap
     }
 
-    /// Bytes taken by the texels of all levels, and by what is known of their opacity; of a texture on demand by what says
-    /// where its tiles are.
+    /// Bytes in memory: texels of all levels and opacity bounds; for a texture on demand, the table of its tiles.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let opacities = self.opacities.get().map_or(0, |opacities| size_of_val(opacities.as_slice()));
         opacities + self.levels.iter().map(Level::bytes).sum::<usize>()
     }
 
-    /// Where its texels are, unless they are all in memory.
+    /// The pool of its texels, unless they are all in memory.
     pub(crate) fn tile_pool(&self) -> Option<&Arc<TilePool>> {
         self.levels[0].pool()
     }
 
-    /// The linear colour at `coords`, averaged over about `footprint_texels` texels of the full image.
+    /// Samples the linear colour at `coords`, averaged over about `footprint_texels` texels of the full image.
     #[must_use]
     pub fn sample(&self, coords: Vec2, footprint_texels: f32) -> Vec4 {
         let last = (self.levels.len() - 1) as f32;
-        // NaN footprints (a texture stretched to nothing) read the full image.
+        // NaN footprints, of degenerate coordinates, read the full image.
         let lod = libm::log2f(footprint_texels.max(1.0)).min(last);
         let fine = lod as usize;
         let part = lod - fine as f32;
@@ -241,11 +239,11 @@ impl Texture {
         }
     }
 
-    /// The texels in two columns of two rows of a level, for each of some `lanes`, the first in the lowest bit: those of the
-    /// first row, then those of the second, red in the lowest byte. Zero in other lanes.
+    /// Fetches, for each lane of the mask `lanes` (lane 0 in the lowest bit), the texels in two columns and two rows of a
+    /// level: first row, then second, red in the lowest byte. Other lanes are zero.
     ///
     /// # Panics
-    /// If one of the lanes names a level, a column or a row that there isn't.
+    /// If the level, column or row of a lane is out of range.
     #[must_use]
     pub fn fetch(
         &self,
@@ -271,7 +269,7 @@ impl Texture {
         self.space.decode(level.texel(x, y))
     }
 
-    /// Mixed from the four nearest texels.
+    /// Bilinear mix of the four nearest texels.
     #[inline]
     fn mixed(&self, level: &Level, coords: Vec2) -> Vec4 {
         let (columns, right) = self.wrap[0].mixed(coords.x * level.width as f32, level.width);
@@ -289,11 +287,11 @@ pub(crate) const READS_AVIF: bool = cfg!(all(feature = "avif", not(target_family
 
 /// Part of every error and warning about an AVIF texture in a build without the feature `avif`.
 ///
-/// A program can look for it in [`Error`](crate::Error)s and [`Scene::warnings`](crate::Scene::warnings), to add how its users
-/// get the feature.
+/// A program can search [`Error`](crate::Error)s and [`Scene::warnings`](crate::Scene::warnings) for it, to tell its users
+/// how to get the feature.
 pub const AVIF_LEFT_OUT: &str = "AVIF textures need the feature `avif`, which this build leaves out";
 
-/// Whether bytes are an AVIF file's: its first box names kinds of files, and that is one of them.
+/// Whether this is an AVIF file: its first box lists file types, including AVIF.
 fn is_avif(bytes: &[u8]) -> bool {
     let Some((length, rest)) = bytes.split_first_chunk() else { return false };
     let length = (u32::from_be_bytes(*length) as usize).clamp(4, bytes.len()) - 4;
@@ -305,7 +303,7 @@ fn is_avif(bytes: &[u8]) -> bool {
 static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f64 / 255.0) as f32));
 
-/// The part of 255 that each byte is.
+/// Each byte divided by 255.
 static QUANTITY: [f32; 256] = {
     let mut quantities = [0.0; 256];
     let mut byte = 0;
@@ -316,14 +314,14 @@ static QUANTITY: [f32; 256] = {
     quantities
 };
 
-/// A texel whose colour's bytes stand for `colors`.
+/// Decodes a texel by the table `colors`; alpha is linear.
 #[inline]
 fn decode(colors: &[f32; 256], texel: [u8; 4]) -> Vec4 {
     let [r, g, b, a] = texel.map(usize::from);
     Vec4::new(colors[r], colors[g], colors[b], QUANTITY[a])
 }
 
-/// The linear value of an sRGB-encoded one, both 0 … 1 (IEC 61966-2-1).
+/// Decodes an sRGB value; both are 0 … 1 (IEC 61966-2-1).
 pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }

@@ -62,13 +62,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// A tile: a picture or the reason why there is none.
+/// A tile: a picture, or the reason why it is missing.
 struct Tile {
     label: String,
     picture: Result<Image, String>,
 }
 
-/// Writes the sheet, and says how many scenes failed.
+/// Writes the sheet, and returns the number of scenes that failed.
 fn run(flags: &Flags) -> Result<usize, String> {
     let mut renderer = Renderer::default();
     let mut tiles = Vec::new();
@@ -96,7 +96,7 @@ fn run(flags: &Flags) -> Result<usize, String> {
     Ok(failed)
 }
 
-/// The scene's pictures, each with its second where the scene moves.
+/// The scene's pictures, each with its time in seconds if the scene is animated.
 fn shots(address: &Path, flags: &Flags, renderer: &mut Renderer) -> Result<Vec<(Option<f64>, Image)>, String> {
     let scene = umbrage::open(address).map_err(|error| error.to_string())?;
     for warning in scene.warnings() {
@@ -120,7 +120,7 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
     const FAILED: [u16; 3] = [0x9000, 0x1800, 0x1800];
     let [tile_width, tile_height] = flags.size;
     let (cell_width, cell_height) = (tile_width + GAP, tile_height + LINE + GAP);
-    // About as wide as it is high.
+    // A sheet of about equal width and height.
     let square = (tiles.len() as f64 * f64::from(cell_height) / f64::from(cell_width)).sqrt().ceil() as u32;
     let columns = flags.columns.unwrap_or(square).clamp(1, tiles.len().max(1) as u32);
     let rows = (tiles.len() as u32).div_ceil(columns);
@@ -152,10 +152,10 @@ fn sheet(tiles: &[Tile], flags: &Flags) -> Result<Image, String> {
     Ok(Image { width, height, pixels, ..Image::default() })
 }
 
-/// From a line of text to the next one: a letter and a gap.
+/// Distance between lines of text: a letter's height and a gap.
 const LINE: u32 = dot_font::HEIGHT + 3;
 
-/// Writes as many lines of text as there is room for, broken wherever a line is full.
+/// Writes text in lines that are broken at any letter; lines that don't fit are left out.
 fn write(canvas: &mut Canvas<'_, [u16; 3]>, [x, y]: [u32; 2], [width, height]: [u32; 2], text: &str) {
     const BRIGHT: [u16; 3] = [0xe000; 3];
     let letters: Vec<char> = text.chars().collect();

@@ -1,19 +1,19 @@
 //! Letters of five by seven dots, and a canvas to write them on pictures.
 #![forbid(unsafe_code)]
 
-/// Dots from side to side of a letter.
+/// Width of a letter in dots.
 const WIDTH: u32 = 5;
-/// Dots from the start of one letter to that of the next.
+/// Distance between the starts of neighbouring letters, in dots.
 pub const ADVANCE: u32 = WIDTH + 1;
-/// Dots from top to bottom of a letter.
+/// Height of a letter in dots.
 pub const HEIGHT: u32 = 7;
 
-/// A picture to draw on, in rows from the upper left corner; what is outside of it is left out.
+/// A picture to draw on, in rows from the upper left corner. Drawing is clipped to it.
 #[derive(Debug)]
 pub struct Canvas<'a, P> {
     /// All rows.
     pub pixels: &'a mut [P],
-    /// Of a row.
+    /// Pixels of a row.
     pub width: u32,
 }
 
@@ -31,8 +31,8 @@ impl<P: Copy> Canvas<'_, P> {
     }
 }
 
-/// Where the dots of a text are, as columns and rows from its upper left. Lower case is shown as upper case, and what has
-/// no letter here as a box.
+/// The dots of a text, as columns and rows from its upper left corner. Lower case is shown as upper case, and characters
+/// without a glyph as a box.
 fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     (0..).zip(text.chars()).flat_map(|(index, letter)| {
         (0..).zip(rows(letter)).flat_map(move |(row, bits)| {
@@ -42,12 +42,12 @@ fn dots(text: &str) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// Dots from the start of a text to its end.
+/// Width of a text in dots.
 pub fn width(text: &str) -> u32 {
     (text.chars().count() as u32 * ADVANCE).saturating_sub(ADVANCE - WIDTH)
 }
 
-/// The rows of a letter from the top, the leftmost dot in the highest of five bits.
+/// The rows of a letter from the top; the leftmost dot is the highest of five bits.
 fn rows(letter: char) -> [u8; HEIGHT as usize] {
     match letter.to_ascii_uppercase() {
         ' ' => [0; HEIGHT as usize],

@@ -1,4 +1,4 @@
-//! Renderers on GPUs, and which adapters there are.
+//! Renderers on GPUs, and the list of adapters.
 
 use serde_json::{Value, json};
 use umbrage::Renderer;
@@ -7,7 +7,7 @@ use umbrage::gpu::{Adapter, DeviceLimits, Gpu};
 use crate::failure::Failure;
 use crate::info::json_text;
 
-/// On the first adapter with `name` in its name, whose own it gives.
+/// Opens the first adapter with `name` in its name, and returns its description.
 pub(super) fn open(name: &str) -> Result<(Renderer, String), Failure> {
     let gpu = Gpu::open(name, DeviceLimits::Adapter).map_err(|error| {
         Failure::input(error.to_string(), "`umbrage info --devices` lists adapters; `--engine cpu` needs none")
@@ -17,7 +17,7 @@ pub(super) fn open(name: &str) -> Result<(Renderer, String), Failure> {
     Ok((Renderer::with_gpu(gpu)?, about))
 }
 
-/// As [`open`], or why there is no such GPU. Software adapters don't count: the CPU engine is faster.
+/// As [`open`], or the reason why there is no such GPU. Software adapters are refused, since the CPU engine is faster.
 pub(super) fn first(wanted: &str) -> Result<(Renderer, String), String> {
     let all = Adapter::all();
     let is_wanted = |adapter: &&Adapter| adapter.name.to_lowercase().contains(&wanted.to_lowercase());
@@ -31,7 +31,7 @@ pub(super) fn first(wanted: &str) -> Result<(Renderer, String), String> {
     }
 }
 
-/// Lists what can stand as a GPU.
+/// Lists the adapters.
 pub(crate) fn devices(as_json: bool) -> Result<String, Failure> {
     let all = Adapter::all();
     if as_json {

@@ -1,4 +1,4 @@
-//! In place of `gpu.rs` in a command without that feature: every question fails, with the command that brings it.
+//! Replaces `gpu.rs` in builds without the feature: every call fails with the command that adds it.
 
 use umbrage::Renderer;
 

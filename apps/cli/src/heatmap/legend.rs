@@ -1,7 +1,7 @@
 use dot_font::Canvas;
 use umbrage::{HeatScale, Image};
 
-/// Counts in words, and their colours, below a picture.
+/// The legend below a picture: title, counts and their colours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Legend<'a> {
     pub(super) title: &'a str,
@@ -12,17 +12,17 @@ pub(super) struct Legend<'a> {
 const WHITE: [u16; 3] = [u16::MAX; 3];
 
 impl Legend<'_> {
-    /// How many rows it takes below a picture of some width.
+    /// Height in pixels below a picture of `width` pixels.
     pub(super) fn height(width: u32) -> u32 {
         37 * Self::dot(width)
     }
 
-    /// Pixels a side of a letter's dot.
+    /// Side of a letter's dot in pixels.
     fn dot(width: u32) -> u32 {
         (width / 400).max(1)
     }
 
-    /// Draws it on a picture below row `top`.
+    /// Draws the legend from row `top` on.
     pub(super) fn draw(&self, image: &mut Image, top: u32) {
         let (width, dot) = (image.width, Self::dot(image.width));
         let mut canvas = Canvas { pixels: &mut image.pixels, width };
@@ -56,7 +56,7 @@ impl Legend<'_> {
     }
 }
 
-/// The same level in 16 bits.
+/// Widens a level to 16 bits.
 pub(super) fn sixteen_bits(level: u8) -> u16 {
     u16::from(level) * 257
 }

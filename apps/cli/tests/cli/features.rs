@@ -1,11 +1,11 @@
-//! Parts that a feature brings: what a command without them says, and that one with them has them.
+//! Optional parts: messages of builds without them, and their presence in builds with them.
 
 use std::fs;
 use std::path::Path;
 
 use crate::support::Workplace;
 
-/// The two lines in which a command says that it was built without a part.
+/// The hint of a command that was built without a part.
 #[cfg(not(all(feature = "avif", feature = "gpu", feature = "view")))]
 fn brought_by(feature: &str) -> String {
     format!(

@@ -1,4 +1,4 @@
-//! `umbrage heatmap`: what it writes and says.
+//! `umbrage heatmap`: its files and messages.
 
 use crate::support::{Workplace, decode_png};
 
@@ -44,7 +44,7 @@ fn pairs_and_points_are_shown_by_cell() {
         let (stdout, _) = place.succeed(&[&fixed, flags].concat());
         (stdout, decode_png(&place.path("map.png")))
     };
-    // The triangle is listed in all tiles that it reaches, on pixels beside it too: here all four.
+    // The triangle is listed in all tiles that it reaches, here all four, and counts at their pixels beside it too.
     let (_, pairs) = pixels(&["--of", "pairs", "--structure", "perspective"]);
     assert!(pairs[..128 * 128].iter().all(|pixel| *pixel == pairs[0] && *pixel != [0; 3]));
     let (_, tested) = pixels(&["--of", "tested", "--structure", "perspective"]);

@@ -1,4 +1,4 @@
-//! An X server without a screen, and what one does at it.
+//! An X server without a screen, with simulated input.
 
 use std::cell::Cell;
 use std::collections::HashSet;
@@ -18,7 +18,7 @@ use x11rb::rust_connection::RustConnection;
 
 const SIZE: [u16; 2] = [1280, 800];
 
-/// A server of our own.
+/// A server of the test's own.
 pub(crate) struct Display {
     server: Child,
     name: String,
@@ -71,7 +71,7 @@ impl Display {
         &self.name
     }
 
-    /// The program's window, which gets the keys from then on; it may be small later.
+    /// Finds the program's window and gives it the keyboard focus. The window may become small later.
     pub(crate) fn find_window(&self) -> Option<Window> {
         if let Some(window) = self.window.get() {
             return Some(window);
@@ -177,7 +177,7 @@ impl Drop for Display {
 }
 
 impl Shot {
-    /// How many colours there are.
+    /// Number of different colours.
     pub(crate) fn colors(&self) -> usize {
         self.pixels.as_chunks::<4>().0.iter().collect::<HashSet<_>>().len()
     }
@@ -188,7 +188,7 @@ impl Shot {
         [width / 2, height / 2 - 2]
     }
 
-    /// Whether hardly any pixel is another: engines' colours may differ by a level.
+    /// Whether fewer than 1 in 200 samples differ by more than two levels, as between engines.
     pub(crate) fn differs_little(&self, other: &Self) -> bool {
         let others = self.pixels.iter().zip(&other.pixels).filter(|(one, other)| one.abs_diff(**other) > 2).count();
         others < self.pixels.len() / 200

@@ -1,4 +1,4 @@
-//! The real window, on an X server without a screen: only where the command is built with its window, and on Linux.
+//! The real window, on an X server without a screen: only in builds with the window, on Linux.
 #![cfg(all(feature = "view", target_os = "linux"))]
 
 mod display;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use display::{Display, Shot};
 
-/// The window's process, which ends with the test.
+/// The window's process, killed when dropped.
 struct Window(Child);
 
 impl Drop for Window {
@@ -20,7 +20,7 @@ impl Drop for Window {
     }
 }
 
-/// What holds in the end, or a panic that says what didn't.
+/// Polls `ask` until it returns an answer, and panics with `what` after a timeout.
 fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
@@ -32,14 +32,14 @@ fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Keeps a picture to be looked at, where `UMBRAGE_WINDOW_PICTURES` names a folder for it.
+/// Saves a picture for review, if `UMBRAGE_WINDOW_PICTURES` names a folder.
 fn keep(shot: &Shot, name: &str) {
     if let Some(folder) = std::env::var_os("UMBRAGE_WINDOW_PICTURES") {
         shot.write(&Path::new(&folder).join(format!("window_{name}.png")));
     }
 }
 
-/// A picture that stays as it is.
+/// Waits for a picture that no longer changes.
 fn still(display: &Display) -> Shot {
     let mut last = display.shot();
     wait_for("a still picture", || {
@@ -73,7 +73,7 @@ fn a_window_plays_is_changed_and_closed() {
     wait_for("a window", || display.find_window());
     wait_for("a title", || display.title().filter(|title| title.contains("moving.gltf") && title.contains("CPU")));
 
-    // It plays at once; the space bar pauses it. Without panels the picture has all of the window.
+    // The animation plays at once; the space bar pauses it. Without panels the picture fills the window.
     display.press("v");
     std::thread::sleep(Duration::from_millis(500));
     let playing = display.shot();
@@ -92,7 +92,7 @@ fn a_window_plays_is_changed_and_closed() {
     keep(&dragged, "dragged");
     assert!(dragged != paused, "a light was dragged");
 
-    // The screenshot is what the copied command renders.
+    // The copied command renders the screenshot.
     display.press("p");
     let screenshot = folder.path().join("moving.png");
     wait_for("a screenshot", || screenshot.exists().then_some(()));
@@ -105,7 +105,7 @@ fn a_window_plays_is_changed_and_closed() {
     let heat = still(&display);
     keep(&heat, "heat");
     assert!(heat != dragged, "a heat map");
-    // On a busy machine a picture may come later than the next key would: each is looked at several times.
+    // On a busy machine a picture may come later than the next key, so each is checked several times.
     let is_plain = || (0..3).any(|_| still(&display).differs_little(&dragged));
     let press = || {
         display.press("m");
@@ -115,7 +115,7 @@ fn a_window_plays_is_changed_and_closed() {
 
     display.press("x");
     wait_for("another engine or a message", || display.title().filter(|title| !title.contains("CPU")));
-    // A GPU that is a program takes longer from one number of samples to the next than still pictures are waited for.
+    // On a software GPU the next samples may take longer than the wait for a still picture.
     let same = || Some(still(&display)).filter(|shot| shot.differs_little(&dragged));
     keep(&wait_for("the same picture by both engines", same), "gpu");
 
@@ -158,7 +158,7 @@ fn without_an_adapter_that_can_draw_there_is_a_message() {
     assert_eq!(output.status.code(), Some(1));
 }
 
-/// Runs a copied command, and gives the file that it writes.
+/// Runs a copied command, and returns the path of its picture.
 fn render(command: &str, folder: &Path) -> PathBuf {
     let rest = command.strip_prefix("umbrage ").expect("our command");
     let path = folder.join("again.png");

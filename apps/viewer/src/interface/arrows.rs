@@ -1,4 +1,4 @@
-//! Arrows at the edge of what is in view, towards lights that are outside of it.
+//! Arrows at the edge of the picture that point to lights out of view.
 
 use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Vec2, vec2};
 use glam::Vec3;
@@ -8,11 +8,11 @@ use crate::app::App;
 use crate::probe::light_name;
 use crate::projection::Projected;
 
-/// How long an arrow is, and how far its tip is from the edge, in points.
+/// Length of an arrow, and distance of its tip from the edge, in points.
 const LENGTH: f32 = 16.0;
 const MARGIN: f32 = 6.0;
 
-/// Draws them. A click selects the light.
+/// Draws the arrows. A click selects the light.
 pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &Projected, painter: &Painter) {
     let focus = app.focus();
     let mut clicked = None;
@@ -35,7 +35,7 @@ pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &
     app.lights.selected = clicked.or(app.lights.selected);
 }
 
-/// Where an arrow ends, and the unit vector that it points along.
+/// An arrow's tip and unit direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Arrow {
     tip: Pos2,
@@ -43,7 +43,8 @@ struct Arrow {
 }
 
 impl Arrow {
-    /// To a world point that isn't within `area` on the screen; `None` where it is, or where the area is too small.
+    /// The arrow to a world point outside of `area` on the screen; `None` where the point is inside, or the area is
+    /// too small.
     fn to(point: Vec3, picture: &Projected, area: Rect) -> Option<Self> {
         let is_in_view = picture.on_screen(point).is_some_and(|position| area.contains(position));
         let edge = area.shrink(MARGIN);
@@ -52,7 +53,7 @@ impl Arrow {
         }
         let offset = point - picture.camera.position;
         let way = vec2(offset.dot(picture.camera.right), -offset.dot(picture.camera.up)).normalized();
-        // What is straight behind the camera is reached as well by turning to any side.
+        // A point straight behind the camera is reached by a turn to either side.
         let way = if way.is_finite() && way != Vec2::ZERO { way } else { Vec2::DOWN };
         let from = edge.clamp(picture.rect.center());
         let reach = |from: f32, least: f32, most: f32, way: f32| match way {
@@ -84,7 +85,7 @@ mod tests {
         let picture = Projected { camera, rect: area };
         let to = |x: f32, y: f32, z: f32| Arrow::to(Vec3::new(x, y, z), &picture, area);
         assert_eq!(to(0.0, 0.0, 0.0), None);
-        // In front of the camera and behind it, to the same side.
+        // Points in front of the camera and behind it, on the same side.
         for z in [0.0, 20.0] {
             assert_eq!(to(100.0, 0.0, z), Some(Arrow { tip: pos2(294.0, 100.0), way: Vec2::RIGHT }));
             assert_eq!(to(0.0, 100.0, z), Some(Arrow { tip: pos2(150.0, 6.0), way: Vec2::UP }));

@@ -1,4 +1,4 @@
-//! Stages' times of the last pictures, stacked.
+//! Stacked stage times of the last pictures.
 
 use eframe::egui::{self, Color32, Rect, Sense, pos2, vec2};
 
@@ -6,7 +6,7 @@ use crate::history::History;
 
 /// A stage's colour, by its index.
 pub(super) fn color(stage: usize) -> Color32 {
-    // Neighbours are far apart: the golden angle, with two lightnesses.
+    // Hues at the golden angle and two lightnesses, so that neighbours differ clearly.
     let hue = (0.58 + 0.381_966 * stage as f32).fract();
     let value = if stage.is_multiple_of(2) { 0.9 } else { 0.7 };
     egui::ecolor::Hsva::new(hue, 0.62, value, 1.0).into()

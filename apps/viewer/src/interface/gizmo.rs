@@ -1,4 +1,4 @@
-//! Handles of lights in the picture, to be dragged.
+//! Draggable handles of lights in the picture.
 
 use std::f32::consts::TAU;
 
@@ -13,7 +13,7 @@ use crate::light_list::unit;
 use crate::probe::light_name;
 use crate::projection::Projected;
 
-/// What is being dragged.
+/// The dragged part of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Grab {
     light: usize,
@@ -23,11 +23,11 @@ struct Grab {
 /// A part of a light's gizmo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
-    /// The light itself, in the picture's plane; a sun, round the scene.
+    /// The light itself: moves in the picture's plane, or round the scene for a sun.
     Center,
-    /// Along a world axis.
+    /// An arrow along a world axis.
     Axis(usize),
-    /// Where a spot points to.
+    /// The target of a spot.
     Target,
 }
 
@@ -36,12 +36,12 @@ const AXES: [(Vec3, Color32); 3] = [
     (Vec3::Y, Color32::from_rgb(110, 200, 80)),
     (Vec3::Z, Color32::from_rgb(80, 130, 240)),
 ];
-/// How near the pointer must be, in points.
+/// Maximum distance of the pointer from a handle, in points.
 const REACH: f32 = 11.0;
-/// How long the axes are, in points.
+/// Length of the axes in points.
 const AXIS: f32 = 54.0;
 
-/// Draws the handles and moves what is dragged; whether anything is.
+/// Draws the handles and moves the dragged light. Returns whether there is one.
 pub(super) fn show(app: &mut App, ui: &egui::Ui, response: &Response, picture: &Projected, painter: &Painter) -> bool {
     let id = response.id.with("gizmo");
     let mut grab: Option<Grab> = ui.data(|data| data.get_temp(id).flatten());
@@ -92,14 +92,14 @@ fn outline(app: &App, picture: &Projected, painter: &Painter) {
         };
         let [across, up] = Light::axes(direction).map(DVec3::as_vec3);
         let on_screen = rim.iter().map(|point| picture.on_screen(position + across * point.x + up * point.y));
-        // What is behind the camera has no rim.
+        // A light that is partly behind the camera gets no rim.
         if let Some(rim) = on_screen.collect::<Option<Vec<Pos2>>>() {
             painter.add(egui::Shape::closed_line(rim, Stroke::new(1.5, tint(light.color))));
         }
     }
 }
 
-/// Tells assistive programs where lights can be grabbed.
+/// Names the handles for assistive programs.
 fn name_handles(app: &App, ui: &egui::Ui, handles: &[Handle]) {
     for handle in handles.iter().filter(|handle| handle.grab.part == Part::Center) {
         let number = handle.grab.light;
@@ -111,17 +111,17 @@ fn name_handles(app: &App, ui: &egui::Ui, handles: &[Handle]) {
     }
 }
 
-/// Where a light can be grabbed.
+/// A part of a light on the screen that can be grabbed.
 struct Handle {
     grab: Grab,
     center: Pos2,
-    /// From where a line leads to it.
+    /// Start of the line to the handle.
     from: Pos2,
     color: Color32,
 }
 
 fn nearest(handles: &[Handle], pointer: Pos2) -> Option<&Handle> {
-    // Of those at the same distance the last drawn.
+    // Of equally near handles, takes the one drawn last.
     let distances = handles.iter().rev().map(|handle| (handle, handle.center.distance(pointer)));
     distances
         .filter(|(_, distance)| *distance <= REACH)
@@ -140,7 +140,7 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
         let center = handle(Part::Center, on_screen, tint(light.color));
         if is_selected && !matches!(light.source, LightSource::Directional { .. }) {
             let depth = (position - picture.camera.position).dot(picture.camera.forward);
-            // Long enough to be grabbed wherever the light is.
+            // Long enough to be grabbed at any depth.
             let length = picture.height_at(depth).unwrap_or(0.0) * AXIS / picture.rect.height();
             for (axis, (way, color)) in AXES.into_iter().enumerate() {
                 if let Some(end) = picture.on_screen(position + way * length) {
@@ -166,7 +166,7 @@ fn handles(app: &App, picture: &Projected) -> Vec<Handle> {
     handles
 }
 
-/// Where a light's handle is: a sun's is beside the scene.
+/// World position of a light's handle; a sun's is beside the scene.
 pub(super) fn position(source: &LightSource, Focus { center, size }: Focus) -> Vec3 {
     match *source {
         LightSource::Point { position } | LightSource::Spot { position, .. } => position,
@@ -174,7 +174,7 @@ pub(super) fn position(source: &LightSource, Focus { center, size }: Focus) -> V
     }
 }
 
-/// A light's colour, bright enough to be seen.
+/// A light's colour, brightened to be visible.
 pub(super) fn tint(color: Vec3) -> Color32 {
     let brightest = color.max_element().max(1e-6);
     let [red, green, blue] =
@@ -221,7 +221,7 @@ fn drag(source: &mut LightSource, part: Part, picture: &Projected, pointer: Pos2
     }
 }
 
-/// The point under the pointer on the sphere on which suns' handles are, on the side where the sun was.
+/// The point under the pointer on the sphere of the suns' handles, on the side of the sun's last position.
 fn on_sphere(picture: &Projected, pointer: Pos2, Focus { center, size }: Focus, direction: Vec3) -> Option<Vec3> {
     let (origin, way) = picture.ray(pointer);
     let radius = 0.5 * size;
@@ -229,7 +229,7 @@ fn on_sphere(picture: &Projected, pointer: Pos2, Focus { center, size }: Focus, 
     let offset = origin - center;
     let half = offset.dot(way);
     let below_root = half * half - offset.length_squared() + radius * radius;
-    // Outside of it, at its edge.
+    // Outside of the sphere, the nearest point of its outline.
     let root = below_root.max(0.0).sqrt();
     let was_near = -direction.dot(way) < 0.0;
     let t = if was_near { -half - root } else { -half + root };

@@ -1,4 +1,4 @@
-//! What keys and the mouse do.
+//! Help for keys and the mouse.
 
 use eframe::egui;
 

@@ -1,13 +1,13 @@
-//! The list of the scene's objects, each to be shown or not.
+//! The list of the scene's objects, which can be shown or hidden.
 
 use eframe::egui;
 
 use crate::app::App;
 
-/// How high the list may be, in points.
+/// Maximum height of the list in points.
 const HIGHEST: f32 = 180.0;
 
-/// Whether there is anything to choose.
+/// Whether the scene has several objects.
 pub(super) fn has_choice(app: &App) -> bool {
     app.open.as_ref().is_some_and(|open| open.scene.objects().len() > 1)
 }

@@ -1,4 +1,4 @@
-//! What is drawn over the picture: a heat map's legend, the value under the cursor, and a light's grid.
+//! Overlays of the picture: a heat map's legend, the value under the cursor, and a light's grid.
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect, Response, Stroke, pos2, vec2};
 use glam::Vec3;
@@ -63,9 +63,9 @@ pub(super) fn light_grid(shown: &Shown, painter: &Painter, picture: &Projected) 
     }
 }
 
-/// Where the part of a line that is in front of the camera is on the screen.
+/// Projects the part of a line that is in front of the camera.
 fn visible(picture: &Projected, from: Vec3, to: Vec3) -> Option<[Pos2; 2]> {
-    /// How near the camera lines end, in relation to their length.
+    /// Minimum depth of a line's end, relative to its length.
     const NEAREST: f32 = 1e-4;
     let camera = picture.camera;
     let depth = |point: Vec3| (point - camera.position).dot(camera.forward);

@@ -1,24 +1,24 @@
-//! Which panels are beside the picture, and how wide they may be.
+//! The visible side panels and their widths.
 
 use eframe::egui::Rangef;
 
 use crate::app::Kept;
 
-/// Panels that leave at least half of the window's width to the picture. Where there is no room for two, times take the
-/// place of controls.
+/// Panels that leave at least half of the window's width to the picture. Without room for two, the times replace
+/// the controls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Panels {
     pub(super) has_work: bool,
     pub(super) has_controls: bool,
-    /// How wide each of them may be.
+    /// Range of each panel's width, in points.
     pub(super) widths: Rangef,
 }
 
 impl Panels {
-    /// The least width of a panel, in points.
+    /// Minimum width of a panel in points.
     const NARROWEST: f32 = 220.0;
 
-    /// Those of a window of some width that are wanted.
+    /// The wanted panels that fit into a window of this width, in points.
     pub(super) fn fit(kept: &Kept, window_width: f32) -> Self {
         let room = 0.5 * window_width;
         let most = (room / Self::NARROWEST) as u32;

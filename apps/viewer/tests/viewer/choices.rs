@@ -1,4 +1,4 @@
-//! What files let one choose: animations, variants of materials, backgrounds.
+//! Choices that depend on files: animations, material variants, backgrounds.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -59,7 +59,7 @@ fn animations_and_variants_are_chosen_by_name() {
     window.choose("Animation", "rise");
     let risen = window.pixels();
     assert!(slid != risen);
-    // How many pixels are clearly red, and how many green: the sky is neither.
+    // Numbers of clearly red and clearly green pixels; the sky is neither.
     let reds_and_greens = |pixels: &[u8]| {
         let excess = |one: u8, other: u8| u32::from(one > other.saturating_add(40));
         let colors = pixels.as_chunks::<4>().0.iter();
@@ -73,7 +73,7 @@ fn animations_and_variants_are_chosen_by_name() {
     window.keep("variant");
     assert!(window.shows("Field of view"), "the camera stays");
     let (no_reds, greens) = reds_and_greens(&window.pixels());
-    // Pixels at its edges mix it with the sky, and may be clearly of one colour and not of the other.
+    // Pixels at its edges mix it with the sky, so they may be clearly red but not clearly green, or vice versa.
     assert!(
         no_reds == 0 && greens.abs_diff(reds) <= reds / 1000,
         "{no_reds} red pixels, {greens} green ones of {reds}"

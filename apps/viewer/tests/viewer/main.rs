@@ -1,4 +1,4 @@
-//! The window as users see it, drawn without a screen by whatever adapter there is.
+//! The window as users see it, drawn without a screen by any available adapter.
 
 mod choices;
 mod interface;

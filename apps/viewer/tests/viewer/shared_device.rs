@@ -1,4 +1,4 @@
-//! Pictures that stay on the device that the window draws with, as the window shows them.
+//! Pictures that stay on the window's device, as the window shows them.
 
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,7 @@ struct Window {
 }
 
 impl Window {
-    /// With a scene that the GPU renders, once its first picture is there; paused at its start.
+    /// Opens a scene on the GPU, paused at its start, and waits for the first picture.
     fn open(state: &RenderState, shares_software: bool, scene: &str) -> Self {
         let start = Start {
             scene: Some(scene.into()),
@@ -32,7 +32,7 @@ impl Window {
         let graphics = Graphics { state: state.clone(), shares_software, surface: surface.clone() };
         let harness = Harness::builder()
             .with_size(vec2(1000.0, 700.0))
-            // A cross that egui's own fonts lack.
+            // egui's own fonts lack a cross.
             .allow_missing_glyphs()
             .renderer(WgpuTestRenderer::from_render_state(state.clone()))
             .build_ui_state(
@@ -49,7 +49,7 @@ impl Window {
         window
     }
 
-    /// Until what is chosen is on the screen.
+    /// Waits until the chosen picture is on the screen.
     fn settle(&mut self) {
         let start = Instant::now();
         loop {
@@ -68,12 +68,12 @@ impl Window {
         self.settle();
     }
 
-    /// Whether pictures are drawn from the engine's own texture.
+    /// Whether pictures are drawn from the engine's texture.
     fn draws_textures(&self) -> bool {
         self.harness.query_all_by_label_contains("pictures stay on it").next().is_some()
     }
 
-    /// Colours of the picture, without what is drawn around it.
+    /// Colours of the picture, without its margins.
     fn picture(&mut self) -> Vec<[u8; 4]> {
         let area = self.harness.get_by_label("Rendered scene").rect().shrink(60.0);
         let image = self.harness.render().expect("a rendered window");
@@ -83,7 +83,7 @@ impl Window {
     }
 }
 
-/// What egui draws with, opened as for a window; `None`, and a note, where no adapter can.
+/// egui's device, opened as for a window; `None`, with a note, without an adapter.
 fn state() -> Option<RenderState> {
     Adapter::find("").map_err(|error| eprintln!("skipped-gpu: {error}")).ok()?;
     let state =
@@ -91,7 +91,7 @@ fn state() -> Option<RenderState> {
     Some(state)
 }
 
-/// How many channels differ, and by how much at most.
+/// Number of channels that differ, and their maximum difference.
 fn differences(one: &[[u8; 4]], other: &[[u8; 4]]) -> (usize, u8) {
     assert_eq!(one.len(), other.len());
     let pairs = one.as_flattened().iter().zip(other.as_flattened());
@@ -108,7 +108,7 @@ fn a_shared_texture_shows_what_a_copy_shows() {
     let mut textures = Window::open(&shared, true, scene);
     assert!(textures.draws_textures());
     let first = textures.picture();
-    // One frame on, so that the other of its two textures is shown, and then the first again.
+    // A frame further, the second of the engine's two textures is shown, then the first again.
     for _ in 0..3 {
         let [drawn, copied] = [&mut textures, &mut copies].map(Window::picture);
         let colors: std::collections::HashSet<_> = copied.iter().collect();
@@ -129,7 +129,7 @@ fn a_shared_texture_shows_what_a_copy_shows() {
     let can_time = shared.device.features().contains(umbrage::gpu::wgpu::Features::TIMESTAMP_QUERY);
     assert_eq!((times(&textures), times(&copies)), (can_time, false), "stages of the work panel");
     let [heat, none] = ["Triangles tested", "Light"].map(|entry| {
-        // It may be below the panel's end, and stays open after such a click.
+        // The list may be below the panel's end, and stays open after such a click.
         if textures.harness.query_by_role_and_label(Role::Button, entry).is_none() {
             textures.harness.get_by_role_and_label(Role::ComboBox, "Show").click_accesskit();
             textures.harness.run_steps(4);
@@ -148,7 +148,7 @@ fn a_shared_texture_shows_what_a_copy_shows() {
     let [drawn, copied] = [&mut textures, &mut copies].map(Window::picture);
     let (off, worst) = differences(&drawn, &copied);
     assert!(worst <= 1 && off <= drawn.len() / 100, "{off} channels differ, by at most {worst}");
-    // Whoever draws the window has lost what it is drawn on.
+    // The window's surface is lost.
     let told = |window: &Window| window.harness.query_by_label_contains("surface was lost").is_some();
     assert!(!told(&copies));
     let _ = copies.surface.answer(&CurrentSurfaceTexture::Lost);

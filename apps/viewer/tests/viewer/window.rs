@@ -14,7 +14,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// With a scene, once its first picture is there; `None` where nothing can draw it.
+    /// Opens a scene and waits for the first picture; `None` without an adapter.
     pub(super) fn open(scene: &str) -> Option<Self> {
         Self::start(Start { scene: Some(scene.into()), ..Start::default() })
     }
@@ -24,7 +24,7 @@ impl Window {
             eprintln!("skipped-gpu: no adapter draws the window");
             return None;
         }
-        // Pictures are compared, and so stay as they are unless a test asks for more.
+        // One sample by default, so that pictures that are compared don't change.
         let start = Start { forgets: true, samples: start.samples.or(Some(1)), ..start };
         let harness = Harness::builder().with_size(vec2(1000.0, 700.0)).wgpu().build_ui_state(
             move |ui, state: &mut Option<App>| {
@@ -37,7 +37,7 @@ impl Window {
         Some(window)
     }
 
-    /// Until what is chosen is on the screen.
+    /// Waits until the chosen picture is on the screen.
     pub(super) fn settle(&mut self) {
         let start = Instant::now();
         loop {
@@ -65,7 +65,7 @@ impl Window {
         self.harness.query_all_by_label_contains(text).next().is_some()
     }
 
-    /// The pixels of the rendered scene as the window shows it, but for those that messages may cover.
+    /// The pixels of the rendered scene in the window, except those that messages may cover.
     pub(super) fn pixels(&mut self) -> Vec<u8> {
         let window = self.harness.render().expect("a rendered window");
         let rect = self.harness.get_by_label("Rendered scene").rect();
@@ -78,7 +78,7 @@ impl Window {
             .collect()
     }
 
-    /// Keeps a picture of the window to be looked at, where `UMBRAGE_WINDOW_PICTURES` names a folder for it.
+    /// Saves a picture of the window for review, if `UMBRAGE_WINDOW_PICTURES` names a folder.
     pub(super) fn keep(&mut self, name: &str) {
         if let Some(folder) = std::env::var_os("UMBRAGE_WINDOW_PICTURES") {
             let path = std::path::Path::new(&folder).join(format!("{name}.png"));
@@ -86,14 +86,14 @@ impl Window {
         }
     }
 
-    /// Clicks a widget that may have to be scrolled to.
+    /// Scrolls to a widget and clicks it.
     pub(super) fn click_in_panel(&mut self, label: &str) {
         self.harness.get_by_label(label).scroll_to_me();
         self.harness.run_steps(8);
         self.click(label);
     }
 
-    /// Chooses an entry of a drop-down list, which may have to be scrolled to.
+    /// Scrolls to a drop-down list and chooses an entry.
     pub(super) fn choose(&mut self, list: &str, entry: &str) {
         self.harness.get_by_role_and_label(Role::ComboBox, list).scroll_to_me();
         self.harness.run_steps(8);
@@ -117,7 +117,7 @@ impl Window {
         Rect::from_min_size(corner + vec2(64.0 * column as f32, 64.0 * row as f32), vec2(64.0, 64.0))
     }
 
-    /// What the heat map says about a place of the picture.
+    /// The heat map's count at a position of the picture.
     pub(super) fn count_at(&mut self, title: &str, place: Pos2) -> u32 {
         self.harness.hover_at(place);
         self.harness.run_steps(8);
@@ -130,7 +130,7 @@ impl Window {
         said.unwrap_or_else(|| panic!("no count under the cursor for {title}"))
     }
 
-    /// The middle of the picture, and some points from there.
+    /// The position at an offset from the picture's middle, in points.
     pub(super) fn in_picture(&self, right: f32, down: f32) -> Pos2 {
         self.harness.get_by_label("Rendered scene").rect().center() + vec2(right, down)
     }

@@ -2,18 +2,18 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use umbrage::{Film, LightMask};
 
-/// Hashes (SHA-256, in hexadecimal digits) of what a picture is made of, the same wherever it is rendered.
+/// Hashes (SHA-256, in hexadecimal digits) of a picture's intermediate results, equal on every machine.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Proof {
-    /// Of the triangle's number at each pixel.
+    /// Hash of the triangle's number at each pixel.
     pub triangles: String,
-    /// Of the bits of each pixel's depth.
+    /// Hash of the bits of each pixel's depth.
     pub depths: String,
-    /// Of whether each light reaches each pixel.
+    /// Hash of each light's mask of lit pixels.
     pub masks: String,
-    /// Of the bits of each pixel's linear colour.
+    /// Hash of the bits of each pixel's linear colour.
     pub radiance: String,
-    /// Of the picture's bytes.
+    /// Hash of the picture's bytes.
     pub picture: String,
 }
 

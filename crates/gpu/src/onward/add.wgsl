@@ -1,5 +1,5 @@
-// Stage `add`: what rays have shown, to the film. Rays are in the order of their pixels, and the first of a pixel's adds what
-// all of them have.
+// Stage `add`: adds the rays' colours to the film. Rays are in the order of their pixels; the first ray of a pixel adds the
+// sum of all of them.
 
 import package::dispatch::{Invocation, flat_index};
 import package::onward::path::{OnwardPath};

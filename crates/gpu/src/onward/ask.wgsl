@@ -1,4 +1,4 @@
-// Stage `ask`: for each point in a light's reach, whether anything is between.
+// Stage `ask`: writes a shadow query for each point, from the point to a light.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::light::{KdLight};

@@ -1,4 +1,4 @@
-// Stage `ask_around`: for each point, whether anything is near in the direction in which it is looked around.
+// Stage `ask_around`: writes an ambient-occlusion query for each point, along the point's direction.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, f64_add, f64_from_f32_bits, f64_multiply, f64_to_f32_bits};
@@ -25,7 +25,7 @@ fn ask_around(at: Invocation) {
     }
     let point = read_exact_point(number);
     let direction = bitcast<vec3<u32>>(directions[number].xyz);
-    // So far is looked, in place of where a light is.
+    // The occlusion radius, stored in place of the light's position.
     let reach = f64_from_f32_bits(kd_light.vector.x);
     let end = vec3<u32>(
         ahead(point.position.x, direction.x, reach),
@@ -35,7 +35,7 @@ fn ask_around(at: Invocation) {
     put_question_to(record_start(number), point, id, number, end, 0u);
 }
 
-// A coordinate so far on, as bits of a finite f32.
+// The coordinate at distance `reach` along `direction`, as bits of a finite f32.
 fn ahead(start: F64, direction: u32, reach: F64) -> u32 {
     let bits = f64_to_f32_bits(f64_add(start, f64_multiply(f64_from_f32_bits(direction), reach)));
     return (bits & 0x80000000u) | min(bits & 0x7fffffffu, 0x7f7fffffu);

@@ -1,5 +1,5 @@
-// Stage `count`: how many rays go on from each of a generation. Their sums are where those are written, so that rays stay in
-// the order of their pixels.
+// Stage `count`: counts the rays that each ray of a generation spawns. Prefix sums of the counts are their indices, so that
+// rays stay in the order of their pixels.
 
 import package::dispatch::{Invocation, flat_index};
 import package::onward::step::{NOWHERE, OnwardStep, index_in_planes, way_bits};

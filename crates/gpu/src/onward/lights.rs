@@ -6,7 +6,7 @@ use crate::kdtree::{KdLight, KdNodes, KdRecords, KdTracer};
 use crate::shade::Shade;
 use crate::{Buffer, Geometry, Gpu, GpuError, Kernel, Recorder};
 
-/// Which lights reach what a generation's rays have met, and how much of each comes through what is before it.
+/// Visibility of lights from the hits of a generation's rays, and transmittance of the surfaces between.
 #[derive(Debug)]
 pub(super) struct OnwardLights {
     ask: Kernel,
@@ -14,31 +14,31 @@ pub(super) struct OnwardLights {
     light: Kernel,
     tinted: Kernel,
     questions: KdRecords,
-    /// One for each light: all are in use in one submission.
+    /// One buffer per light, since all are used in one submission.
     lights: Vec<Buffer>,
-    /// For each light whether anything keeps it away.
+    /// For each light, whether triangles block it.
     casts_shadow: Vec<bool>,
-    /// In which direction each point is looked around from: four f32, the last of which is nothing.
+    /// Each point's direction for ambient occlusion: three f32 and padding.
     directions: Buffer,
-    /// For each light a bit a ray; then, where light takes colours, for each light two words a ray. Light from all around that
-    /// may be kept away is the last light.
+    /// For each light a bit per ray; then, with `takes_colors`, for each light two words per ray. Ambient occlusion is the
+    /// last light.
     pub(super) lit: Buffer,
     words: u32,
-    /// Without light from all around.
+    /// Number of lights, without ambient occlusion.
     count: usize,
 }
 
-/// What else than lights keep away from points matters.
+/// Effects on light besides opaque shadows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OnwardLight {
-    /// Whether light takes colours on its way.
+    /// Whether transmissive surfaces tint light on its way.
     pub takes_colors: bool,
-    /// How far it is looked whether anything keeps light from all around away; 0 for not at all.
+    /// Radius of ambient occlusion in world units; 0 for none.
     pub around: f32,
 }
 
 impl OnwardLight {
-    /// Whether what the camera sees is asked about before it is shaded.
+    /// Whether queries about the camera rays' hits are traced before shading.
     #[must_use]
     pub fn is_asked_first(self) -> bool {
         self.takes_colors || self.around > 0.0
@@ -49,15 +49,15 @@ impl OnwardLight {
     }
 }
 
-/// What lights are asked with.
+/// Inputs of the queries about lights.
 pub(super) struct Asked<'a> {
     pub(super) geometry: &'a Geometry,
     pub(super) nodes: &'a KdNodes,
-    /// Of what light passes through.
+    /// The tree of transmissive triangles.
     pub(super) passed: &'a KdNodes,
     pub(super) shade: &'a Shade,
     pub(super) light: OnwardLight,
-    /// What shading reads about the points: the triangles that slots show, or meetings.
+    /// Shading's input about the points: the triangles of slots, or meetings.
     pub(super) seen: &'a Buffer,
 }
 
@@ -79,7 +79,7 @@ impl OnwardLights {
         }
     }
 
-    /// Makes room for so many points. `None` stands for a light that nothing keeps away.
+    /// Reserves memory for `points`. `None` stands for a light without shadows.
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -100,7 +100,7 @@ impl OnwardLights {
         }
         self.casts_shadow.clear();
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
-        // In place of where it is, how far it is looked.
+        // The occlusion radius takes the place of the light's position.
         let around = LightSource::Point { position: Vec3::new(light.around, 0.0, 0.0) };
         if light.looks_around() {
             self.casts_shadow.push(true);
@@ -113,7 +113,7 @@ impl OnwardLights {
         Ok(())
     }
 
-    /// How often the tracer is asked about what a generation has met, or about what is known to be lit.
+    /// Number of traces for a generation's hits; fewer with `is_lit_known`.
     pub(super) fn uses(&self, light: OnwardLight, is_lit_known: bool) -> u32 {
         let (lights, around) = self.casts_shadow.split_at(self.count);
         let casting = lights.iter().filter(|casts| **casts).count() as u32;
@@ -121,7 +121,8 @@ impl OnwardLights {
         casting * u32::from(!is_lit_known) + around + (casting + around) * u32::from(light.takes_colors)
     }
 
-    /// Records which lights reach the points, unless `known` has that in the first words of this buffer, and the colours.
+    /// Records the visibility of lights and their transmittance. `known` may have the visibility already, in its
+    /// first words.
     pub(super) fn record(
         &self,
         gpu: &Gpu,
@@ -171,7 +172,7 @@ impl OnwardLights {
         }
     }
 
-    /// Where colours begin, behind the bits of all lights.
+    /// The first word of transmittances, behind the bits of all lights.
     pub(super) fn tints_word(&self) -> u32 {
         self.words * self.casts_shadow.len() as u32
     }
@@ -181,7 +182,7 @@ impl OnwardLights {
     }
 }
 
-/// Words of a light's bits, whole workgroups of rays.
+/// Words of a light's bits, for whole workgroups of rays.
 pub(crate) fn mask_words(rays: u32) -> u32 {
     2 * rays.div_ceil(64)
 }

@@ -1,4 +1,4 @@
-// Stage `locate`: where the camera's rays meet what they see. Where they go straight on, they are kept too.
+// Stage `locate`: computes the exact hit points of camera rays, and stores the rays if some may go straight on.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::corners::{corner_bits};
@@ -32,7 +32,7 @@ fn locate(at: Invocation) {
     let is_before_shading = onward_step.is_asked_first != 0u;
     var id = NO_TRIANGLE;
     if pixel != NOWHERE {
-        // Before shading nobody knows which go on.
+        // Before shading, every ray may go on.
         if is_before_shading || way_bits(pixel) != 0u {
             id = seen[slot];
         }

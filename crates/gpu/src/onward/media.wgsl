@@ -1,6 +1,6 @@
-// The materials that a ray is inside of: crates/umbrage/src/shade/glass.rs.
+// The stack of materials around a ray: crates/umbrage/src/shade/glass.rs.
 
-// The last entered last. Of more than there is room for, the first is forgotten.
+// In order of entry. When the stack is full, the oldest entry is dropped.
 struct Media {
     materials: vec4<u32>,
     count: u32,
@@ -9,7 +9,7 @@ struct Media {
 const MOST_MEDIA: u32 = 4u;
 const OPEN_AIR: u32 = 0xffffffffu;
 
-// The material around the ray; `OPEN_AIR` in the open.
+// The innermost material; `OPEN_AIR` outside of all.
 fn media_innermost(media: Media) -> u32 {
     if media.count == 0u {
         return OPEN_AIR;
@@ -17,7 +17,7 @@ fn media_innermost(media: Media) -> u32 {
     return media.materials[media.count - 1u];
 }
 
-// After a surface of this material is crossed, from its front to its back or the other way.
+// The stack after the ray crosses a surface of this material: entering from its front, or leaving from its back.
 fn media_across(media: Media, material: u32, from_front: bool) -> Media {
     let held = media.materials;
     if from_front {

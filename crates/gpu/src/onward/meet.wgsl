@@ -1,4 +1,4 @@
-// Stage `meet`: what rays have met, as lights and shading ask for it.
+// Stage `meet`: converts the tracer's hits to the points and meetings that lights and shading read.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, f64_subtract, f64_to_f32_bits};

@@ -1,18 +1,18 @@
-//! Rays that go on from mirrors, through glass and straight on behind what is seen through, generation by generation:
-//! `umbrage/src/cpu/onward.rs`, through a kd-tree.
+//! Secondary rays of mirrors, of glass and straight on through transmissive surfaces, generation by generation, traced
+//! through a kd-tree. On the CPU: `umbrage/src/cpu/onward.rs`.
 //!
-//! Shading leaves planes beside the film (`way.wgsl`), which say where light comes to each pixel from. `count` and a scan give the
-//! rays that follow from these their numbers, in the order of their pixels; `locate` finds where the camera's rays have met
-//! their triangles, as exactly as a ray's hit; `send` writes them. The tracer of `kdtree` finds what they hit: where they start
-//! on a triangle, neither that nor any whose plane their start can't be told from. `meet` has that ready for lights and for
-//! shading, whose rays have planes of their own: a colour, which `add` sums up for each pixel in the order of the rays, and
-//! where light comes from.
+//! Shading writes planes beside the film (`way.wgsl`) with the directions and throughputs of each pixel's secondary rays.
+//! `count` and a scan number these rays in the order of their pixels; `locate` finds the camera rays' hit points, as exactly
+//! as a ray's hit; `send` writes the rays. The tracer of `kdtree` finds their hits. A ray that starts on a triangle hits
+//! neither that nor any triangle whose plane can't be separated from the start. `meet` converts hits for lights and shading.
+//! Shading then writes planes for each ray: a colour, which `add` sums for each pixel in the order of the rays, and the next
+//! directions and throughputs.
 //!
-//! Lights (`lights`) are asked about by `ask`, the tracer again and the kd-tree's `lit`. Where something is seen through, the
-//! tracer lists what their light passes through, shading's `tint` says what is left of it, and `tinted` keeps that. Of what the
-//! camera sees, the engine's structure has found which lights reach it; so only colours are asked for.
+//! Visibility of lights (`lights`) comes from `ask`, the tracer and the kd-tree's `lit`. With transmissive surfaces, the
+//! tracer lists the ones between point and light, shading's `tint` computes their transmittance, and `tinted` stores it. For
+//! the camera rays' hits, the engine's structure has found the visibility already; only transmittance is computed.
 //!
-//! The CPU asks how many rays a generation has, and so makes room for that many.
+//! The CPU reads back each generation's number of rays, and reserves memory for these.
 
 mod lights;
 mod step;
@@ -30,12 +30,12 @@ pub(crate) use lights::mask_words;
 use lights::{Asked, OnwardLights};
 use step::{OnwardStep, Step};
 
-/// Follows rays that go on: a generation at a time, which is [counted](Onward::record_count), [traced](Onward::record_rays),
-/// shaded by [`Shade`] and [added](Onward::record_add) to the film.
+/// Follows secondary rays. Each generation is [counted](Onward::record_count), [traced](Onward::record_rays), shaded by
+/// [`Shade`] and [added](Onward::record_add) to the film.
 #[derive(Debug)]
 pub struct Onward {
     nodes: KdNodes,
-    /// Of what lets light through.
+    /// The tree of transmissive triangles.
     passed: KdNodes,
     tracer: KdTracer,
     count: Kernel,
@@ -45,41 +45,40 @@ pub struct Onward {
     meet: Kernel,
     add: Kernel,
     point_view: Buffer,
-    /// The generation from which rays go on, and that of these rays.
+    /// The previous generation, and the one it spawns.
     from: Step,
     rays: Step,
     starts: Buffer,
     lights: OnwardLights,
     meetings: Buffer,
-    /// What the rays of a generation show.
+    /// Colours and ways of a generation's rays.
     planes: Buffer,
     total: Fetch,
     light: OnwardLight,
-    /// Of the film.
+    /// Planes of ways in the film.
     ways: u32,
     flat_plane_of_film: u32,
 }
 
 impl Onward {
-    /// How many planes say where mirrors lead.
+    /// Number of planes for mirrors alone.
     pub const MIRRORS: u32 = 2;
-    /// How many planes say where light comes from where something is seen through.
+    /// Number of planes with transmissive surfaces.
     pub const ALL_WAYS: u32 = 6;
-    /// How many planes say where light comes from where rough surfaces are followed too.
+    /// Number of planes with rough surfaces followed too.
     pub const GLOSSY_WAYS: u32 = 7;
     const MEETING_BYTES: u64 = 80;
     const PLANE_BYTES: u64 = 16;
     const OPTIONS: KdTracerOptions = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
 
-    /// The most that it holds for a pixel in one buffer: of generations of up to four rays a pixel where light comes by several
-    /// ways.
+    /// Maximum bytes per pixel in one buffer, for generations of up to four rays per pixel if `ways` has more than mirrors.
     #[must_use]
     pub fn pixel_bytes(ways: u32) -> u64 {
         let rays = if ways > Self::MIRRORS { 4 } else { 1 };
         rays * KdSight::PIXEL_BYTES.max(Self::PLANE_BYTES * (2 + u64::from(ways)))
     }
 
-    /// Ready to take over a tree.
+    /// Makes the kernels and empty buffers.
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
@@ -107,26 +106,26 @@ impl Onward {
         }
     }
 
-    /// Takes over the tree of a frame.
+    /// Uploads the tree of a frame.
     ///
     /// # Errors
-    /// Where it needs more than one buffer of the device has room for.
+    /// Where a buffer would exceed the device's limit.
     pub fn build(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
         self.nodes.write(gpu, tree)
     }
 
-    /// Takes over the tree of those of a frame's triangles that let light through, which have these ids in the whole frame.
+    /// Uploads the tree of a frame's transmissive triangles; `ids` are their ids in the whole frame.
     ///
     /// # Errors
-    /// Where it needs more than one buffer of the device has room for.
+    /// Where a buffer would exceed the device's limit.
     pub fn build_passed(&mut self, gpu: &Gpu, tree: &KdTree, ids: &[u32]) -> Result<(), GpuError> {
         self.passed.write_some(gpu, tree, ids)
     }
 
-    /// Makes ready to go on from the camera's rays through some rows of an image, as a film with planes of ways says.
+    /// Prepares to follow the camera rays of a band of rows, by the film's planes of ways.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// Where a buffer would exceed the device's limit.
     pub fn start(
         &mut self,
         gpu: &Gpu,
@@ -145,7 +144,7 @@ impl Onward {
         self.prepare_count(gpu)
     }
 
-    /// Some rays and their planes.
+    /// Parameters of a generation of `count` rays with planes of their own.
     fn step(&self, count: u32) -> OnwardStep {
         let has_flat = self.flat_plane_of_film != ShadeScene::NO_WORD;
         OnwardStep {
@@ -166,18 +165,18 @@ impl Onward {
         self.scan.prepare(gpu, self.from.count)
     }
 
-    /// Makes ready for what is [asked first](OnwardLight::is_asked_first) of what the camera sees.
+    /// Prepares for the queries that are [traced first](OnwardLight::is_asked_first), about the camera rays' hits.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// Where a buffer would exceed the device's limit.
     pub fn prepare_first(&mut self, gpu: &Gpu, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
         let Self { from, lights: of_lights, tracer, light, .. } = self;
         of_lights.prepare(gpu, from.count, lights, *light, Self::OPTIONS.lanes())?;
         tracer.prepare(gpu, from.count, of_lights.uses(*light, true))
     }
 
-    /// Records what the camera's rays have met, and what is asked about that; `seen` and `lit` are what it sees and which lights
-    /// reach that.
+    /// Records the camera rays' hit points and the queries about them. `seen` are the visible triangles, `lit` the
+    /// visibility of lights.
     pub fn record_first(
         &mut self,
         gpu: &Gpu,
@@ -206,17 +205,18 @@ impl Onward {
         self.locate.dispatch(gpu, pass, &buffers, from.groups());
     }
 
-    /// Where [`Onward::lit`] has colours, behind the bits of all lights; [`ShadeScene::NO_WORD`] for nowhere.
+    /// The first word of transmittances in [`Onward::lit`], behind the bits of all lights; [`ShadeScene::NO_WORD`]
+    /// without any.
     #[must_use]
     pub fn tints_word(&self) -> u32 {
         if self.light.takes_colors { self.lights.tints_word() } else { ShadeScene::NO_WORD }
     }
 
-    /// Looks at what was asked first and is done. Where there was too little room, it makes more and answers false: then all has
-    /// to be [recorded](Onward::record_first) again.
+    /// Checks the finished first queries. Where memory was too small, reserves more and returns false: all has to be
+    /// [recorded](Onward::record_first) again.
     ///
     /// # Errors
-    /// Where the device is lost, or something needs more than one buffer of it has room for.
+    /// Where the device is lost, or a buffer would exceed its limit.
     pub fn finish_first(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         let fits = self.tracer.finish(gpu, done)?;
         if !fits {
@@ -225,7 +225,7 @@ impl Onward {
         Ok(fits)
     }
 
-    /// Records how many rays go on from a generation, whose planes these are: the film's, or its own.
+    /// Records the count of rays spawned by a generation, from `film` for the camera's rays, else from its own planes.
     pub fn record_count(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, film: &Buffer) {
         let Self { from, starts, .. } = self;
         let planes = if from.is_first { film } else { &self.planes };
@@ -236,7 +236,7 @@ impl Onward {
         self.total = recorder.fetch_from(self.scan.totals(), self.scan.total_word().into(), 1);
     }
 
-    /// How many rays were counted.
+    /// The number of rays counted.
     ///
     /// # Errors
     /// Where the device is lost.
@@ -244,10 +244,10 @@ impl Onward {
         Ok(done.read::<u32>(self.total)?[0])
     }
 
-    /// Makes room for so many rays, and for lights; `None` stands for a light that nothing keeps away.
+    /// Reserves memory for `rays` and lights; `None` stands for a light without shadows.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// Where a buffer would exceed the device's limit.
     pub fn prepare(&mut self, gpu: &Gpu, rays: u32, lights: &[Option<LightSource>]) -> Result<(), GpuError> {
         let (step, packet, light) = (self.step(rays), Self::OPTIONS.lanes(), self.light);
         self.rays.write(gpu, step)?;
@@ -257,7 +257,7 @@ impl Onward {
         self.tracer.prepare(gpu, rays, 1 + self.lights.uses(light, false))
     }
 
-    /// Records the rays, what they hit, and which lights reach it. `film` and `seen` are what the camera's rays have shown.
+    /// Records the rays, their hits, and the visibility of lights there. `film` and `seen` belong to the camera's rays.
     pub fn record_rays(
         &mut self,
         gpu: &Gpu,
@@ -284,15 +284,15 @@ impl Onward {
         self.lights.record(gpu, recorder, tracer, rays, &asked, None);
     }
 
-    /// Looks at what the rays needed that are done, and makes room for what they show. Where the tracer had too little room, it
-    /// makes more and answers false: then they have to be [recorded](Onward::record_rays) again.
+    /// Checks the finished rays, and reserves memory for their planes. Where the tracer's memory was too small, reserves
+    /// more and returns false: the rays have to be [recorded](Onward::record_rays) again.
     ///
     /// # Errors
-    /// Where the device is lost, or something needs more than one buffer of it has room for.
+    /// Where the device is lost, or a buffer would exceed its limit.
     pub fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
         let fits = self.tracer.finish(gpu, done)?;
         if fits {
-            // Only now: the last generation's planes said where these rays go.
+            // Only now, since the planes of the previous generation were read to send these rays.
             let planes = 1 + u64::from(self.flat_plane_of_film != ShadeScene::NO_WORD) + u64::from(self.ways);
             self.planes.reserve(gpu, planes * Self::PLANE_BYTES * u64::from(self.rays.count))?;
         } else {
@@ -302,51 +302,51 @@ impl Onward {
         Ok(fits)
     }
 
-    /// Records that the film's pixels get what the rays show.
+    /// Records the addition of the rays' colours to the film.
     pub fn record_add(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, film: &Buffer) {
         let Self { rays, planes, .. } = self;
         let buffers = [&rays.parameters, planes, &rays.paths, film];
         recorder.stage("add", |pass| self.add.dispatch(gpu, pass, &buffers, rays.groups()));
     }
 
-    /// Makes ready to go on from these rays.
+    /// Makes these rays the previous generation.
     ///
     /// # Errors
-    /// Where something needs more than one buffer of the device has room for.
+    /// Where a buffer would exceed the device's limit.
     pub fn advance(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         std::mem::swap(&mut self.from, &mut self.rays);
         self.prepare_count(gpu)
     }
 
-    /// How many rays there are, and where their planes are.
+    /// The number of rays and the offsets of their planes.
     pub(crate) fn shaded(&self) -> OnwardPlanes {
         let Self { rays, .. } = self;
         let OnwardStep { ways_plane, flat_plane, .. } = self.step(rays.count);
         OnwardPlanes { rays: rays.count, ways_plane, ways: self.ways, flat_plane }
     }
 
-    /// What else than lights keep away matters.
+    /// Effects on light besides opaque shadows.
     pub(crate) fn light(&self) -> OnwardLight {
         self.light
     }
 
-    /// What the rays have met, as shading reads it.
+    /// The rays' hits, as shading reads them.
     pub(crate) fn meetings(&self) -> &Buffer {
         &self.meetings
     }
 
-    /// Which lights reach what was asked about last: for each a bit a ray, then colours.
+    /// Visibility of lights from the last points: for each light a bit per ray, then transmittances.
     #[must_use]
     pub fn lit(&self) -> &Buffer {
         &self.lights.lit
     }
 
-    /// Where shading says what the rays show, and where they go on.
+    /// Shading's output: the rays' colours and ways.
     pub(crate) fn planes(&self) -> &Buffer {
         &self.planes
     }
 
-    /// Bytes on the GPU for triangles, and for rays under way.
+    /// Bytes on the GPU for trees and for rays.
     #[must_use]
     pub fn bytes(&self) -> [u64; 2] {
         let Self { from, rays, starts, meetings, planes, lights, .. } = self;
@@ -358,7 +358,7 @@ impl Onward {
     }
 }
 
-/// What shading has to know of rays that go on.
+/// Layout of the planes of secondary rays, for shading.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OnwardPlanes {
     pub(crate) rays: u32,

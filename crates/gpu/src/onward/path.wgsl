@@ -1,20 +1,20 @@
-// What becomes of the light that comes along a ray: crates/umbrage/src/cpu/onward.rs.
+// The path from a ray to the camera: crates/umbrage/src/cpu/onward.rs.
 
 import package::onward::media::{Media};
 
 struct OnwardPath {
-    // How much of it reaches the camera.
+    // Throughput to the camera.
     through: vec3<f32>,
-    // How far it goes from the ray's origin to the camera.
+    // Length of the path from the ray's origin to the camera.
     travelled: f32,
-    // What it goes through along the ray.
+    // The media along the ray.
     media: Media,
     // The pixel that shows it.
     pixel: u32,
-    // By how many mirrors, and how often into glass or out of it, it comes.
+    // Number of bounces: reflections and refractions.
     bounces: u32,
-    // Through how many surfaces it comes to the last of these.
+    // Number of surfaces passed straight on since the last bounce.
     layers: u32,
-    // The largest GGX width of rough surfaces by which it comes.
+    // Largest GGX width of rough surfaces along the path.
     blur: f32,
 }

@@ -1,11 +1,11 @@
-// Points that rays go on from, in a buffer `points` that a stage declares.
+// Hit points, in a buffer `points` declared by the stage.
 
 import package::exact::double::{F64};
 import package::exact::shadow::{ExactPoint};
 import package::exact::vector::{F64Vector};
 import stage::{points};
 
-// The point, its error and the ray's t, in F64, the triangle that it is on, and the pixel that shows it.
+// Words of a point: position and error (F64), triangle, pixel, and the ray's t (F64).
 const POINT_T: u32 = 10u;
 const POINT_TRIANGLE: u32 = 8u;
 const POINT_PIXEL: u32 = 9u;

@@ -1,4 +1,4 @@
-// Writes to a buffer `points` that a stage declares.
+// Writes to a buffer `points` declared by the stage.
 
 import package::exact::double::{F64};
 import package::exact::shadow::{ExactPoint};

@@ -4,19 +4,19 @@ use super::Onward;
 use crate::kdtree::KdRecords;
 use crate::{Buffer, Gpu, GpuError, Groups};
 
-/// A generation of rays: the camera's, or some that go on.
+/// A generation of rays: the camera's, or secondary ones.
 #[derive(Debug)]
 pub(super) struct Step {
     pub(super) parameters: Buffer,
     pub(super) records: KdRecords,
     pub(super) paths: Buffer,
-    /// Where they have met something.
+    /// Their hit points.
     pub(super) points: Buffer,
     pub(super) count: u32,
     pub(super) is_first: bool,
 }
 
-/// As in `step.wgsl`.
+/// Parameters as in `step.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct OnwardStep {
@@ -46,12 +46,12 @@ impl Step {
         }
     }
 
-    /// Makes room.
+    /// Writes the parameters and reserves memory.
     pub(super) fn write(&mut self, gpu: &Gpu, parameters: OnwardStep) -> Result<(), GpuError> {
         (self.count, self.is_first) = (parameters.count, parameters.is_first != 0);
         self.parameters.write(gpu, &[parameters])?;
         self.points.reserve(gpu, Self::POINT_BYTES * u64::from(self.count))?;
-        // The camera's rays are only kept where they go straight on, and have no paths.
+        // The camera's rays have no paths, and are stored only if some may go straight on.
         let [records, paths] = match self.is_first {
             true if parameters.ways < Onward::ALL_WAYS => [0, 1],
             true => [self.count, 1],

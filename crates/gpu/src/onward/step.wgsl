@@ -1,26 +1,26 @@
-// A generation of rays, and the planes of what it has shown. The first are the camera's: those of a slot each.
+// A generation of rays and its planes. The first generation has a camera ray per slot.
 
 import package::tile_order::{pixel_of_slot};
 import stage::{onward_step, planes};
 
 struct OnwardStep {
-    // How many rays or slots there are.
+    // Number of rays or slots.
     count: u32,
     is_first: u32,
-    // Columns and rows of planes: those of the pixels, or one row of rays.
+    // Columns and rows of planes: the image's, or one row of rays.
     size: vec2<u32>,
-    // Where the planes of its ways begin, how many there are, and whether lights are asked before shading.
+    // Offset of the planes of ways in `planes`; number of these planes; whether lights are traced before shading.
     ways_plane: u32,
     ways: u32,
     is_asked_first: u32,
-    // Where in the rays' planes, and in the film's, is what is shown as it is; NOWHERE where that isn't kept.
+    // Offsets of the plane of flat colours in the rays' planes and in the film; NOWHERE without one.
     flat_plane: u32,
     flat_plane_of_film: u32,
 }
 
 const NOWHERE: u32 = 0xffffffffu;
 
-// Where a ray is in planes; `NOWHERE` for a slot that is no pixel.
+// A ray's index in planes; `NOWHERE` for a slot outside of the image.
 fn index_in_planes(number: u32) -> u32 {
     if onward_step.is_first == 0u {
         return number;
@@ -29,12 +29,12 @@ fn index_in_planes(number: u32) -> u32 {
     return select(NOWHERE, column_and_row.y * onward_step.size.x + column_and_row.x, all(column_and_row < onward_step.size));
 }
 
-// What one of the planes of ways says.
+// A value of one of the planes of ways.
 fn way_at(index: u32, plane: u32) -> vec4<f32> {
     return planes[onward_step.ways_plane + plane * onward_step.size.x * onward_step.size.y + index];
 }
 
-// Which ways there are.
+// The ways of a ray: WAY_… bits.
 fn way_bits(index: u32) -> u32 {
     return u32(way_at(index, 1u).w);
 }

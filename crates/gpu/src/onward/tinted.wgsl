@@ -1,4 +1,4 @@
-// Stage `tinted`: how much of a light comes to each point through what is before it, after the bits of all lights.
+// Stage `tinted`: stores the transmittance from each point to a light, after the bits of all lights.
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::light::{KdLight};
@@ -10,7 +10,7 @@ import package::kdtree::records::{RECORDS_COUNT};
 @group(0) @binding(3) var<storage, read> undecided_hits: array<u32>;
 @group(0) @binding(4) var<storage, read_write> lit_words: array<u32>;
 
-// As `shade/tint.wgsl` has them.
+// As in `shade/tint.wgsl`.
 const LIST_FIRST: u32 = 16u;
 const LIST_WORDS: u32 = 8u;
 
@@ -26,7 +26,7 @@ fn tinted(at: Invocation) {
         let base = LIST_FIRST + traced[number].y * LIST_WORDS;
         left = vec2<u32>(undecided_hits[base + 3u], undecided_hits[base + 5u]);
     }
-    // A word of bits has 32 points, of two words each.
+    // A word of bits covers 32 points, whose transmittances take 64 words.
     let word = kd_light.tints + 64u * kd_light.mask + 2u * number;
     lit_words[word] = left.x;
     lit_words[word + 1u] = left.y;

@@ -1,4 +1,4 @@
-//! Typed reading of accessors. Nothing that the JSON says about sizes is believed before the bytes are found.
+//! Typed reading of accessors. Sizes in the JSON are checked against the bytes before they are used.
 
 use std::fmt::Display;
 
@@ -9,7 +9,7 @@ use gltf::json::validation::Checked;
 use super::document::Document;
 use crate::Error;
 
-/// How many elements an accessor may have that no bytes stand for: glTF has such accessors read as zeros.
+/// Maximum length of an accessor without bytes, whose elements glTF defines as zeros.
 const MAX_ELEMENTS_WITHOUT_BYTES: u64 = 1 << 20;
 
 /// An accessor whose bytes are all there.
@@ -26,23 +26,23 @@ pub(super) struct Accessor<'a> {
     sparse: Option<Sparse<'a>>,
 }
 
-/// Elements at equal distances, all of them inside `bytes`.
+/// Elements at a constant stride in bytes, all inside `bytes`.
 #[derive(Clone, Copy, Debug)]
 struct Strided<'a> {
     bytes: &'a [u8],
     stride: usize,
 }
 
-/// Elements that replace some of an accessor's.
+/// Replacements of some of an accessor's elements.
 #[derive(Clone, Debug)]
 struct Sparse<'a> {
-    /// Rising, and in range.
+    /// Strictly ascending and in range.
     indices: Vec<u32>,
     values: Strided<'a>,
 }
 
 impl Document {
-    /// Accessor `index`, as `location` in the JSON asks for it.
+    /// Returns accessor `index`, which `location` in the JSON refers to.
     ///
     /// # Errors
     /// Where it doesn't exist, or its description or bytes are broken.
@@ -81,7 +81,7 @@ impl Document {
         })
     }
 
-    /// What replaces some of the `count` elements of `size` bytes of accessor `index`.
+    /// Reads the sparse replacements of accessor `index`, which has `count` elements of `size` bytes.
     fn sparse(
         &self,
         json: &accessor::sparse::Sparse,
@@ -126,7 +126,7 @@ impl Document {
         Ok(Sparse { indices, values })
     }
 
-    /// `count` elements of `size` bytes in a buffer view, from byte `offset` of it on.
+    /// Returns `count` elements of `size` bytes in a buffer view, starting at byte `offset`.
     fn strided(&self, view: usize, offset: u64, count: u64, size: usize, location: &str) -> Result<Strided<'_>, Error> {
         let (bytes, json) = self.view(view, format_args!("{location}.bufferView"))?;
         let stride = json.byte_stride.map_or(size, |stride| stride.0);
@@ -156,15 +156,15 @@ impl Document {
 }
 
 impl Accessor<'_> {
-    /// How many elements it has.
+    /// Number of elements.
     pub(super) fn count(&self) -> usize {
         self.count
     }
 
-    /// Checks that it has `count` elements, as the vertices at `location` do.
+    /// Checks that there are `count` elements, one per vertex of the primitive at `location`.
     ///
     /// # Errors
-    /// Where it has another number of elements.
+    /// Where the number differs.
     pub(super) fn expect_count(&self, count: usize, location: impl Display) -> Result<(), Error> {
         if self.count == count {
             return Ok(());
@@ -173,8 +173,8 @@ impl Accessor<'_> {
         Err(self.document.malformed(location, cause))
     }
 
-    /// Its elements as floats made by `make`, or only those at the rising indices `kept`; integers that are marked as
-    /// normalized become 0 … 1 or −1 … 1.
+    /// Reads the elements as floats and maps them by `make`: all, or those at the ascending indices `kept`. Integers that
+    /// are marked as normalized become 0 … 1 or −1 … 1.
     ///
     /// # Errors
     /// Where its elements don't have N components.
@@ -197,7 +197,7 @@ impl Accessor<'_> {
         })
     }
 
-    /// As [`Accessor::floats`], but with all integers normalized: for attributes whose integers can mean nothing else.
+    /// As [`Accessor::floats`], but normalizes all integers: for attributes that allow no other kind.
     ///
     /// # Errors
     /// Where its elements don't have N components.
@@ -209,7 +209,7 @@ impl Accessor<'_> {
         Self { normalized: true, ..self.clone() }.floats(kept, make)
     }
 
-    /// Its elements as unsigned integers given to `make`, or only those at the rising indices `kept`.
+    /// Reads the elements as unsigned integers and maps them by `make`: all, or those at the ascending indices `kept`.
     ///
     /// # Errors
     /// Where its elements don't have N components, or are floats or signed.
@@ -230,12 +230,12 @@ impl Accessor<'_> {
         }
     }
 
-    /// Whether all of its elements are zero, except those that [`Accessor::sparse_floats`] gives.
+    /// Whether all elements are zero, except the replacements of [`Accessor::sparse_floats`].
     pub(super) fn is_mostly_zero(&self) -> bool {
         self.base.is_none()
     }
 
-    /// The indices, rising, at which its elements are replaced by others, and these.
+    /// The ascending indices of replaced elements, and their replacements.
     ///
     /// # Errors
     /// Where its elements don't have N components.
@@ -258,7 +258,7 @@ impl Accessor<'_> {
         self.document.malformed(format_args!("accessors[{}]", self.index), cause)
     }
 
-    /// Takes the memory of what is read.
+    /// Takes the memory of the elements to be read from the budget.
     fn take_for<T>(&self, kept: Option<&[u32]>) -> Result<(), Error> {
         let count = kept.map_or(self.count, <[u32]>::len);
         self.document.take_for::<T>(count, format_args!("accessors[{}]", self.index))

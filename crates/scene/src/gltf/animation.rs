@@ -1,4 +1,4 @@
-//! Which node each of a file's animations moves, and which of them play.
+//! A file's animations, their channels, and the choice of playing animations.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -31,25 +31,25 @@ struct Channels {
     moved: Vec<Moved>,
 }
 
-/// The file's animations, and the channels of those that play.
+/// The file's animations, and the channels of the playing ones.
 #[derive(Debug, Default)]
 pub(super) struct Animations {
     pub(super) animations: Vec<Animation>,
-    /// In the order in which they are applied.
+    /// In order of application.
     pub(super) channels: Vec<Channel>,
-    /// Which nodes come and go, of those that play.
+    /// Changes of nodes' visibility, of the animations that play.
     pub(super) toggles: Vec<Toggle>,
-    /// What else pointers move, of those that play.
+    /// Other properties moved by pointers, of the animations that play.
     pub(super) moved: Vec<Moved>,
-    /// When the last of all these ends.
+    /// Time at which the last of all animations ends.
     pub(super) duration_seconds: f64,
 }
 
 impl Animations {
-    /// Reads all animations, and keeps those that `clip` has play. `weights` says how many morph targets each node has.
+    /// Reads all animations and keeps those selected by `clip`. `weights` gives each node's number of morph targets.
     ///
     /// # Errors
-    /// Where one is broken, or `clip` names one that isn't there.
+    /// Where an animation is broken, or `clip` names a missing one.
     pub(super) fn read(
         document: &Document,
         path: &Path,
@@ -101,7 +101,7 @@ fn check_size(document: &Document) -> Result<(), Error> {
     Ok(())
 }
 
-/// Which animations `clip` means, by number.
+/// The indices of the animations selected by `clip`.
 fn chosen(path: &Path, clip: &Clip, animations: &[Animation], channels: &[Channels]) -> Result<Range<usize>, Error> {
     Ok(match clip {
         Clip::All => 0..animations.len(),
@@ -129,7 +129,7 @@ fn independent(channels: &[Channels]) -> bool {
     })
 }
 
-/// What a channel moves.
+/// The property that a channel moves.
 #[derive(PartialEq, Eq, Hash)]
 enum Thing {
     Property(u32, u8),
@@ -192,7 +192,8 @@ fn read_channels(
     Ok(channels)
 }
 
-/// The channels with pointers that hide and show nodes or change materials, lights and cameras; others are left out.
+/// Reads the channels with pointers that hide and show nodes, or change materials, lights and cameras. Others are left out
+/// with a warning.
 fn read_pointers(
     document: &Document,
     json: &json::Animation,
@@ -225,11 +226,11 @@ fn read_pointers(
     Ok((toggles, moved))
 }
 
-/// What the elements of an animation's output are.
+/// The kind of element of an animation's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Values {
     Rotations,
-    /// So many components each, 1 … 4.
+    /// Number of components, 1 … 4.
     Numbers(usize),
 }
 

@@ -14,8 +14,7 @@ use super::document::Document;
 use super::nodes::Nodes;
 use crate::{Error, Light, NamedCamera};
 
-/// The most that a cone's inner angle is of its outer one: an edge that is not soft at all would divide by zero where it is
-/// computed.
+/// Maximum ratio of a cone's inner angle to its outer one: a ratio of 1, an edge without softness, would divide by zero.
 pub(super) const SHARPEST: f32 = 0.999;
 
 /// A camera on a node.
@@ -34,11 +33,11 @@ pub(super) struct NodeLight {
     pub(super) node: u32,
     /// Its index in the file.
     pub(super) number: usize,
-    /// The light; only the kind and the angles of its source are meant.
+    /// The light; the position and direction of its source are placeholders.
     light: Light,
 }
 
-/// The cameras of the scene's nodes: of hidden ones too, as the extension has it.
+/// Reads the cameras of the scene's nodes, including hidden ones, as the extension says.
 ///
 /// # Errors
 /// Where an index is out of range.
@@ -63,7 +62,7 @@ pub(super) fn cameras(
     Ok(cameras)
 }
 
-/// The lights of the visible nodes.
+/// Reads the lights of the visible nodes.
 ///
 /// # Errors
 /// Where an index is out of range.
@@ -148,7 +147,7 @@ fn source(json: &khr_lights_punctual::Light, number: usize, warnings: &mut Vec<S
 }
 
 impl NodeCamera {
-    /// The camera where its node is. Scale and shear of the node don't reach the camera's axes, but mirroring does.
+    /// The camera at its node's transform. The node's scale and shear don't change the camera's axes, but mirroring does.
     pub(super) fn at(&self, world_from_node: &Affine3A) -> NamedCamera {
         let axes = world_from_node.matrix3;
         let forward = Vec3::from(-axes.z_axis).try_normalize().unwrap_or(Vec3::NEG_Z);
@@ -165,7 +164,7 @@ impl NodeCamera {
 }
 
 impl NodeLight {
-    /// The light where its node is. Scale of the node changes neither its strength nor its range.
+    /// The light at its node's transform. The node's scale changes neither its strength nor its range.
     pub(super) fn at(&self, world_from_node: &Affine3A) -> Light {
         let here = Vec3::from(world_from_node.translation);
         let along = Vec3::from(-world_from_node.matrix3.z_axis).try_normalize().unwrap_or(Vec3::NEG_Z);

@@ -1,4 +1,4 @@
-//! Which triangles move together: all that hangs on one animated node, and those that mostly follow the same joint.
+//! Groups of triangles that move together: below the same animated node, or mostly following the same joint.
 
 use std::collections::HashMap;
 
@@ -7,26 +7,26 @@ use super::rest::Rest;
 use crate::Mesh;
 use crate::rig::{Influences, Part, Placement, Shape};
 
-/// What moves by itself.
+/// A group of triangles with a motion of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Object {
-    /// All that doesn't move.
+    /// Triangles that don't move.
     Still,
-    /// What hangs on an animated node, and on no other one below it.
+    /// Triangles whose nearest animated node is this one.
     Node(u32),
-    /// What morphs: the part with this first vertex.
+    /// The morphing part with this first vertex.
     Morphed(u32),
-    /// What follows a skin, by its first matrix.
+    /// Triangles of the skin with this first matrix.
     Skin(u32),
 }
 
-/// The objects and parts of a mesh, as they come.
+/// Numbers objects and parts of a mesh in order of appearance.
 pub(super) struct Bodies<'a> {
     matrices: &'a Matrices,
-    /// By node, the animated one that it hangs on.
+    /// By moving node, the nearest animated node at or above it.
     animated: HashMap<u32, u32>,
     objects: HashMap<Object, u32>,
-    /// By object, and joint of a skin.
+    /// By object and joint of its skin.
     parts: HashMap<(Object, u16), u32>,
 }
 
@@ -41,7 +41,7 @@ impl<'a> Bodies<'a> {
         Self { matrices, animated, objects: HashMap::new(), parts: HashMap::new() }
     }
 
-    /// Says for each triangle of a part, which the mesh ends with, what it moves with.
+    /// Appends the object and part of each triangle of `part`, whose triangles are the mesh's last.
     pub(super) fn add(&mut self, part: &Part, shape: &Shape, triangles: &[[u32; 3]], mesh: &mut Mesh) {
         let object = match part.placement {
             _ if !shape.morph_targets.is_empty() => Object::Morphed(part.first_vertex),

@@ -1,36 +1,34 @@
-//! Keyframes and what lies between them.
+//! Keyframes and their interpolation.
 
 use glam::{Quat, Vec4};
 
 /// Values over time, one or more numbers at each keyframe.
 #[derive(Debug)]
 pub(super) struct Curve {
-    /// Seconds of each keyframe; at least one, finite, never falling.
+    /// Time of each keyframe in seconds; at least one, finite, never falling.
     pub(super) times: Vec<f32>,
-    /// `width` numbers for each keyframe. For [`Interpolation::CubicSpline`] three times as many: the tangent on the
-    /// way in, the value and the tangent on the way out.
+    /// `width` numbers per keyframe. For [`Interpolation::CubicSpline`] three times as many: in-tangent, value, out-tangent.
     pub(super) values: Vec<f32>,
-    /// How many numbers a value has, above zero.
+    /// Number of components of a value, at least 1.
     pub(super) width: usize,
     pub(super) interpolation: Interpolation,
 }
 
-/// How values between keyframes come about.
+/// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
-    /// The value of the keyframe before.
+    /// The value of the previous keyframe.
     Step,
-    /// Each number on its own.
+    /// Linear, component by component.
     Linear,
-    /// Rotations, at constant speed on the shorter way.
+    /// Spherical, for rotations: at constant speed along the shorter arc.
     Spherical,
-    /// A Hermite spline, each number on its own.
+    /// A Hermite spline, component by component.
     CubicSpline,
 }
 
 impl Curve {
-    /// Writes the value at `seconds` to `value`, which is `width` long. Before the first keyframe it is the first one's,
-    /// after the last one it is the last one's.
+    /// Writes the value at `seconds` to `value`, which has length `width`. Times are clamped to the first and last keyframe.
     pub(super) fn sample(&self, seconds: f64, value: &mut [f32]) {
         let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
         if after == 0 || after == self.times.len() || self.interpolation == Interpolation::Step {
@@ -78,8 +76,8 @@ impl Curve {
     }
 }
 
-/// What a Hermite spline takes of the first value, its tangent, the last value and its tangent, for tangents per second
-/// and an interval of `seconds` (glTF specification, §C.5).
+/// Hermite weights of the first value, its tangent, the last value and its tangent, for tangents per second and an interval
+/// of `seconds` (glTF specification, §C.5).
 fn hermite(part: f32, seconds: f32) -> Vec4 {
     let (square, cube) = (part * part, part * part * part);
     Vec4::new(
@@ -90,7 +88,7 @@ fn hermite(part: f32, seconds: f32) -> Vec4 {
     )
 }
 
-/// Between two unit quaternions, on the shorter way (glTF specification, §C.4).
+/// Interpolates two unit quaternions along the shorter arc (glTF specification, §C.4).
 fn slerp(from: &[f32], to: &[f32], part: f32, value: &mut [f32]) {
     let (from, to) = (Quat::from_slice(from), Quat::from_slice(to));
     let cosine = from.dot(to);

@@ -16,27 +16,27 @@ use crate::Error;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
-/// What the extension says of a primitive.
+/// The extension's object in a primitive.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Compressed {
     buffer_view: usize,
-    /// The number that each attribute has in the stream.
+    /// Each attribute's number in the stream.
     attributes: BTreeMap<String, u32>,
 }
 
-/// What a primitive is made of once it is decompressed: accessors as the JSON has them, and their bytes.
+/// A decompressed primitive: accessors as in the JSON, and their bytes.
 struct Decoded {
     indices: (Accessor, Vec<u8>),
     attributes: Vec<(String, Accessor, Vec<u8>)>,
     warning: Option<String>,
 }
 
-/// Has all compressed primitives be like others. Where a stream has other numbers of vertices or indices than its accessors say,
-/// the stream counts.
+/// Replaces all compressed primitives by plain ones. Where a stream's number of vertices or indices differs from its
+/// accessors', the stream's is used.
 ///
 /// # Errors
-/// Where one is broken, or takes more memory than there may be.
+/// Where a stream is broken, or exceeds the memory budget.
 pub(super) fn decompress(document: &mut Document, warnings: &mut Vec<String>) -> Result<(), Error> {
     let of_mesh = |mesh: usize| {
         let primitives = document.json.meshes[mesh].primitives.iter().enumerate();
@@ -60,7 +60,7 @@ pub(super) fn decompress(document: &mut Document, warnings: &mut Vec<String>) ->
     Ok(())
 }
 
-/// Has a primitive use what was decoded of it.
+/// Makes a primitive use its decoded accessors.
 fn put(document: &mut Document, mesh: usize, number: usize, decoded: Decoded) {
     let (accessor, bytes) = decoded.indices;
     let indices = document.add_accessor(accessor, bytes);
@@ -118,8 +118,7 @@ fn read(document: &Document, primitive: &Primitive, compressed: &Compressed, loc
     Ok(Decoded { indices, attributes: attributes.collect::<Result<_, Error>>()?, warning })
 }
 
-/// Decodes a stream. The JSON may say of fewer points and indices than there are, but not of fewer than a part of
-/// [`MOST_TIMES`].
+/// Decodes a stream. It may have more points and indices than the JSON says, but at most [`MOST_TIMES`] as many.
 fn decode(
     document: &Document,
     stream: &[u8],
@@ -128,10 +127,10 @@ fn decode(
     attributes: usize,
     location: &str,
 ) -> Result<Mesh, Error> {
-    // Corners, what connects them, and the most that four components take, twice, as quantized and as floats.
+    // Bytes of a corner with its connectivity; bytes of a value of at most four components, as quantized and as floats.
     const BYTES_OF_CORNER: u64 = 64;
     const BYTES_OF_VALUE: u64 = 32;
-    /// A stream of more would take memory that nobody expects.
+    /// A larger stream would take unexpectedly much memory.
     const MOST_TIMES: u64 = 64;
     let malformed = |cause: String| document.malformed(location, cause);
     let mut times = 1;
@@ -162,7 +161,7 @@ fn decode(
     }
 }
 
-/// An attribute's value at each of `points`, as the accessor has them.
+/// An attribute's value at each of `points`, in the accessor's component type.
 fn values(attribute: &PointAttribute, accessor: &Accessor, points: usize) -> Result<Vec<u8>, String> {
     let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
         return Err("componentType or type is none of glTF's".to_owned());
@@ -185,7 +184,7 @@ fn values(attribute: &PointAttribute, accessor: &Accessor, points: usize) -> Res
     Ok(bytes)
 }
 
-/// How many bytes a number takes; `None` for kinds that glTF has no component type for.
+/// Bytes per component; `None` for types that glTF doesn't have.
 fn width(kind: DataType) -> Option<usize> {
     match kind {
         DataType::Int8 | DataType::Uint8 | DataType::Bool => Some(1),
@@ -195,7 +194,7 @@ fn width(kind: DataType) -> Option<usize> {
     }
 }
 
-/// The number that `bytes`, as many as its kind has, mean.
+/// Decodes one number of type `kind` from its bytes.
 fn number(kind: DataType, bytes: &[u8]) -> f64 {
     let four = || *bytes.first_chunk().unwrap_or(&[0; 4]);
     let two = || *bytes.first_chunk().unwrap_or(&[0; 2]);

@@ -1,4 +1,4 @@
-//! Which of glTF's extensions are read, and what comes of the others.
+//! The supported glTF extensions, and warnings or errors for the others.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use gltf::json::Root;
 use crate::Error;
 use crate::texture::{AVIF_LEFT_OUT, READS_AVIF};
 
-/// Those that this reader understands, at least approximately.
+/// Extensions that this reader supports, some approximately.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -35,8 +35,7 @@ const SUPPORTED: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// Those that change nothing that one can see in a picture: what things mean, weigh and sound like, and what they do when
-/// someone touches them.
+/// Extensions without effect on a picture: meaning, physics, sound and interaction.
 const UNSEEN: &[&str] = &[
     "AGI_articulations",
     "AGI_stk_metadata",
@@ -80,10 +79,10 @@ const AVIF_ADVICE: &str = if cfg!(target_family = "wasm") {
     AVIF_LEFT_OUT
 };
 
-/// Compares the extensions that a file uses and requires with those that are read.
+/// Compares the extensions that a file uses and requires with the supported ones.
 ///
 /// # Errors
-/// Where it requires one that isn't, and that changes what one sees.
+/// Where the file requires an extension that isn't read and that affects the picture.
 pub(super) fn check(path: &Path, json: &Root, warnings: &mut Vec<String>) -> Result<(), Error> {
     let is_in = |list: &[&str], name: &String| list.contains(&name.as_str());
     let is_read = |name: &String| is_in(SUPPORTED, name) || (READS_AVIF && name == AVIF);

@@ -15,12 +15,12 @@ pub(super) struct Instances<'a> {
     translations: Option<Accessor<'a>>,
     rotations: Option<Accessor<'a>>,
     scales: Option<Accessor<'a>>,
-    /// How many copies there are.
+    /// Number of copies.
     pub(super) count: usize,
 }
 
 impl<'a> Instances<'a> {
-    /// Finds the instances of node `number`; `None` where it isn't instanced.
+    /// Finds the instances of node `number`; `None` where the node isn't instanced.
     ///
     /// # Errors
     /// Where one of the extension's attributes is broken, or they have different lengths.
@@ -49,10 +49,10 @@ impl<'a> Instances<'a> {
         Ok(Some(Self { translations, rotations, scales, count }))
     }
 
-    /// The transform of each copy to its node.
+    /// Reads each copy's transform to its node.
     ///
     /// # Errors
-    /// Where an attribute has the wrong number of components, or there is no memory for so many.
+    /// Where an attribute has the wrong number of components, or the instances exceed the memory budget.
     pub(super) fn read(&self, document: &Document) -> Result<Vec<Affine3A>, Error> {
         document.take_for::<(Trs, Affine3A, MatrixSource)>(self.count, "instances")?;
         let mut instances = vec![Trs::IDENTITY; self.count];

@@ -1,4 +1,4 @@
-//! The extensions that are a material's layers.
+//! The extensions that describe a material's layers.
 
 use glam::Vec3;
 use gltf::json::material::NormalTexture;
@@ -108,7 +108,7 @@ impl Reader<'_> {
     /// Reads a material's layers from its `extensions`; `None` where they change nothing.
     ///
     /// # Errors
-    /// Where something in them is of another type than the extension says, or an index is out of range.
+    /// Where a value has the wrong type, or an index is out of range.
     pub(super) fn layers(
         &mut self,
         extensions: &Map<String, Value>,

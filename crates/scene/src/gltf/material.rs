@@ -16,10 +16,10 @@ use crate::{Alpha, ColorSpace, Error, Material, Materials, TextureUse, Volume};
 
 /// Reads all materials in the file's order, and after them glTF's default material if `with_default`.
 ///
-/// Textures that can't be used are left away with a warning.
+/// Textures that can't be used are left out with a warning.
 ///
 /// # Errors
-/// Where an index is out of range, or a number is none.
+/// Where an index is out of range, or a number isn't finite.
 pub(super) fn read(document: &Document, with_default: bool, warnings: &mut Vec<String>) -> Result<Materials, Error> {
     let mut reader = Reader { document, textures: Textures::default(), warnings, glossy: 0 };
     let mut materials = Vec::new();
@@ -55,11 +55,11 @@ pub(super) struct Reader<'a> {
     pub(super) document: &'a Document,
     textures: Textures,
     warnings: &'a mut Vec<String>,
-    /// How many materials have been approximated from another model.
+    /// Number of materials approximated from the specular-glossiness model.
     glossy: usize,
 }
 
-/// A texture as the JSON has it in three different types.
+/// A texture reference, which the JSON has in three types.
 pub(super) struct JsonTexture {
     index: usize,
     set: u32,
@@ -83,8 +83,8 @@ impl JsonTexture {
     }
 }
 
-/// The set of texture coordinates along which a material needs tangents: that of its normal map, or else of what its layers
-/// have; `None` where it needs none.
+/// The set of texture coordinates along which a material needs tangents: the set of its normal map, else of its layers;
+/// `None` where it needs none.
 pub(super) fn tangent_coords(json: &json::Material) -> Option<u32> {
     let of_base = json.normal_texture.as_ref().map(|texture| JsonTexture::of_normals(texture).tex_coord_set());
     of_base.or_else(|| layers::tangent_coords(&json.extensions.as_ref()?.others))
@@ -139,7 +139,7 @@ impl Reader<'_> {
         Ok(material)
     }
 
-    /// Brings numbers to the range that the format has for them, with a warning for each.
+    /// Clamps numbers to the format's range, with a warning for each.
     fn bring_to_range(&mut self, material: &mut Material, location: &str) {
         let Material {
             base_color,
@@ -192,7 +192,7 @@ impl Reader<'_> {
     ) -> Result<(), Error> {
         material.unlit = json.unlit.is_some();
         if let Some(strength) = &json.emissive_strength {
-            // What is brighter than any number is as bright as one can say.
+            // A product that overflows becomes the largest number.
             material.emissive = (material.emissive * strength.emissive_strength.0).min(Vec3::MAX);
         }
         if let Some(ior) = &json.ior {
@@ -269,7 +269,7 @@ impl Reader<'_> {
     }
 }
 
-/// A turn from x to y.
+/// Rotation from x towards y.
 pub(super) fn turn(radians: f32) -> Mat2 {
     let (sine, cosine) = libm::sincosf(radians);
     Mat2::from_cols(Vec2::new(cosine, sine), Vec2::new(-sine, cosine))
@@ -281,7 +281,7 @@ fn image_from_mesh(json: &TextureTransform) -> Affine2 {
     Affine2::from_mat2_translation(linear, Vec2::from_array(json.offset.0))
 }
 
-/// The texture transform among the extensions of those textures for which the parsing library has no field for it.
+/// Reads the texture transform from the extensions of a texture type for which the parsing library has no such field.
 fn transform(extensions: &Map<String, Value>) -> Option<TextureTransform> {
     serde_json::from_value(extensions.get("KHR_texture_transform")?.clone()).ok()
 }

@@ -1,4 +1,4 @@
-//! The node hierarchy: which node is where, and which of them are shown.
+//! The node hierarchy: nodes' transforms and visibility.
 
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::Node;
@@ -24,14 +24,14 @@ impl Trs {
     }
 }
 
-/// The rotation of four components in glTF's order, made of unit length; none for zero.
+/// Makes a unit quaternion from components in glTF's order; the identity for zero.
 pub(super) fn rotation(components: [f32; 4]) -> Quat {
     let rotation = Quat::from_array(components);
     let length = rotation.length();
     if length > 0.0 && length.is_finite() { rotation / length } else { Quat::IDENTITY }
 }
 
-/// All nodes of a file at rest, whatever scene they are in: joints may be anywhere.
+/// All nodes of a file at rest, in every scene, since joints may be anywhere.
 #[derive(Debug)]
 pub(super) struct Nodes {
     pub(super) parents: Vec<Option<u32>>,
@@ -40,9 +40,9 @@ pub(super) struct Nodes {
     pub(super) parent_from_node: Vec<Affine3A>,
     /// Whether a node is part of the scene that is shown.
     pub(super) in_scene: Vec<bool>,
-    /// Whether what a node has can be visible at some moment.
+    /// Whether a node's content can be visible at some time.
     pub(super) visible: Vec<bool>,
-    /// Whether a node is visible at rest, as far as it says itself (`KHR_node_visibility`).
+    /// Each node's own visibility at rest (`KHR_node_visibility`), regardless of its ancestors.
     pub(super) shows_itself: Vec<bool>,
 }
 
@@ -115,7 +115,7 @@ fn parent_from_node(node: &Node) -> Affine3A {
     }
 }
 
-/// The nodes that hang below nodes without parents, parents before their children: all of them, unless there is a ring.
+/// All nodes below roots, parents before their children: all nodes of the file, unless there is a cycle.
 fn parents_first(json: &[Node], parents: &[Option<u32>]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..json.len() as u32).filter(|&node| parents[node as usize].is_none()).collect();
     let mut next = 0;
@@ -126,13 +126,13 @@ fn parents_first(json: &[Node], parents: &[Option<u32>]) -> Vec<u32> {
     order
 }
 
-/// What a node says of its own visibility.
+/// A node's own visibility.
 fn shows_itself(node: &Node) -> bool {
     let visibility = node.extensions.as_ref().and_then(|extensions| extensions.others.get("KHR_node_visibility"));
     visibility.and_then(|visibility| visibility.get("visible")?.as_bool()).unwrap_or(true)
 }
 
-/// Hides all that is below a hidden node.
+/// Hides all nodes below a hidden node.
 pub(super) fn hide_below(visible: &mut [bool], order: &[u32], parents: &[Option<u32>]) {
     for &node in order {
         if let Some(parent) = parents[node as usize] {

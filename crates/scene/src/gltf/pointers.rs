@@ -1,13 +1,13 @@
-//! `KHR_animation_pointer`: channels that say by a path in the JSON what they move.
+//! `KHR_animation_pointer`: channels whose target is a path in the JSON.
 //!
-//! Those that move what plain channels can are made plain before the JSON is understood; the parsing library keeps nothing of
-//! the others, which wait here until animations are read.
+//! Pointers to properties that plain channels can move are made plain before the JSON is parsed. The parsing library drops
+//! the others, so they are kept here until animations are read.
 
 use serde_json::{Value, json};
 
 const NAME: &str = "KHR_animation_pointer";
 
-/// A channel that moves something else than a plain one can.
+/// A channel that moves a property that no plain channel can.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PointerChannel {
     pub(super) animation: usize,
@@ -22,14 +22,14 @@ impl PointerChannel {
         format!("animations[{}].channels[{}]", self.animation, self.channel)
     }
 
-    /// The node whose visibility it moves, if it moves one.
+    /// The node whose visibility this channel changes, if any.
     pub(super) fn toggled_node(&self) -> Option<usize> {
         let of_node = self.pointer.strip_prefix("/nodes/")?;
         of_node.strip_suffix("/extensions/KHR_node_visibility/visible")?.parse().ok()
     }
 }
 
-/// Makes an animation's channels plain where they can be, and gives the other channels with pointers. Their samplers stay.
+/// Makes an animation's channels plain where possible, and returns the other channels with pointers. Their samplers stay.
 pub(super) fn resolve(number: usize, animation: &mut Value) -> Vec<PointerChannel> {
     let mut others = Vec::new();
     let channels = animation.get_mut("channels").and_then(Value::as_array_mut);
@@ -45,7 +45,7 @@ pub(super) fn resolve(number: usize, animation: &mut Value) -> Vec<PointerChanne
     others
 }
 
-/// The path of what a channel moves, if it has one; where [`resolve`] has been, it is among those that were given back.
+/// A channel's pointer, if it has one. After [`resolve`], such a channel is among those returned.
 pub(super) fn pointer(channel: &Value) -> Option<&str> {
     channel.pointer(&format!("/target/extensions/{NAME}/pointer"))?.as_str()
 }

@@ -1,4 +1,4 @@
-//! Skins: which nodes are joints, and where meshes are from them.
+//! Skins: their joints' nodes and inverse bind matrices.
 
 use glam::{Affine3A, Mat4};
 

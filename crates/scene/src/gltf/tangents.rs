@@ -1,4 +1,4 @@
-//! Tangents for normal maps where the file has none: those of `MikkTSpace`, as the specification (§3.7.2.1) asks.
+//! Tangents for normal maps of files without tangents, by `MikkTSpace`, as the specification (§3.7.2.1) requires.
 
 use std::collections::HashMap;
 
@@ -9,10 +9,10 @@ use super::primitive::Primitive;
 use crate::rig::{Deltas, Shape};
 
 impl Primitive {
-    /// Gives vertices without tangents those along texture coordinates `set`. A vertex of triangles that disagree, as where
-    /// a texture is mirrored, becomes several, the new ones at the end.
+    /// Adds tangents along texture coordinates `set` to vertices without any. A vertex whose triangles disagree, as where a
+    /// texture is mirrored, is split; the new vertices are at the end.
     ///
-    /// Nothing changes where there are no normals, no such texture coordinates, or numbers that are not finite.
+    /// Does nothing without normals or such texture coordinates, or where positions or coordinates aren't finite.
     pub(super) fn add_tangents(&mut self, set: usize) {
         let Self { shape, mesh, .. } = self;
         let Some(coords) = mesh.tex_coords.get(set).filter(|coords| !coords.is_empty()) else { return };
@@ -23,7 +23,7 @@ impl Primitive {
         }
         let tangents = vec![[Vec4::ZERO; 3]; mesh.triangles.len()];
         let mut corners = Corners { shape, coords, triangles: &mesh.triangles, tangents };
-        // No such error exists yet.
+        // `generate_tangents` has no error cases yet.
         if generate_tangents(&mut corners).is_err() {
             return;
         }
@@ -49,7 +49,7 @@ impl Primitive {
         self.repeat(&copies);
     }
 
-    /// Appends copies of vertices, with all that they have but tangents.
+    /// Appends copies of vertices, with all attributes but tangents.
     fn repeat(&mut self, vertices: &[u32]) {
         let Self { shape, mesh, .. } = self;
         let first = shape.positions.len() as u32;
@@ -66,7 +66,7 @@ impl Primitive {
     }
 }
 
-/// Appends copies to an attribute, unless that is absent.
+/// Appends copies to an attribute, unless it is absent.
 fn repeat<T: Copy>(values: &mut Vec<T>, vertices: &[u32]) {
     if !values.is_empty() {
         let copies: Vec<T> = vertices.iter().map(|&vertex| values[vertex as usize]).collect();
@@ -104,7 +104,7 @@ impl Corners<'_> {
     }
 }
 
-/// The same on every machine.
+/// Math functions with the same results on every machine.
 struct Portable;
 
 impl Ops for Portable {
@@ -112,7 +112,7 @@ impl Ops for Portable {
         x.sqrt()
     }
 
-    /// In f64, as the program that the specification names.
+    /// In f64, as in the reference program of MikkTSpace.
     fn acos(x: f32) -> f32 {
         libm::acos(f64::from(x)) as f32
     }

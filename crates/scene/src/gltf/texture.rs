@@ -1,4 +1,4 @@
-//! The textures that materials use, each image decoded once for each way in which it is read.
+//! The textures of materials; each image is decoded once per combination of colour space, filter and wrap.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use super::extensions::AVIF;
 use crate::texture::READS_AVIF;
 use crate::{ColorSpace, Error, Filter, Texture, Wrap};
 
-/// An image, and how it is read.
+/// An image with its colour space, filter and wrap modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Reading {
     image: usize,
@@ -21,7 +21,7 @@ struct Reading {
     wrap: [Wrap; 2],
 }
 
-/// The textures that materials have asked for so far, not decoded yet.
+/// The textures requested by materials so far, not decoded yet.
 #[derive(Debug, Default)]
 pub(super) struct Textures {
     readings: Vec<Reading>,
@@ -29,7 +29,7 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// The number of the file's texture `index` read in `space`; `None`, and a warning, where it has no usable image.
+    /// Returns the number of the file's texture `index` in `space`; `None`, with a warning, where it has no usable image.
     ///
     /// # Errors
     /// Where an index is out of range.
@@ -63,8 +63,8 @@ impl Textures {
         Ok(Some(number))
     }
 
-    /// Decodes the images: a texture for each number, or why there is none. In parallel, but one at a time where textures
-    /// are kept on demand, so that no two images are in memory.
+    /// Decodes the images, and returns a texture or an error for each number. Runs in parallel, but serially where textures
+    /// are kept on demand, so that only one image is in memory.
     pub(super) fn decode(self, document: &Document) -> Vec<Result<Texture, String>> {
         if document.budget.keeps_textures_on_demand() {
             return self.readings.iter().map(|reading| decode(document, reading)).collect();
@@ -73,13 +73,13 @@ impl Textures {
     }
 }
 
-/// The image of texture `index`: one in a format of an extension that is read, else its plain one, else one that is not read,
-/// about which the reader of images has something to say.
+/// Chooses the image of texture `index`: one of a supported extension, else the plain one, else one of an unsupported
+/// format, whose decoder reports the error.
 ///
 /// # Errors
-/// Where it isn't there.
+/// Where the image doesn't exist.
 fn image(document: &Document, json: &json::Texture, index: usize) -> Result<Option<usize>, Error> {
-    // The parsing library's sign for a texture whose image, if any, is in an extension.
+    // The parsing library's marker of a texture without a plain image.
     const NO_SOURCE: usize = u32::MAX as usize;
     let in_extension = |name: &str| {
         let source = json.extensions.as_ref().and_then(|extensions| extensions.others.get(name)?.get("source"))?;
@@ -99,7 +99,7 @@ fn image(document: &Document, json: &json::Texture, index: usize) -> Result<Opti
 }
 
 fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
-    // An image file longer than this holds no image that is small enough to be used.
+    // Longer image files are refused: their image would be too large anyway.
     const MAX_BYTES: u64 = 1 << 30;
     let number = reading.image;
     let json = &document.json.images[number];

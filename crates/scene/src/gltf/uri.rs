@@ -1,4 +1,4 @@
-//! Where a glTF file's buffers and images are.
+//! URIs of a glTF file's buffers and images.
 
 use std::path::PathBuf;
 
@@ -7,21 +7,21 @@ use percent_encoding::percent_decode_str;
 
 use crate::folder::{Files, Folder};
 
-/// What a URI of a glTF file points to.
+/// The resource that a URI of a glTF file refers to.
 #[derive(Debug)]
 pub(super) enum Resource {
     /// The bytes inside a `data:` URI.
     Embedded(Vec<u8>),
     /// A file beside the scene's.
     File(PathBuf),
-    /// One whose name, which comes second, has other small and capital letters than the first.
+    /// A file whose name differs in case, with the requested and the actual name.
     InOtherCase(PathBuf, [String; 2]),
 }
 
 /// Resolves `uri` against the scene's folder.
 ///
 /// # Errors
-/// Says in words why the URI is refused: a path out of the folder, another scheme than `data:`, or broken base64.
+/// A message why the URI is refused: a path out of the folder, a scheme other than `data:`, or broken base64.
 pub(super) fn resolve(folder: &Folder, files: &Files, uri: &str) -> Result<Resource, String> {
     if let Some(scheme) = scheme(uri) {
         if !scheme.eq_ignore_ascii_case("data") {
@@ -48,7 +48,7 @@ pub(super) fn resolve(folder: &Folder, files: &Files, uri: &str) -> Result<Resou
     }
 }
 
-/// What stands before the colon of an absolute URI (RFC 3986 §3.1).
+/// The scheme of an absolute URI, before its colon (RFC 3986 §3.1).
 fn scheme(uri: &str) -> Option<&str> {
     let (scheme, _) = uri.split_once(':')?;
     let mut letters = scheme.bytes();

@@ -1,4 +1,4 @@
-//! `KHR_materials_variants`: other materials for the same meshes, by name.
+//! `KHR_materials_variants`: named alternative materials for the same meshes.
 
 use std::path::Path;
 
@@ -31,10 +31,10 @@ struct Mapping {
     variants: Vec<usize>,
 }
 
-/// The names of the file's variants. Where one is wanted, primitives have its materials from here on.
+/// Returns the names of the file's variants, and gives primitives the materials of the variant `wanted`, if any.
 ///
 /// # Errors
-/// Where there is no such variant, or what the file says of it is broken.
+/// Where there is no such variant, or its description is broken.
 pub(super) fn apply(document: &mut Document, path: &Path, wanted: Option<&str>) -> Result<Vec<String>, Error> {
     let json = document.json.extensions.as_ref().and_then(|extensions| extensions.others.get(NAME));
     let variants = json.map(Variants::deserialize).transpose();
@@ -63,7 +63,7 @@ pub(super) fn apply(document: &mut Document, path: &Path, wanted: Option<&str>) 
     Ok(names)
 }
 
-/// The error that there is no such variant among `names`.
+/// Makes the error for a variant that isn't among `names`.
 pub(crate) fn unknown(path: &Path, wanted: &str, names: &[String]) -> Error {
     let cause = if names.is_empty() {
         format!("there is no variant `{wanted}`, as the file has none")

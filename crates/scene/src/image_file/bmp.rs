@@ -1,4 +1,4 @@
-//! Windows and OS/2 bitmaps: palettes, plain or in runs, and colours in whole bytes or in bits of a number.
+//! Windows and OS/2 bitmaps: palettes, plain or run-length encoded, and colours in whole bytes or in bit fields.
 
 use super::{Image, Samples, bytes_of, take, unusable};
 
@@ -20,19 +20,19 @@ struct Header<'a> {
     from_top: bool,
     bits: u16,
     coding: Coding,
-    /// Blue, green and red of each colour, and a byte that says nothing in all but OS/2's.
+    /// Blue, green and red of each colour, and an unused byte except in OS/2's.
     palette: &'a [u8],
     entry_bytes: usize,
     texels_at: usize,
 }
 
-/// How texels are stored.
+/// The encoding of texels.
 #[derive(Clone, Copy)]
 enum Coding {
     Plain,
-    /// Runs of equal indices, and of others.
+    /// Run-length encoded: runs of equal indices, and literal runs.
     Runs,
-    /// The bits of red, green, blue and opacity.
+    /// Bit masks of red, green, blue and opacity.
     Masks([u32; 4]),
 }
 
@@ -87,12 +87,12 @@ impl<'a> Header<'a> {
         Ok(self)
     }
 
-    /// The rows of a file without runs, the upper first; each fills whole groups of four bytes.
+    /// The rows of a file without runs, from top to bottom; each is padded to a multiple of four bytes.
     fn rows<'b>(&self, bytes: &'b [u8]) -> Result<impl Iterator<Item = &'b [u8]> + use<'b>, String> {
         let [width, height] = self.size.map(|side| side as usize);
         let stored = (width * usize::from(self.bits)).div_ceil(32) * 4;
         let used = (width * usize::from(self.bits)).div_ceil(8);
-        // The last row may lack the bytes that fill it.
+        // The last row may lack its padding.
         let length = stored.checked_mul(height).map(|length| length - stored + used);
         let bytes = length.and_then(|length| bytes.get(..length)).ok_or_else(|| unusable("it ends too early"))?;
         let from_top = self.from_top;
@@ -102,7 +102,7 @@ impl<'a> Header<'a> {
         }))
     }
 
-    /// The palette's index of each texel.
+    /// Unpacks each texel's palette index.
     fn unpacked(&self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let width = self.size[0] as usize;
         let (per_byte, mask) = (8 / usize::from(self.bits), ((1_u16 << self.bits) - 1) as u8);
@@ -117,7 +117,7 @@ impl<'a> Header<'a> {
         Ok(indices)
     }
 
-    /// As [`Header::unpacked`]; texels that no run names have index 0.
+    /// As [`Header::unpacked`], from runs; texels outside of all runs have index 0.
     fn indices_of_runs(&self, mut bytes: &[u8]) -> Result<Vec<u8>, String> {
         let [width, height] = self.size.map(|side| side as usize);
         let mut indices = vec![0; bytes_of(self.size, 1, 1)?];
@@ -138,7 +138,7 @@ impl<'a> Header<'a> {
                 (0, count) => (usize::from(count), false),
                 (count, _) => (usize::from(count), true),
             };
-            // Runs of others fill whole pairs of bytes.
+            // Literal runs are padded to pairs of bytes.
             let pair = [second; 1];
             let packed = if is_equal { &pair } else { take(&mut bytes, self.run_bytes(run).next_multiple_of(2))? };
             let to_row = &mut indices[if self.from_top { row } else { height - 1 - row } * width..][..width];
@@ -173,14 +173,14 @@ impl<'a> Header<'a> {
         if self.bits == 16 { [31 << 10, 31 << 5, 31, 0] } else { [255 << 16, 255 << 8, 255, 0] }
     }
 
-    /// Colours that are bits of each texel's number; opaque where no bits are opacity's.
+    /// Reads colours from bit fields; opaque without bits for opacity.
     fn colors(&self, bytes: &[u8], masks: [u32; 4]) -> Result<Image, String> {
         let channels = if masks[3] == 0 { 3 } else { 4 };
         let mut samples = Vec::with_capacity(bytes_of(self.size, channels, 1)?);
         let sample = |texel: u32, mask: u32| {
             let most = u64::from(mask >> mask.trailing_zeros().min(31));
             let value = u64::from((texel & mask) >> mask.trailing_zeros().min(31));
-            // Rounded to the nearest of 255; without bits it is none.
+            // Rounded to the nearest of 255; 0 for an empty mask.
             ((value * 255 + most / 2) / most.max(1)) as u8
         };
         for row in self.rows(bytes)? {
@@ -229,7 +229,7 @@ mod tests {
             let image = open(&file([2, 1], bits, compression, more, texels)).unwrap();
             assert_eq!(image, expected, "{bits} bits, {compression}");
         }
-        // Opacity has bits of its own.
+        // Opacity has its own mask.
         let masks = [[0, 0, 255, 0], [0, 255, 0, 0], [255, 0, 0, 0], [0, 0, 0, 255]].concat();
         let image = open(&file([1, 1], 32, 6, &masks, &[3, 2, 1, 9])).unwrap();
         assert_eq!(image, [[1, 2, 3, 9]]);
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn runs_are_unpacked() {
-        // The lower row: one, then three others with a byte that fills; the upper: one that is left out, then two.
+        // Lower row: a run of one, then three literals and padding. Upper row: one texel skipped, then a run of two.
         let runs = [1, 1, 0, 3, 0, 1, 0, 9, 0, 0, 0, 2, 1, 0, 2, 1, 0, 1];
         let expected = [DARK, LIGHT, LIGHT, DARK, LIGHT, DARK, LIGHT, DARK];
         assert_eq!(open(&file([4, 2], 8, 1, &PALETTE, &runs)).unwrap(), expected);

@@ -1,7 +1,7 @@
 //! Image files in memory.
 //!
-//! Each format's own decoder is called, since the crate that wraps them takes colour management along, which nothing here
-//! asks for and which takes longer to compile than all of them.
+//! Each format's own decoder is called: the crate that wraps them includes colour management, which isn't needed here and
+//! takes longer to compile than all decoders.
 
 use std::fmt::Display;
 use std::io::Cursor;
@@ -14,7 +14,7 @@ mod bmp;
 mod radiance;
 mod tga;
 
-/// The formats of images that are recognised.
+/// The recognised image formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
     /// Windows bitmap.
@@ -23,7 +23,7 @@ pub enum ImageFormat {
     Hdr,
     /// JPEG.
     Jpeg,
-    /// OpenEXR. [`decode`] leaves it to the crate of that name.
+    /// OpenEXR, which [`decode`] refuses: callers use the crate `exr`.
     OpenExr,
     /// PNG.
     Png,
@@ -38,22 +38,22 @@ pub enum ImageFormat {
 pub struct Image {
     /// Width and height in texels.
     pub size: [u32; 2],
-    /// Samples of each texel: grey (1), grey and opacity (2), red, green and blue (3), and opacity (4).
+    /// Samples per texel: grey (1), grey and opacity (2), RGB (3), RGB and opacity (4).
     channels: usize,
     samples: Samples,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Samples {
-    /// sRGB-encoded; 255 is one.
+    /// sRGB-encoded; 255 stands for 1.
     Bytes(Vec<u8>),
-    /// sRGB-encoded, two bytes each, the higher one first; 65,535 is one.
+    /// sRGB-encoded big-endian pairs of bytes; 65,535 stands for 1.
     Words(Vec<u8>),
     /// Linear radiance.
     Floats(Vec<f32>),
 }
 
-/// The format that the first bytes name; `None` for TGA files, which have no such bytes, and for all other formats.
+/// Detects the format by the first bytes; `None` for TGA files, which have no signature, and for all other formats.
 #[must_use]
 pub fn format(bytes: &[u8]) -> Option<ImageFormat> {
     const SIGNATURES: [(&[u8], ImageFormat); 6] = [
@@ -70,9 +70,9 @@ pub fn format(bytes: &[u8]) -> Option<ImageFormat> {
     SIGNATURES.iter().find(|(signature, _)| bytes.starts_with(signature)).map(|&(_, format)| format)
 }
 
-/// Decodes an image of the format, once `check` has accepted its width and height in texels.
+/// Decodes an image, after `check` has accepted its width and height in texels.
 ///
-/// Decoders that can be held to it take at most `max_memory` bytes beside the texels.
+/// Decoders with a memory limit take at most `max_memory` bytes besides the texels.
 ///
 /// # Errors
 /// Where the file is damaged or OpenEXR, or has a size that `check` refuses.
@@ -98,13 +98,13 @@ fn unusable(cause: impl Display) -> String {
     format!("not a usable image: {cause}")
 }
 
-/// Bytes of an image whose texels have so many samples of so many bytes.
+/// Bytes of an image with `channels` samples of `of_sample` bytes per texel.
 fn bytes_of([width, height]: [u32; 2], channels: usize, of_sample: usize) -> Result<usize, String> {
     let texels = (width as usize).checked_mul(height as usize);
     texels.and_then(|texels| texels.checked_mul(channels * of_sample)).ok_or_else(|| unusable("it is too large"))
 }
 
-/// The size that a decoder names.
+/// Converts the size reported by a decoder.
 fn size_of(dimensions: Option<(usize, usize)>) -> Result<[u32; 2], String> {
     let size = dimensions.and_then(|(width, height)| Some([width.try_into().ok()?, height.try_into().ok()?]));
     size.ok_or_else(|| unusable("it is too large"))
@@ -160,7 +160,7 @@ fn webp(
     Ok(Image { size: [width, height], channels, samples: Samples::Bytes(samples) })
 }
 
-/// The image of as many samples as its size asks for.
+/// Makes an image, after checking the number of its samples.
 fn whole(size: [u32; 2], channels: usize, samples: Vec<u8>) -> Result<Image, String> {
     if !(1..=4).contains(&channels) || samples.len() != bytes_of(size, channels, 1)? {
         return Err(unusable("its texels aren't as many as its size says"));
@@ -175,7 +175,7 @@ impl Image {
         matches!(self.samples, Samples::Floats(_))
     }
 
-    /// Red, green, blue and opacity of each texel, 255 for one.
+    /// Red, green, blue and opacity of each texel; 255 stands for 1.
     #[must_use]
     pub fn rgba(&self) -> Vec<[u8; 4]> {
         let narrow = |high, low| ((u32::from(u16::from_be_bytes([high, low])) + 128) / 257) as u8;
@@ -213,7 +213,7 @@ impl Image {
     }
 }
 
-/// Takes the first bytes of a file away.
+/// Splits off the first `count` bytes.
 fn take<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     bytes.split_off(..count).ok_or_else(|| unusable("it ends too early"))
 }

@@ -3,12 +3,12 @@
 
 use super::{Image, Samples, take, unusable};
 
-/// Reads an image whose rows go down and whose texels go to the right, as nearly all do.
+/// Reads an image with rows from top to bottom and texels from left to right, as in nearly all files.
 pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result<(), String>) -> Result<Image, String> {
     let size = read_header(&mut bytes)?;
     check(size)?;
     let [width, height] = size.map(|side| side as usize);
-    // A row's packed form has at least a byte for each 32 texels, so few bytes can't ask for much memory.
+    // A packed row takes at least a byte per 32 texels, so a short file can't request much memory.
     let texels = width.checked_mul(height).filter(|texels| texels / 32 <= bytes.len());
     let texels = texels.ok_or_else(|| unusable("it ends too early"))?;
     let mut floats = Vec::with_capacity(3 * texels);
@@ -20,7 +20,7 @@ pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result
     Ok(Image { size, channels: 3, samples: Samples::Floats(floats) })
 }
 
-/// The size, behind lines of text of which the last is empty.
+/// Reads the size, which follows lines of text up to an empty one.
 fn read_header(bytes: &mut &[u8]) -> Result<[u32; 2], String> {
     let mut line = || {
         let end = bytes.iter().position(|&byte| byte == b'\n').ok_or_else(|| unusable("its header has no end"))?;
@@ -44,7 +44,7 @@ fn read_header(bytes: &mut &[u8]) -> Result<[u32; 2], String> {
 
 fn read_row(bytes: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), String> {
     let width = row.len();
-    // Two bytes that no texel has, then the width.
+    // Two bytes that don't occur in texels, then the width.
     let packed = [2, 2, (width >> 8) as u8, width as u8];
     if (8..0x8000).contains(&width) && bytes.starts_with(&packed) {
         take(bytes, packed.len())?;
@@ -59,7 +59,7 @@ fn read_row(bytes: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), String> {
             let end = column.saturating_add(count).min(width);
             let repeated = row[before];
             row[column..end].fill(repeated);
-            // Further counts are the higher digits of a longer run's.
+            // Each further count gives the next higher byte of a long run's length.
             (column, shift) = (end, shift + 8);
         } else {
             row[column] = texel;
@@ -69,7 +69,7 @@ fn read_row(bytes: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), String> {
     Ok(())
 }
 
-/// A byte of each texel: runs of equal bytes, and runs of others.
+/// Reads one channel of a row: runs of equal bytes, and literal runs.
 fn read_channel(bytes: &mut &[u8], row: &mut [[u8; 4]], channel: usize) -> Result<(), String> {
     let mut texels = row.iter_mut().map(|texel| &mut texel[channel]);
     while texels.len() > 0 {
@@ -87,7 +87,7 @@ fn read_channel(bytes: &mut &[u8], row: &mut [[u8; 4]], channel: usize) -> Resul
     Ok(())
 }
 
-/// Mantissas are parts of 256 of the power of two.
+/// Decodes a texel: each mantissa counts 256ths of the power of two.
 fn radiance([red, green, blue, exponent]: [u8; 4]) -> [f32; 3] {
     if exponent == 0 {
         return [0.0; 3];
@@ -112,7 +112,7 @@ mod tests {
         let expected = [[1.0, 0.5, 0.0], [255.0 * 2f32.powi(-135), 0.0, 0.0], [0.0, 255.0 * 2f32.powi(119), 0.0]];
         assert_eq!((plain.size, plain.rgb(), plain.is_linear()), ([3, 1], expected.to_vec(), true));
 
-        // A texel, then it again 2 + 256 times.
+        // A texel, repeated 2 + 256 times.
         let repeated =
             open("-Y 1 +X 260", &[&[128, 64, 0, 129, 1, 1, 1, 2, 1, 1, 1, 1][..], &[0; 4]].concat()).unwrap();
         let mut expected = vec![[1.0, 0.5, 0.0]; 259];

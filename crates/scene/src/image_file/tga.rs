@@ -1,4 +1,5 @@
-//! Truevision TGA images: colours, greys and palettes, plain or in runs (TGA File Format Specification 2.0, 1991).
+//! Truevision TGA images: colours, greys and palettes, plain or run-length encoded (TGA File Format Specification
+//! 2.0, 1991).
 
 use super::{Image, Samples, bytes_of, take, unusable};
 
@@ -17,7 +18,7 @@ pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result
     check(size)?;
     let (bits, descriptor) = (header[16], header[17]);
     take(&mut bytes, id_length.into())?;
-    // Images of other kinds may have a palette too, which means nothing.
+    // Images of other kinds may have a palette too, which is ignored.
     let entry_bytes = usize::from(header[7]).div_ceil(8);
     let entries = take(&mut bytes, usize::from(has_palette) * usize::from(word(5)) * entry_bytes)?;
 
@@ -57,12 +58,12 @@ pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result
     Ok(Image { size, channels: layout.channels(), samples: Samples::Bytes(samples) })
 }
 
-/// The samples of a texel, in the order of the file: blue comes first.
+/// A texel's samples in the file's order, blue first.
 #[derive(Clone, Copy)]
 enum Layout {
     Grey,
     GreyAndOpacity,
-    /// Five bits each, and one that says nothing.
+    /// Five bits each, and an unused one.
     Rgb15,
     Rgb,
     Rgba,
@@ -103,7 +104,7 @@ impl Layout {
     }
 }
 
-/// Runs of equal texels, and runs of others, up to a length in bytes.
+/// Decodes runs of equal texels and literal runs, up to `length` bytes.
 fn unpack(bytes: &mut &[u8], stored: usize, length: usize) -> Result<Vec<u8>, String> {
     let mut texels = Vec::new();
     while texels.len() < length {
@@ -163,7 +164,7 @@ mod tests {
 
     #[test]
     fn runs_are_unpacked() {
-        // Two texels, then one five times, of which the last is beyond the image.
+        // Two texels, then a run of five, whose last is beyond the image.
         let image = open(&file(11, [3, 2], 8, 32, &[1, 1, 2, 132, 3])).unwrap();
         assert_eq!(image.iter().map(|texel| texel[0]).collect::<Vec<_>>(), [1, 2, 3, 3, 3, 3]);
     }

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use crate::text;
 use crate::text::{Lines, number, quoted, words};
 
-/// One material of a library, as its lines say it; `None` where they don't.
+/// One material of a library; `None` for statements that it lacks.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Definition {
     pub(super) name: String,
@@ -34,7 +34,7 @@ pub(super) struct Definition {
     pub(super) normal_map: Option<Map>,
     pub(super) roughness_map: Option<Map>,
     pub(super) metallic_map: Option<Map>,
-    /// Statements that change what is seen but that no material has a field for, or that can't be read.
+    /// Statements with a visible effect that materials have no field for, or that can't be read.
     pub(super) left_out: Vec<String>,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Map {
     pub(super) file: String,
     /// `-s`: scale of the texture coordinates.
     pub(super) scale: Vec2,
-    /// `-o`: what is added to them after scaling.
+    /// `-o`: offset added to them after scaling.
     pub(super) offset: Vec2,
     /// `-clamp on`.
     pub(super) clamp: bool,
@@ -92,7 +92,7 @@ impl Definition {
             b"ni" => self.ior = Some(scalar(rest)?),
             b"pr" => self.roughness = Some(scalar(rest)?.clamp(0.0, 1.0)),
             b"pm" => self.metallic = Some(scalar(rest)?.clamp(0.0, 1.0)),
-            // `d -halo 0.5` fades towards the silhouette; only its value is kept.
+            // `d -halo 0.5` fades towards the silhouette; only the value is used.
             b"d" => self.opacity = Some(scalar(rest.strip_prefix(b"-halo").unwrap_or(rest))?.clamp(0.0, 1.0)),
             b"tr" => self.transparency = Some(scalar(rest)?.clamp(0.0, 1.0)),
             b"map_kd" => self.diffuse_map = Some(Map::parse(rest)?),
@@ -105,7 +105,7 @@ impl Definition {
                 self.left_out.push(format!("{} is a height field, not a map of normals (`norm`)", quoted(keyword)));
             }
             b"map_ks" | b"map_ns" | b"disp" | b"decal" | b"refl" | b"map_tr" => self.left_out.push(quoted(keyword)),
-            // Ambient light, illumination models, filters and unknown words: nothing here shows them.
+            // Ambient light, illumination models, filters and unknown statements have no effect here.
             _ => {}
         }
         Ok(())
@@ -113,8 +113,7 @@ impl Definition {
 }
 
 impl Map {
-    /// Reads options, each with as many values as it takes, and the rest of the line as a file name, which may have
-    /// spaces in it.
+    /// Reads options with their values, and the rest of the line as a file name, which may contain spaces.
     fn parse(rest: &[u8]) -> Result<Self, String> {
         let mut map = Self { file: String::new(), scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, strength: 1.0 };
         let mut rest = rest;
@@ -158,8 +157,8 @@ impl Map {
     }
 }
 
-/// Reads one, two or three numbers; gives the first two, `missing` for those that aren't there, and the text after
-/// them. The last word of a line is its file name, even where it looks like a number.
+/// Reads one to three numbers, and returns the first two, with `missing` for absent ones, and the text after them. The last
+/// word of a line is its file name, even where it looks like a number.
 fn up_to_three(text: &[u8], missing: f32) -> (Vec2, &[u8]) {
     let mut rest = text;
     let mut values = [missing; 3];
@@ -186,7 +185,7 @@ fn scalar(rest: &[u8]) -> Result<f32, String> {
     }
 }
 
-/// One number for a grey, or three.
+/// Reads a colour: one number for a grey, or three.
 fn color(rest: &[u8]) -> Result<Vec3, String> {
     let mut values = words(rest).take_while(|word| !word.starts_with(b"#")).take(3).map(finite);
     let first = values.next().ok_or("no number")??;

@@ -9,10 +9,10 @@ use crate::folder::{self, Folder};
 use crate::memory::Budget;
 use crate::{Alpha, Error, Material, Materials, TextureUse, Wrap, foreign};
 
-/// The materials called `names`, in that order, from `libraries` in `folder`, with their textures.
+/// Loads the materials called `names`, in that order, from `libraries` in `folder`, with their textures.
 ///
 /// # Errors
-/// Where a library that is there can't be read, or is no text.
+/// Where an existing library can't be read, or isn't text.
 pub(super) fn load(
     folder: &Folder,
     libraries: &[String],
@@ -56,15 +56,15 @@ pub(super) fn load(
     Ok(Materials { materials, textures })
 }
 
-/// The libraries that are there, with the folders of their textures. A statement names one file or several, each with spaces in
-/// its name or without: the longest names that are there count.
+/// Finds the existing libraries and the folders of their textures. A statement names one or several files, whose names may
+/// contain spaces: the longest existing names are taken.
 fn library_paths(
     folder: &Folder,
     libraries: &[String],
     budget: &Budget,
     warnings: &mut Vec<String>,
 ) -> Vec<(PathBuf, Folder)> {
-    /// Names of more words would be looked for too often.
+    /// Maximum number of words in a name; more would take too many lookups.
     const MOST_WORDS: usize = 64;
     let mut paths = Vec::new();
     for library in libraries {
@@ -99,7 +99,7 @@ fn library_paths(
     paths
 }
 
-/// Where the first name in a list of libraries ends, of which none is there: behind `.mtl`, or else at the list's end.
+/// The end of the first name in a list of missing libraries: behind `.mtl`, or else the list's end.
 fn first_library(names: &str) -> usize {
     let mut ends = names.char_indices().filter(|(_, letter)| letter.is_ascii_whitespace()).map(|(at, _)| at);
     let is_library = |&end: &usize| names[..end].to_ascii_lowercase().ends_with(".mtl");
@@ -111,20 +111,20 @@ fn unquoted(name: &str) -> &str {
     name.trim().strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name.trim())
 }
 
-/// The file that `name` means in `folder`, and its own folder: by its path, whatever system wrote it, else by its last part.
+/// Finds the file `name` in `folder`, and its own folder: by its path, with `/` or `\`, else by its last part.
 pub(super) fn find(folder: &Folder, name: &str, budget: &Budget) -> Option<(PathBuf, Folder)> {
     let name = name.replace('\\', "/");
     let last = name.rsplit('/').next().filter(|last| !last.is_empty())?;
     [folder.file(&name), folder.file(last)].into_iter().flatten().find(|(path, _)| budget.may_read().has(path))
 }
 
-/// As [`find`], ignoring case; with the file's own name.
+/// As [`find`], ignoring case, and returns the file's own name too.
 pub(super) fn find_in_other_case(folder: &Folder, name: &str, budget: &Budget) -> Option<((PathBuf, Folder), String)> {
     let last = name.rsplit(['/', '\\']).next().filter(|last| !last.is_empty())?;
     [name, last].into_iter().find_map(|name| folder.in_other_case(name, budget.may_read()))
 }
 
-/// Why [`find`] found nothing.
+/// The reason why [`find`] found nothing.
 pub(super) fn missing(folder: &Folder, name: &str) -> &'static str {
     match folder.file(&name.replace('\\', "/")) {
         Some(_) => "is not there",
@@ -132,11 +132,11 @@ pub(super) fn missing(folder: &Folder, name: &str) -> &'static str {
     }
 }
 
-/// The metallic-roughness material that looks like `definition`.
+/// Converts `definition` to a metallic-roughness material.
 ///
-/// `Pr` and `Pm` are taken as they are. Without `Pr`, a material with highlights (`Ks` above zero) gets the roughness
-/// whose GGX lobe is about as wide as the Blinn–Phong one: α = √(2 / (`Ns` + 2)), perceptual roughness = √α (Walter et
-/// al. 2007, Microfacet Models for Refraction, §5.2; Burley 2012, §5.4). `Ni` below 1 means nothing and is left out.
+/// `Pr` and `Pm` are taken unchanged. Without `Pr`, a material with highlights (`Ks` above zero) gets the roughness whose
+/// GGX lobe is about as wide as the Blinn–Phong one: α = √(2 / (`Ns` + 2)), perceptual roughness = √α (Walter et al. 2007,
+/// Microfacet Models for Refraction, §5.2; Burley 2012, §5.4). `Ni` below 1 means nothing and is left out.
 fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoader) -> Material {
     let name = &definition.name;
     textures.begin_material(name, folder);
@@ -160,7 +160,7 @@ fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoad
     material.emissive_texture =
         map.as_ref().and_then(|map| textures.get(map, |path| Recipe::Color { color: Some(path), opacity: None }));
     material.emissive = match material.emissive_texture {
-        // Exporters write zeros, or nothing, where the texture says it all.
+        // Beside a texture, exporters write zeros or nothing.
         Some(_) => emissive.filter(|&emissive| emissive != Vec3::ZERO).unwrap_or(Vec3::ONE),
         None => emissive.unwrap_or(Vec3::ZERO),
     };
@@ -172,7 +172,7 @@ fn material(definition: &Definition, folder: &Folder, textures: &mut TextureLoad
     material
 }
 
-/// Opacity, 0 to 1: `d`, or else 1 - `Tr`. A material without `d` isn't hidden by `Tr 1` alone: writers of that mean opaque.
+/// Opacity, 0 to 1: `d`, or else 1 - `Tr`. `Tr 1` without `d` is taken as opaque, as its writers mean it.
 fn opacity(definition: &Definition, textures: &mut TextureLoader) -> f32 {
     match (definition.opacity, definition.transparency) {
         (Some(opacity), _) => opacity,
@@ -193,7 +193,7 @@ fn paint(material: &mut Material, definition: &Definition, textures: &mut Textur
     if masked && material.base_color_texture.is_some() {
         material.alpha = Alpha::Mask { cutoff: 0.5 };
     } else if masked && color.is_some() {
-        // One of the two can't be read: perhaps the colours can.
+        // One of the two can't be read; tries the colours alone.
         material.base_color_texture = textures.make(map, Recipe::Color { color, opacity: None });
     }
 }
@@ -213,8 +213,8 @@ fn roughen(material: &mut Material, definition: &Definition, textures: &mut Text
 }
 
 impl TextureLoader {
-    /// The files of two maps that make one texture, and the map whose options hold for both: the first that is there.
-    /// Warns where the second one's differ.
+    /// Finds the files of two maps that make one texture, and the map whose options apply to both: the first present. Warns
+    /// where the second map's options differ.
     fn find_two<'a>(
         &mut self,
         maps: [&'a Option<Map>; 2],
@@ -230,13 +230,13 @@ impl TextureLoader {
         Some((map, found.map(|found| found.map(|(_, path)| path))))
     }
 
-    /// The texture that `recipe` makes of `map`'s file.
+    /// Returns the texture made by `recipe` of `map`'s file.
     fn get(&mut self, map: &Map, recipe: impl FnOnce(PathBuf) -> Recipe) -> Option<TextureUse> {
         let (_, path) = self.find(map)?;
         self.make(map, recipe(path))
     }
 
-    /// The texture of `recipe`, placed as `map` says.
+    /// Returns the texture of `recipe` with the transform of `map`.
     fn make(&mut self, map: &Map, recipe: Recipe) -> Option<TextureUse> {
         let wrap = if map.clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
         let texture = self.texture(recipe, wrap)?;
@@ -244,7 +244,7 @@ impl TextureLoader {
     }
 }
 
-/// The options scale and move upright coordinates; a frame's are upside down: v' = 1 - v.
+/// Converts the options, which act on v upwards, to a frame's v downwards: v' = 1 - v.
 fn image_from_mesh(map: &Map) -> Affine2 {
     let offset = Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
     Affine2::from_scale_angle_translation(map.scale, 0.0, offset)

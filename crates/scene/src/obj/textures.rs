@@ -7,23 +7,23 @@ use crate::folder::{self, Folder};
 use crate::memory::Budget;
 use crate::{ColorSpace, Filter, Texture, Wrap};
 
-/// Makes the textures of a file's materials, each once, from images that may have to be put together.
+/// Makes the textures of a file's materials, each once; some combine two images.
 #[derive(Debug, Default)]
 pub(super) struct TextureLoader {
     textures: Vec<Texture>,
     made: HashMap<(Recipe, Wrap), Option<u32>>,
-    /// The material that asks, for warnings.
+    /// Name of the current material, for warnings.
     material: String,
-    /// Where its library is.
+    /// The folder of the material's library.
     folder: Folder,
     pub(super) warnings: Vec<String>,
     budget: Budget,
 }
 
-/// How a texture is made of image files.
+/// A texture's source images and their combination.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Recipe {
-    /// sRGB colours, white where there is no image, and opacity, 1 where there is none.
+    /// sRGB colours, white without an image, and opacity, 1 without an image.
     Color { color: Option<PathBuf>, opacity: Option<PathBuf> },
     /// The image's numbers.
     Quantity(PathBuf),
@@ -43,7 +43,7 @@ impl TextureLoader {
         Self { budget: budget.clone(), ..Self::default() }
     }
 
-    /// Says whose textures come next.
+    /// Sets the material whose textures follow.
     pub(super) fn begin_material(&mut self, name: &str, folder: &Folder) {
         name.clone_into(&mut self.material);
         self.folder.clone_from(folder);
@@ -53,7 +53,7 @@ impl TextureLoader {
         self.warnings.push(format!("material `{}`: {what}", self.material));
     }
 
-    /// The map and its file, or a warning where that isn't there.
+    /// Finds the map's file; warns where it is missing.
     pub(super) fn find<'a>(&mut self, map: &'a Map) -> Option<(&'a Map, PathBuf)> {
         let path = find(&self.folder, &map.file, &self.budget).or_else(|| {
             let found = find_in_other_case(&self.folder, &map.file, &self.budget);
@@ -67,7 +67,7 @@ impl TextureLoader {
         path.map(|(path, _)| (map, path))
     }
 
-    /// The index of the texture that `recipe` makes; `None`, with a warning, where an image can't be read.
+    /// Returns the index of the texture made by `recipe`; `None`, with a warning, where an image can't be read.
     pub(super) fn texture(&mut self, recipe: Recipe, wrap: Wrap) -> Option<u32> {
         let key = (recipe, wrap);
         if let Some(&made) = self.made.get(&key) {
@@ -88,7 +88,7 @@ impl TextureLoader {
         made
     }
 
-    /// The textures made, and what was left out.
+    /// Returns the textures and the warnings.
     pub(super) fn finish(self) -> (Vec<Texture>, Vec<String>) {
         (self.textures, self.warnings)
     }
@@ -119,7 +119,7 @@ impl Recipe {
     }
 }
 
-/// Colours without the image's own opacity, which OBJ ignores unless `map_d` names it, and the opacity instead.
+/// Combines the colours of one image and the opacity of another; OBJ ignores the colour image's own opacity.
 fn colored(color: Option<Image>, opacity: Option<Image>, budget: &Budget) -> Result<Image, String> {
     let color = color.map(|mut image| {
         for texel in &mut image.texels {
@@ -128,7 +128,7 @@ fn colored(color: Option<Image>, opacity: Option<Image>, budget: &Budget) -> Res
         image
     });
     let Some(opacity) = opacity else { return Ok(color.unwrap_or_else(Image::white)) };
-    // An opacity map is an image with an alpha channel, or else a grey one.
+    // An opacity map has its values in the alpha channel, or else is grey.
     let has_alpha = opacity.texels.iter().any(|texel| texel[3] < u8::MAX);
     let opacity_of = |texel: [u8; 4]| if has_alpha { texel[3] } else { luminance(texel) };
     let color = color.unwrap_or_else(Image::white);
@@ -141,7 +141,7 @@ fn roughness_metallic(roughness: Option<Image>, metallic: Option<Image>, budget:
     combined(&roughness, &metallic, budget, mix)
 }
 
-/// An image as large as the larger of two, side by side, made of their texels.
+/// Combines two images texel by texel at the larger width and height of the two.
 fn combined(a: &Image, b: &Image, budget: &Budget, mix: impl Fn([u8; 4], [u8; 4]) -> [u8; 4]) -> Result<Image, String> {
     let size = [a.size[0].max(b.size[0]), a.size[1].max(b.size[1])];
     Texture::take(size, budget)?;
@@ -168,7 +168,7 @@ impl Image {
         Self { size: [1, 1], texels: vec![[u8::MAX; 4]] }
     }
 
-    /// The texel under texel `at` of an image of `size` that covers the same square.
+    /// The texel nearest to texel `at` of an image of `size` that covers the same square.
     fn nearest(&self, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
         // No side is above Texture::MAX_SIDE, so the products fit.
         let [x, y] = [0, 1].map(|axis| at[axis] * self.size[axis] / size[axis]);

@@ -3,13 +3,13 @@ use std::path::Path;
 use crate::Error;
 use crate::text::{Lines, number, quoted, words};
 
-/// What a PLY file says about itself before its values.
+/// The header of a PLY file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {
     pub(super) encoding: Encoding,
-    /// In the order in which their values come.
+    /// In the order of their values.
     pub(super) elements: Vec<Element>,
-    /// How many bytes the header takes.
+    /// Length of the header in bytes.
     pub(super) bytes: usize,
 }
 
@@ -20,11 +20,11 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// A kind of thing that the file lists, for instance its vertices.
+/// A kind of record that the file lists, for instance vertices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
     pub(super) name: String,
-    /// How many the header claims; nothing may be allocated on its word.
+    /// Number claimed by the header; untrusted, so nothing is allocated by it.
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
 }
@@ -69,7 +69,7 @@ impl Scalar {
         })
     }
 
-    /// The lowest and the highest value of a whole type; `None` for a floating-point one.
+    /// Range of an integer type; `None` for floating-point types.
     pub(super) fn whole_range(self) -> Option<(f64, f64)> {
         Some(match self {
             Self::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
@@ -82,7 +82,7 @@ impl Scalar {
         })
     }
 
-    /// How many bytes a value takes in a binary file.
+    /// Bytes of a value in a binary file.
     pub(super) fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -94,7 +94,7 @@ impl Scalar {
 }
 
 impl Element {
-    /// The fewest bytes that one of this element can take: its lists empty, its words one digit long.
+    /// Minimum bytes of one record: empty lists and words of one digit.
     pub(super) fn least_bytes(&self, encoding: Encoding) -> usize {
         let least = |property: &Property| match (encoding, property.kind) {
             (Encoding::Ascii, _) => 2,
@@ -105,7 +105,7 @@ impl Element {
 }
 
 impl Header {
-    /// The longest header that is read, in bytes.
+    /// Maximum length of a header in bytes.
     const MAX_BYTES: usize = 1 << 20;
 
     /// Reads the header at the start of `text`.
@@ -132,7 +132,7 @@ impl Header {
             if line.trim_ascii() == b"end_header" {
                 let encoding = encoding
                     .ok_or_else(|| Error::malformed(path, "header", "no `format` line says how values are encoded"))?;
-                // A first value that begins like a line's other half.
+                // With lines that end in CR, a newline byte here belongs to the first value.
                 let is_value = encoding != Encoding::Ascii && ends_in_cr && text[..bytes].ends_with(b"\r\n");
                 return Ok(Self { encoding, elements, bytes: bytes - usize::from(is_value) });
             }

@@ -5,24 +5,24 @@ use glam::Vec3;
 use crate::Frame;
 use crate::memory::Budget;
 
-/// How normals follow vertices that move: each is that of the triangles around it, weighted by their areas.
+/// Recomputes the normals of moving vertices from the triangles around them, weighted by area.
 ///
-/// Vertices that had the same position and the same normal at rest have the same one ever after. So creases stay creases,
-/// and seams of texture coordinates stay smooth.
+/// Vertices with equal positions and normals at rest share their normal in all poses. So creases stay creases, and seams of
+/// texture coordinates stay smooth.
 #[derive(Debug)]
 pub(super) struct Normals {
-    /// For each vertex the first one that was like it.
+    /// For each vertex, the first one with the same position and normal.
     first_alike: Vec<u32>,
-    /// 1 where the normal is on the side from which the triangles go round counter-clockwise, −1 on the other, 0 where there
-    /// was none.
+    /// Side of the normal at rest: 1 where the triangles are counter-clockwise as seen from it, −1 where they are clockwise,
+    /// 0 without a normal.
     side: Vec<f32>,
 }
 
 impl Normals {
-    /// For vertices that are at rest; `None` where these have no normals.
+    /// Prepares for vertices at rest; `None` where these have no normals.
     ///
     /// # Errors
-    /// Says in words that there isn't memory enough.
+    /// A message, where memory is too small.
     pub(super) fn new(rest: &Frame, budget: &Budget) -> Result<Option<Self>, String> {
         if rest.normals.is_empty() {
             return Ok(None);
@@ -43,20 +43,20 @@ impl Normals {
         Ok(Some(normals))
     }
 
-    /// Sets normals to those of triangles between positions. They are zero, that is flat, where all triangles around are
-    /// lines or nowhere.
+    /// Computes normals for `positions`. A normal is zero, which means flat shading, where all triangles around are
+    /// degenerate or not finite.
     pub(super) fn follow(&self, triangles: &[[u32; 3]], positions: &[Vec3], normals: &mut Vec<Vec3>) {
         normals.clear();
         normals.resize(self.first_alike.len(), Vec3::ZERO);
         for triangle in triangles {
             let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-            // As long as twice the area.
+            // Its length is twice the area.
             let normal = (b - a).cross(c - a);
             if normal.is_finite() {
                 triangle.iter().for_each(|&vertex| normals[self.first_alike[vertex as usize] as usize] += normal);
             }
         }
-        // The first of those that are alike comes before the others.
+        // The first of equal vertices precedes the others.
         for (vertex, &first) in self.first_alike.iter().enumerate() {
             let first = first as usize;
             let sum = normals[first];
@@ -65,13 +65,13 @@ impl Normals {
     }
 }
 
-/// For each vertex the first one with the same position and normal.
+/// Maps each vertex to the first one with the same position and normal.
 fn first_alike(rest: &Frame, budget: &Budget) -> Result<Vec<u32>, String> {
     let (mut first_alike, mut first_with) = (Vec::new(), HashMap::new());
     budget.reserve(&mut first_alike, rest.normals.len(), "vertices that are alike")?;
     for (vertex, (position, normal)) in (0..).zip(rest.positions.iter().zip(&rest.normals)) {
         budget.reserve_map(&mut first_with, 1, "vertices that are alike")?;
-        // Adding zero makes -0 the same as 0.
+        // Adding zero turns -0 into 0.
         let key = [*position, *normal].map(|vector| (vector + Vec3::ZERO).to_array().map(f32::to_bits));
         first_alike.push(*first_with.entry(key).or_insert(vertex));
     }

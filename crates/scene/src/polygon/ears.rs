@@ -2,21 +2,21 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// Most tests of a corner against an ear in one file; a polygon that would take more is cut without them.
+/// Maximum number of corner-in-ear tests per file; polygons beyond it are cut without tests.
 const MOST_TESTS: u64 = 1 << 31;
 
-/// Cuts polygons with notches, and with holes that bridges of no width join to the outline.
+/// Cuts polygons with notches, and with holes joined to the outline by bridges of zero width.
 #[derive(Debug)]
 pub(super) struct Ears {
     ring: Vec<Corner>,
-    /// Corners that may be in an ear: those that aren't convex, sorted by x.
+    /// Corners that may lie in an ear: the non-convex ones, sorted by x.
     blockers: Vec<u32>,
-    /// How many of `blockers` are none any more.
+    /// Number of entries of `blockers` that no longer block.
     stale: usize,
     tests_left: u64,
 }
 
-/// A corner of the polygon in the plane, among those that aren't cut off yet.
+/// A corner of the polygon in the plane, linked to its neighbours that aren't cut off yet.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     at: DVec2,
@@ -25,7 +25,7 @@ struct Corner {
     blocks: bool,
 }
 
-/// How carefully a corner is cut off: the next level is for rings in which the last finds no ear.
+/// The condition for cutting off a corner; each level is used where the previous one finds no ear in the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Care {
     /// No other corner in the ear or on its outline.
@@ -48,8 +48,8 @@ impl Ears {
     /// Bytes in memory for each corner of the polygon.
     pub(super) const BYTES_OF_CORNER: usize = size_of::<Corner>() + size_of::<u32>();
 
-    /// Cuts a polygon with these corners, which lies in the plane of [`concave_in`], into triangles of their numbers, two fewer
-    /// than it has corners. Whether each was compared with the corners that might be in it.
+    /// Cuts a polygon in the plane of [`concave_in`] into triangles of corner indices, two fewer than corners. Returns
+    /// whether every triangle was tested against the corners that might lie in it.
     pub(super) fn cut(
         &mut self,
         points: impl ExactSizeIterator<Item = Vec3>,
@@ -77,7 +77,7 @@ impl Ears {
                 self.cut_off(corner);
                 left -= 1;
                 (fruitless, care) = (0, Care::Full);
-                // Every second corner, so that triangles don't all meet in one.
+                // Takes every second corner, so that triangles don't all meet in one.
                 corner = self.ring[after as usize].after;
             } else {
                 corner = after;
@@ -127,7 +127,7 @@ impl Ears {
     fn is_ear(&mut self, corner: u32, care: Care) -> bool {
         let Corner { at: b, before, after, .. } = self.ring[corner as usize];
         let [a, c] = [before, after].map(|corner| self.ring[corner as usize].at);
-        // Corners at one point, and spikes, have no area.
+        // Coincident corners and spikes have no area.
         if care == Care::None || a == b || b == c || c == a {
             return true;
         }
@@ -149,7 +149,7 @@ impl Ears {
             let sides = |p| [side(a, b, p), side(b, c, p), side(c, a, p)];
             let corner_at = [[0, 1], [1, 2], [2, 0]].into_iter().zip([b, c, a]).find(|&(_, at)| at == p);
             let is_in = match corner_at {
-                // At a corner of the ear: it is inside where one of its edges is.
+                // A blocker at a corner of the ear is inside if one of its edges is.
                 Some(([one, other], _)) => {
                     care == Care::Full
                         && [from, to]
@@ -170,7 +170,7 @@ impl Ears {
     }
 }
 
-/// The two axes onto whose plane a polygon is projected so that it turns left.
+/// The two axes of the projection in which a polygon is counter-clockwise.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane([usize; 2]);
 
@@ -180,13 +180,12 @@ impl Plane {
     }
 }
 
-/// The plane of a polygon that is concave; `None` for convex ones, those without area and those with a coordinate that is no
-/// finite number.
+/// The projection plane of a concave polygon; `None` for convex ones, those without area and those with a coordinate that
+/// isn't finite.
 ///
-/// It is that of two axes, without the one nearest to Newell's normal: coordinates stay exact, and corners at the same point
-/// too.
+/// The plane drops the axis nearest to Newell's normal, so coordinates stay exact and coincident corners stay coincident.
 pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) -> Option<Plane> {
-    /// Sine of an angle by which rounding may bend a straight outline inwards.
+    /// Sine of the largest inward bend that is taken as rounding of a straight outline.
     const STRAIGHT: f64 = 1e-6;
     let first = points.clone().next()?.as_dvec3();
     let from_first = points.clone().map(|point| point.as_dvec3() - first);
@@ -198,7 +197,7 @@ pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) 
     let axes = [(axis + 1) % 3, (axis + 2) % 3];
     let plane = Plane(if normal[axis] < 0.0 { [axes[1], axes[0]] } else { axes });
     let corners = points.map(|point| plane.project(point));
-    // Of corners at one point, one after the other, the last turn counts.
+    // Consecutive corners at one point are taken as one.
     let start = corners.clone().next()?;
     let mut before = corners.clone().rev().find(|&at| at != start)?;
     let nexts = corners.clone().skip(1).chain([start]);
@@ -232,7 +231,7 @@ fn side(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 mod tests {
     use super::*;
 
-    /// The triangles of a polygon in a plane, and twice their areas.
+    /// Returns the triangles of a polygon in a plane, and twice their areas.
     fn cut(outline: &[[f64; 2]]) -> (Vec<[u32; 3]>, Vec<f64>) {
         let mut ears = Ears::default();
         let points = outline.iter().map(|&[x, y]| Vec3::new(x as f32, y as f32, 5.0));
@@ -245,7 +244,8 @@ mod tests {
         (triangles, areas)
     }
 
-    /// Triangles cover a simple polygon once if none is turned over: the sum of their signed areas is the polygon's anyway.
+    /// Checks that triangles cover a simple polygon once, that is, that none is turned over: the sum of their signed areas
+    /// is the polygon's anyway.
     fn is_covered_once(outline: &[[f64; 2]], area: f64) {
         for turned in 0..outline.len().min(8) {
             let mut outline = outline.to_vec();
@@ -281,7 +281,7 @@ mod tests {
                 let [a, b, c] = corners.map(|corner| points[corner as usize].as_dvec3());
                 area += 0.5 * (b - a).cross(c - a).length();
             });
-            // The last plane is inclined by as much as stretches areas by the root of three.
+            // The last plane is inclined so that areas are larger by √3.
             let whole = if points[0].x < 1e5 { 10.0 } else { 10.0 * 3_f64.sqrt() };
             assert!((area - whole).abs() < 1e-9, "{area}");
         }
@@ -302,7 +302,7 @@ mod tests {
             [1.0, 1.0],
         ];
         is_covered_once(&hole, 12.0);
-        // Two holes, the second of which touches the first.
+        // Two holes; the second touches the first.
         let holes = [
             [0.0, 0.0],
             [6.0, 0.0],

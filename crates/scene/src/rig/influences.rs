@@ -1,19 +1,19 @@
-//! Which joints a vertex follows.
+//! Joints and weights of skinned vertices.
 
 use glam::{Affine3A, Vec3A};
 
-/// Four joints that a vertex follows, and how much: 24 bytes.
+/// Four joints of a vertex and their weights: 24 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Influences {
     /// Indices of the skin's joints.
     pub joints: [u16; 4],
-    /// Zero or more; those of all sets of a vertex add up to one. A joint without weight is joint 0.
+    /// At least zero; all weights of a vertex add up to one over all sets. Joints without weight are joint 0.
     pub weights: [f32; 4],
 }
 
 impl Influences {
-    /// Makes the weights of each vertex, one in each of `sets`, add up to one, and has joints without weight be joint 0.
-    /// Vertices without any usable weight follow joint 0; their number is given back.
+    /// Normalizes each vertex's weights over all `sets` to a sum of one, and sets joints without weight to joint 0. Vertices
+    /// without any usable weight follow joint 0; returns their number.
     pub(crate) fn normalize(sets: &mut [Vec<Self>], vertices: usize) -> usize {
         if sets.is_empty() {
             return 0;
@@ -43,12 +43,12 @@ impl Influences {
         stray
     }
 
-    /// The highest joint that any vertex follows.
+    /// The highest joint of all vertices.
     pub(crate) fn highest_joint(sets: &[Vec<Self>]) -> Option<u32> {
         sets.iter().flatten().flat_map(|influences| influences.joints).max().map(u32::from)
     }
 
-    /// The joint that a triangle follows most, by all three corners; the lowest of several.
+    /// The joint with the largest weight over a triangle's corners; the lowest of several.
     pub(crate) fn main_joint(sets: &[Vec<Self>], corners: [u32; 3]) -> u16 {
         let of_corners = || sets.iter().flat_map(|set| corners.map(|corner| set[corner as usize]));
         let weight = |joint: u16| -> f32 {
@@ -59,7 +59,7 @@ impl Influences {
         joints.max_by(|&a, &b| weight(a).total_cmp(&weight(b)).then(b.cmp(&a))).unwrap_or(0)
     }
 
-    /// Adds this vertex's share of the transforms in `joints`, its skin's, to `sum`.
+    /// Adds the weighted transforms of this vertex's joints to `sum`; `joints` are the skin's.
     pub(crate) fn add_to(&self, sum: &mut Affine3A, joints: &[Affine3A]) {
         for (&joint, &weight) in self.joints.iter().zip(&self.weights) {
             let joint = &joints[usize::from(joint)];

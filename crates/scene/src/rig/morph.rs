@@ -1,8 +1,8 @@
-//! Morph targets: what a weight adds to a shape's vertices.
+//! Morph targets: weighted differences of a shape's vertices.
 
 use glam::Vec3;
 
-/// What one morph target adds at weight one.
+/// The differences that a morph target adds at weight one.
 #[derive(Debug, Default)]
 pub struct MorphTarget {
     /// To positions.
@@ -18,11 +18,11 @@ pub struct MorphTarget {
 pub enum Deltas {
     /// One for each vertex.
     Dense(Vec<Vec3>),
-    /// Nothing for most vertices.
+    /// Differences of some vertices; zero for the others.
     Sparse {
-        /// The others, rising.
+        /// The affected vertices, ascending.
         vertices: Vec<u32>,
-        /// One for each of these.
+        /// One for each of `vertices`.
         deltas: Vec<Vec3>,
     },
 }
@@ -34,8 +34,8 @@ impl Default for Deltas {
 }
 
 impl Deltas {
-    /// Has `add` give `weight` times the differences of the vertices from `first` on to the elements of `values`, one for
-    /// each of these vertices.
+    /// Calls `add` with each element of `values`, which belong to the vertices from `first` on, and `weight` times that
+    /// vertex's difference.
     pub(super) fn add<T>(&self, weight: f32, first: usize, values: &mut [T], add: impl Fn(&mut T, Vec3)) {
         match self {
             Self::Dense(deltas) => {

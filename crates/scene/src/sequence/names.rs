@@ -5,20 +5,20 @@ use wildmatch::WildMatch;
 /// A file-name pattern.
 #[derive(Debug)]
 pub(super) enum Pattern {
-    /// A number between two texts, as `printf` writes it: with zeros up to `width` digits.
+    /// A number between two texts, padded with zeros to `width` digits, as by `printf`.
     Number { prefix: String, width: usize, suffix: String },
     /// `*` for any characters and `?` for any one.
     Wildcard(WildMatch),
 }
 
 impl Pattern {
-    /// The widest number that a pattern may ask for, in digits.
+    /// Maximum width of a number in digits.
     const MAX_WIDTH: usize = 20;
 
-    /// The pattern that `name` is; `None` for a plain name.
+    /// Parses `name` as a pattern; `None` for a plain name.
     ///
     /// # Errors
-    /// Says in words why the pattern has no meaning.
+    /// A message why the pattern is invalid.
     pub(super) fn parse(name: &str) -> Result<Option<Self>, String> {
         let Some((before, after)) = name.split_once('%') else {
             let is_wildcard = name.contains(['*', '?']);
@@ -54,7 +54,7 @@ impl Pattern {
     }
 }
 
-/// Each number in a name's stem, with what is before and after it.
+/// Each number in a name's stem, with the text before and after it.
 pub(super) fn numbers(name: &str) -> Vec<(&str, u64, &str)> {
     let stem_end = name.rfind('.').unwrap_or(name.len());
     let bytes = name.as_bytes();
@@ -62,7 +62,7 @@ pub(super) fn numbers(name: &str) -> Vec<(&str, u64, &str)> {
     let mut start = 0;
     while start < stem_end {
         let end = (start..stem_end).find(|&at| !bytes[at].is_ascii_digit()).unwrap_or(stem_end);
-        // A number too long to count with is a text.
+        // A number that doesn't fit counts as text.
         if let Ok(number) = name[start..end].parse() {
             found.push((&name[..start], number, &name[end..]));
         }
@@ -71,7 +71,7 @@ pub(super) fn numbers(name: &str) -> Vec<(&str, u64, &str)> {
     found
 }
 
-/// The order in which a person counts: numbers in names by value, whatever their zeros; texts by character.
+/// Natural order: compares numbers in names by value, ignoring leading zeros, and texts by character.
 pub(super) fn natural_order(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     loop {

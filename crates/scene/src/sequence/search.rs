@@ -6,10 +6,10 @@ use crate::{Error, formats::Format};
 
 const LOOKED_FOR: &str = "numbered .obj, .ply or .stl files, such as name_0001.ply";
 
-/// The files of a sequence, at least one, in the order in which they show, and warnings.
+/// The files of a sequence, at least one, in order of display, and warnings.
 type Found = (Vec<PathBuf>, Vec<String>);
 
-/// The files that `address` means; `None` for a plain file, there or not.
+/// Finds the files of the sequence at `address`; `None` for a plain file, which needn't exist.
 ///
 /// # Errors
 /// Where `address` is a pattern or a folder, but there is no sequence.
@@ -39,7 +39,7 @@ pub(super) fn find(address: &Path) -> Result<Option<Found>, Error> {
     Ok(Some((names.into_iter().map(|name| folder.join(name)).collect(), warnings)))
 }
 
-/// The names of the files in `folder` that are readable scenes and that `wanted` accepts, in natural order.
+/// Lists the files in `folder` that are readable scenes and accepted by `wanted`, in natural order.
 ///
 /// # Errors
 /// Where the folder can't be listed, or all such files are glTF.
@@ -67,10 +67,10 @@ fn scene_names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<Strin
     }
 }
 
-/// The largest set of `names`, which are in natural order, that differ in one number only, and what was left out.
+/// Finds the largest set of `names` that differ in one number only, and warns of the others. `names` are in natural order.
 ///
 /// # Errors
-/// Says what was looked for where no name has a number.
+/// A message with the expected names, where no name has a number.
 fn largest_family(names: &[String]) -> Result<(Vec<String>, Vec<String>), String> {
     let mut families: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
     for (index, name) in names.iter().enumerate() {
@@ -78,8 +78,8 @@ fn largest_family(names: &[String]) -> Result<(Vec<String>, Vec<String>), String
             families.entry((prefix, suffix)).or_default().push(index);
         }
     }
-    // Of families as large, the one whose first file comes first, and of those through one file, the one that counts
-    // by its last number: the answer depends on nothing but the names.
+    // Of equally large families, the one whose first file comes first; of those with the same first file, the one that
+    // counts by the last number. So the answer depends on the names alone.
     let largest = families
         .into_iter()
         .max_by(|((prefix_a, _), a), ((prefix_b, _), b)| {
@@ -106,7 +106,7 @@ fn largest_family(names: &[String]) -> Result<(Vec<String>, Vec<String>), String
     Ok((indices.into_iter().map(|index| names[index].clone()).collect(), warnings))
 }
 
-/// What is wrong with the numbers of `names`, which are in natural order.
+/// Warnings about gaps and other irregularities in the numbers of `names`, which are in natural order.
 fn gaps(names: &[String]) -> Vec<String> {
     if names.len() < 2 {
         return Vec::new();
@@ -139,7 +139,7 @@ fn gaps(names: &[String]) -> Vec<String> {
     warnings
 }
 
-/// The numbers by which `names` count; `None` if they don't differ in one number only.
+/// The numbers in which `names` differ; `None` if they differ in more than one.
 fn counted(names: &[String]) -> Option<Vec<u64>> {
     let first = names.first()?;
     numbers(first).into_iter().rev().find_map(|(prefix, _, suffix)| {

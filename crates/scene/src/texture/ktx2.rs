@@ -17,8 +17,8 @@ pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
 /// Width and height, at least 1, and the RGBA texels of the largest image, the upper row first.
 ///
 /// # Errors
-/// Says in words what is wrong with the file, that it is larger than [`Texture::MAX_SIDE`] or the budget, or that it holds
-/// something else than a picture that glTF may have.
+/// A message, where the file is broken, larger than [`Texture::MAX_SIDE`] or the budget, or isn't a picture that
+/// glTF allows.
 pub(super) fn decode(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
     let size = Header { bytes }.check().map_err(|cause| format!("not a usable image: KTX2: {cause}"))?;
     Texture::take(size, budget)?;
@@ -30,7 +30,7 @@ pub(super) fn decode(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8
     Ok((size, texels.to_vec()))
 }
 
-/// The numbers at a file's start, which are checked before anything believes them.
+/// A file's header, checked before it is used.
 struct Header<'a> {
     bytes: &'a [u8],
 }
@@ -41,10 +41,10 @@ const BASIS_LZ: u32 = 1;
 const ZSTANDARD: u32 = 2;
 
 impl Header<'_> {
-    /// The size of a picture that can be decoded.
+    /// Checks the header and returns the picture's size.
     ///
     /// # Errors
-    /// Says in words why it can't.
+    /// A message why the picture can't be decoded.
     fn check(&self) -> Result<[u32; 2], String> {
         let [format, width, height, depth] = [self.word(12)?, self.word(20)?, self.word(24)?, self.word(28)?];
         let [layers, faces, levels, scheme] = [self.word(32)?, self.word(36)?, self.word(40)?, self.word(44)?];

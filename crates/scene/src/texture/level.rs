@@ -1,4 +1,4 @@
-//! One of a texture's images: the full one, or a smaller copy.
+//! A mip level of a texture.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -22,15 +22,15 @@ enum Texels {
     OnDemand(Arc<Tiles>),
 }
 
-/// The tiles of a level, each of 32×32 texels, those at the right and lower edge filled up with black.
+/// The tiles of a level, each of 32×32 texels; tiles at the right and lower edges are padded with black.
 #[derive(Debug)]
 struct Tiles {
     pool: Arc<TilePool>,
-    /// In the pool's file.
+    /// Number of the first tile in the pool's file.
     first: u64,
-    /// How many are side by side.
+    /// Number of tiles per row.
     across: usize,
-    /// Of each tile, in rows.
+    /// Last slot of each tile, in rows.
     last_slots: Box<[LastSlot]>,
 }
 
@@ -39,17 +39,17 @@ impl Level {
         Self { width, height, texels: Texels::Held(texels.into()) }
     }
 
-    /// The same level with its texels in the file of a pool.
+    /// Moves the texels to a pool's file.
     ///
     /// # Errors
-    /// Says in words why they can't be written.
+    /// A message why they can't be written.
     pub(super) fn on_demand(self, pool: &Arc<TilePool>) -> Result<Self, String> {
         let Texels::Held(texels) = &self.texels else { return Ok(self) };
         let tiles = Tiles::write(self.width as usize, texels, pool)?;
         Ok(Self { texels: Texels::OnDemand(Arc::new(tiles)), ..self })
     }
 
-    /// Where its texels are, unless they are all in memory.
+    /// The pool of its texels, unless they are all in memory.
     pub(super) fn pool(&self) -> Option<&Arc<TilePool>> {
         match &self.texels {
             Texels::Held(_) => None,
@@ -57,7 +57,7 @@ impl Level {
         }
     }
 
-    /// Bytes of its own in memory.
+    /// Bytes in memory, without the pool's.
     pub(super) fn bytes(&self) -> usize {
         match &self.texels {
             Texels::Held(texels) => size_of_val(&**texels),
@@ -81,9 +81,9 @@ impl Level {
         }
     }
 
-    /// What `mix` makes of the texels in two columns of two rows.
+    /// Applies `mix` to the texels in two columns and two rows.
     ///
-    /// A function of them rather than they, so that textures in memory are read straight into registers.
+    /// Takes a function instead of returning the texels, so that textures in memory are read straight into registers.
     #[inline]
     pub(super) fn mixed<R>(
         &self,
@@ -114,7 +114,7 @@ impl Level {
             .flat_map(|y| (0..width).map(move |x| (2 * x, 2 * y)))
             .map(|(x, y)| {
                 let four = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
-                // Colours count by their opacity, so that what a mask hides doesn't bleed into what it shows.
+                // Colours are weighted by opacity, so that masked texels don't bleed into visible ones.
                 let opacity: f32 = four.iter().map(|texel| texel.w).sum();
                 let mean = four.iter().sum::<Vec4>() * 0.25;
                 let weighted = four.iter().map(|texel| *texel * texel.w).sum::<Vec4>() / opacity;
@@ -126,7 +126,7 @@ impl Level {
 }
 
 impl Tiles {
-    /// Tiles of an image, written a row of them at a time.
+    /// Writes an image as tiles, a row of tiles at a time.
     fn write(width: usize, texels: &[[u8; 4]], pool: &Arc<TilePool>) -> Result<Self, String> {
         let across = width.div_ceil(SIDE);
         let rows_of_tiles = texels.chunks(width * SIDE);
@@ -163,13 +163,13 @@ impl Tiles {
         texels
     }
 
-    // Apart, so that textures in memory are read by short code.
+    // Not inlined, so that the code for textures in memory stays short.
     #[inline(never)]
     fn texel(&self, x: usize, y: usize) -> [u8; 4] {
         self.read(self.tile(x, y), |texels| texels[in_tile(x, y)])
     }
 
-    // Apart, as `texel` is.
+    // Not inlined, like `texel`.
     #[inline(never)]
     fn four(&self, columns: [usize; 2], rows: [usize; 2]) -> [[[u8; 4]; 2]; 2] {
         let tile = self.tile(columns[0], rows[0]);
@@ -179,7 +179,7 @@ impl Tiles {
         rows.map(|y| columns.map(|x| self.texel(x, y)))
     }
 
-    /// The index of the tile that has a texel.
+    /// The index of a texel's tile.
     #[inline]
     fn tile(&self, x: usize, y: usize) -> usize {
         y / SIDE * self.across + x / SIDE

@@ -1,4 +1,4 @@
-//! A texture's opacity, at points and around them.
+//! A texture's opacity at a point, and its bounds around a point.
 
 use glam::Vec2;
 
@@ -8,14 +8,14 @@ use super::{Filter, Texture};
 const HALF_ULP: f32 = f32::EPSILON / 2.0;
 
 impl Texture {
-    /// The opacity at `coords` in the full image, 0 … 1: what decides whether an alpha-masked point is there.
+    /// The opacity at `coords` in the full image, 0 … 1, which is compared with the cutoff of alpha masks.
     #[must_use]
     pub fn opacity(&self, coords: Vec2) -> f32 {
         let [width, height] = self.size();
         self.opacity_at(coords * Vec2::new(width as f32, height as f32))
     }
 
-    /// The opacity at coordinates counted in texels.
+    /// The opacity at coordinates in texels.
     fn opacity_at(&self, coords: Vec2) -> f32 {
         let level = &self.levels[0];
         let opacity = |texel: [u8; 4]| f32::from(texel[3]) / 255.0;
@@ -39,11 +39,11 @@ impl Texture {
         }
     }
 
-    /// Bounds of what [`opacity`](Self::opacity) gives for coordinates that, counted in texels, are within `reach` of
-    /// `coords` along each axis; `None` where that is too far to look at.
+    /// Bounds of [`opacity`](Self::opacity) over all points within `reach` of `coords` along each axis, both in texels;
+    /// `None` where that covers too many texels or is too far away.
     #[inline]
     pub(crate) fn opacity_around(&self, coords: Vec2, reach: Vec2) -> Option<[f32; 2]> {
-        // Beyond, texels could no longer be told apart.
+        // Beyond this, f32 can't tell texels apart.
         const FARTHEST: f32 = (1 << 22) as f32;
         const MOST_CELLS: i32 = 16;
         let middle = if self.filter == Filter::Linear { 0.5 } else { 0.0 };
@@ -70,18 +70,18 @@ impl Texture {
         let (mut low, mut high) = (least, greatest);
         let spread = greatest - least;
         if spread > 0.0 && self.filter == Filter::Linear {
-            // Along an axis it changes no faster than from one texel to the next.
+            // Per axis, the slope is at most `spread` per texel.
             let change = spread * (reach.x + reach.y);
             let here = self.opacity_at(coords);
             (low, high) = (low.max(here - change), high.min(here + change));
         }
-        // Each mix of two numbers up to one is wrong by at most four half ulps, so two results differ by 16 of them; the
-        // rest is for the roundings of the bounds themselves.
+        // Each mix of two numbers up to one has an error of at most four half ulps, so two results differ by at most 16; the
+        // rest covers the rounding of the bounds themselves.
         const ROUNDING: f32 = 32.0 * HALF_ULP;
         Some([(low - ROUNDING).max(0.0), high + ROUNDING])
     }
 
-    /// What [`cell`](Self::cell) says of all texels; `None` where these aren't in memory either.
+    /// The results of [`cell`](Self::cell) for all texels; `None` for textures on demand.
     #[inline]
     fn cells(&self) -> Option<&[[u8; 2]]> {
         let level = &self.levels[0];
@@ -94,8 +94,8 @@ impl Texture {
         })
     }
 
-    /// The least and the greatest opacity of the four texels that are mixed, of which one is the upper left; where nothing
-    /// is mixed, of that one.
+    /// Minimum and maximum opacity of the four mixed texels with the given upper left one; without filtering, of that
+    /// texel alone.
     fn cell(&self, x: usize, y: usize) -> [u8; 2] {
         let level = &self.levels[0];
         match self.filter {

@@ -1,5 +1,4 @@
-//! Tiles of textures in a temporary file, some of which are in memory: textures on demand (Peachey, *Texture on Demand*,
-//! 1990).
+//! Textures on demand: tiles in a temporary file, cached in memory (Peachey, *Texture on Demand*, 1990).
 
 use std::env;
 use std::fs::File;
@@ -20,23 +19,22 @@ pub(super) const SIDE: usize = 32;
 pub(super) const TEXELS: usize = SIDE * SIDE;
 const TILE_BYTES: usize = 4 * TEXELS;
 
-/// Where tiles of textures are: all of them in a file without a name, which goes when it is closed, and those that were
-/// read last in memory, in a fixed number of slots.
+/// Storage of texture tiles: all tiles are in an unnamed file, deleted when closed; recently read tiles are in a fixed
+/// number of slots in memory.
 ///
-/// Who needs a tile looks into the slot where it was last, which is right while the slot says that it holds that tile. If
-/// it doesn't, the hand of a clock finds a slot that nobody read since it last passed, and the tile is read into that. Each
-/// slot has its own lock, held by many readers or by one who loads, and nobody waits for a second lock with one in hand.
+/// A reader looks into the tile's last slot, and checks that it still holds that tile. If not, a clock hand finds a slot
+/// that wasn't read since its last pass, and the tile is loaded into that. Each slot has a read-write lock, and no thread
+/// waits for a second lock while it holds one.
 ///
-/// 4 KiB a slot for its tile and 64 bytes more; four bytes a tile of the file are kept beside the pool, by the levels
-/// that have the tiles.
+/// Takes 4 KiB and 64 bytes per slot. The levels keep four more bytes per tile of the file.
 #[derive(Debug)]
 pub(crate) struct TilePool {
     file: File,
-    /// How many there are in the file.
+    /// Number of tiles in the file.
     tiles: AtomicU64,
-    /// How many tiles may be in memory.
+    /// Maximum number of tiles in memory.
     most_slots: usize,
-    /// Made for the first tile that is read, no more than there are tiles.
+    /// Created for the first tile read; at most one per tile.
     slots: OnceLock<Box<[Slot]>>,
     hand: AtomicUsize,
     loaded: AtomicU64,
@@ -46,9 +44,9 @@ pub(crate) struct TilePool {
 #[derive(Debug, Default)]
 struct Slot {
     resident: RwLock<Resident>,
-    /// Whether it was read since the hand last passed.
+    /// Whether the slot was read since the hand's last pass.
     is_used: AtomicBool,
-    /// How often a tile was found in it.
+    /// Number of cache hits.
     found: AtomicU64,
 }
 
@@ -68,7 +66,7 @@ impl Default for Resident {
     }
 }
 
-/// In which slot of a pool a tile was last.
+/// Index of the slot that last held a tile.
 #[derive(Debug)]
 pub(super) struct LastSlot(AtomicU32);
 
@@ -78,30 +76,30 @@ impl Default for LastSlot {
     }
 }
 
-/// What textures on demand ([`OpenOptions::texture_memory`]) read so far, and what they hold.
+/// Cache statistics of textures on demand ([`OpenOptions::texture_memory`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TextureTraffic {
-    /// How often a tile of 32×32 texels was found in memory.
+    /// Number of tile accesses found in memory; a tile has 32×32 texels.
     pub found: u64,
-    /// How often one was read from the file.
+    /// Number of tiles read from the file.
     pub loaded: u64,
-    /// Bytes of the tiles that are in memory, with what is kept for each slot.
+    /// Bytes of the tiles in memory, including each slot's overhead.
     pub resident_bytes: u64,
-    /// Bytes of all tiles, in the file.
+    /// Bytes of all tiles in the file.
     pub file_bytes: u64,
 }
 
 impl TilePool {
-    /// A pool of at most `bytes` in memory.
+    /// Makes a pool of at most `bytes` in memory.
     ///
     /// # Errors
-    /// Says in words that so many are too few, or why there is no temporary file.
+    /// A message why the temporary file can't be made.
     pub(crate) fn new(bytes: u64) -> Result<Self, String> {
         let file = tempfile::tempfile().map_err(|error| refused("making it failed", &error))?;
         Ok(Self::with_file(file, bytes))
     }
 
-    /// A pool with a file of one's own.
+    /// Makes a pool on a given file.
     pub(super) fn with_file(file: File, bytes: u64) -> Self {
         let bytes = usize::try_from(bytes.max(OpenOptions::MIN_TEXTURE_MEMORY)).unwrap_or(usize::MAX);
         Self {
@@ -117,7 +115,7 @@ impl TilePool {
 
     const BYTES_OF_SLOT: usize = TILE_BYTES + size_of::<Slot>();
 
-    /// What went wrong with the file first, if anything did: then some texels are black that shouldn't be.
+    /// The file's first error, if there was one; some texels are then wrongly black.
     pub(crate) fn failure(&self) -> Option<&str> {
         self.failure.get().map(String::as_str)
     }
@@ -133,15 +131,15 @@ impl TilePool {
         }
     }
 
-    /// Makes room for tiles at the end of the file, and gives the number of the first.
+    /// Reserves tiles at the end of the file, and returns the first one's number.
     pub(super) fn reserve(&self, tiles: u64) -> u64 {
         self.tiles.fetch_add(tiles, Ordering::Relaxed)
     }
 
-    /// Writes tiles from number `first` on.
+    /// Writes tiles, starting at number `first`.
     ///
     /// # Errors
-    /// Says in words why it failed, as [`TilePool::failure`] does from then on.
+    /// A message why it failed, which [`TilePool::failure`] returns from then on, unless an earlier one is kept.
     pub(super) fn write(&self, first: u64, tiles: &[[u8; 4]]) -> Result<(), String> {
         write_all_at(&self.file, tiles.as_flattened(), first * TILE_BYTES as u64).map_err(|error| {
             let all = ByteSize::b(self.tiles.load(Ordering::Relaxed) * TILE_BYTES as u64);
@@ -151,7 +149,8 @@ impl TilePool {
         })
     }
 
-    /// Reads tiles from number `first` on past the pool; black ones where that fails, see [`TilePool::failure`].
+    /// Reads tiles, starting at number `first`, without caching. Tiles become black where that fails;
+    /// see [`TilePool::failure`].
     pub(super) fn read_past(&self, first: u64, tiles: &mut [[u8; 4]]) {
         if let Err(error) = read_exact_at(&self.file, tiles.as_flattened_mut(), first * TILE_BYTES as u64) {
             self.failure.get_or_init(|| refused("reading it failed", &error));
@@ -159,7 +158,7 @@ impl TilePool {
         }
     }
 
-    /// What `get` finds in a tile, which may be where `last` says.
+    /// Applies `get` to a tile; `last` is its last slot, which is tried first and updated.
     #[inline]
     pub(super) fn read<R>(&self, tile: u64, last: &LastSlot, get: impl FnOnce(&[[u8; 4]]) -> R) -> R {
         let slots = self.slots();
@@ -190,7 +189,7 @@ impl TilePool {
         get(texels)
     }
 
-    /// A slot whose tile may go, which is ours alone.
+    /// Finds a slot to evict, and locks it for writing.
     fn free_slot<'a>(&self, slots: &'a [Slot]) -> (usize, RwLockWriteGuard<'a, Resident>) {
         loop {
             for _ in 0..2 * slots.len() {
@@ -219,7 +218,7 @@ impl TilePool {
     }
 }
 
-/// Why there is no use of the temporary file, and what can be done.
+/// The message for an error of the temporary file, with remedies.
 fn refused(what: &str, error: &io::Error) -> String {
     format!(
         "{what}: {error}; it is in {}: free some room there, name another folder (TMPDIR), or hold all textures in memory",
@@ -231,7 +230,7 @@ fn refused(what: &str, error: &io::Error) -> String {
 mod tests {
     use super::*;
 
-    /// A pool of the fewest slots over tiles of one number each.
+    /// A pool of minimum size over constant tiles.
     fn pool(tiles: u8) -> (TilePool, Vec<LastSlot>) {
         let pool = TilePool::new(OpenOptions::MIN_TEXTURE_MEMORY).unwrap();
         assert_eq!(pool.reserve(u64::from(tiles)), 0);
@@ -246,7 +245,7 @@ mod tests {
         let (pool, last) = pool(60);
         assert_eq!(pool.traffic(), TextureTraffic { file_bytes: 60 << 12, ..TextureTraffic::default() });
         let first = |tile: usize| pool.read(tile as u64, &last[tile], |texels| texels[TEXELS - 1][0]);
-        // What is read all the time stays; the others go one after the other.
+        // The tile that is read all the time stays; the others are evicted in turn.
         for _ in 0..2 {
             for tile in 1..60 {
                 assert_eq!((first(0), first(tile)), (0, tile as u8));
@@ -266,7 +265,7 @@ mod tests {
         }
         let TextureTraffic { found, loaded, .. } = pool.traffic();
         assert_eq!((found, loaded), (12, 12));
-        // No slot is made that no tile needs.
+        // There are no more slots than tiles.
         assert_eq!(pool.slots().len(), 12);
     }
 
@@ -279,7 +278,7 @@ mod tests {
                 assert_eq!(pool.read(tile, &last[tile as usize], |texels| texels[7][1]), tile as u8);
             }
         };
-        // More of them than slots.
+        // More threads than slots.
         thread::scope(|scope| {
             for thread in 0..24 {
                 scope.spawn(move || read(thread));

@@ -1,4 +1,4 @@
-//! Files that several threads read at once, each where it likes.
+//! Positioned reads and writes, so that several threads can use one file.
 
 use std::fs::File;
 use std::io;
@@ -13,7 +13,7 @@ pub(super) fn write_all_at(file: &File, bytes: &[u8], at: u64) -> io::Result<()>
     std::os::unix::fs::FileExt::write_all_at(file, bytes, at)
 }
 
-/// Systems without such files, as a browser.
+/// Systems without files, such as browsers.
 #[cfg(not(any(unix, windows)))]
 pub(super) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())

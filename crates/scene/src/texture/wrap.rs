@@ -1,29 +1,28 @@
-//! Which texels are read at a coordinate along an axis.
+//! Texel indices at a coordinate along an axis.
 
 use super::{Filter, Wrap};
 
-/// From here on every f32 is a whole number.
+/// At this magnitude and beyond, every f32 is an integer.
 const WHOLE: f32 = (1 << 23) as f32;
 
 impl Wrap {
-    /// The texel that is nearest to coordinate `at`, counted in texels, on a side of `side` texels, at most
-    /// [`Texture::MAX_SIDE`](super::Texture::MAX_SIDE); the first for NaN.
+    /// The texel nearest to coordinate `at`, in texels, on a side of `side` texels, at most
+    /// [`Texture::MAX_SIDE`](super::Texture::MAX_SIDE); texel 0 for NaN.
     #[inline]
     pub(super) fn nearest(self, at: f32, side: u32) -> usize {
         self.texel(self.floor(at, side).0, side)
     }
 
-    /// The two texels to mix at coordinate `at`, and how far it is from the first one's centre to the second's, 0 … 1; NaN
-    /// where `at` is no finite number.
+    /// The two texels to mix at coordinate `at`, and the second one's weight, 0 … 1; NaN where `at` isn't finite.
     #[inline]
     pub(super) fn mixed(self, at: f32, side: u32) -> ([usize; 2], f32) {
         let (whole, part) = self.floor(at - 0.5, side);
         (self.texels(whole, side), part)
     }
 
-    /// The largest whole number that is no larger, or another for which the same texel stands, and what is left.
+    /// Splits `value` into its floor, or another integer that wraps to the same texel, and the fraction.
     ///
-    /// `f32::floor` is a call where a processor may lack the instruction.
+    /// Not `f32::floor`, which is a function call where the target may lack the instruction.
     #[inline]
     fn floor(self, value: f32, side: u32) -> (i32, f32) {
         if value.abs() < WHOLE {
@@ -35,7 +34,7 @@ impl Wrap {
         }
     }
 
-    /// A whole number near the image for which the same texel stands as for `value`, a whole number; NaN for NaN.
+    /// Maps an integral `value` to one near the image that wraps to the same texel; NaN for NaN.
     #[cold]
     fn brought_near(self, value: f32, side: u32) -> f32 {
         match self {
@@ -44,7 +43,7 @@ impl Wrap {
         }
     }
 
-    /// The texel that stands for index `at` on a side of `side` texels.
+    /// Wraps index `at` to a side of `side` texels.
     #[inline]
     fn texel(self, at: i32, side: u32) -> usize {
         let side = side as i32;
@@ -59,7 +58,7 @@ impl Wrap {
         texel as usize
     }
 
-    /// The texels that stand for index `at` and the next one.
+    /// Wraps index `at` and the next one.
     #[inline]
     fn texels(self, at: i32, side: u32) -> [usize; 2] {
         if (0..side as i32 - 1).contains(&at) {
@@ -76,8 +75,8 @@ impl Wrap {
         }
     }
 
-    /// The texel that is read at index `at` on a side of `side` texels or, where it is mixed with that at `at + 1`, the
-    /// one from which on both are.
+    /// Wraps index `at` on a side of `side` texels to a cell: the texel read there or, with filtering, the lower of the two
+    /// texels mixed at `at` and `at + 1`.
     #[inline]
     pub(super) fn cell(self, at: i32, side: u32, filter: Filter) -> usize {
         let length = side as i32;
@@ -93,7 +92,7 @@ impl Wrap {
                 match filter {
                     _ if twice < length => twice,
                     Filter::Nearest => mirrored,
-                    // Index `at + 1` is the lower one there, and the same one at the image's edge.
+                    // In the mirrored image, index `at + 1` is the lower texel; at the image's edge both are the same.
                     Filter::Linear => (mirrored - 1).max(0),
                 }
             }

@@ -26,7 +26,7 @@ impl Builder {
         Self { json: json!({ "asset": { "version": "2.0" } }), bytes: Vec::new() }
     }
 
-    /// Appends to one of the JSON's arrays and gives the new element's place.
+    /// Appends to one of the JSON's arrays and returns the new element's index.
     pub(crate) fn push(&mut self, list: &str, element: Value) -> usize {
         let root = self.json.as_object_mut().unwrap();
         let list = root.entry(list).or_insert_with(|| json!([])).as_array_mut().unwrap();
@@ -109,7 +109,7 @@ impl Builder {
         with_buffer.glb_with_buffers()
     }
 
-    /// The file as GLB, with the buffers that its JSON has.
+    /// The file as GLB, with the buffers of its JSON.
     pub(crate) fn glb_with_buffers(&self) -> Vec<u8> {
         let json = &self.json;
         let mut text = json.to_string().into_bytes();
@@ -148,7 +148,7 @@ impl Builder {
         self.open().unwrap().at(seconds).unwrap()
     }
 
-    /// What opening the file fails with.
+    /// The message of the error on opening the file.
     pub(crate) fn error(&self) -> String {
         self.open().expect_err("the file should be refused").to_string()
     }
@@ -162,7 +162,7 @@ pub(crate) fn open_bytes(name: &str, bytes: &[u8], clip: Clip) -> Result<Scene, 
     open_in(folder.path(), name, bytes, clip)
 }
 
-/// Opens a file with this content in a folder that may hold others.
+/// Opens a file with this content in a folder that may contain others.
 pub(crate) fn open_in(folder: &Path, name: &str, bytes: &[u8], clip: Clip) -> Result<Scene, Error> {
     let path = folder.join(name);
     std::fs::write(&path, bytes).unwrap();

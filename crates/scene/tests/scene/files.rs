@@ -6,7 +6,7 @@ use glam::Vec3;
 use tempfile::TempDir;
 use umbrage_scene::{Frame, Scene};
 
-/// A folder with these files, gone when dropped.
+/// A folder with these files, deleted when dropped.
 pub(crate) fn folder(files: &[(&str, &[u8])]) -> TempDir {
     let folder = TempDir::new().expect("a temporary folder");
     for (name, bytes) in files {
@@ -24,20 +24,20 @@ pub(crate) fn png([width, height]: [u32; 2], color: png::ColorType, texels: &[u8
     bytes
 }
 
-/// The rest pose of a file and the scene's warnings, or the error's words.
+/// The rest pose of a file and the scene's warnings, or the error's message.
 pub(crate) fn open_path(path: &Path) -> Result<(Frame, Vec<String>), String> {
     let scene = Scene::open(path).map_err(|error| error.to_string())?;
     let frame = scene.at(0.0).map_err(|error| error.to_string())?;
     Ok((frame, scene.warnings().to_vec()))
 }
 
-/// As [`open_path`], of a file called `name` that holds `bytes`.
+/// As [`open_path`], of a file called `name` with content `bytes`.
 pub(crate) fn open(name: &str, bytes: &[u8]) -> Result<(Frame, Vec<String>), String> {
     let folder = folder(&[(name, bytes)]);
     open_path(&folder.path().join(name))
 }
 
-/// The frame of a file that has nothing to warn of.
+/// The frame of a file without warnings.
 pub(crate) fn frame(name: &str, bytes: &[u8]) -> Frame {
     let (frame, warnings) = open(name, bytes).expect("a readable file");
     assert_eq!(warnings, [""; 0]);
@@ -45,7 +45,7 @@ pub(crate) fn frame(name: &str, bytes: &[u8]) -> Frame {
     frame
 }
 
-/// The one warning of a file that can be shown.
+/// The only warning of a readable file.
 pub(crate) fn warning(name: &str, bytes: &[u8]) -> String {
     let (_, warnings) = open(name, bytes).expect("a readable file");
     assert_eq!(warnings.len(), 1, "{warnings:?}");
@@ -59,16 +59,16 @@ pub(crate) fn corners(frame: &Frame) -> Vec<[[f32; 3]; 3]> {
         .collect()
 }
 
-/// The area of all triangles.
+/// Total area of all triangles.
 pub(crate) fn area(frame: &Frame) -> f32 {
     let of_triangle = |[a, b, c]: [Vec3; 3]| 0.5 * (b - a).cross(c - a).length();
     corners(frame).into_iter().map(|triangle| of_triangle(triangle.map(Vec3::from_array))).sum()
 }
 
-/// The corners of a C of area 10, whose fan around the first corner would have 13.
+/// The corners of a C of area 10; its fan around the first corner would have area 13.
 pub(crate) const C_OUTLINE: [[u8; 2]; 8] = [[0, 0], [4, 0], [4, 1], [1, 1], [1, 3], [4, 3], [4, 4], [0, 4]];
 
-/// The bytes of numbers, one after the other, little-endian or big-endian.
+/// The concatenated bytes of numbers, little-endian or big-endian.
 pub(crate) fn floats(values: &[f32], big_endian: bool) -> Vec<u8> {
     values.iter().flat_map(|value| if big_endian { value.to_be_bytes() } else { value.to_le_bytes() }).collect()
 }

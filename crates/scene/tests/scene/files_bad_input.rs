@@ -1,4 +1,4 @@
-//! Files that are cut off, altered, random or lie about their size: an error or a documented omission, never more.
+//! Files that are cut off, altered, random or lie about their size give an error or a documented omission.
 
 use std::time::{Duration, Instant};
 
@@ -26,11 +26,10 @@ thread_local! {
     static FOLDER: TempDir = TempDir::new().expect("a temporary folder");
 }
 
-/// Opens bytes that may be anything and says whether they are accepted; whatever comes of it has to keep a frame's
-/// promises.
+/// Opens arbitrary bytes, checks the frame's invariants if they are accepted, and returns whether they are.
 fn open_anything(name: &str, bytes: &[u8]) -> bool {
     let path = FOLDER.with(|folder| folder.path().join(name));
-    // Some file systems wait for the disk when a file is overwritten, but not when it is new.
+    // Some file systems wait for the disk when a file is overwritten, but not when it is created.
     let _not_there_at_first = std::fs::remove_file(&path);
     std::fs::write(&path, bytes).expect("room for a file");
     let result = files::open_path(&path);
@@ -73,10 +72,10 @@ fn every_truncation_is_an_error_or_a_whole_number_of_lines() {
             let cut = &bytes[..length];
             let accepted = open_anything(name, cut);
             let may_be_accepted = match name {
-                // What is there of an OBJ is a shape, or part of one; complete facets of an STL are one too, and the
-                // missing `endsolid` is a warning.
+                // The rest of an OBJ is still a shape or part of one. So are complete facets of an STL, with a warning for
+                // the missing `endsolid`.
                 "cube.obj" | "text.stl" => true,
-                // The last line's end, or the end of the last number, may be missing.
+                // The last line break, or the end of the last number, may be missing.
                 "text.ply" => length + 2 >= bytes.len(),
                 _ => false,
             };
@@ -100,7 +99,7 @@ fn a_text_stl_cut_within_a_facet_is_an_error() {
     }
 }
 
-/// The most address space that this process has ever had, where the system says so.
+/// Peak address space of this process in bytes, where the system reports it.
 fn peak_bytes() -> Option<usize> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmPeak:"))?;
@@ -169,7 +168,7 @@ fn altered() -> impl Strategy<Value = (&'static str, Vec<u8>)> {
     })
 }
 
-/// Words of the formats in any order, which come further than random bytes.
+/// Keywords of the formats in random order, which get further than random bytes.
 fn babble() -> impl Strategy<Value = Vec<u8>> {
     const WORDS: &[&str] = &[
         "v",

@@ -1,4 +1,4 @@
-//! Files in memory, as a browser has them.
+//! Files in memory, as in a browser.
 
 use umbrage_scene::{OpenOptions, Scene};
 
@@ -20,7 +20,7 @@ fn what_a_file_names_is_among_those_that_are_given() {
     assert_eq!(scene.files(), ["a/paints/square.mtl", "a/square.obj"].map(std::path::PathBuf::from));
     assert_eq!(scene.at(0.0).unwrap().materials.materials[0].name, "red");
 
-    // Without folders, by its name alone.
+    // Without folders, the library is found by its name alone.
     let scene = open("square.obj", &[("square.obj", SQUARE.as_bytes()), ("square.mtl", PAINTS.as_bytes())]).unwrap();
     assert_eq!(scene.warnings(), [""; 0]);
     let scene = open("square.obj", &[("square.obj", SQUARE.as_bytes())]).unwrap();

@@ -1,11 +1,11 @@
-//! What an MTL library and its textures become.
+//! Materials and textures from MTL libraries.
 
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_scene::{Alpha, Frame, Material, OpenOptions, Scene, Texture, TextureUse};
 
 use crate::files::{self, folder, open_path};
 
-/// An OBJ with one triangle in each of the materials.
+/// An OBJ with one triangle per material.
 fn obj(materials: &[&str]) -> String {
     let faces: String = materials.iter().map(|name| format!("usemtl {name}\nf 1/1 2/1 3/1\n")).collect();
     format!("mtllib my library.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n{faces}")
@@ -37,7 +37,7 @@ fn load(library: &str, images: &[(&str, &[u8])], names: &[&str]) -> Result<(Fram
     open_path(&folder.path().join("a.obj"))
 }
 
-/// The only material of a library, and the textures and warnings that come with it.
+/// The only material of a library, and its textures and warnings.
 fn material(statements: &str, images: &[(&str, &[u8])]) -> (Material, Vec<Texture>, Vec<String>) {
     let (frame, warnings) = load(&format!("newmtl it\n{statements}\n"), images, &["it"]).expect("a readable file");
     (frame.materials.materials[0].clone(), frame.materials.textures.clone(), warnings)
@@ -221,7 +221,7 @@ fn transparency_alone_does_not_hide_a_material() {
     let (opaque, _, warnings) = material("Tr 1", &[]);
     assert_eq!((opaque.base_color.w, opaque.alpha), (1.0, Alpha::Opaque));
     assert_eq!(warnings, ["material `it`: `Tr 1` would hide it; it is shown opaque"]);
-    // Beside `d`, it says nothing.
+    // Beside `d`, `Tr` is ignored.
     for statements in ["d 1\nTr 1", "Tr 1\nd 1"] {
         assert_eq!(material(statements, &[]).0.alpha, Alpha::Opaque, "{statements}");
     }

@@ -6,7 +6,7 @@ use umbrage_scene::{OpenOptions, Scene};
 use crate::files::{self, CUBE_POSITIONS, cube_obj, floats, folder};
 use crate::pose_allocations::assert_later_poses_allocate_nothing;
 
-/// Two triangles that share an edge, with texture coordinates that differ along it and one normal: 6 vertices of 4 positions.
+/// Two triangles that share an edge, with one normal and a seam of texture coordinates along it: 6 vertices at 4 positions.
 const FLAG: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nvt 0 0\nvt 1 1\nvn 0 0 1\no cloth\n\
                     f 1/1/1 2/1/1 3/1/1\nf 1/2/1 3/2/1 4/2/1\n";
 const FLAG_POINTS: [Vec3; 5] = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y, Vec3::splat(9.0)];
@@ -33,7 +33,7 @@ fn moved(by: Vec3) -> Sample {
     FLAG_POINTS.map(|point| point + by).to_vec()
 }
 
-/// At rest, up by 2, up and to the right.
+/// At rest; 2 up; 2 up and 4 to the right.
 fn flag_samples() -> [Sample; 3] {
     [Vec3::ZERO, 2.0 * Vec3::Z, Vec3::new(4.0, 0.0, 2.0)].map(moved)
 }
@@ -49,7 +49,7 @@ fn opened(name: &str, cache: &[u8], obj: &str) -> Scene {
     given(name, cache, obj, 24.0).unwrap()
 }
 
-/// How far the first vertex has moved.
+/// Displacement of the first vertex.
 fn offset(scene: &Scene, seconds: f64) -> Vec3 {
     scene.at(seconds).unwrap().positions[0]
 }
@@ -75,7 +75,7 @@ fn both_formats_move_the_vertices_of_the_mesh_beside_them() {
             assert_eq!(frame.mesh.tex_coords, rest.mesh.tex_coords);
             assert_eq!(frame.mesh.objects.names(), rest.mesh.objects.names());
         }
-        // The end is the last sample, and what comes after is the start again.
+        // The end is the last sample; later times start again.
         assert_eq!(offset(&scene, 1.0), Vec3::new(4.0, 0.0, 2.0));
         assert_eq!(offset(&scene, 1.125), Vec3::new(0.0, 0.0, 0.5));
     }
@@ -107,7 +107,7 @@ fn frames_of_pc2_last_as_long_as_the_options_say_and_times_of_mdd_as_the_file_sa
         let error = given("a.pc2", &cache, FLAG, fps).unwrap_err();
         assert!(error.starts_with("a.pc2: ") && error.contains("frames a second"), "{error}");
     }
-    // Uneven times; the first is second 0.
+    // Uneven times, counted from the first.
     let scene = given("a.mdd", &mdd(&[-1.0, 0.0, 3.0], &flag_samples()), FLAG, f64::NAN).unwrap();
     assert_eq!(scene.duration_seconds(), 4.0);
     assert_eq!([0.0, 0.5, 2.5].map(|seconds| offset(&scene, seconds)), [Vec3::ZERO, Vec3::Z, Vec3::new(2.0, 0.0, 2.0)]);
@@ -173,7 +173,7 @@ fn headers_that_make_no_sense_say_where() {
         let location = if cause.contains("of the") || cause.contains("samples of") { cache.len() } else { at };
         assert!(error.starts_with(&format!("{name}: byte {location}: ")) && error.contains(cause), "{error}");
     }
-    // As large as can be in both: more than 64 bits count.
+    // Both counts are maximal: their product exceeds 64 bits.
     let mut both = small.clone();
     both[16..20].copy_from_slice(&max);
     both[28..32].copy_from_slice(&max);
@@ -182,12 +182,12 @@ fn headers_that_make_no_sense_say_where() {
     assert!(error.contains("no moment"), "{error}");
 }
 
-/// A quarter turn around an axis that no face of a cube is upright to, in two steps of an eighth.
+/// A quarter turn in two steps, around an axis that no face of a cube is perpendicular to.
 fn turns() -> [Mat3; 3] {
     [0.0, 0.5, 1.0].map(|part| Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), part * 1.6))
 }
 
-/// The cube of [`cube_obj`], of normals that `normal` gives for each face's number and corner.
+/// The cube of [`cube_obj`] with `normals`; `of_corner` gives the normal's index for a triangle's number and corner.
 fn cube_with_normals(normals: &[Vec3], of_corner: impl Fn(usize, usize) -> usize) -> String {
     let mut text: String = CUBE_POSITIONS.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
     text.extend(normals.iter().map(|normal| format!("vn {} {} {}\n", normal.x, normal.y, normal.z)));
@@ -205,13 +205,13 @@ fn turned_cube(obj: &str) -> Scene {
 
 #[test]
 fn normals_turn_with_a_mesh_that_turns_and_creases_stay() {
-    // Two triangles a face, whose normals are its own; each written twice, as some exporters do.
+    // Two triangles per face with the face's normal, written once for each triangle, as by some exporters.
     let face_normal = |face: usize| {
         let [a, b, c] = files::CUBE_TRIANGLES[face].map(|corner| Vec3::from(CUBE_POSITIONS[corner]));
         (b - a).cross(c - a).normalize()
     };
     let creased = cube_with_normals(&(0..12).map(face_normal).collect::<Vec<_>>(), |face, _| face);
-    // The same, inside out.
+    // The same with inverted normals.
     let inward = cube_with_normals(&(0..12).map(|face| -face_normal(face)).collect::<Vec<_>>(), |face, _| face);
     for obj in [creased, inward] {
         let scene = turned_cube(&obj);
@@ -234,7 +234,7 @@ fn smooth_normals_stay_one_at_each_position() {
     assert_eq!(frame.positions.len(), 8);
     for (normal, position) in frame.normals.iter().zip(&frame.positions) {
         let outwards = *position - turns()[2] * Vec3::splat(0.5);
-        // Faces of three triangles at a corner pull by their areas.
+        // Normals lean to faces with two triangles at the corner, since triangles weigh by area.
         assert!(normal.is_normalized() && normal.dot(outwards.normalize()) > 0.9, "{normal} at {position}");
     }
 }
@@ -293,7 +293,7 @@ fn memory_is_taken_before_it_is_allocated() {
 
 #[test]
 fn later_poses_allocate_nothing() {
-    // Enough for many pieces of work.
+    // Enough for many parallel tasks.
     let strip: Sample =
         (0..20_000_u16).map(|point| Vec3::new(f32::from(point / 2), f32::from(point % 2), 0.0)).collect();
     let mut obj: String = strip.iter().map(|point| format!("v {} {} 0\n", point.x, point.y)).collect();
@@ -306,7 +306,7 @@ fn later_poses_allocate_nothing() {
 
 #[test]
 fn normals_are_made_where_the_mesh_has_none_and_follow_the_cache() {
-    // Flat at rest, so that no normal can be told from its triangle's, then folded along the diagonal by less than a crease.
+    // Flat at rest, so that normals equal their triangle's; then folded along the diagonal by less than a crease.
     let folded = [Vec3::ZERO, Vec3::new(1.0, 0.0, 0.3), Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 0.3), Vec3::ZERO];
     let mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nf 1 3 4\n";
     let cache = mdd(&[0.0, 1.0], &[moved(Vec3::ZERO), folded.to_vec()]);
@@ -323,7 +323,7 @@ fn normals_are_made_where_the_mesh_has_none_and_follow_the_cache() {
     }
     assert!(at_end[1].distance(first) < 1e-6 && at_end[3].distance(second) < 1e-6);
 
-    // A tin's rim has two normals for each vertex: its copies follow the same points.
+    // Each vertex of a tin's rim has two normals; its copies follow the same point.
     let tin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 -1\nv 9 9 9\nf 1 2 3\nf 1 4 2\n";
     let rest = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::splat(9.0)];
     let up = rest.map(|point| point + Vec3::Y);

@@ -1,4 +1,4 @@
-//! What an STL file says, in text and in binary.
+//! STL files, text and binary.
 
 use glam::{Vec3, Vec4};
 use umbrage_scene::{Frame, Material};
@@ -61,7 +61,7 @@ fn a_binary_file_may_begin_like_a_text() {
     let triangle = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mut bytes = binary(b"solid facet normal 0 0 0", &[triangle; 3]);
     assert_eq!(frame("a.stl", &bytes).mesh.triangles, [[0, 1, 2]; 3]);
-    // With more behind it, what is in the file decides.
+    // With bytes behind the triangles, the content decides the format.
     bytes[..80].fill(b' ');
     bytes[..10].copy_from_slice(b"solid cube");
     bytes.extend([1, 2, 3]);
@@ -98,7 +98,7 @@ fn faults_name_the_file_the_place_and_the_cause() {
     }
 }
 
-/// Two facets in words, however lines end.
+/// Two facets as text.
 fn words(before: &str, behind: &str) -> String {
     format!("{before}\n{FACET}{FACET}{behind}\n")
 }
@@ -131,7 +131,7 @@ fn comments_and_marks_may_come_before_a_text() {
     }
 }
 
-/// A binary file whose triangles, beside each other, have these last two bytes.
+/// The frame of a binary file of adjacent triangles with these attribute bytes.
 fn colored(header: &[u8], attributes: &[u16]) -> Frame {
     let triangle = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
     let triangles: Vec<_> = (0..attributes.len()).map(|x| triangle(x as f32)).collect();
@@ -142,7 +142,7 @@ fn colored(header: &[u8], attributes: &[u16]) -> Frame {
     frame("a.stl", &bytes)
 }
 
-/// The colour of a triangle whose corners have the same.
+/// The colour of a triangle with equal colours at its corners.
 fn color(frame: &Frame, triangle: usize) -> Vec4 {
     let [a, b, c] = frame.mesh.triangles[triangle].map(|vertex| frame.mesh.colors[vertex as usize]);
     assert!(a == b && b == c);
@@ -160,7 +160,7 @@ fn triangles_have_the_colours_of_viscam_or_magics() {
     assert_eq!([0, 1, 2].map(|triangle| color(&magics, triangle)), [red, blue, green]);
     assert!(colored(b"", &[0, 31, 7]).mesh.colors.is_empty(), "nothing says that these are colours");
     assert_eq!(magics.materials.materials[0].base_color, Vec4::ONE);
-    // A shared vertex is there once for each colour.
+    // A shared vertex is split by colour.
     let viscam = colored(b"", &[0x8000, 0x8000, 0x801f]);
     assert_eq!(viscam.positions.len(), 4 + 3 + 1);
 }

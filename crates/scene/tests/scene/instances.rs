@@ -1,4 +1,4 @@
-//! Rigid objects with ids and transforms, and what a hit says of them.
+//! Rigid instances with ids and transforms, and their hits.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,13 +10,13 @@ use umbrage_scene::{BadInstance, Ground, Instances, Scene};
 
 use crate::builder::{Builder, TRIANGLE};
 
-/// What the ray hits of a few triangles.
+/// The nearest hit among a few triangles, by brute force.
 fn nearest(triangles: Triangles<'_>, ray: &Ray) -> Option<umbrage_rays::Hit> {
     let hits = (0..triangles.len() as u32).filter_map(|id| hit(ray, triangles, id));
     hits.min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
-/// Asks about a ray down the z axis.
+/// The hit of a ray parallel to the z axis, downwards.
 fn above(instances: &Instances, x: f64, y: f64) -> Option<(String, u32, DVec3)> {
     let ray = Ray::new(DVec3::new(x, y, 50.0), DVec3::NEG_Z);
     let there = instances.hit(&nearest(instances.triangles(), &ray)?);
@@ -47,7 +47,7 @@ fn nodes_are_instances_at_every_moment() {
         assert_eq!((vertices, triangles.collect::<Vec<_>>()), (&TRIANGLE.map(Vec3::from)[..], vec![[0, 1, 2]]));
         assert_eq!(above(&instances, 5.0, 5.0), None);
     }
-    // Two triangles more, which are an instance too.
+    // The ground's two triangles are an instance too.
     scene.set_ground(Some(Ground::default()));
     let instances = Instances::of_scene(&scene, 0.0).unwrap();
     let names: Vec<_> = instances.all().iter().map(|instance| (instance.name(), instance.triangles())).collect();
@@ -69,7 +69,7 @@ fn what_deforms_and_what_shares_vertices_is_in_the_world() {
     assert_eq!(above(&instances, 0.25, 10.5), Some(("hat".into(), 0, DVec3::new(0.25, 0.5, 0.0))));
     assert_eq!(instances.all()[0].world_from_object(), DAffine3::IDENTITY);
 
-    // Two objects of an OBJ file with an edge in common, of which one is moved away.
+    // Two objects of an OBJ file with a common edge; one is moved away.
     let text = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\no right\nf 1 2 3\no left\nf 1 3 4\n";
     let scene = Scene::from_bytes("two.obj", text).unwrap();
     let mut instances = Instances::of_scene(&scene, 0.0).unwrap();
@@ -79,7 +79,7 @@ fn what_deforms_and_what_shares_vertices_is_in_the_world() {
     assert_eq!(above(&instances, 1.0, 3.0), None);
     assert_eq!(above(&instances, 101.0, 3.0), Some(("left".into(), 0, DVec3::new(1.0, 3.0, 0.0))));
 
-    // And a mesh that names none.
+    // A mesh without objects.
     let scene = Scene::from_bytes("one.obj", "v 0 0 0\nv 4 0 0\nv 4 4 0\nf 1 2 3\n").unwrap();
     let instances = Instances::of_scene(&scene, 0.0).unwrap();
     assert_eq!(above(&instances, 3.0, 1.0), Some(("scene".into(), 0, DVec3::new(3.0, 1.0, 0.0))));
@@ -95,14 +95,14 @@ fn added_meshes_move_as_they_are_told() {
     });
     assert_eq!(ids, [0, 1, 2]);
     assert_eq!([0, 1, 2, 3].map(|id| instances.of_triangle(id)), [[0, 0], [0, 1], [2, 0], [2, 1]]);
-    // Turned, so that x goes along y, then moved; and its vertices after that.
+    // Turned, so that x goes along y, then moved; then its vertices are updated.
     let turned = DMat3::from_rotation_z(FRAC_PI_2);
     instances.set_transform(2, DAffine3 { matrix3: turned, translation: DVec3::new(0.0, 10.0, 0.0) });
     instances.update(2, &corners.map(|corner| corner * 2.0));
     let (name, triangle, position) = above(&instances, -0.5, 10.25).unwrap();
     assert_eq!((name.as_str(), triangle), ("b", 0));
     assert!(position.distance(DVec3::new(0.25, 0.5, 0.0)) < 1e-6, "{position}");
-    // In place of the last transform, not after it.
+    // The new transform replaces the last one.
     instances.set_transform(2, DAffine3::from_translation(DVec3::X * 5.0));
     assert_eq!(above(&instances, 5.25, 0.5), Some(("b".into(), 0, DVec3::new(0.25, 0.5, 0.0))));
     assert_eq!(instances.all()[2].vertices(), 3);

@@ -1,4 +1,4 @@
-//! Files that would take more memory than they may.
+//! Files that exceed the memory budget.
 
 use std::fs::File;
 use std::path::Path;
@@ -13,7 +13,7 @@ fn open_within(path: &Path, max_memory: u64) -> Result<Scene, Error> {
     Scene::open_with(path, &OpenOptions { max_memory, ..OpenOptions::default() })
 }
 
-/// Asserts that a file opens with `enough` bytes, and that with `too_few` the error says what of it takes too much.
+/// Asserts that a file opens with `enough` bytes, and that with `too_few` bytes the error names `what`.
 #[track_caller]
 fn assert_bounded(path: &Path, enough: u64, too_few: u64, what: &str) {
     open_within(path, enough).expect("a scene that fits");
@@ -35,7 +35,7 @@ fn assert_file_bounded(name: &str, bytes: &[u8], enough: u64, too_few: u64, what
     assert_bounded(&folder.path().join(name), enough, too_few, what);
 }
 
-/// With the buffer beside it, so that no word of the JSON counts for its bytes.
+/// As [`assert_bounded`], with the buffer in a separate file, so that it isn't part of the JSON.
 #[track_caller]
 fn assert_gltf_bounded(mut file: Builder, enough: u64, too_few: u64, what: &str) {
     file.json["buffers"] = json!([{ "byteLength": file.bytes.len(), "uri": "a.bin" }]);
@@ -51,7 +51,7 @@ fn files_that_are_too_long_are_not_read() {
     let folder = folder(&[]);
     for name in ["a.glb", "a.gltf", "a.obj", "a.ply", "a.stl", "a.pc2", "a.mdd"] {
         let path = folder.path().join(name);
-        // It takes no room on a disk.
+        // A sparse file takes no room on the disk.
         File::create(&path).unwrap().set_len(1 << 40).unwrap();
         assert_refused(&path, 1 << 30, name);
     }
@@ -86,7 +86,7 @@ fn images_take_their_texels() {
     let png = image(2048, 2048);
     assert!(png.len() < 100_000);
     assert_gltf_bounded(textured(&png), 36 * MB, 33 * MB, "an image of 2048x2048 texels would take 32.0 MiB");
-    // Each of two long images is small, but not what is made of both.
+    // Each of two long images is small, but not their combination.
     let folder = folder(&[
         ("a.obj", b"mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         ("a.mtl", b"newmtl a\nmap_Kd wide.png\nmap_d high.png\n"),
@@ -125,7 +125,7 @@ fn polygons_take_their_triangles() {
 
 #[test]
 fn accessors_take_what_they_claim_each_time_they_are_read() {
-    // Zeros that no bytes stand for.
+    // Zeros without bytes.
     let mut file = Builder::new();
     let zeros = file.push("accessors", json!({ "componentType": 5126, "type": "VEC3", "count": 1 << 20 }));
     let indices = file.indices(&[0, 1, 2]);
@@ -187,7 +187,7 @@ fn each_file_of_a_sequence_has_its_own() {
     let folder =
         folder(&[("a1.obj", triangle.as_bytes()), ("a2.obj", triangle.as_bytes()), ("a3.obj", large.as_bytes())]);
     let path = folder.path().join("a%d.obj");
-    // The bounds are those of all files.
+    // The budget is shared by all files.
     assert!(open_within(&path, 10 * MB).is_ok());
     let words = open_within(&path, 50 * KB).expect_err("a large file").to_string();
     assert!(words.contains("a3.obj") && words.contains("--max-memory"), "{words}");

@@ -1,4 +1,4 @@
-//! What is certain around a point of a masked triangle holds at each point there.
+//! Certain answers around a point of a masked triangle hold at every point there.
 
 use std::sync::Arc;
 
@@ -79,7 +79,7 @@ fn leaf() -> impl Strategy<Value = Leaf> {
     )
 }
 
-/// What is certain about the points within `error` of one, asked in one lane.
+/// The certain answer for all points within `error` of a point, asked in one lane; `None` if undecided.
 fn stops_within(opacity: FrameOpacity<'_>, [v, w]: [f32; 2], error: f32) -> Option<bool> {
     const LANE: u16 = 1 << 5;
     let points = MaskPoints { barycentric: [[v; 16], [w; 16]], error: [error; 16], lanes: LANE };
@@ -88,15 +88,14 @@ fn stops_within(opacity: FrameOpacity<'_>, [v, w]: [f32; 2], error: f32) -> Opti
     (opaque | cut != 0).then_some(opaque != 0)
 }
 
-/// Whether what is certain around a point holds at another that is within `error` of it.
+/// Whether the certain answers around `point` hold at `there`, which is within `error` of it.
 fn holds(frame: &Frame, point: [f32; 2], error: f32, there: [f32; 2]) -> bool {
     let agrees = |certain: Option<bool>, truth: bool| certain.is_none_or(|certain| certain == truth);
     let opacities = [frame.camera_opacity(), frame.shadow_opacity()];
     opacities.iter().all(|opacity| agrees(stops_within(*opacity, point, error), opacity.stops(0, there)))
 }
 
-/// Two points between `from` and `to`, next to each other as far as f32 goes, of which `stops` says different things, as
-/// it does of these two.
+/// Bisects to two neighbouring f32 points between `from` and `to` for which `stops` differs, as it does for these two.
 fn border(stops: impl Fn([f32; 2]) -> bool, mut from: [f32; 2], mut to: [f32; 2]) -> [[f32; 2]; 2] {
     let side = stops(from);
     loop {
@@ -124,7 +123,7 @@ proptest! {
             for (along, across) in moves.iter().copied().chain(corners) {
                 let moved = |from: f32, by: f32| {
                     let to = from + by * error;
-                    // The sum's rounding mustn't lead out of the range.
+                    // Rounding of the sum mustn't exceed `error`.
                     if (f64::from(to) - f64::from(from)).abs() <= f64::from(error) { to } else { from }
                 };
                 let there = [moved(v, along), moved(w, across)];
@@ -138,7 +137,7 @@ proptest! {
         leaf in leaf(),
         points in prop::collection::vec((0.0..1.0_f32, 0.0..1.0_f32), 20),
     ) {
-        // Where roundings decide what is solid, they decide what is certain.
+        // Tests points so near the border that rounding decides opacity.
         let frame = leaf.frame();
         let points: Vec<[f32; 2]> = points.into_iter().map(|(v, w)| [v, w * (1.0 - v)]).collect();
         let opacities = [frame.camera_opacity(), frame.shadow_opacity()];
@@ -150,7 +149,8 @@ proptest! {
             let pair = border(stops, ends[0], ends[1]);
             let apart = (pair[0][0] - pair[1][0]).abs().max((pair[0][1] - pair[1][1]).abs());
             for [here, there] in [[pair[0], pair[1]], [pair[1], pair[0]]] {
-                // Less than to the next point; as far as there; and both from a point that is a little beside.
+                // With a reach smaller than the distance to the next point; with that distance; and from a point slightly
+                // beside both.
                 prop_assert!(holds(&frame, here, 1e-12, here), "{:?} of {:?}", here, pair);
                 prop_assert!(holds(&frame, here, apart, there), "{:?} of {:?}", here, pair);
                 let beside = [here[0] + 3e-7, here[1] - 3e-7];

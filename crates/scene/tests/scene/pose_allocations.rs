@@ -1,11 +1,11 @@
-//! Posing into a frame that has been posed before takes nothing from the heap.
+//! Posing into a frame that has been posed before doesn't allocate.
 
 use serde_json::json;
 use umbrage_scene::{Frame, Scene};
 
 use crate::builder::{Builder, U8};
 
-/// A strip of 20,000 vertices, skinned and morphed, with a moving light and camera: enough for many pieces of work.
+/// A strip of 20,000 vertices, skinned and morphed, with a moving light and camera: enough for many parallel tasks.
 fn moving_scene() -> Builder {
     let mut file = Builder::new();
     let count = 20_000_u16;
@@ -35,11 +35,10 @@ fn moving_scene() -> Builder {
     file
 }
 
-/// Poses a scene at twenty moments into one frame, and asserts that all but the first take nothing from the heap. The last
-/// frame.
+/// Poses a scene at twenty times into one frame, and asserts that no pose but the first allocates. Returns the last frame.
 #[track_caller]
 pub(crate) fn assert_later_poses_allocate_nothing(scene: &Scene) -> Frame {
-    // On one thread, as the queues between several are allocated by the thread pool now and then.
+    // On one thread, since the pool allocates queues between several threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
         let mut frame = Frame::default();

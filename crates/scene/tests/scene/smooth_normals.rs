@@ -1,4 +1,4 @@
-//! Normals of OBJ, PLY and STL files that have none.
+//! Normals for OBJ, PLY and STL files without any.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -15,8 +15,8 @@ struct Solid {
 }
 
 impl Solid {
-    /// Rings around the y axis, each of a height and a radius, from below to above; closed by polygons where the radius of an
-    /// end isn't zero.
+    /// A solid of revolution around the y axis, from rings of height and radius, upwards; ends with a radius above zero are
+    /// closed by polygons.
     fn turned(rings: &[(f32, f32)], sides: usize) -> Self {
         let (mut positions, mut polygons) = (Vec::new(), Vec::new());
         for &(height, radius) in rings {
@@ -31,7 +31,7 @@ impl Solid {
                 let next = (side + 1) % sides;
                 let corners = [below + side, below + next, above + next, above + side];
                 let distinct = |&corner: &usize| rings[corner / sides].1 > 0.0 || corner % sides == 0;
-                // All corners at a tip are the same.
+                // All corners at a tip are one.
                 let tip = |corner: usize| if rings[corner / sides].1 > 0.0 { corner } else { corner / sides * sides };
                 let mut polygon = corners.map(tip).to_vec();
                 polygon.dedup();
@@ -87,7 +87,7 @@ impl Solid {
         text.into_bytes()
     }
 
-    /// Corners are told apart by nothing but their positions.
+    /// As STL, where corners have nothing but positions.
     fn stl(&self) -> Vec<u8> {
         let fan = |polygon: &Vec<usize>| {
             let corner = |index: usize| self.positions[polygon[index]].to_array();
@@ -110,7 +110,7 @@ fn opened(name: &str, bytes: Vec<u8>, crease_degrees: f32) -> Frame {
 fn corners(frame: &Frame) -> Vec<[(Vec3, Vec3); 3]> {
     let corner = |vertex: u32| (frame.positions[vertex as usize], frame.normals[vertex as usize]);
     let shaded = |triangle: [(Vec3, Vec3); 3]| {
-        // A triangle is flat where all of its vertices are.
+        // A triangle is flat if all of its normals are zero.
         let is_flat = triangle.iter().all(|(_, normal)| *normal == Vec3::ZERO);
         if is_flat { triangle.map(|(position, _)| (position, own_normal(triangle))) } else { triangle }
     };
@@ -128,7 +128,7 @@ fn a_sphere_of_triangles_is_round_in_every_format_at_any_size() {
     {
         let [flat, smooth] = [0.0, 60.0].map(|crease| opened(name, bytes.clone(), crease));
         assert!(flat.normals.is_empty(), "{name}");
-        // Rays meet the very same triangles.
+        // The triangles' positions are exactly the same.
         let positions = |frame: &Frame| {
             let triangles = frame.triangles();
             (0..triangles.len() as u32).map(|id| triangles.corners(id)).collect::<Vec<_>>()
@@ -177,7 +177,7 @@ fn a_cylinder_is_round_around_and_has_creases_at_its_ends() {
 
 #[test]
 fn the_crease_says_which_edges_are_round() {
-    // Its sides are at 45° to one another.
+    // Neighbouring sides meet at 45°.
     let column = Solid::turned(&[(-1.0, 1.0), (1.0, 1.0)], 8).obj();
     assert!(opened("a.obj", column.clone(), 44.0).normals.is_empty());
     let bent = |frame: &Frame| {
@@ -207,7 +207,7 @@ fn the_tip_of_a_cone_has_the_normals_of_its_sides() {
 
 #[test]
 fn larger_triangles_and_wider_angles_weigh_more() {
-    // Two triangles of a right angle at the first vertex, one of them four times as large, at 45° to each other.
+    // Two triangles at 45° with right angles at the first vertex; one is larger.
     let frame = opened("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -4 4\nf 1 2 3\nf 1 4 2\n".to_vec(), 60.0);
     let slanted = Vec3::new(0.0, 4.0, 4.0);
     let expected = (Vec3::Z + slanted).normalize();

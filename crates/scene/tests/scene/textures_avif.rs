@@ -1,4 +1,4 @@
-//! AVIF pictures, against what was put in them (`tools/test-files` makes them), and what is said of broken ones.
+//! AVIF pictures (made by `tools/test-files`) against their sources, and errors of broken ones.
 
 use std::path::PathBuf;
 
@@ -15,12 +15,12 @@ fn decode(bytes: &[u8]) -> Result<Texture, String> {
     Texture::decode("", bytes, ColorSpace::Srgb, Filter::Nearest, [Wrap::Repeat; 2])
 }
 
-/// What `tools/test-files/pictures.mjs` draws.
+/// The texels drawn by `tools/test-files/pictures.mjs`.
 fn drawn([x, y]: [u32; 2]) -> [u8; 4] {
     [40 + 8 * x, 200 - 9 * y, 60 + 4 * x + 5 * y, 255 - 10 * y].map(|value| value as u8)
 }
 
-/// How far the texels of a file are from others, the most for each of red, green, blue and alpha.
+/// Maximum differences between a file's texels and the expected ones, per channel.
 fn differences(name: &str, expected: fn([u32; 2]) -> [u8; 4]) -> [u8; 4] {
     let texture = decode(&file(name)).unwrap();
     assert_eq!(texture.size(), SIZE, "{name}");
@@ -44,7 +44,7 @@ fn gray(at: [u32; 2]) -> [u8; 4] {
     [r, r, r, 255]
 }
 
-/// The bounds are those that libavif's own decoder keeps to, and one more.
+/// Bounds: the errors of libavif's own decoder, plus one.
 #[test]
 fn every_depth_range_and_sampling_has_the_picture() {
     for (name, expected, most) in [
@@ -60,7 +60,7 @@ fn every_depth_range_and_sampling_has_the_picture() {
     }
 }
 
-/// Words in a file replaced by others of as many bytes.
+/// A file with a byte string replaced by another of equal length.
 fn replaced(name: &str, old: &[u8], new: &[u8]) -> Vec<u8> {
     let mut bytes = file(name);
     let found: Vec<_> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(old)).collect();
@@ -71,7 +71,7 @@ fn replaced(name: &str, old: &[u8], new: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A file that says another width of its picture.
+/// A file whose header claims another width.
 pub(crate) fn of_width(width: u32) -> Vec<u8> {
     let size = |width: u32| [b"ispe\0\0\0\0".to_vec(), width.to_be_bytes().to_vec()].concat();
     replaced("420", &size(SIZE[0]), &size(width))
@@ -92,7 +92,7 @@ fn broken_files_say_what_is_wrong() {
         (replaced("gray", b"av01", b"hvc1"), "it is of the kind `hvc1`, which is not read"),
         (replaced("gray", b"pixi", b"imir"), "it is to be mirrored, which is not read"),
         (replaced("gray", b"pixi", b"clap"), "it is to be cut out of a larger one, which is not read"),
-        // Its first letter is odd quarters of a turn.
+        // The property's first byte, `n`, means a quarter turn or three.
         (replaced("gray", b"colrnclx", b"irotnclx"), "it is to be rotated, which is not read"),
         (replaced("gray", b"av1C", b"lsel"), "it has the property `lsel`, which is not read"),
         (replaced("gray", b"iloc", b"iLoc"), "it has no box `iloc`"),
@@ -113,7 +113,7 @@ fn no_byte_brings_it_down() {
         for at in 0..bytes.len() {
             assert!(decode(&bytes[..at]).is_err(), "{name}, its first {at} bytes");
         }
-        // Some, as decoding is slow without optimisation; the fuzzer has all day.
+        // Only some bytes, since decoding is slow without optimisation; the fuzzer covers more.
         for at in (0..bytes.len()).step_by(43) {
             let mut mutant = bytes.clone();
             mutant[at] ^= 0xA5;

@@ -1,4 +1,4 @@
-//! Textures on demand are read as those in memory are.
+//! Textures on demand give the same values as textures in memory.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use umbrage_scene::{Alpha, Error, Frame, Material, Materials, OpenOptions, Scene
 use crate::builder::Builder;
 use crate::files::{folder, png};
 
-/// A PNG of some noise, opaque in half of it.
+/// A PNG of noise with opacity of 0 or 1 in half of its texels.
 fn noise([width, height]: [u32; 2]) -> Vec<u8> {
     let texel = |x: u32, y: u32| {
         let noise = (x << 16 | y).wrapping_add(width).wrapping_mul(2_654_435_761);
@@ -23,7 +23,7 @@ fn noise([width, height]: [u32; 2]) -> Vec<u8> {
     png([width, height], png::ColorType::Rgba, &texels)
 }
 
-/// A file whose textures are images of these sizes, each read in all ways.
+/// A file with textures of these sizes, each with several filters and wrap modes.
 fn textured(sizes: &[[u32; 2]]) -> Builder {
     let mut file = Builder::new();
     for &size in sizes {
@@ -33,7 +33,7 @@ fn textured(sizes: &[[u32; 2]]) -> Builder {
             let sampler = file.push("samplers", json!({ "magFilter": filter, "wrapS": wraps[0], "wrapT": wraps[1] }));
             let texture = file.push("textures", json!({ "source": image, "sampler": sampler }));
             let used = json!({ "index": texture });
-            // One is read as colours, and as quantities too.
+            // Each is read both as colours and as quantities.
             let pbr = json!({ "baseColorTexture": used, "metallicRoughnessTexture": used });
             file.push("materials", json!({ "pbrMetallicRoughness": pbr }));
         }
@@ -70,7 +70,7 @@ fn colours_and_opacities_are_the_same() {
         let footprint = (step % 13) as f32 * 0.7;
         (texture.sample(coords, footprint).to_array().map(f32::to_bits), texture.opacity(coords).to_bits())
     };
-    // By several threads at once, all of them against the same few tiles.
+    // Several threads compete for the same few slots.
     thread::scope(|scope| {
         for thread in 0..4 {
             let (held, on_demand) = (&held.textures, &on_demand.textures);
@@ -150,7 +150,7 @@ fn a_pool_that_is_too_small_is_refused() {
 #[test]
 fn images_take_memory_one_at_a_time() {
     const MB: u64 = 1_000_000;
-    // 4.2 MB each while they are made.
+    // Making each takes 4.2 MB.
     let images: Vec<_> = (0..6).map(|number| (format!("{number}.png"), noise([724, 724]))).collect();
     let mut file = Builder::new();
     for (name, _) in &images {

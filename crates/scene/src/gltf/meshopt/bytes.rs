@@ -1,6 +1,6 @@
-//! Reading what meshoptimizer's codecs write, from front to back.
+//! A reader of meshoptimizer's streams, from front to back.
 
-/// The bytes that are still to be read.
+/// The unread bytes.
 #[derive(Debug)]
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],
@@ -14,7 +14,7 @@ impl<'a> Bytes<'a> {
     /// The next `count` bytes.
     ///
     /// # Errors
-    /// Says in words that there are fewer.
+    /// A message, where there are fewer.
     pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = self.rest.split_at_checked(count).ok_or("its bytes end too early")?;
         self.rest = rest;
@@ -45,10 +45,10 @@ impl<'a> Bytes<'a> {
         Err("a number takes more than five bytes".to_owned())
     }
 
-    /// Checks that all was read.
+    /// Checks that all bytes were read.
     ///
     /// # Errors
-    /// Says in words how much wasn't.
+    /// A message with the number of bytes left.
     pub(super) fn expect_end(&self) -> Result<(), String> {
         if self.rest.is_empty() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! What is undone after decompression: numbers that were written so that they compress well.
+//! Filters undone after decompression: encodings of numbers that compress well.
 //!
 //! `EXT_meshopt_compression`, appendix B; COLOR is of `KHR_meshopt_compression`.
 
@@ -24,7 +24,7 @@ impl Filter {
         })
     }
 
-    /// Whether elements of `stride` bytes can have been written so.
+    /// Whether this filter accepts elements of `stride` bytes.
     pub(super) fn takes(self, stride: usize) -> bool {
         match self {
             Self::None | Self::Exponential => true,
@@ -33,7 +33,7 @@ impl Filter {
         }
     }
 
-    /// Puts the numbers in `elements` of `stride` bytes right.
+    /// Decodes `elements` of `stride` bytes in place.
     pub(super) fn undo(self, elements: &mut [u8], stride: usize) {
         match self {
             Self::None => {}
@@ -79,7 +79,7 @@ fn signed_words(elements: &mut [u8], map: impl Fn([i16; 4]) -> [i16; 4]) {
     }
 }
 
-/// A unit vector, times `greatest`, from its point on an octahedron, on which x and y are parts of `one`.
+/// Decodes a unit vector, times `greatest`, from octahedral coordinates x and y, where `one` stands for 1.
 fn direction([x, y, one]: [f32; 3], greatest: f32) -> [f32; 3] {
     let z = one - x.abs() - y.abs();
     let beyond = (-z).max(0.0);
@@ -89,8 +89,8 @@ fn direction([x, y, one]: [f32; 3], greatest: f32) -> [f32; 3] {
     [x, y, z].map(|value| (value * scale).round())
 }
 
-/// A quaternion from its three smaller components; the lowest two bits of the fourth word say which one is left out, the
-/// others what the three are parts of.
+/// Decodes a quaternion from its three smaller components. The lowest two bits of the fourth word are the index of the
+/// omitted component, the others are the scale of the three.
 fn rotation([x, y, z, coded]: [i16; 4]) -> [i16; 4] {
     let scale = std::f32::consts::FRAC_1_SQRT_2 / f32::from(coded | 3);
     let [x, y, z] = [x, y, z].map(|value| f32::from(value) * scale);
@@ -103,14 +103,14 @@ fn rotation([x, y, z, coded]: [i16; 4]) -> [i16; 4] {
     rotation
 }
 
-/// A float from its exponent, in the highest byte, and its mantissa.
+/// Decodes a float from its exponent, in the highest byte, and its mantissa.
 fn exponential(coded: i32) -> f32 {
     let mantissa = coded << 8 >> 8;
     (f64::from(mantissa) * f64::from(coded >> 24).exp2()) as f32
 }
 
-/// Red, green, blue and alpha, each up to `greatest`, from lightness, two differences, and an alpha whose highest bit says how
-/// many bits all of them have.
+/// Decodes red, green, blue and alpha, each up to `greatest`, from lightness, two differences, and an alpha whose highest
+/// bit gives the number of bits of all four.
 fn color(y: f32, [orange, green]: [f32; 2], alpha: u32, greatest: f32) -> [f32; 4] {
     let all_bits = alpha.checked_ilog2().map_or(0, |highest| (2 << highest) - 1);
     let low = alpha & (all_bits >> 1);

@@ -1,6 +1,6 @@
 //! Indices: of triangles that share edges (mode TRIANGLES), and in sequence (mode INDICES).
 //!
-//! The formats are those of `EXT_meshopt_compression`, appendix A.2 and A.3.
+//! The formats are defined in `EXT_meshopt_compression`, appendix A.2 and A.3.
 
 use super::bytes::{Bytes, signed};
 
@@ -27,20 +27,20 @@ impl<T: Copy + Default> Recent<T> {
 
 struct Triangles<'a> {
     data: Bytes<'a>,
-    /// Pairs of vertices that get common with their most likely values; codes name them by number.
+    /// Table of common pairs of vertex codes, which a triangle's code refers to by number.
     pairs: &'a [u8],
     edges: Recent<[u32; 2]>,
     vertices: Recent<u32>,
-    /// The first vertex that no triangle had yet.
+    /// The first vertex not yet used by a triangle.
     next: u32,
-    /// What explicit numbers are relative to.
+    /// The last explicit vertex; explicit numbers are relative to it.
     last: u32,
 }
 
-/// The indices of `count / 3` triangles.
+/// Decodes the indices of `count / 3` triangles.
 ///
 /// # Errors
-/// Says in words what is wrong with the bytes.
+/// A message about the broken bytes.
 pub(super) fn triangles(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
     const PAIRS: usize = 16;
     if !count.is_multiple_of(3) {
@@ -78,7 +78,7 @@ impl Triangles<'_> {
         Ok([a, b, c])
     }
 
-    /// The vertex of a triangle whose other two are those of a recent edge.
+    /// Decodes the third vertex of a triangle on a recent edge.
     fn third(&mut self, code: u8) -> Result<u32, String> {
         let vertex = match code {
             0 => self.new_vertex(),
@@ -91,7 +91,7 @@ impl Triangles<'_> {
         Ok(vertex)
     }
 
-    /// A triangle that begins with a new vertex; a pair of codes from the table says what the others are.
+    /// Decodes a triangle of a new vertex and two given by a pair of codes from the table.
     fn with_common_pair(&mut self, pair: u8) -> Result<[u32; 3], String> {
         let pair = self.pairs[usize::from(pair)];
         let a = self.new_vertex();
@@ -104,7 +104,7 @@ impl Triangles<'_> {
         Ok([a, b, c])
     }
 
-    /// A triangle whose pair of codes is among the data.
+    /// Decodes a triangle whose pair of codes is in the data.
     fn alone(&mut self, code: u8) -> Result<[u32; 3], String> {
         let pair = self.data.byte()?;
         if pair == 0 {
@@ -146,17 +146,17 @@ impl Triangles<'_> {
     }
 }
 
-/// `count` indices of any meaning.
+/// Decodes `count` indices of any meaning.
 ///
 /// # Errors
-/// Says in words what is wrong with the bytes.
+/// A message about the broken bytes.
 pub(super) fn sequence(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
     const TAIL: usize = 4;
     let Some((0xd1, bytes)) = bytes.split_first().map(|(first, rest)| (*first, rest)) else {
         return Err("its bytes don't begin as compressed indices do".to_owned());
     };
     let (data, _) = bytes.split_last_chunk::<TAIL>().ok_or("its bytes end too early")?;
-    // Before memory is taken for them.
+    // Checked before memory is allocated.
     if count > data.len() {
         return Err(format!("{count} indices don't fit into {} bytes", data.len()));
     }

@@ -1,7 +1,7 @@
 //! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: buffer views whose bytes are compressed by
 //! meshoptimizer.
 //!
-//! `vertices` and `indices` read the two kinds of streams, `filters` undoes what was done to numbers before.
+//! `vertices` and `indices` read the two kinds of streams, `filters` decodes numbers after that.
 
 mod bytes;
 mod filters;
@@ -19,7 +19,7 @@ use crate::Error;
 
 const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// What the extension says of a buffer view.
+/// The extension's object in a buffer view.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Compressed {
@@ -33,10 +33,10 @@ struct Compressed {
     filter: Option<String>,
 }
 
-/// Has all compressed buffer views be like others.
+/// Replaces all compressed buffer views by plain ones.
 ///
 /// # Errors
-/// Where one is broken, or takes more memory than there may be.
+/// Where a view is broken, or exceeds the memory budget.
 pub(super) fn decompress(document: &mut Document) -> Result<(), Error> {
     let views = document.json.buffer_views.par_iter().enumerate();
     let decoded: Vec<Result<_, Error>> =
@@ -48,7 +48,7 @@ pub(super) fn decompress(document: &mut Document) -> Result<(), Error> {
     Ok(())
 }
 
-/// The bytes that stand for a compressed view; `None` for others.
+/// The decompressed bytes of a view; `None` where it isn't compressed.
 fn read(document: &Document, number: usize, view: &buffer::View) -> Option<Result<Vec<u8>, Error>> {
     let extensions = &view.extensions.as_ref()?.others;
     let (name, json) = NAMES.iter().find_map(|name| Some((name, extensions.get(*name)?)))?;
@@ -85,7 +85,7 @@ fn decode(document: &Document, json: &Value, location: &str) -> Result<Vec<u8>, 
     elements.map_err(malformed)
 }
 
-/// Whether a mode, of which there are three, compresses elements of `stride` bytes.
+/// Whether a mode accepts elements of `stride` bytes; false for unknown modes.
 fn is_stride(mode: &str, stride: usize) -> bool {
     match mode {
         "ATTRIBUTES" => stride.is_multiple_of(4) && (4..=256).contains(&stride),

@@ -1,24 +1,24 @@
 //! Vertices: the differences between neighbours, byte by byte of an element (mode ATTRIBUTES).
 //!
-//! The formats are those of `EXT_meshopt_compression`, appendix A.1 (version 0), and of `KHR_meshopt_compression`
-//! (version 1, with channels and control bits).
+//! The formats are defined in `EXT_meshopt_compression`, appendix A.1 (version 0), and in `KHR_meshopt_compression` (version
+//! 1, with channels and control bits).
 
 use super::bytes::{Bytes, signed};
 
-/// Elements are compressed in blocks of so many bytes, and so many elements, at most.
+/// Maximum size of a block of elements, in bytes and in elements.
 const BLOCK_BYTES: usize = 0x2000;
 const BLOCK_ELEMENTS: usize = 256;
-/// Within these in groups of so many.
+/// Number of elements of a group within a block.
 const GROUP: usize = 16;
 
-/// What a group's two header bits mean: how many bits a difference takes.
+/// Bits per difference, by a group's two header bits.
 const BITS_OF_VERSION_0: [u8; 4] = [0, 2, 4, 8];
 const BITS_OF_CONTROL: [[u8; 4]; 2] = [[0, 1, 2, 4], [1, 2, 4, 8]];
 
-/// `count` elements of `stride` bytes.
+/// Decodes `count` elements of `stride` bytes.
 ///
 /// # Errors
-/// Says in words what is wrong with the bytes.
+/// A message about the broken bytes.
 pub(super) fn vertices(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     let (version, bytes) = match bytes.split_first() {
         Some((0xa0, rest)) => (0, rest),
@@ -49,11 +49,11 @@ pub(super) fn vertices(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<
 struct Vertices<'a> {
     data: Bytes<'a>,
     version: u8,
-    /// How each four bytes of an element follow from those of the element before.
+    /// For each four bytes of an element, the kind of difference to the previous element.
     channels: Vec<u8>,
-    /// The element before.
+    /// The previous element.
     last: Vec<u8>,
-    /// Of each byte of an element, for a block's elements.
+    /// For each byte of an element, the differences of a block's elements.
     differences: Vec<[u8; BLOCK_ELEMENTS]>,
 }
 
@@ -98,7 +98,7 @@ fn read_groups(data: &mut Bytes<'_>, bits_of_mode: [u8; 4], differences: &mut [u
     Ok(())
 }
 
-/// Reads sixteen differences of `bits` bits; those that don't fit have all bits set, and follow as bytes.
+/// Reads sixteen differences of `bits` bits. Differences that don't fit have all bits set and follow as bytes.
 fn read_group(data: &mut Bytes<'_>, bits: u8, group: &mut [u8; GROUP]) -> Result<(), String> {
     let per_byte = 8 / usize::from(bits);
     let packed = data.take(GROUP / per_byte)?;
@@ -113,7 +113,7 @@ fn read_group(data: &mut Bytes<'_>, bits: u8, group: &mut [u8; GROUP]) -> Result
     Ok(())
 }
 
-/// Four bytes from those of the element before and their differences.
+/// Decodes four bytes from their differences to the previous element's.
 fn add(channel: u8, last: [u8; 4], differences: [u8; 4]) -> Result<[u8; 4], String> {
     match channel & 3 {
         0 => {

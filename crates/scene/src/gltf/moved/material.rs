@@ -43,7 +43,7 @@ pub(in super::super) enum Transform {
     Scale,
 }
 
-/// The numbers by their paths in a material of the JSON.
+/// Numbers that can be animated, by their paths in a material of the JSON.
 const NUMBERS: &[(&str, MaterialNumber)] = &[
     ("pbrMetallicRoughness/baseColorFactor", MaterialNumber::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", MaterialNumber::Metallic),
@@ -70,7 +70,7 @@ const TEXTURES: &[(&str, TextureSlot)] = &[
 ];
 
 impl MaterialNumber {
-    /// The number at a path in a material of the JSON; `None` for what isn't animated.
+    /// The number at a path in a material of the JSON; `None` for paths that can't be animated.
     pub(super) fn of(path: &str) -> Option<Self> {
         if let Some((_, number)) = NUMBERS.iter().find(|(known, _)| *known == path) {
             return Some(*number);
@@ -86,7 +86,7 @@ impl MaterialNumber {
         Some(Self::Texture(*slot, transform))
     }
 
-    /// How many components it has.
+    /// Number of components.
     pub(super) fn components(self) -> usize {
         match self {
             Self::BaseColor => 4,
@@ -97,7 +97,7 @@ impl MaterialNumber {
     }
 }
 
-/// What a material emits at rest, in the two numbers of which [`Material::emissive`] is the product.
+/// A material's emission at rest: the two factors of [`Material::emissive`].
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct Emission {
     factor: Vec3,
@@ -115,7 +115,7 @@ impl Emission {
     }
 }
 
-/// Changes what is material `number` of the file, and emits at rest as said.
+/// Changes `material`, which is number `number` of the file and whose emission at rest is `emission`.
 pub(in super::super) fn change(
     all: &[Moved],
     number: usize,
@@ -179,8 +179,7 @@ impl TextureSlot {
 }
 
 impl Transform {
-    /// The same transform with one of its parts, of which a rotation is the value's x, counter-clockwise on an image whose y goes
-    /// down.
+    /// Replaces one part of the transform. A rotation is `value.x`, counter-clockwise on an image whose y goes down.
     fn changed(self, from: Affine2, value: Vec2) -> Affine2 {
         let (x_axis, y_axis) = (from.matrix2.x_axis, from.matrix2.y_axis);
         let (mut angle, mut scale) = (libm::atan2f(x_axis.y, x_axis.x), Vec2::new(x_axis.length(), y_axis.length()));

@@ -13,7 +13,7 @@ use crate::{Error, Light, NamedCamera};
 use material::MaterialNumber;
 pub(super) use material::{Emission, change as change_material};
 
-/// What a pointer means: which material, light or camera of the file, and which of its numbers.
+/// A pointer's target: a material, light or camera of the file, and one of its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Target {
     Material(usize, MaterialNumber),
@@ -32,9 +32,9 @@ pub(super) enum LightNumber {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum CameraNumber {
-    /// Of a perspective view, in radians from its lower to its upper edge.
+    /// Vertical field of view of a perspective camera, in radians.
     Angle,
-    /// Of an orthographic view.
+    /// Half height of an orthographic view.
     HalfHeight,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Moved {
 }
 
 impl Target {
-    /// `None` for what isn't animated.
+    /// Parses a pointer; `None` for properties that can't be animated.
     pub(super) fn of(pointer: &str) -> Option<Self> {
         if let Some(of_light) = pointer.strip_prefix("/extensions/KHR_lights_punctual/lights/") {
             let (light, name) = of_light.split_once('/')?;
@@ -73,10 +73,10 @@ impl Target {
         Some(Self::Camera(camera.parse().ok()?, number))
     }
 
-    /// Checks that it is there, as `location` in the JSON asks for it.
+    /// Checks that the target exists, which `location` in the JSON refers to.
     ///
     /// # Errors
-    /// Where it isn't.
+    /// Where it doesn't.
     pub(super) fn check(self, document: &Document, location: &str) -> Result<(), Error> {
         let json = &document.json;
         let lights = json.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
@@ -88,7 +88,7 @@ impl Target {
         }
     }
 
-    /// How many components a keyframe has.
+    /// Number of components of a keyframe.
     pub(super) fn components(self) -> usize {
         match self {
             Self::Material(_, number) => number.components(),
@@ -99,7 +99,7 @@ impl Target {
 }
 
 impl Moved {
-    /// Changes what is light `number` of the file.
+    /// Changes `light`, if this moves light `number` of the file.
     pub(super) fn change_light(&self, number: usize, seconds: f64, light: &mut Light) {
         let Target::Light(of, moved) = self.target else { return };
         if of != number {
@@ -122,7 +122,7 @@ impl Moved {
         }
     }
 
-    /// Changes what is camera `number` of the file.
+    /// Changes `named`, if this moves camera `number` of the file.
     pub(super) fn change_camera(&self, number: usize, seconds: f64, named: &mut NamedCamera) {
         let Target::Camera(of, moved) = self.target else { return };
         if of != number {

@@ -1,11 +1,11 @@
-//! Bytes of a file of boxes (ISO/IEC 14496-12): a length, a name of four letters, and what is in it.
+//! A reader of boxes (ISO/IEC 14496-12): length, name of four letters, content.
 
-/// What is left to read.
+/// The unread bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The next so many bytes.
+    /// The next `count` bytes.
     ///
     /// # Errors
     /// Where there are fewer.
@@ -15,7 +15,7 @@ impl<'a> Bytes<'a> {
         Ok(taken)
     }
 
-    /// The next number of so many bytes, at most eight; 0 of none.
+    /// Reads a big-endian number of at most eight bytes; 0 for none.
     pub(super) fn number(&mut self, bytes: usize) -> Result<u64, String> {
         Ok(self.take(bytes)?.iter().fold(0, |number, &byte| number << 8 | u64::from(byte)))
     }
@@ -36,13 +36,13 @@ impl<'a> Bytes<'a> {
         Ok(self.u32()?.to_be_bytes())
     }
 
-    /// A full box's version and flags.
+    /// Reads a full box's version and flags.
     pub(super) fn version(&mut self) -> Result<(u8, u32), String> {
         let word = self.u32()?;
         Ok(((word >> 24) as u8, word & 0x00FF_FFFF))
     }
 
-    /// The next box's name and what is in it; `None` at the end.
+    /// Reads the next box's name and content; `None` at the end.
     pub(super) fn next_box(&mut self) -> Result<Option<([u8; 4], Bytes<'a>)>, String> {
         if self.0.is_empty() {
             return Ok(None);
@@ -58,7 +58,7 @@ impl<'a> Bytes<'a> {
         Ok(Some((name, Bytes(content))))
     }
 
-    /// The first box of a name.
+    /// Finds the first box called `wanted`.
     ///
     /// # Errors
     /// Where there is none.

@@ -1,35 +1,35 @@
-//! From brightness and colour differences to red, green, blue (ITU-T H.273, section 8.3).
+//! Conversion of luma and chroma to red, green and blue (ITU-T H.273, section 8.3).
 
 use re_rav1d::dav1d::Picture;
 use re_rav1d::dav1d::pixel::YUVRange;
 
 use super::planes::{Plane, Planes};
 
-/// How planes stand for colours.
+/// Colour coding of planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Coding {
     /// `MatrixCoefficients` of H.273.
     pub(super) matrix: u16,
-    /// Whether values use all of their bits, rather than those between 16 and 235 or 240 of 8.
+    /// Whether values use their full range, rather than 16 to 235 or 240 (in 8 bits).
     pub(super) is_full_range: bool,
 }
 
 impl Coding {
-    /// What a frame itself says.
+    /// The coding stored in the frame.
     pub(super) fn of(picture: &Picture) -> Self {
-        // The numbers are those of H.273 in both.
+        // The decoder's numbers are H.273's too.
         Self { matrix: picture.matrix_coefficients() as u16, is_full_range: picture.color_range() == YUVRange::Full }
     }
 
-    /// The parts of red and blue in brightness; `None` where the planes are green, blue and red.
+    /// Weights of red and blue in luma; `None` where the planes are green, blue and red.
     ///
     /// # Errors
-    /// Of matrices that aren't read.
+    /// For unsupported matrices.
     fn parts(self) -> Result<Option<[f32; 2]>, String> {
         match self.matrix {
             0 => Ok(None),
             1 => Ok(Some([0.2126, 0.0722])),
-            // Unspecified is taken for what most writers mean: BT.601.
+            // Unspecified is read as BT.601, which most writers mean.
             2 | 5 | 6 => Ok(Some([0.299, 0.114])),
             4 => Ok(Some([0.30, 0.11])),
             7 => Ok(Some([0.212, 0.087])),
@@ -38,13 +38,13 @@ impl Coding {
         }
     }
 
-    /// What to take from a value of brightness, and what to multiply it with, so that it is 0 … 1.
+    /// Offset to subtract and scale that map luma to 0 … 1.
     fn luma(self, bits: u32) -> [f32; 2] {
         let unit = (1_u32 << (bits - 8)) as f32;
         if self.is_full_range { [0.0, 1.0 / greatest(bits)] } else { [16.0 * unit, 1.0 / (219.0 * unit)] }
     }
 
-    /// The same of colour differences, so that they are −½ … ½.
+    /// Offset to subtract and scale that map chroma to −½ … ½.
     fn chroma(self, bits: u32) -> [f32; 2] {
         let unit = (1_u32 << (bits - 8)) as f32;
         [128.0 * unit, if self.is_full_range { 1.0 / greatest(bits) } else { 1.0 / (224.0 * unit) }]
@@ -63,10 +63,10 @@ fn byte(value: f32) -> u8 {
     (value * 255.0).round() as u8
 }
 
-/// Opaque texels.
+/// Converts planes to opaque texels.
 ///
 /// # Errors
-/// Of codings that aren't read.
+/// For unsupported codings.
 pub(super) fn texels(planes: &Planes, coding: Coding) -> Result<Vec<[u8; 4]>, String> {
     let luma = coding.luma(planes.bits);
     let Some(chroma) = &planes.chroma else {
@@ -101,7 +101,7 @@ fn rgb(brightness: f32, [blue, red]: [f32; 2], [of_red, of_blue]: [f32; 2]) -> [
     [r, (brightness - of_red * r - of_blue * b) / (1.0 - of_red - of_blue), b]
 }
 
-/// Puts the brightness of a picture in alpha; where colours were multiplied by it, they are divided.
+/// Copies the luma of a picture to alpha, and divides premultiplied colours by it.
 pub(super) fn add_alpha(texels: &mut [[u8; 4]], planes: &Planes, coding: Coding, is_premultiplied: bool) {
     let luma = coding.luma(planes.bits);
     for ([r, g, b, a], &value) in texels.iter_mut().zip(&planes.luma.values) {
@@ -119,8 +119,8 @@ impl Plane {
         self.values.len() / self.width
     }
 
-    /// The value at a texel of a plane that is as large, or twice as wide or high: mixed from the nearest ones, each being
-    /// in the middle of those that it is for.
+    /// Samples this plane at a texel of `full`, which is as large, or twice as wide or high: a linear mix of the nearest
+    /// values, which are centred on the texels that they cover.
     fn at(&self, [x, y]: [usize; 2], full: &Self) -> f32 {
         let [(left, right), (upper, lower)] =
             [nearest(x, self.width, full.width), nearest(y, self.height(), full.height())];
@@ -130,7 +130,7 @@ impl Plane {
     }
 }
 
-/// The nearest value and the next nearest, within a side; the same where the side is full.
+/// Indices of the nearest and the next nearest value along a side; equal where the plane isn't subsampled.
 fn nearest(at: usize, side: usize, full: usize) -> (usize, usize) {
     if side == full {
         return (at, at);
@@ -144,7 +144,7 @@ fn nearest(at: usize, side: usize, full: usize) -> (usize, usize) {
 mod tests {
     use super::*;
 
-    /// A value of brightness or of a difference as H.273 writes it.
+    /// Encodes luma or chroma by H.273.
     fn coded(value: f64, is_luma: bool, bits: u32, is_full_range: bool) -> u16 {
         let unit = f64::from(1_u32 << (bits - 8));
         let [offset, scale] = match (is_luma, is_full_range) {
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn published_values_are_their_colors() {
         let limited = |matrix| Coding { matrix, is_full_range: false };
-        // Red and blue of bars of 100 % by BT.709, red by BT.601; green, blue and red as they are.
+        // Red and blue of 100 % colour bars in BT.709, red in BT.601, and plain green, blue and red.
         for (values, coding, color) in [
             ([63, 102, 240], limited(1), [255, 0, 0]),
             ([32, 240, 118], limited(1), [0, 0, 255]),

@@ -1,4 +1,4 @@
-//! Where a file's picture is, and what is said of it (HEIF, ISO/IEC 23008-12, and the AV1 Image File Format).
+//! The container of a file's picture and its properties (HEIF, ISO/IEC 23008-12, and the AV1 Image File Format).
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::boxes::Bytes;
 use super::color::Coding;
 
-/// The picture that a file is for.
+/// A file's primary picture.
 #[derive(Debug)]
 pub(super) struct Picture<'a> {
     pub(super) color: Item<'a>,
@@ -15,22 +15,22 @@ pub(super) struct Picture<'a> {
     pub(super) is_premultiplied: bool,
 }
 
-/// A frame of AV1.
+/// An AV1 frame.
 #[derive(Debug)]
 pub(super) struct Item<'a> {
     pub(super) data: Cow<'a, [u8]>,
     /// Width and height, at least 1.
     pub(super) size: [u32; 2],
-    /// How its planes stand for colours, where the container says so.
+    /// Colour coding, where the container specifies it.
     pub(super) coding: Option<Coding>,
 }
 
-/// The boxes of a file that say where things are.
+/// The boxes with a file's structure.
 struct Container<'a> {
     file: &'a [u8],
-    /// What is in the box `meta`.
+    /// Content of the box `meta`.
     meta: Bytes<'a>,
-    /// The properties that items may have.
+    /// The properties that items refer to.
     properties: Vec<([u8; 4], Bytes<'a>)>,
 }
 
@@ -38,7 +38,7 @@ const ALPHA: [&[u8]; 2] = [b"urn:mpeg:mpegB:cicp:systems:auxiliary:alpha\0", b"u
 
 impl<'a> Picture<'a> {
     /// # Errors
-    /// Says in words what is wrong with the file, or isn't read.
+    /// A message about the fault or the unsupported feature.
     pub(super) fn read(file: &'a [u8]) -> Result<Self, String> {
         let mut meta = Bytes(file).find(b"meta")?;
         meta.version()?;
@@ -56,7 +56,7 @@ impl<'a> Picture<'a> {
         let color = container.item(id)?;
         let mut alpha = None;
         let auxiliary = container.references(b"auxl")?.into_iter().filter(|[_, to]| *to == id).map(|[from, _]| from);
-        // A depth map may be among them, but not hundreds.
+        // There may be a few others, such as depth maps; more than 16 aren't examined.
         for auxiliary in auxiliary.take(16) {
             if container.is_alpha(auxiliary)? {
                 alpha = Some((auxiliary, container.item(auxiliary).map_err(|cause| format!("its alpha: {cause}"))?));
@@ -71,7 +71,7 @@ impl<'a> Picture<'a> {
 
 impl<'a> Container<'a> {
     /// # Errors
-    /// Where it isn't there, or isn't a frame of AV1 to be shown as it is.
+    /// Where the item is missing, or isn't an AV1 frame that can be shown unchanged.
     fn item(&self, id: u32) -> Result<Item<'a>, String> {
         match &self.kind(id)? {
             b"av01" => {}
@@ -113,14 +113,14 @@ impl<'a> Container<'a> {
         Ok(false)
     }
 
-    /// What an item is.
+    /// An item's type.
     fn kind(&self, id: u32) -> Result<[u8; 4], String> {
         let mut items = self.meta.find(b"iinf")?;
         let wide = items.version()?.0 > 0;
         items.number(if wide { 4 } else { 2 })?;
         while let Some((name, mut item)) = items.next_box()? {
             let version = item.version()?.0;
-            // Earlier versions are of other files.
+            // Earlier versions belong to other file types.
             if name != *b"infe" || version < 2 {
                 continue;
             }
@@ -133,7 +133,7 @@ impl<'a> Container<'a> {
         Err(format!("it says nothing of item {id}"))
     }
 
-    /// Names and contents of an item's properties, and whether one mustn't show it without understanding them.
+    /// Names and contents of an item's properties, and whether each is essential to show the item.
     fn properties_of(&self, id: u32) -> Result<Vec<([u8; 4], Bytes<'a>, bool)>, String> {
         let mut boxes = self.meta.find(b"iprp")?;
         let mut found = Vec::new();
@@ -161,10 +161,10 @@ impl<'a> Container<'a> {
         Ok(found)
     }
 
-    /// From which item to which there is a reference of a kind.
+    /// References of a kind, as pairs of the source and target items.
     fn references(&self, kind: &[u8; 4]) -> Result<Vec<[u32; 2]>, String> {
         let mut found = Vec::new();
-        // There needn't be any.
+        // References are optional.
         let Ok(mut boxes) = self.meta.find(b"iref") else { return Ok(found) };
         let bytes = if boxes.version()?.0 == 0 { 2 } else { 4 };
         while let Some((name, mut content)) = boxes.next_box()? {
@@ -197,7 +197,7 @@ impl<'a> Container<'a> {
             let base = table.number(base_bytes)?;
             let count = usize::from(table.u16()?);
             if item != u64::from(id) {
-                // At once, as pieces may take no bytes.
+                // Skipped in one step, since extents may take no bytes.
                 table.take(count * (index_bytes + offset_bytes + length_bytes))?;
                 continue;
             }
@@ -223,8 +223,8 @@ impl<'a> Container<'a> {
     }
 }
 
-/// A piece of bytes, all of them from an offset on where it has no length. It isn't empty: the decoder ends the program
-/// where it is given nothing, if it was compiled with debug assertions.
+/// The bytes of an extent; length 0 means up to the end. Empty extents are refused, since the decoder aborts on empty input
+/// if compiled with debug assertions.
 fn piece(whole: &[u8], offset: Option<u64>, length: u64) -> Result<&[u8], String> {
     let from = offset.and_then(|offset| whole.get(usize::try_from(offset).ok()?..));
     let piece = from.and_then(|from| match usize::try_from(length).ok()? {
@@ -234,7 +234,7 @@ fn piece(whole: &[u8], offset: Option<u64>, length: u64) -> Result<&[u8], String
     piece.filter(|piece| !piece.is_empty()).ok_or_else(|| "its compressed texels are not all there".to_owned())
 }
 
-/// Pieces one after the other: together no longer than the file, so that a few bytes can't ask for many.
+/// Joins extents. Their total length is limited to `most`, the file's, so that a small file can't request much memory.
 fn joined(pieces: &[&[u8]], most: usize) -> Result<Vec<u8>, String> {
     let length = pieces.iter().try_fold(0_usize, |sum, piece| match sum.checked_add(piece.len()) {
         Some(sum) if sum <= most => ControlFlow::Continue(sum),

@@ -1,6 +1,6 @@
 //! AVIF files: one picture of the AV1 codec in a HEIF container, with an alpha plane beside it (`EXT_texture_avif`).
 //!
-//! Profiles, primaries and transfer functions are ignored, as glTF has it for other pictures.
+//! Profiles, primaries and transfer functions are ignored, as glTF specifies for other pictures.
 
 use super::Texture;
 use crate::memory::Budget;
@@ -15,8 +15,7 @@ mod planes;
 /// Width and height, at least 1, and the RGBA texels, the upper row first.
 ///
 /// # Errors
-/// Says in words what is wrong with the file, that it is larger than [`Texture::MAX_SIDE`] or the budget, or that it holds
-/// something else than one picture.
+/// A message, where the file is broken, larger than [`Texture::MAX_SIDE`] or the budget, or isn't a single picture.
 pub(super) fn decode(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
     let unusable = |cause| format!("not a usable image: AVIF: {cause}");
     let picture = Picture::read(bytes).map_err(unusable)?;

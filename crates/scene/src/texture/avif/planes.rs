@@ -6,7 +6,7 @@ use re_rav1d::dav1d::{Decoder, Picture, PixelLayout, PlanarImageComponent, Setti
 
 use super::color::Coding;
 
-/// A frame: brightness, and two planes of colour unless it is grey.
+/// A frame: luma, and two planes of chroma unless it is grey.
 #[derive(Debug)]
 pub(super) struct Planes {
     pub(super) size: [u32; 2],
@@ -14,7 +14,7 @@ pub(super) struct Planes {
     pub(super) bits: u32,
     pub(super) luma: Plane,
     pub(super) chroma: Option<[Plane; 2]>,
-    /// How they stand for colours, unless the container says otherwise.
+    /// Colour coding, unless the container specifies another.
     pub(super) coding: Coding,
 }
 
@@ -26,10 +26,10 @@ pub(super) struct Plane {
 }
 
 impl Planes {
-    /// The frame in `data`, no larger than a size.
+    /// Decodes the frame in `data`, of at most `width · height` pixels.
     ///
     /// # Errors
-    /// Says in words why there is none.
+    /// A message why it can't be decoded.
     pub(super) fn decode(data: &[u8], [width, height]: [u32; 2]) -> Result<Self, String> {
         let most = width.saturating_mul(height);
         let data = data.to_vec();
@@ -70,7 +70,7 @@ const BROKEN: &str = "its compressed texels are broken";
 fn picture(data: Vec<u8>, most_pixels: u32) -> Result<Picture, String> {
     let broken = |error| format!("{BROKEN}: {error}");
     let mut settings = Settings::new();
-    // Pictures are decoded side by side.
+    // Pictures are decoded in parallel already.
     settings.set_n_threads(1);
     settings.set_max_frame_delay(1);
     settings.set_all_layers(false);

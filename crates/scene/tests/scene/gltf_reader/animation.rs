@@ -4,7 +4,7 @@ use umbrage_scene::{Clip, Frame};
 
 use crate::builder::{Builder, I16, U8};
 
-/// A triangle whose node 0 has one animation.
+/// A triangle on node 0 with one animation.
 fn animated<const N: usize>(path: &str, interpolation: &str, times: &[f32], values: &[[f32; N]]) -> Builder {
     let mut file = Builder::new();
     let mesh = file.triangle();
@@ -76,7 +76,7 @@ fn rotations_turn_at_constant_speed() {
 #[test]
 fn rotations_take_the_shorter_way() {
     let quarter = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
-    // The same rotation with all signs turned: component by component it is further away.
+    // The same rotation with all signs flipped: component by component it is further away.
     let file = animated("rotation", "LINEAR", &[0.0, 1.0], &[Quat::IDENTITY.to_array(), (-quarter).to_array()]);
     let [_, x, _] = corners(&file.at(0.5));
     let half = std::f32::consts::FRAC_1_SQRT_2;
@@ -111,7 +111,7 @@ fn cubic_rotations_are_normalised() {
     let half = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2).to_array();
     let keys = [zero, Quat::IDENTITY.to_array(), zero, zero, half, zero];
     let [_, x, _] = corners(&animated("rotation", "CUBICSPLINE", &[0.0, 1.0], &keys).at(0.5));
-    // Halfway the components are those of the mean of both, whose length isn't one.
+    // Halfway, the components are the mean of both, which isn't of unit length.
     let angle = std::f32::consts::FRAC_PI_4;
     assert_close(x, Vec3::new(angle.cos(), angle.sin(), 0.0));
 }

@@ -35,7 +35,7 @@ fn everything() -> Builder {
     file
 }
 
-/// Opens a file that may be broken, and poses what is left of it.
+/// Opens a possibly broken file, poses and checks it if it opens, and returns whether it does.
 fn survives(name: &str, bytes: &[u8]) -> bool {
     match open_bytes(name, bytes, Clip::Auto) {
         Ok(scene) => {
@@ -141,7 +141,7 @@ fn required_extensions_that_are_unknown_are_refused_by_name() {
         error.contains("scene.glb: the glTF extension `EXT_lights_image_based`, which the file requires"),
         "{error}"
     );
-    // What nobody can see may be required, and is nothing to warn about where it is only used.
+    // Extensions without visible effect may be required; if only used, they cause no warning.
     file.json["extensionsRequired"] = json!(["KHR_xmp_json_ld"]);
     let warnings = file.open().unwrap().warnings().to_vec();
     assert!(warnings[0].contains("`KHR_xmp_json_ld`, which changes nothing in a picture"), "{warnings:?}");
@@ -263,7 +263,7 @@ fn extras_may_be_anything() {
         }
         assert_eq!(file.at(0.5).positions, everything().at(0.5).positions, "{extras}");
     }
-    // The error behind them is told.
+    // The error behind them is reported.
     let mut file = everything();
     file.json["asset"]["extras"] = json!(42);
     file.json["nodes"][0]["mesh"] = json!("first");
@@ -397,13 +397,13 @@ fn absurd_expansions_are_refused_before_memory_is_taken() {
     let instances = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": positions } } });
     file.json["nodes"] = json!(vec![json!({ "mesh": mesh, "extensions": instances }); 1000]);
     assert!(file.error().contains("triangles, which is more than"), "{}", file.error());
-    // Zeros that no bytes stand for.
+    // Zeros without bytes.
     let mut file = Builder::new();
     let zeros = file.push("accessors", json!({ "componentType": 5126, "type": "VEC3", "count": 1_u64 << 40 }));
     let mesh = file.mesh(json!({ "POSITION": zeros }), json!({}));
     file.push("nodes", json!({ "mesh": mesh }));
     assert!(file.error().contains("there are no bytes for its 1099511627776 elements"), "{}", file.error());
-    // A keyframe for every zero, over and over.
+    // A keyframe for every zero, in a hundred channels.
     let mut file = Builder::new();
     let mesh = file.triangle();
     file.push("nodes", json!({ "mesh": mesh }));
@@ -435,7 +435,7 @@ fn lights_and_cameras_that_are_nowhere_name_their_node() {
     ] {
         let error = scene(thing.clone(), 1e20).error();
         assert!(error.contains(&format!("scene.glb: nodes[1]: at 0 seconds, of {words}")), "{error}");
-        // At rest it is somewhere.
+        // At rest its position is finite.
         let mut file = scene(thing.clone(), 1.0);
         file.animate(0, "scale", "LINEAR", &[0.0, 1.0], &[[1.0; 3], [1e25; 3]]);
         let error = file.error();

@@ -1,4 +1,4 @@
-//! Files that are compressed, against the same scene without (`tools/test-files` makes them), and what is said of broken ones.
+//! Compressed files (made by `tools/test-files`) against the same scene uncompressed, and errors of broken ones.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ pub(super) fn scene(name: &str) -> Scene {
     Scene::open(path(name)).unwrap()
 }
 
-/// How far away numbers may be: what their quantization in the file says.
+/// Tolerances by the file's quantization.
 #[derive(Clone, Copy)]
 struct Allowed {
     position: f32,
@@ -60,7 +60,7 @@ fn triangles(frame: &Frame) -> Vec<[Corner; 3]> {
     frame.mesh.triangles.iter().map(|corners| corners.map(corner)).collect()
 }
 
-/// Whether both have the same triangles in any order, each beginning at any of its corners.
+/// Whether both have the same triangles, in any order and with any first corner.
 fn are_alike(expected: &[[Corner; 3]], found: &[[Corner; 3]], allowed: Allowed) -> bool {
     let mut left = found.to_vec();
     expected.len() == found.len()
@@ -72,7 +72,7 @@ fn are_alike(expected: &[[Corner; 3]], found: &[[Corner; 3]], allowed: Allowed) 
         })
 }
 
-/// The largest difference in x, y or z of a vase's corners, in the length of its longest side, by its bits.
+/// Maximum error in x, y or z of the vase's positions, by their number of bits; the longest side is 1.2.
 fn step(bits: i32) -> f32 {
     1.2 * 0.5_f32.powi(bits)
 }
@@ -173,7 +173,7 @@ fn pictures_in_other_formats_have_the_texels_of_the_png() {
     }
 }
 
-/// A file's JSON changed, with its bytes as they are.
+/// A file with changed JSON and the same bytes.
 fn changed(name: &str, change: impl Fn(&mut Value)) -> Vec<u8> {
     let glb = file(name);
     let length = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
@@ -186,7 +186,7 @@ fn error(name: &str, change: impl Fn(&mut Value)) -> String {
     open_bytes("broken.glb", &changed(name, change), Default::default()).expect_err(name).to_string()
 }
 
-/// Changes how many indices the accessor of the first primitive's says.
+/// Changes the count of the first primitive's index accessor.
 fn set_index_count(json: &mut Value, change: impl Fn(u64) -> u64) {
     let index = json["meshes"][0]["primitives"][0]["indices"].as_u64().unwrap();
     let count = &mut json["accessors"][index as usize]["count"];
@@ -277,7 +277,7 @@ fn broken_meshopt_is_an_error_that_says_where() {
     }
 }
 
-/// Whatever is in the bytes, there is no panic, and errors name the file.
+/// Arbitrary bytes cause no panic, and errors name the file.
 #[test]
 fn garbage_in_compressed_bytes_is_an_error_or_another_scene() {
     for name in [
@@ -310,7 +310,7 @@ fn garbage_in_compressed_bytes_is_an_error_or_another_scene() {
 fn broken_pictures_are_left_out_with_a_warning_that_says_where() {
     let warning = |name: &str, change: fn(&mut [u8])| {
         let mut glb = file(name);
-        // AVIF begins with a box of 28 bytes, behind which is the one that tests change.
+        // AVIF begins with a box of 28 bytes; tests change the next one.
         let avif = glb.windows(8).position(|bytes| bytes == b"ftypavif").map(|name| name + 24);
         let first = avif.or_else(|| glb.windows(8).position(|bytes| bytes == b"\xABKTX 20\xBB")).unwrap();
         change(&mut glb[first..]);
@@ -365,7 +365,7 @@ fn avif_without_its_feature_is_named() {
     let extension = format!("the glTF extension `EXT_texture_avif` is not supported and was left out: {AVIF_LEFT_OUT}");
     let texture = format!("a texture was left out: images[0]: {AVIF_LEFT_OUT}");
     assert_eq!(warnings(|_| ()), (0, vec![extension.clone(), texture]));
-    // A plain picture beside it, as files have it for readers without the extension, is taken.
+    // A plain picture beside it, meant for readers without the extension, is used.
     let beside = warnings(|json| {
         let png = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==";
         json["images"].as_array_mut().unwrap().push(json!({ "uri": png }));

@@ -1,4 +1,4 @@
-//! Variants of materials, hidden nodes, and animations that say by a path what they move.
+//! Material variants, hidden nodes, and animations whose target is a path.
 
 use serde_json::{Value, json};
 use umbrage_rays::{LightSource, Projection};
@@ -6,7 +6,7 @@ use umbrage_scene::{Alpha, Error, OpenOptions, Scene};
 
 use crate::builder::{Builder, U8};
 
-/// A triangle whose material is red, or of the variant `sea` blue and of `sand` as it is.
+/// A triangle whose material is red, blue in the variant `sea`, and unchanged in `sand`.
 fn with_variants() -> Builder {
     const NAME: &str = "KHR_materials_variants";
     let mut file = Builder::new();
@@ -54,7 +54,7 @@ fn a_variant_has_its_materials() {
     assert!(error(&missing, "sea").contains("meshes[0].primitives[0].material: index 9"));
 }
 
-/// What a channel with a pointer has for a target.
+/// The target of a channel with a pointer.
 fn target(pointer: &str) -> Value {
     json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } } })
 }
@@ -83,7 +83,7 @@ fn hidden_nodes_hide_what_is_below_but_no_cameras() {
     assert_eq!(&*frame.lights[0].name, "lamp");
 }
 
-/// Three triangles, of which the first and one below it blink: hidden at rest, visible from half a second to a whole one.
+/// Three triangles. The first and its child blink: hidden at rest, visible from 0.5 s to 1 s.
 fn blinking() -> Builder {
     let mut file = Builder::new();
     let mesh = file.triangle();
@@ -114,14 +114,14 @@ fn animations_hide_and_show_nodes() {
     {
         assert_eq!(depths(seconds), visible, "at {seconds} s");
     }
-    // What hides and shows keeps its number.
+    // Objects that hide and show keep their number.
     let objects = |seconds: f64| {
         let mesh = scene.at(seconds).unwrap().mesh;
         assert_eq!(mesh.objects.names().iter().map(|name| &**name).collect::<Vec<_>>(), ["node 0", "node 1", "node 2"]);
         (0..mesh.triangles.len() as u32).map(|triangle| mesh.objects.of_triangle(triangle).unwrap()).collect::<Vec<_>>()
     };
     assert_eq!((objects(0.0), objects(0.5)), (vec![2], vec![0, 1, 2]));
-    // As long as the same is visible, the mesh is the same, which need not be prepared anew.
+    // While visibility doesn't change, the mesh is the same, and needn't be prepared anew.
     let mesh = |seconds: f64| scene.at(seconds).unwrap().mesh;
     assert!(std::sync::Arc::ptr_eq(&mesh(0.1), &mesh(0.2)) && std::sync::Arc::ptr_eq(&mesh(0.6), &mesh(0.7)));
     let at_rest = blinking().open_clip(umbrage_scene::Clip::Rest).unwrap();
@@ -239,7 +239,7 @@ fn materials_are_animated() {
     assert!(file.error().contains("animations[0].channels[0].target: index 2"), "{}", file.error());
 }
 
-/// All of it in one file that other programs could write.
+/// All of these in one file as other programs might write it.
 #[test]
 fn a_file_with_variants_and_pointers_is_as_the_plain_one() {
     let (file, plain) = (super::compressed::scene("variants"), super::compressed::scene("plain"));

@@ -12,7 +12,7 @@ fn layers(extensions: &Value) -> Option<Layers> {
     material(&file).layers.map(|layers| *layers)
 }
 
-/// Textures 0 (of colours) and 1 (of quantities) as materials use them.
+/// The use of texture 0 (colours) or 1 (quantities) by materials.
 fn moved(texture: u32) -> Option<TextureUse> {
     let image_from_mesh = Affine2::from_translation(Vec2::new(0.5, 0.25));
     Some(TextureUse { tex_coord_set: 1, image_from_mesh, ..TextureUse::new(texture) })
@@ -93,7 +93,7 @@ fn layers_have_the_extensions_defaults() {
     let film = layers(&json!({ "KHR_materials_iridescence": { "iridescenceFactor": 1 } }));
     let iridescence = film.expect("a film").iridescence;
     assert_eq!((iridescence.ior, iridescence.thickness_maximum_nanometers), (1.3, 400.0));
-    // What says nothing, or nothing that shows, is no layer.
+    // Extensions that are empty or have no visible effect make no layer.
     let off = json!({
         "KHR_materials_specular": {},
         "KHR_materials_clearcoat": { "clearcoatRoughnessFactor": 0.5 },

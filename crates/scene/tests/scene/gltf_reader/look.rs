@@ -91,7 +91,7 @@ fn textures_are_decoded_once_for_each_reading() {
     assert_eq!(frame.materials.textures.len(), 3);
     assert_eq!(material.occlusion_texture.unwrap().tex_coord_set, 1);
     assert_eq!((material.normal_scale, material.occlusion_strength), (0.5, 0.25));
-    // Opacity is 128 of 255 in the second texel, whatever the colour space.
+    // The second texel's opacity is 128 of 255 in either colour space.
     let sampled = |texture: u32, u: f32| frame.materials.textures[texture as usize].sample(Vec2::new(u, 0.5), 1.0);
     assert_eq!(sampled(color, 0.25), Vec4::new(1.0, 0.0, 0.0, 1.0));
     assert_eq!(sampled(nearest, 0.6), Vec4::new(0.0, 0.0, 1.0, 128.0 / 255.0));

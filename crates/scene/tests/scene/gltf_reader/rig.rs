@@ -37,7 +37,7 @@ fn varied() -> Builder {
 }
 
 fn posed_by_rig(scene: &Scene, seconds: f64) -> (Frame, Pose) {
-    // What an earlier frame left behind is replaced.
+    // Values of an earlier pose are replaced.
     let (mut frame, mut pose) = (scene.at(0.9).unwrap(), Pose::default());
     let rig = scene.pose_rig(seconds, &mut frame, &mut pose).unwrap().unwrap();
     assert!(frame.positions.is_empty() && frame.normals.is_empty() && frame.tangents.is_empty());
@@ -79,7 +79,7 @@ fn a_ground_is_under_what_a_rig_poses() {
     assert!(corners.len() == 4 && depth > 0.0 && depth < 1e-3 && corners.iter().all(|corner| corner.y == corners[0].y));
     assert_eq!(frame.mesh.part_of_triangle.len(), frame.mesh.triangles.len());
     assert_eq!(frame.camera(1.5), bare.camera(1.5));
-    // Steady frames share what was made.
+    // Frames with unchanged visibility share their mesh.
     assert!(std::sync::Arc::ptr_eq(&frame.mesh, &scene.at(0.7).unwrap().mesh));
     scene.set_ground(None);
     assert_eq!(scene.at(0.3).unwrap().positions, bare.positions);
@@ -99,7 +99,7 @@ fn parts_move_that_follow_what_an_animation_moves() {
         let vertices = part.first_vertex as usize..part.first_vertex as usize + 3;
         assert_eq!(early.positions[vertices.clone()] != late.positions[vertices], part.moves, "{part:?}");
     }
-    // Two joints, of which one moves, and a node's; the others stay.
+    // The moving matrices belong to a node and two joints, one of which moves; the others are constant.
     assert_eq!((rig.moving_matrices, first.matrices.len()), (3, 3 + 5));
     assert_eq!(first.matrices[3..], second.matrices[3..]);
     assert_ne!(first.matrices[..3], second.matrices[..3]);
@@ -147,7 +147,7 @@ fn parts_are_what_moves_together() {
     file.json["nodes"][3]["children"] = json!([6]);
     let frame = file.at(0.0);
     let parts = frame.parts();
-    // All that is still is one part, and the skin's triangle follows joint 1 most.
+    // All still triangles are one part, and the skin's triangle mostly follows joint 1.
     assert_eq!(parts.of_triangle, [0, 1, 2, 3, 0, 0, 3]);
     assert_eq!(parts.objects, [0, 1, 2, 3]);
 

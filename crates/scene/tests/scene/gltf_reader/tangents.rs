@@ -5,7 +5,7 @@ use umbrage_scene::Frame;
 
 use crate::builder::{Builder, F32};
 
-/// A mesh in a material with a normal map, facing z, and a morph target that lifts the last vertex alone.
+/// A mesh that faces z, with a normal map and a morph target that lifts only the last vertex.
 fn bumpy(positions: &[[f32; 3]], coords: &[[f32; 2]], indices: &[u16]) -> Builder {
     let mut file = Builder::new();
     let last = positions.len() - 1;
@@ -62,7 +62,7 @@ fn vertices_on_the_axis_of_a_mirrored_texture_are_split() {
     let [left, right] = [&frame.mesh.triangles[..2], &frame.mesh.triangles[2..]];
     assert!(left.as_flattened().iter().all(|&corner| tangent_at(corner) == Vec4::new(-1.0, 0.0, 0.0, -1.0)));
     assert!(right.as_flattened().iter().all(|&corner| tangent_at(corner) == Vec4::new(1.0, 0.0, 0.0, 1.0)));
-    // Copies have all that their vertices have.
+    // Copies have all attributes of their vertices.
     for (corner, old) in frame.mesh.triangles.as_flattened().iter().zip([0, 1, 2, 0, 2, 3, 5, 2, 1, 5, 1, 4]) {
         let [x, y, _] = positions[old];
         let lifted = if old == 5 { 0.5 } else { 0.0 };
@@ -74,7 +74,7 @@ fn vertices_on_the_axis_of_a_mirrored_texture_are_split() {
 
 #[test]
 fn copies_of_morphed_vertices_are_morphed() {
-    // As above, with an end of the axis last.
+    // As above, with one end of the axis as the last vertex.
     let positions = [SQUARE[0], SQUARE[1], [2.0, 1.0, 0.0], SQUARE[3], [2.0, 0.0, 0.0], SQUARE[2]];
     let coords = [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]];
     let frame = bumpy(&positions, &coords, &[0, 1, 5, 0, 5, 3, 2, 5, 1, 2, 1, 4]).at(0.0);
@@ -92,8 +92,7 @@ fn sound(frame: &Frame) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Few places for many vertices make triangles without an area, in space or on the texture, and edges of many
-    /// triangles.
+    /// Many vertices at few positions make triangles without area, in space or on the texture, and edges of many triangles.
     #[test]
     fn any_triangles_have_tangents_or_none(
         vertices in proptest::collection::vec(((0..3_u8, 0..3_u8, 0..2_u8), (0..3_u8, 0..3_u8)), 3..12),
