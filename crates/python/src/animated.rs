@@ -261,7 +261,7 @@ impl Scene {
     ///
     /// Returns
     /// -------
-    /// ndarray (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
+    /// Picture (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
     ///     sRGB, and how much of each pixel is covered.
     ///
     /// Examples

@@ -442,7 +442,7 @@ impl RaycastingScene {
     ///
     /// Returns
     /// -------
-    /// ndarray (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
+    /// Picture (height, width, 3) uint8, or (height, width, 4) with ``background="none"``
     #[pyo3(signature = (camera=None, width=None, height=None, *, samples=1, lights=None, background="sky", exposure=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn render<'py>(
