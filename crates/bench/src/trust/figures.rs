@@ -1,6 +1,6 @@
 //! The list of figures.
 
-use super::{Figure, cost, input, rays, repeat, surfaces};
+use super::{Figure, cost, input, outside, pairs, rays, repeat, surfaces, unsafe_code};
 
 /// Figures that measure an amount, which means nothing for few and small scenes, and those of another program, which
 /// isn't built with this one's tests and has its own.
@@ -132,5 +132,16 @@ pub(super) const FIGURES: &[Figure] = &[
         title: "Kept renderers against the referee",
         elsewhere: "not published, as far as we know.",
         find: repeat::kept_renderers,
+    },
+    Figure { title: "Pairs of options", elsewhere: "not published, as far as we know.", find: pairs::of_options },
+    Figure {
+        title: "Names and symbolic links that lead out of a folder",
+        elsewhere: "glTF allows relative and absolute addresses and leaves safety to readers; OBJ has no rule.",
+        find: outside::names,
+    },
+    Figure {
+        title: "Unsafe code in the libraries below",
+        elsewhere: "`cargo geiger` counts likewise; C and C++ don't mark such code.",
+        find: unsafe_code::below,
     },
 ];

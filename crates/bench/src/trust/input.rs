@@ -145,7 +145,7 @@ fn fuzzed(what: &str, targets: &[&str], mutants: u64, effort: &Effort) -> Result
         rows += &format!("| {target} | {} |\n", counts.join(" | "));
     }
     let text = format!(
-        "{} mutants of each kind of {what}: nothing may panic, hang, take too much memory, or be accepted and then be \
+        "{} mutants of each kind of {what}: nothing may panic, take 20 s or 1.5 GiB, or be accepted and then be \
          nonsense.\n\n| | accepted | refused | findings |\n|---|---|---|---|\n{}",
         number(mutants),
         rows.trim_end()

@@ -1,11 +1,14 @@
-//! Figures of trust: twenty-two, each beside published results of others.
+//! Figures of trust, each beside published results of others, and a list of everything that nobody has judged.
 
 mod cost;
 mod figures;
 mod input;
+mod outside;
+mod pairs;
 mod rays;
 mod repeat;
 mod surfaces;
+mod unsafe_code;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -112,7 +115,7 @@ pub(crate) fn run(flags: &TrustFlags) -> Result<ExitCode> {
     };
     println!("\n{summary}");
     if let Some(path) = &flags.write {
-        let _ = write!(document, "\n{summary}\n");
+        let _ = write!(document, "\n{summary}\n\n{NOT_JUDGED}");
         std::fs::write(path, document).with_context(|| format!("could not write {}", path.display()))?;
     }
     Ok(if short.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -123,7 +126,7 @@ fn beginning(Effort { share, seed }: Effort) -> String {
     let threads = available_parallelism().map_or(1, usize::from);
     format!(
         "# What can be trusted\n\n\
-         Twenty-three figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
+         {} figures that anyone can reproduce, each beside what others publish. This page is written by\n\n\
          ```sh\n\
          cargo build --release -p umbrage-verify -p umbrage-cli\n\
          cargo run --release -p umbrage-bench -- trust --write docs/trust.md\n\
@@ -131,10 +134,31 @@ fn beginning(Effort { share, seed }: Effort) -> String {
          which takes half an hour; `--effort 0.01` takes a quick look, and `--only 3,14` asks for some of them. Shown here: \
          effort {share}, seed {seed}, {threads} threads, {} {}, instruction sets {levels}. Times are of this machine and \
          are only there to be compared with one another.\n",
+        FIGURES.len(),
         std::env::consts::OS,
         std::env::consts::ARCH,
     )
 }
+
+/// The end of the document.
+const NOT_JUDGED: &str = "\
+## Not judged
+
+- **Looks.** All figures are about triangles, light and shadow. Materials, textures and tone map have tests, and \
+[small scenes beside Mitsuba](effects.md), but no figure here.
+- **Processors.** The figures are of the processor that is named above. The page's tests compare a \
+few pictures of browsers with the processor's ([docs/web.md](web.md)); nothing here is of ARM.
+- **GPUs.** No figure here is of one. Tests of their code run on any adapter, Mesa's lavapipe too ([docs/gpu.md](gpu.md)).
+- **Numbers below 1e-37** that aren't zero, and scenes beyond the accepted numbers ([ARCHITECTURE.md](../ARCHITECTURE.md)).
+- **Fuzzing by coverage.** Mutants come from a corpus and from random numbers; nothing leads them to code that no other has \
+reached, and no sanitizer watches the libraries below.
+- **Folders that change.** A link that somebody exchanges between its check and its opening is followed, and hard links and \
+mounted folders count as inside.
+- **Time.** Small files may ask for long work, as millions of instances of a mesh. The fuzzer's 20 s are the only limit that is \
+judged.
+- **Three options that must meet.** Pairs are complete; of larger combinations there are random ones.
+- **The libraries below**, the compiler and Rust's own library: the last figure counts their unsafe code and says no more.
+";
 
 fn section(number: usize, figure: &Figure, finding: &Finding) -> String {
     let falls_short = if finding.holds { "" } else { "**Falls short.** " };
