@@ -19,10 +19,12 @@ mod material;
 mod memory;
 mod objects;
 mod opacity;
+mod origin;
 mod polygon;
 mod scene;
 mod smooth;
 mod still;
+mod survey;
 mod text;
 mod texture;
 

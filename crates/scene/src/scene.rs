@@ -10,11 +10,12 @@ use umbrage_rays::{Bounds, Camera, LightSource};
 use crate::folder::Files;
 use crate::formats::{self, Format};
 use crate::gltf::{GltfScene, variants};
-use crate::ground::{self, Grounded};
+use crate::ground::Grounded;
 use crate::hidden::Hidden;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::smooth::{self, FlatTriangles};
+use crate::survey::{Survey, begin};
 use crate::{Error, Frame, Ground, GroundChoice, Light, foreign};
 use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
@@ -34,6 +35,11 @@ pub trait Animated: Debug + Send + Sync {
     /// # Errors
     /// Where the moment can't be had, as from a file that is gone.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error>;
+
+    /// What the coordinates of all moments count from, in the world's own coordinates: [`Scene::origin`].
+    fn origin(&self) -> [f64; 3] {
+        [0.0; 3]
+    }
 
     /// What the vertices of all moments are made from, if that is a rig.
     fn rig(&self) -> Option<&Arc<Rig>> {
@@ -342,7 +348,8 @@ impl Scene {
 
     /// Puts a ground under the scene, in place of the last one, or takes that away.
     pub fn set_ground(&mut self, ground: Option<Ground>) {
-        self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds));
+        let [_, level, _] = self.origin();
+        self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds, level));
     }
 
     /// As [`set_ground`](Self::set_ground), by a choice.
@@ -420,6 +427,7 @@ impl Scene {
     /// Adds to a frame what its source doesn't know.
     fn finish(&self, seconds: f64, frame: &mut Frame) {
         frame.seconds = seconds;
+        frame.origin = self.origin();
         frame.animation_bounds = self.animation_bounds;
         frame.light_is_made = frame.lights.is_empty();
         if frame.light_is_made {
@@ -447,6 +455,14 @@ impl Scene {
             light.intensity = (NEARLY_WHITE * (0.3 * diagonal).powi(2)).clamp(f32::MIN_POSITIVE, f32::MAX);
         }
         light
+    }
+
+    /// The point of the world that coordinates of frames, cameras and lights count from: zero, unless the coordinates of the
+    /// scene's first moment reach beyond 512 diagonals of its box. Then it is the middle of that box, in whole numbers or, of
+    /// scenes smaller than 1, in powers of two, so that f32 holds shapes as well as near zero. All moments have the same one.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.source.origin()
     }
 
     /// How long the scene's animation takes before it starts again; zero for a motionless scene.
@@ -488,12 +504,6 @@ impl Scene {
     }
 }
 
-/// Takes away what a source adds to a frame.
-fn begin(frame: &mut Frame) {
-    frame.lights.clear();
-    frame.cameras.clear();
-}
-
 /// Says that there is no such object.
 fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     const MOST: usize = 20;
@@ -505,43 +515,13 @@ fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     format!("there is no object `{wanted}`; the scene has {}{others}", names.join(", "))
 }
 
-/// What is found out about a scene before it is shown.
-struct Survey {
-    /// Over a few moments, which is enough for a view that doesn't cut much off.
-    bounds: Bounds,
-    /// The names of the objects of the first moment.
-    objects: Vec<Arc<str>>,
-    /// Whether that has neither lights nor a floor.
-    lacks_floor: bool,
-}
-
-impl Survey {
-    fn of(source: &dyn Animated) -> Result<Self, Error> {
-        const MOMENTS: u32 = 5;
-        let duration = source.duration_seconds();
-        let moments = if duration > 0.0 { MOMENTS } else { 1 };
-        let mut frame = Frame::default();
-        let mut survey = Self { bounds: Bounds::EMPTY, objects: Vec::new(), lacks_floor: false };
-        for moment in 0..moments {
-            begin(&mut frame);
-            source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
-            survey.bounds = survey.bounds.union(frame.triangles().bounds());
-            if moment == 0 {
-                survey.objects = frame.mesh.objects.names().to_vec();
-                survey.lacks_floor = ground::lacks_floor(&frame);
-            }
-        }
-        Ok(survey)
-    }
-}
-
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
     let (limits, crease_degrees) = (shared.limits.clone(), shared.crease_degrees);
     let mut read = |budget: &Budget| match Format::of(path) {
         Some(Format::Obj) => obj::read(path, shared, budget),
-        Some(Format::Ply) => ply::read(path, budget),
-        Some(Format::Stl) => stl::read(path, budget),
+        Some(Format::Ply) => ply::read(path, shared.origin, budget),
+        Some(Format::Stl) => stl::read(path, shared.origin, budget),
         Some(Format::Gltf | Format::PointCache) | None => Err(formats::unread(path)),
     };
     within(path, limits, |budget| {

@@ -16,6 +16,7 @@ mod gltf_reader;
 mod instances;
 mod memory;
 mod opacity;
+mod origin;
 mod pose_allocations;
 mod smooth_normals;
 #[cfg(feature = "avif")]

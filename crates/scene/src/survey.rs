@@ -1,0 +1,42 @@
+//! What is found out about a scene before it is shown.
+
+use std::sync::Arc;
+
+use umbrage_rays::Bounds;
+
+use crate::{Animated, Error, Frame, ground};
+
+pub(crate) struct Survey {
+    /// Over a few moments, which is enough for a view that doesn't cut much off.
+    pub(crate) bounds: Bounds,
+    /// The names of the objects of the first moment.
+    pub(crate) objects: Vec<Arc<str>>,
+    /// Whether that has neither lights nor a floor.
+    pub(crate) lacks_floor: bool,
+}
+
+impl Survey {
+    pub(crate) fn of(source: &dyn Animated) -> Result<Self, Error> {
+        const MOMENTS: u32 = 5;
+        let duration = source.duration_seconds();
+        let moments = if duration > 0.0 { MOMENTS } else { 1 };
+        let mut frame = Frame::default();
+        let mut survey = Self { bounds: Bounds::EMPTY, objects: Vec::new(), lacks_floor: false };
+        for moment in 0..moments {
+            begin(&mut frame);
+            source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
+            survey.bounds = survey.bounds.union(frame.triangles().bounds());
+            if moment == 0 {
+                survey.objects = frame.mesh.objects.names().to_vec();
+                survey.lacks_floor = ground::lacks_floor(&frame);
+            }
+        }
+        Ok(survey)
+    }
+}
+
+/// Takes away what a source adds to a frame.
+pub(crate) fn begin(frame: &mut Frame) {
+    frame.lights.clear();
+    frame.cameras.clear();
+}
