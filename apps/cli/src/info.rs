@@ -181,7 +181,7 @@ impl Contents {
         };
         line("triangles", &thousands(self.triangles as u64));
         line("vertices", &thousands(self.vertices as u64));
-        match self.bounds {
+        match &self.bounds {
             Some([min, max]) => line("bounds", &format!("{min} to {max}")),
             None => line("bounds", "none: no triangle can be hit"),
         }

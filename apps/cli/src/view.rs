@@ -87,8 +87,17 @@ mod tests {
     fn assert_copied(settings: &Settings, engine: &EngineChoice) {
         let (scene, options) = (Path::new("demo:cloth?triangles=9"), &OpenOptions::default());
         let background = &BackgroundSpec::Sky;
-        let job =
-            job(&CommandLine { scene, options, seconds: 0.0, camera: None, background, settings, show: None, engine, origin: ORIGIN });
+        let job = job(&CommandLine {
+            scene,
+            options,
+            seconds: 0.0,
+            camera: None,
+            background,
+            settings,
+            show: None,
+            engine,
+            origin: ORIGIN,
+        });
         assert_eq!(job.settings, *settings);
         let expected = match engine {
             EngineChoice::Cpu => (EngineKind::Cpu, None),
@@ -150,8 +159,17 @@ mod tests {
         let (scene, options) = (Path::new("demo:cloth"), &OpenOptions::default());
         let (background, settings, engine) = (&BackgroundSpec::Sky, &Settings::default(), &EngineChoice::Cpu);
         for show in std::iter::once(None).chain(umbrage::PixelView::all().map(Some)) {
-            let command =
-                CommandLine { scene, options, seconds: 0.0, camera: None, background, settings, show, engine, origin: ORIGIN };
+            let command = CommandLine {
+                scene,
+                options,
+                seconds: 0.0,
+                camera: None,
+                background,
+                settings,
+                show,
+                engine,
+                origin: ORIGIN,
+            };
             assert_eq!(job(&command).flags.show, show);
         }
     }
@@ -168,7 +186,17 @@ mod tests {
         let color = BackgroundSpec::Color(Vec3::new(0.1, 0.25, 3.0));
         for background in [&BackgroundSpec::Sky, &BackgroundSpec::Transparent, &color, &BackgroundSpec::File(image)] {
             let (seconds, camera, show) = (0.0, None, None);
-            let job = job(&CommandLine { scene, options, seconds, camera, background, settings, show, engine, origin: ORIGIN });
+            let job = job(&CommandLine {
+                scene,
+                options,
+                seconds,
+                camera,
+                background,
+                settings,
+                show,
+                engine,
+                origin: ORIGIN,
+            });
             assert_eq!(job.settings.background, background.open().unwrap());
         }
     }

@@ -165,8 +165,7 @@ fn nodes(away: DVec3) -> Builder {
     let bind = file.floats(&[[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, -2.0, -3.0, 1.0_f32]]);
     let (positions, weights) = (file.floats(&TRIANGLE), file.floats(&[[1.0, 0.0, 0.0, 0.0]; 3]));
     let joints = file.accessor(crate::builder::U8, "VEC4", 3, &[0; 12]);
-    let bent =
-        file.mesh(json!({ "POSITION": positions, "JOINTS_0": joints, "WEIGHTS_0": weights }), json!({}));
+    let bent = file.mesh(json!({ "POSITION": positions, "JOINTS_0": joints, "WEIGHTS_0": weights }), json!({}));
     file.json["extensions"] =
         json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }, { "type": "spot", "spot": {} }] } });
     file.json["extensionsUsed"] = json!(["KHR_lights_punctual", "EXT_mesh_gpu_instancing"]);

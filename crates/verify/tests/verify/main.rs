@@ -14,6 +14,7 @@ mod made_light;
 mod matrix;
 mod mirrors;
 mod moving;
+mod origin;
 mod papers;
 mod predicate;
 mod referee;
