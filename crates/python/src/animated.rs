@@ -115,6 +115,13 @@ impl Scene {
         self.scene.duration_seconds()
     }
 
+    /// The point of the world that `Frame.vertices` count from, (x, y, z): (0, 0, 0), unless the scene is so far from there that
+    /// float32 would round its shape. Cameras, lights and `Instance.world_from_object` are in the world.
+    #[getter]
+    fn origin(&self) -> [f64; 3] {
+        self.scene.origin()
+    }
+
     /// The names of the animations to choose from by `clip`.
     #[getter]
     fn animations(&self) -> Vec<String> {
@@ -161,8 +168,10 @@ impl Scene {
         let frame = compute(py, &*pool(nthreads)?, || self.scene.at(seconds)).map_err(exception)?;
         let triangles = self.triangles(py, &frame.mesh)?;
         let cameras = frame.cameras.iter();
-        let cameras = cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera })).collect();
-        let lights = frame.lights.iter().map(|light| Light { source: light.source }).collect();
+        let origin = frame.origin.into();
+        let cameras =
+            cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera, origin })).collect();
+        let lights = frame.lights.iter().map(|light| Light::in_world(light.source, origin)).collect();
         let positions: Vec<[f32; 3]> = bytemuck::allocation::cast_vec(frame.positions);
         let count = positions.len();
         let vertices = hand_over_rows(py, positions, &[count])?.unbind();
@@ -280,7 +289,7 @@ impl Scene {
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
 pub(crate) struct Frame {
-    /// World positions: (N, 3) float32, in world units.
+    /// Positions from `Scene.origin`: (N, 3) float32, in world units.
     #[pyo3(get)]
     vertices: Py<PyAny>,
     /// Three vertices each: (M, 3) uint32. Read-only: frames share it.

@@ -1,9 +1,10 @@
+use glam::DVec3;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use umbrage::Settings;
 use umbrage::rays::{Projection, View};
 
-use crate::arrays::{finite_vector, hand_over_rows};
+use crate::arrays::{finite_vector, hand_over_rows, is_far, world_point};
 use crate::errors::expected;
 use crate::threads::{compute, pool};
 
@@ -12,7 +13,7 @@ use crate::threads::{compute, pool};
 /// Parameters
 /// ----------
 /// position : array_like (3,)
-///     Where it is, in world units.
+///     Where it is in the world, in float64.
 /// target : array_like (3,)
 ///     The point that it looks at.
 /// up : array_like (3,), default (0, 1, 0)
@@ -35,7 +36,10 @@ use crate::threads::{compute, pool};
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
+    /// From `origin`.
     pub(crate) camera: umbrage::rays::Camera,
+    /// In the world; zero unless f32 is too coarse for the camera there.
+    pub(crate) origin: DVec3,
 }
 
 #[pymethods]
@@ -49,7 +53,9 @@ impl Camera {
         fov_degrees: f32,
         half_height: Option<f32>,
     ) -> PyResult<Self> {
-        let (position, target) = (finite_vector("position", position)?, finite_vector("target", target)?);
+        let (position, target) = (world_point("position", position)?, world_point("target", target)?);
+        let origin = if position != target && is_far(position, target) { position } else { DVec3::ZERO };
+        let [position, target] = [position, target].map(|point| (point - origin).as_vec3());
         if position == target {
             return Err(expected("target", "another point than position", target));
         }
@@ -67,13 +73,13 @@ impl Camera {
             }
             camera.projection = Projection::Orthographic { half_height };
         }
-        Ok(Self { camera })
+        Ok(Self { camera, origin })
     }
 
     /// World position.
     #[getter]
-    fn position(&self) -> [f32; 3] {
-        self.camera.position.to_array()
+    fn position(&self) -> [f64; 3] {
+        self.position_from(DVec3::ZERO).to_array()
     }
 
     /// The direction into the image, of unit length.
@@ -99,14 +105,14 @@ impl Camera {
     ///     Origin and direction, in rows from the upper left corner.
     #[pyo3(signature = (width, height, nthreads=0))]
     fn rays<'py>(&self, py: Python<'py>, width: u32, height: u32, nthreads: usize) -> PyResult<Bound<'py, PyAny>> {
-        let view = self.view(width, height)?;
-        let pool = pool(nthreads)?;
+        let view = self.view(width, height, self.origin)?;
+        let (pool, origin) = (pool(nthreads)?, self.origin);
         let rays: Vec<[f64; 6]> = compute(py, &pool, || {
             let pixels = (0..width as usize * height as usize).into_par_iter();
             pixels
                 .map(|pixel| {
                     let ray = middle(&view, pixel);
-                    let ([x, y, z], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
+                    let ([x, y, z], [dx, dy, dz]) = ((ray.origin + origin).to_array(), ray.direction.to_array());
                     [x, y, z, dx, dy, dz]
                 })
                 .collect()
@@ -115,22 +121,37 @@ impl Camera {
     }
 
     fn __repr__(&self) -> String {
-        let umbrage::rays::Camera { position, forward, projection, .. } = self.camera;
+        let umbrage::rays::Camera { forward, projection, .. } = self.camera;
         let spread = match projection {
             Projection::Perspective { tan_half_height } => {
                 format!("fov_degrees={:.6}", 2.0 * tan_half_height.atan().to_degrees())
             }
             Projection::Orthographic { half_height } => format!("half_height={half_height}"),
         };
-        format!("Camera({:?}, {:?}, {spread})", position.to_array(), (position + forward).to_array())
+        if self.origin == DVec3::ZERO {
+            let position = self.camera.position;
+            return format!("Camera({:?}, {:?}, {spread})", position.to_array(), (position + forward).to_array());
+        }
+        let position = self.position_from(DVec3::ZERO);
+        format!("Camera({:?}, {:?}, {spread})", position.to_array(), (position + forward.as_dvec3()).to_array())
     }
 }
 
 impl Camera {
-    /// The camera with an image's size.
-    pub(crate) fn view(&self, width: u32, height: u32) -> PyResult<View> {
+    /// Where it is from a point of the world.
+    fn position_from(&self, origin: DVec3) -> DVec3 {
+        self.origin - origin + self.camera.position.as_dvec3()
+    }
+
+    /// The camera of a scene with this origin.
+    pub(crate) fn local(&self, origin: DVec3) -> umbrage::rays::Camera {
+        umbrage::rays::Camera { position: self.position_from(origin).as_vec3(), ..self.camera }
+    }
+
+    /// The camera of a scene with this origin, with an image's size.
+    pub(crate) fn view(&self, width: u32, height: u32, origin: DVec3) -> PyResult<View> {
         size(width, height)?;
-        Ok(View { camera: self.camera, width, height })
+        Ok(View { camera: self.local(origin), width, height })
     }
 }
 

@@ -4,14 +4,17 @@ use pyo3::prelude::*;
 use umbrage::rays::LightSource;
 use umbrage::spec::LightSpec;
 
-use crate::arrays::{Rows, finite_vector, vector};
+use crate::arrays::{Rows, is_far, vector, world_point};
 use crate::errors::expected;
 
 /// Where light comes from: made by `Light.sun`, `Light.point`, `Light.spot`, or `Light.suns` for many.
 #[pyclass(frozen, module = "umbrage", from_py_object)]
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
+    /// Its position, where it has one, is `position` in f32.
     pub(crate) source: LightSource,
+    /// In the world; zero for suns.
+    pub(crate) position: DVec3,
 }
 
 #[pymethods]
@@ -29,7 +32,7 @@ impl Light {
     #[staticmethod]
     fn sun(direction: &Bound<'_, PyAny>) -> PyResult<Self> {
         let direction = unit("direction", vector("direction", direction)?)?;
-        Ok(Self { source: LightSource::Directional { direction } })
+        Ok(Self { source: LightSource::Directional { direction }, position: DVec3::ZERO })
     }
 
     /// A sun for each of many directions.
@@ -47,7 +50,7 @@ impl Light {
         let directions = Rows::<f64, 3>::table("directions", "L", directions)?;
         let sun = |(index, direction): (usize, &[f64; 3])| {
             let direction = unit(&format!("directions[{index}]"), (*direction).into())?;
-            Ok(Self { source: LightSource::Directional { direction } })
+            Ok(Self { source: LightSource::Directional { direction }, position: DVec3::ZERO })
         };
         directions.of::<[f64; 3]>().iter().enumerate().map(sun).collect()
     }
@@ -60,7 +63,8 @@ impl Light {
     ///     World position.
     #[staticmethod]
     fn point(position: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self { source: LightSource::Point { position: finite_vector("position", position)? } })
+        let position = world_point("position", position)?;
+        Ok(Self { source: LightSource::Point { position: position.as_vec3() }, position })
     }
 
     /// Light from one point inside a cone.
@@ -75,19 +79,54 @@ impl Light {
     ///     The cone's full angle, above 0, at most 180.
     #[staticmethod]
     fn spot(position: &Bound<'_, PyAny>, target: &Bound<'_, PyAny>, degrees: f32) -> PyResult<Self> {
-        let (position, target) = (finite_vector("position", position)?, vector("target", target)?);
-        let direction = unit("target - position", target - position.as_dvec3())?;
+        let (position, target) = (world_point("position", position)?, vector("target", target)?);
+        let from = if is_far(position, target) { position } else { position.as_vec3().as_dvec3() };
+        let direction = unit("target - position", target - from)?;
         if !(degrees > 0.0 && degrees <= 180.0) {
             return Err(expected("degrees", "a number above 0, at most 180", degrees));
         }
         let outer_radians = (0.5 * degrees).to_radians().min(std::f32::consts::FRAC_PI_2);
         let inner_radians = LightSpec::INNER * outer_radians;
-        Ok(Self { source: LightSource::Spot { position, direction, inner_radians, outer_radians } })
+        let source = LightSource::Spot { position: position.as_vec3(), direction, inner_radians, outer_radians };
+        Ok(Self { source, position })
     }
 
     fn __repr__(&self) -> String {
-        format!("Light({})", LightSpec::new(self.source))
+        format!("Light({})", self.spec())
     }
+}
+
+impl Light {
+    /// A light of a scene with this origin, as in that scene.
+    pub(crate) fn in_world(source: LightSource, origin: DVec3) -> Self {
+        let position = match source {
+            LightSource::Point { position } | LightSource::Spot { position, .. } => position.as_dvec3() + origin,
+            LightSource::Directional { .. } => DVec3::ZERO,
+        };
+        Self { source: placed(source, position), position }
+    }
+
+    /// The source in a scene with this origin.
+    fn local(&self, origin: DVec3) -> LightSource {
+        placed(self.source, self.position - origin)
+    }
+
+    /// As bright as full sunlight, in the world.
+    pub(crate) fn spec(&self) -> LightSpec {
+        if self.position == self.position.as_vec3().as_dvec3() {
+            return LightSpec::new(self.source);
+        }
+        LightSpec::new(self.local(self.position)).in_world(self.position.into())
+    }
+}
+
+/// The source at another position; suns have none.
+fn placed(source: LightSource, position: DVec3) -> LightSource {
+    let mut placed = source;
+    if let LightSource::Point { position: of } | LightSource::Spot { position: of, .. } = &mut placed {
+        *of = position.as_vec3();
+    }
+    placed
 }
 
 fn unit(name: &str, direction: DVec3) -> PyResult<Vec3> {
@@ -95,10 +134,10 @@ fn unit(name: &str, direction: DVec3) -> PyResult<Vec3> {
     unit.map(DVec3::as_vec3).ok_or_else(|| expected(name, "a direction with a finite length above 0", direction))
 }
 
-/// One light, or a sequence of them.
-pub(crate) fn lights(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSource>> {
+/// One light, or a sequence of them, in a scene with this origin.
+pub(crate) fn lights(value: &Bound<'_, PyAny>, origin: DVec3) -> PyResult<Vec<LightSource>> {
     if let Ok(light) = value.cast::<Light>() {
-        return Ok(vec![light.get().source]);
+        return Ok(vec![light.get().local(origin)]);
     }
     let wrong = |found: &Bound<'_, PyAny>| {
         let found = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
@@ -107,7 +146,7 @@ pub(crate) fn lights(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSource>> {
     let mut sources = Vec::new();
     for light in value.try_iter().map_err(|_| wrong(value))? {
         let light = light?;
-        sources.push(light.cast::<Light>().map_err(|_| wrong(&light))?.get().source);
+        sources.push(light.cast::<Light>().map_err(|_| wrong(&light))?.get().local(origin));
     }
     Ok(sources)
 }

@@ -34,6 +34,8 @@ pub(crate) enum Subject<'a> {
 pub(crate) struct Look {
     settings: Settings,
     camera: Option<CameraSpec>,
+    /// In place of `camera`.
+    own: Option<Camera>,
     lights: Option<Vec<LightSpec>>,
 }
 
@@ -49,19 +51,20 @@ impl Look {
         let background: BackgroundSpec =
             background.parse().map_err(|why: String| expected("background", &why, background))?;
         let background = background.open().map_err(exception)?;
-        let mut settings = Settings { width, height, samples, background, ..Settings::default() };
+        let settings = Settings { width, height, samples, background, ..Settings::default() };
+        let mut own = None;
         let camera = match camera {
             None => None,
             Some(camera) => match camera.cast::<Camera>() {
-                Ok(own) => {
-                    settings.camera = own.get().camera.into();
+                Ok(given) => {
+                    own = Some(*given.get());
                     None
                 }
                 Err(_) => Some(camera_spec(camera)?),
             },
         };
         let lights = lights.map(light_specs).transpose()?;
-        Ok(Self { settings, camera, lights })
+        Ok(Self { settings, camera, own, lights })
     }
 
     pub(crate) fn with_light(mut self, bounces: u32, exposure_stops: f32) -> Self {
@@ -71,8 +74,15 @@ impl Look {
 
     /// The settings for a subject, which says which cameras there are and where its middle is.
     fn settings(&self, subject: Subject<'_>) -> PyResult<Settings> {
-        let Self { settings, camera, lights } = self;
+        let Self { settings, camera, own, lights } = self;
         let mut settings = settings.clone();
+        let origin = match subject {
+            Subject::Frame(frame) => frame.origin,
+            Subject::Moment(scene, _) => scene.origin(),
+        };
+        if let Some(own) = own {
+            settings.camera = own.local(origin.into()).into();
+        }
         if camera.is_none() && lights.is_none() {
             return Ok(settings);
         }
@@ -86,12 +96,12 @@ impl Look {
         };
         match camera {
             None => {}
-            Some(CameraSpec::LookAt(look_at)) => settings.camera = look_at.camera().into(),
+            Some(CameraSpec::LookAt(look_at)) => settings.camera = look_at.local(origin).camera().into(),
             Some(CameraSpec::Listed(name)) => settings.camera = listed(name, &frame.cameras)?,
         }
         if let Some(lights) = lights {
             let center = middle(frame);
-            settings.lights = Some(lights.iter().map(|light| light.light(center)).collect());
+            settings.lights = Some(lights.iter().map(|light| light.local(origin).light(center)).collect());
         }
         Ok(settings)
     }
@@ -124,7 +134,7 @@ fn camera_spec(camera: &Bound<'_, PyAny>) -> PyResult<CameraSpec> {
 fn light_specs(lights: &Bound<'_, PyAny>) -> PyResult<Vec<LightSpec>> {
     let spec = |light: Bound<'_, PyAny>| {
         if let Ok(light) = light.cast::<Light>() {
-            return Ok(LightSpec::new(light.get().source));
+            return Ok(light.get().spec());
         }
         let wrong = |_| PyTypeError::new_err("lights: expected a sequence of Light or str");
         let text: String = light.extract().map_err(wrong)?;

@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use umbrage::rays::Sweep;
 
-use crate::arrays::{Numbers, Rows, shown};
+use crate::arrays::{Numbers, Rows, shown, world_point};
 use crate::errors::expected;
 
 /// Directions between two looks whether a call shall end.
@@ -14,6 +14,8 @@ const DIRECTIONS_AT_ONCE: usize = 1 << 22;
 /// Origins with their directions.
 pub(super) struct Sweeps<'py> {
     origins: Rows<'py, f64, 3>,
+    /// From the scene's origin.
+    local_origins: Vec<DVec3>,
     directions: Rows<'py, f32, 3>,
     /// Whether each origin has directions of its own.
     each: bool,
@@ -28,14 +30,21 @@ pub(super) struct Pieces<'a> {
 }
 
 impl<'py> Sweeps<'py> {
-    pub(super) fn new(origin: &Bound<'py, PyAny>, directions: &Bound<'py, PyAny>, each: bool) -> PyResult<Self> {
-        let origins = Rows::new("origin", origin)?;
+    /// In a scene whose coordinates count from `scene_origin`.
+    pub(super) fn new(
+        origin: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        each: bool,
+        scene_origin: DVec3,
+    ) -> PyResult<Self> {
+        let origins = Rows::<f64, 3>::new("origin", origin)?;
         if origins.shape().len() > 1 {
             let found = [origins.shape(), &[3]].concat();
             return Err(expected("origin", "shape (3,) or (S, 3)", shown(&found)));
         }
         let directions = Rows::new("directions", directions)?;
-        let sweeps = Self { origins, directions, each };
+        let local_origins = origins.of::<DVec3>().iter().map(|&origin| origin - scene_origin).collect();
+        let sweeps = Self { origins, local_origins, directions, each };
         if each
             && (sweeps.origins.shape().is_empty()
                 || sweeps.directions.shape().first() != sweeps.origins.shape().first())
@@ -58,7 +67,7 @@ impl<'py> Sweeps<'py> {
     }
 
     pub(super) fn pieces(&self) -> Pieces<'_> {
-        Pieces { origins: self.origins.of(), directions: self.directions.of(), each: self.each }
+        Pieces { origins: &self.local_origins, directions: self.directions.of(), each: self.each }
     }
 }
 
@@ -105,6 +114,43 @@ impl<'py> Own<'py> {
     pub(super) fn slices(&self) -> [&[u32]; 2] {
         [self.0[0].slice(), self.0[1].slice()]
     }
+}
+
+/// Points in a scene with an origin.
+pub(super) struct Points<'py> {
+    /// `None` where they were moved.
+    rows: Option<Rows<'py, f32, 3>>,
+    moved: Vec<Vec3>,
+    shape: Vec<usize>,
+}
+
+impl<'py> Points<'py> {
+    pub(super) fn new(value: &Bound<'py, PyAny>, origin: DVec3) -> PyResult<Self> {
+        if origin == DVec3::ZERO {
+            let rows = Rows::new("points", value)?;
+            let shape = rows.shape().to_vec();
+            return Ok(Self { rows: Some(rows), moved: Vec::new(), shape });
+        }
+        let rows = Rows::<f64, 3>::new("points", value)?;
+        let moved = rows.of::<DVec3>().iter().map(|&point| (point - origin).as_vec3()).collect();
+        Ok(Self { rows: None, moved, shape: rows.shape().to_vec() })
+    }
+
+    pub(super) fn positions(&self) -> &[Vec3] {
+        match &self.rows {
+            Some(rows) => rows.of(),
+            None => &self.moved,
+        }
+    }
+
+    pub(super) fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+}
+
+/// A point of the world, zero where none is given.
+pub(super) fn origin_or_zero(value: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
+    value.map_or(Ok(DVec3::ZERO), |value| world_point("origin", value))
 }
 
 /// How many hits of each direction, of which there is one where that isn't said.

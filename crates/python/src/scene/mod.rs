@@ -9,7 +9,7 @@ mod state;
 
 use std::sync::Mutex;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
@@ -23,7 +23,7 @@ use crate::light;
 use crate::picture::{Look, Subject, render};
 use crate::threads::{Call, pool};
 use answers::{INVALID_ID, Precision};
-use arguments::{Own, Sweeps, affine, hits_of_each, samples_of_each};
+use arguments::{Own, Points, Sweeps, affine, hits_of_each, origin_or_zero, samples_of_each};
 use ask::geometry_of;
 use rays::RayArray;
 use state::State;
@@ -44,6 +44,8 @@ use state::State;
 /// ----------
 /// nthreads : int, default 0
 ///     Threads of calls that don't say how many; 0 for as many as `umbrage.set_threads` says.
+/// origin : array_like (3,), default (0, 0, 0)
+///     The point of the world that vertices without a transform count from: `Scene.origin`. All else is in the world.
 ///
 /// Examples
 /// --------
@@ -60,6 +62,7 @@ use state::State;
 pub(crate) struct RaycastingScene {
     state: Mutex<State>,
     nthreads: usize,
+    origin: DVec3,
 }
 
 #[pymethods]
@@ -69,10 +72,11 @@ impl RaycastingScene {
     const INVALID_ID: u32 = INVALID_ID;
 
     #[new]
-    #[pyo3(signature = (nthreads=0))]
-    fn new(nthreads: usize) -> PyResult<Self> {
+    #[pyo3(signature = (nthreads=0, *, origin=None))]
+    fn new(nthreads: usize, origin: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         pool(nthreads)?;
-        Ok(Self { state: Mutex::default(), nthreads })
+        let origin = origin_or_zero(origin)?;
+        Ok(Self { state: State::with_origin(origin).into(), nthreads, origin })
     }
 
     /// Adds a triangle mesh.
@@ -201,7 +205,7 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let (these, precision) = (rays.rays(), rays.precision());
         let (answers, by) = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
         let dict = answers.into_dict(py, rays.shape(), precision)?;
@@ -230,7 +234,7 @@ impl RaycastingScene {
         tfar: f64,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let these = rays.rays();
         let hit = self.ask(py, nthreads, |call, state| questions::any(call, state, these, [tnear, tfar]))?;
         hand_over(py, hit, rays.shape())
@@ -253,7 +257,7 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let these = rays.rays();
         let counts = self.ask(py, nthreads, |call, state| questions::count(call, state, these))?;
         hand_over(py, counts, rays.shape())
@@ -279,7 +283,7 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let (these, precision) = (rays.rays(), rays.precision());
         let listed = self.ask(py, nthreads, |call, state| questions::list(call, state, these))?;
         let hits = listed.rays.len();
@@ -330,7 +334,7 @@ impl RaycastingScene {
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let most = hits_of_each(returns)?;
-        let sweeps = Sweeps::new(origin, directions, each)?;
+        let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| questions::scan(call, state, pieces, [t_min, t_max], most);
         let answers = self.ask(py, nthreads, question)?;
@@ -361,7 +365,7 @@ impl RaycastingScene {
         each: bool,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let sweeps = Sweeps::new(origin, directions, each)?;
+        let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| questions::scan_any(call, state, pieces, [t_min, t_max]);
         let hit = self.ask(py, nthreads, question)?;
@@ -393,7 +397,7 @@ impl RaycastingScene {
         height: u32,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let view = camera.view(width, height)?;
+        let view = camera.view(width, height, self.origin)?;
         let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, view))?;
         answers.into_dict(py, &[height as usize, width as usize], Precision::Double)
     }
@@ -442,14 +446,14 @@ impl RaycastingScene {
         primitive_ids: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let lights = light::lights(lights)?;
+        let lights = light::lights(lights, self.origin)?;
         let points = match (points, faces) {
-            (Some(points), false) => Some(Rows::<f32, 3>::new("points", points)?),
+            (Some(points), false) => Some(Points::new(points, self.origin)?),
             (None, true) => None,
             _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
         };
-        let ids = Own::new(points.as_ref().map(Rows::shape), geometry_ids, primitive_ids)?;
-        let positions: Option<&[Vec3]> = points.as_ref().map(Rows::of);
+        let ids = Own::new(points.as_ref().map(Points::shape), geometry_ids, primitive_ids)?;
+        let positions: Option<&[Vec3]> = points.as_ref().map(Points::positions);
         let own = ids.as_ref().map(Own::slices);
         let question = |call: &Call, state: &mut State| questions::lit(call, state, positions, own, &lights);
         let (lit, count) = self.ask(py, nthreads, question)?;
@@ -480,7 +484,7 @@ impl RaycastingScene {
         samples: u32,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let lights = light::lights(lights)?;
+        let lights = light::lights(lights, self.origin)?;
         samples_of_each(samples)?;
         let question = |call: &Call, state: &mut State| questions::lit_areas(call, state, &lights, samples);
         let (shares, count) = self.ask(py, nthreads, question)?;
@@ -522,8 +526,8 @@ impl RaycastingScene {
         let nthreads = if nthreads == 0 { self.nthreads } else { nthreads };
         let frame = py.detach(|| {
             let state = self.lock();
-            let triangles = state.instances.triangles();
-            Frame::from_triangles(triangles.positions.to_vec(), triangles.indices.to_vec())
+            let (triangles, origin) = (state.instances.triangles(), self.origin.into());
+            Frame { origin, ..Frame::from_triangles(triangles.positions.to_vec(), triangles.indices.to_vec()) }
         });
         render(py, nthreads, &Mutex::default(), &look, Subject::Frame(&frame))
     }

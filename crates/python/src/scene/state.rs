@@ -1,5 +1,6 @@
 //! A scene's triangles and what answers questions about them, each brought up to date when it is asked.
 
+use glam::DVec3;
 use umbrage::rays::predicate;
 use umbrage::rays::{
     Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
@@ -21,6 +22,11 @@ pub(super) struct State {
 }
 
 impl State {
+    /// No meshes, and coordinates that count from a point of the world.
+    pub(super) fn with_origin(origin: DVec3) -> Self {
+        Self { instances: Instances::with_origin(origin), ..Self::default() }
+    }
+
     /// The meshes, to change them.
     pub(super) fn change(&mut self) -> &mut Instances {
         self.tracer.forget();
