@@ -27,7 +27,7 @@ struct Contents {
     vertices: usize,
     /// In the world's coordinates; `None` where nothing can be hit.
     bounds: Option<[WorldPoint; 2]>,
-    /// What the scene counts its coordinates from, where that isn't zero.
+    /// Origin of the scene's coordinates in the world, where it isn't zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     origin: Option<[f64; 3]>,
     duration_seconds: f64,
@@ -321,7 +321,7 @@ impl fmt::Display for WorldPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Near([x, y, z]) => write!(f, "({x}, {y}, {z})"),
-            // With what is left of f32's digits.
+            // Rounded to the digits that f32 has near the origin.
             Self::Far(point) => {
                 let [x, y, z] = point.map(|axis| (axis * 1e6).round() / 1e6 + 0.0);
                 write!(f, "({x}, {y}, {z})")

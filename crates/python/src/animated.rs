@@ -169,8 +169,7 @@ impl Scene {
         let triangles = self.triangles(py, &frame.mesh)?;
         let cameras = frame.cameras.iter();
         let origin = frame.origin.into();
-        let cameras =
-            cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera, origin })).collect();
+        let cameras = cameras.map(|named| (named.name.to_string(), Camera { camera: named.camera, origin })).collect();
         let lights = frame.lights.iter().map(|light| Light::in_world(light.source, origin)).collect();
         let positions: Vec<[f32; 3]> = bytemuck::allocation::cast_vec(frame.positions);
         let count = positions.len();

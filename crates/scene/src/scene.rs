@@ -36,7 +36,7 @@ pub trait Animated: Debug + Send + Sync {
     /// Where the moment can't be had, as from a file that is gone.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error>;
 
-    /// What the coordinates of all moments count from, in the world's own coordinates: [`Scene::origin`].
+    /// Origin of all coordinates, as a point of the world: [`Scene::origin`].
     fn origin(&self) -> [f64; 3] {
         [0.0; 3]
     }

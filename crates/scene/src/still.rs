@@ -14,7 +14,7 @@ pub(crate) struct Still {
     pub(crate) frame: Frame,
     /// What the reader left out or guessed, for a person.
     pub(crate) warnings: Vec<String>,
-    /// What the frame's coordinates count from.
+    /// Origin of the frame's coordinates in the world.
     pub(crate) origin: DVec3,
     /// What was read for it.
     pub(crate) files: BTreeSet<PathBuf>,

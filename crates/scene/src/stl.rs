@@ -23,7 +23,7 @@ const TRIANGLE_BYTES: usize = 50;
 /// Corners at exactly the same position become one vertex. The file's normals say nothing that the corners don't and
 /// are left out: the surface is flat. A binary file may have bytes after its last triangle, and a text may end without
 /// `endsolid`; both are warnings. The last two bytes of a triangle are its colour where the file says so as Viscam or as Magics
-/// writes it. Positions count from `origin`, or else from what [`FarBounds`] says.
+/// writes it. Positions count from `origin`, or else from that of their [`FarBounds`].
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
@@ -276,7 +276,7 @@ impl<'a> Iterator for Tokens<'a> {
 #[derive(Debug)]
 struct Text<'a> {
     tokens: Tokens<'a>,
-    /// What positions count from.
+    /// Origin of positions in the world.
     origin: DVec3,
     in_solid: bool,
     in_facet: bool,

@@ -1,4 +1,4 @@
-//! What is found out about a scene before it is shown.
+//! Bounds, objects and floor of a scene, found by posing it at a few moments.
 
 use std::sync::Arc;
 
@@ -6,6 +6,7 @@ use umbrage_rays::Bounds;
 
 use crate::{Animated, Error, Frame, ground};
 
+/// Facts about a scene that don't change.
 pub(crate) struct Survey {
     /// Over a few moments, which is enough for a view that doesn't cut much off.
     pub(crate) bounds: Bounds,
@@ -35,7 +36,7 @@ impl Survey {
     }
 }
 
-/// Takes away what a source adds to a frame.
+/// Removes lights and cameras, which sources add.
 pub(crate) fn begin(frame: &mut Frame) {
     frame.lights.clear();
     frame.cameras.clear();

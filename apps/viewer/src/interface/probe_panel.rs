@@ -22,7 +22,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-/// What is known of a surface; positions of the world, where the scene's own count from `origin`.
+/// The properties of a surface, in the world; the scene's coordinates count from `origin`.
 fn rows(ui: &mut egui::Ui, surface: &Surface, origin: DVec3) {
     let mut row = |name: &str, value: String| {
         ui.weak(name);

@@ -1,4 +1,4 @@
-//! Scenes far from the origin of their coordinates: nodes in f64, from the JSON to what is near an origin of their own.
+//! Scenes far from the origin of their coordinates: nodes in f64, from the JSON to matrices near an origin of their own.
 
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Vec3};
 use gltf::json::animation::Property;
@@ -11,10 +11,10 @@ use super::rest::Rest;
 use crate::Error;
 use crate::origin::local;
 
-/// What nodes are at rest, in f64.
+/// Transforms of nodes at rest, in f64.
 #[derive(Debug)]
 pub(super) struct Far {
-    /// What the poses count from.
+    /// Origin of poses in the world.
     pub(super) origin: DVec3,
     /// The transforms to their parents of all nodes.
     parent_from_node: Vec<DAffine3>,

@@ -191,7 +191,7 @@ impl Parts {
         Ok(())
     }
 
-    /// What positions are to count from, by those of nodes at a moment.
+    /// The scene's origin, by the positions of all vertices where nodes are at a moment.
     pub(super) fn origin(&self, nodes: &Scratch) -> DVec3 {
         let mut bounds = FarBounds::default();
         let mut pose = Pose { matrices: Vec::new(), weights: nodes.pose.weights.clone() };

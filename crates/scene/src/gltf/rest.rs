@@ -76,7 +76,7 @@ impl Rest {
         self.far = Some(far);
     }
 
-    /// What poses count from.
+    /// Origin of poses in the world.
     pub(super) fn origin(&self) -> DVec3 {
         self.far.as_ref().map_or(DVec3::ZERO, |far| far.origin)
     }

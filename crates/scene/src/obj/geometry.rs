@@ -17,7 +17,7 @@ use crate::{Error, Objects, text};
 /// What an OBJ file says about shapes, in the file's own indices.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
-    /// What `positions` count from.
+    /// Origin of `positions` in the world.
     pub(super) origin: DVec3,
     positions: Vec<Vec3>,
     /// sRGB; as long as `positions` once any position has a colour, else empty.
@@ -353,7 +353,7 @@ impl Geometry {
     }
 }
 
-/// What the positions of a file are to count from.
+/// Origin of a file's positions.
 pub(super) fn origin(bytes: &[u8]) -> DVec3 {
     let vertices = Lines::new(bytes).map(|(_, line)| text::keyword(line)).filter(|(keyword, _)| *keyword == b"v");
     // Those that can't be read are errors later.

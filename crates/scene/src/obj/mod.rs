@@ -92,7 +92,7 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
     allow_outside: bool,
-    /// What coordinates count from, once a sequence's first file said so; before, each file says it itself.
+    /// Origin of all files of a sequence, that of its first; `None` where each file has its own.
     pub(crate) origin: Option<DVec3>,
     /// [`OpenOptions::crease_degrees`].
     pub(crate) crease_degrees: f32,

@@ -23,7 +23,7 @@ use header::{Element, Header};
 /// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
 /// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says, and colours, unless vertices have
 /// some; from `tristrips`: `vertex_indices`, -1 ending a strip.
-/// Everything else is read past. Positions count from `origin`, or else from what [`FarBounds`](crate::origin::FarBounds) says.
+/// Everything else is read past. Positions count from `origin`, or else from that of their [`FarBounds`](crate::origin::FarBounds).
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.

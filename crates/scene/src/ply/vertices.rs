@@ -69,7 +69,7 @@ pub(super) fn plan(element: &Element) -> Result<Plan, String> {
     }
 }
 
-/// What the positions of the element `vertex` are to count from.
+/// Origin of the positions of the element `vertex`.
 pub(super) fn origin(plan: &Plan, element: &Element, mut body: Body<'_>) -> DVec3 {
     let mut bounds = FarBounds::default();
     // Rows that can't be read are errors later.

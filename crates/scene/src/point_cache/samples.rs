@@ -24,7 +24,7 @@ pub(super) struct Samples {
     /// Where in it the first sample is.
     start: usize,
     big_endian: bool,
-    /// What positions count from, by the first sample.
+    /// Origin of positions in the world, by the first sample.
     origin: DVec3,
 }
 

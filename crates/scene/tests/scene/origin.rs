@@ -52,7 +52,7 @@ fn obj_files_far_away_keep_their_shape() {
     let [far, near] = [AWAY, DVec3::ZERO].map(|away| Scene::from_bytes("a.obj", obj(away)).unwrap());
     assert_eq!(far.origin(), [500_001.0, 4_649_777.0, 122.0]);
     assert_same_shape(&far, &near, 0.0, AWAY);
-    // What is hidden or stands on a ground is there as well.
+    // A scene with hidden objects has it too.
     assert_eq!(far.hiding(&[]).unwrap().origin(), far.origin());
 }
 
@@ -154,7 +154,7 @@ fn point_caches_move_far_meshes() {
 }
 
 /// A file whose nodes turn, so that f32 would round their distances: meshes, copies, a skin, a camera and a light below a node
-/// that stands on its side. What it stands on is `away` from there.
+/// that stands on its side and is `away` from its parts.
 fn nodes(away: DVec3) -> Builder {
     let mut file = Builder::new();
     let mesh = file.triangle();
