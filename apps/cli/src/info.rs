@@ -1,8 +1,9 @@
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::time::Instant;
 
+use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Value, json};
 use umbrage::gallery::{DEMOS, DemoScene};
@@ -26,8 +27,11 @@ struct Contents {
     vertices: usize,
     points: usize,
     lines: usize,
-    /// World units; `None` where nothing can be seen.
-    bounds: Option<[[f32; 3]; 2]>,
+    /// In the world's coordinates; `None` where nothing can be seen.
+    bounds: Option<[WorldPoint; 2]>,
+    /// Origin of the scene's coordinates in the world, where it isn't zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 3]>,
     /// Of which lengths may be shares, in world units.
     size: f32,
     duration_seconds: f64,
@@ -62,7 +66,7 @@ struct LightContents {
 #[derive(Debug, Serialize)]
 struct CameraContents {
     name: String,
-    position: [f32; 3],
+    position: WorldPoint,
     forward: [f32; 3],
 }
 
@@ -149,7 +153,7 @@ impl Contents {
         });
         let cameras = frame.cameras.iter().map(|named| CameraContents {
             name: named.name.to_string(),
-            position: named.camera.position.to_array(),
+            position: WorldPoint::new(scene, named.camera.position),
             forward: named.camera.forward.to_array(),
         });
         Self {
@@ -159,7 +163,8 @@ impl Contents {
             vertices: frame.positions.len(),
             points: marks.points().len(),
             lines: marks.lines().len(),
-            bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+            bounds: (!bounds.is_empty()).then(|| [bounds.min, bounds.max].map(|corner| WorldPoint::new(scene, corner))),
+            origin: Some(scene.origin()).filter(|origin| *origin != [0.0; 3]),
             size: scene.size(),
             duration_seconds: scene.duration_seconds(),
             objects: scene.objects().iter().map(ToString::to_string).collect(),
@@ -188,9 +193,12 @@ impl Contents {
                 line(name, &thousands(count as u64));
             }
         }
-        match self.bounds {
-            Some([min, max]) => line("bounds", &format!("{} to {}", point(min), point(max))),
+        match &self.bounds {
+            Some([min, max]) => line("bounds", &format!("{min} to {max}")),
             None => line("bounds", "none: no triangle can be hit"),
+        }
+        if let Some([x, y, z]) = self.origin {
+            line("origin", &format!("({x}, {y}, {z}), from which the scene's coordinates count"));
         }
         if self.size > 0.0 {
             line("size", &format!("{}, the diagonal of the bounds; a length of 2% is {}", self.size, 0.02 * self.size));
@@ -206,7 +214,7 @@ impl Contents {
             format!("{} {} {} {unit}", quoted(&light.name), light.kind, light.intensity)
         };
         line("lights", &listed(&self.lights, light));
-        let camera = |camera: &CameraContents| format!("{} at {}", quoted(&camera.name), point(camera.position));
+        let camera = |camera: &CameraContents| format!("{} at {}", quoted(&camera.name), camera.position);
         line("cameras", &listed(&self.cameras, camera));
         let animation = |animation: &AnimationContents| {
             let plays = if animation.plays { ", plays" } else { "" };
@@ -306,6 +314,33 @@ fn quoted(name: &str) -> String {
     if name.is_empty() { "(unnamed)".to_owned() } else { format!("`{name}`") }
 }
 
-fn point([x, y, z]: [f32; 3]) -> String {
-    format!("({x}, {y}, {z})")
+/// A point of the world: in the few digits of f32 where the scene has the world's origin.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum WorldPoint {
+    Near([f32; 3]),
+    Far([f64; 3]),
+}
+
+impl WorldPoint {
+    fn new(scene: &Scene, local: Vec3) -> Self {
+        if scene.origin() == [0.0; 3] {
+            Self::Near(local.to_array())
+        } else {
+            Self::Far(scene.world_from_local(local).to_array())
+        }
+    }
+}
+
+impl fmt::Display for WorldPoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Near([x, y, z]) => write!(f, "({x}, {y}, {z})"),
+            // Rounded to the digits that f32 has near the origin.
+            Self::Far(point) => {
+                let [x, y, z] = point.map(|axis| (axis * 1e6).round() / 1e6 + 0.0);
+                write!(f, "({x}, {y}, {z})")
+            }
+        }
+    }
 }

@@ -37,10 +37,11 @@ impl Staging {
         {
             scene.pose(first_seconds, &mut frame)?;
         }
-        settings.camera = camera_choice(job.flags.camera.as_ref(), &frame.cameras)?;
+        settings.camera = camera_choice(job.flags.camera.as_ref(), &frame.cameras, scene.origin())?;
         let center = frame.animation_bounds.center();
         if !job.flags.lights.is_empty() {
-            settings.lights = Some(job.flags.lights.iter().map(|light| light.light(center, size)).collect());
+            let lights = job.flags.lights.iter().map(|light| light.local(scene.origin()).light(center, size));
+            settings.lights = Some(lights.collect());
         }
         let mut lights = settings.lights.as_ref().unwrap_or(&frame.lights).iter();
         let is_bare_sun =
@@ -146,11 +147,15 @@ fn orbited(source: LightSource, center: Vec3, turn: f64) -> LightSource {
     }
 }
 
-/// The camera of a flag, among the scene's `cameras`: by name, or else by number.
-pub(crate) fn camera_choice(flag: Option<&CameraSpec>, cameras: &[NamedCamera]) -> Result<CameraChoice, Failure> {
+/// The camera of a flag, from the scene's `origin`; among its `cameras` by name, or else by number.
+pub(crate) fn camera_choice(
+    flag: Option<&CameraSpec>,
+    cameras: &[NamedCamera],
+    origin: [f64; 3],
+) -> Result<CameraChoice, Failure> {
     let name = match flag {
         None => return Ok(CameraChoice::Default),
-        Some(CameraSpec::LookAt(look_at)) => return Ok(look_at.camera().into()),
+        Some(CameraSpec::LookAt(look_at)) => return Ok(look_at.local(origin).camera().into()),
         Some(CameraSpec::Listed(name)) => name,
     };
     let named = cameras.iter().position(|camera| *camera.name == **name);
@@ -181,14 +186,14 @@ mod tests {
         let camera = Camera::look_at(Vec3::Z, Vec3::ZERO, Vec3::Y, 1.0);
         let named = |name: &str| NamedCamera { name: name.into(), camera };
         let cameras = [named("1"), named("left"), named("")];
-        let chosen = |name: &str| camera_choice(Some(&CameraSpec::Listed(name.to_owned())), &cameras);
+        let chosen = |name: &str| camera_choice(Some(&CameraSpec::Listed(name.to_owned())), &cameras, [0.0; 3]);
         for (name, number) in [("1", 0), ("left", 1), ("2", 2)] {
             assert_eq!(chosen(name).unwrap(), CameraChoice::Scene(number));
         }
         let Failure::Input { message, hint } = chosen("3").unwrap_err() else { panic!() };
         assert!(message.contains("no camera `3`"));
         assert_eq!(hint.unwrap(), "the scene has 3 cameras: 0 `1`, 1 `left`, 2 (without a name)");
-        let alone = camera_choice(Some(&CameraSpec::Listed("9".to_owned())), &cameras[2..]);
+        let alone = camera_choice(Some(&CameraSpec::Listed("9".to_owned())), &cameras[2..], [0.0; 3]);
         let Failure::Input { hint, .. } = alone.unwrap_err() else { panic!() };
         assert_eq!(hint.unwrap(), "the scene has one camera: 0 (without a name)");
     }

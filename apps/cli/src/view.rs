@@ -46,10 +46,10 @@ mod tests {
     use std::path::Path;
 
     use clap::Parser;
-    use glam::Vec3;
+    use glam::{DVec3, Vec3};
     use umbrage::rays::{Choice, LightSource};
     use umbrage::scene::{Clip, Ground, GroundChoice, OpenOptions};
-    use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec, LookAt};
+    use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec, WorldLookAt};
     use umbrage::{EngineKind, OptionValues, Settings, Structure, ToneMap};
     use umbrage_viewer::{CommandLine, EngineChoice};
 
@@ -57,6 +57,8 @@ mod tests {
     use crate::job::{Job, Moments};
 
     /// The words of a line for a POSIX shell, as `umbrage` gets them.
+    const ORIGIN: [f64; 3] = [0.0; 3];
+
     fn words(line: &str) -> Vec<String> {
         let mut words = vec![String::new()];
         let (mut is_quoted, mut is_escaped) = (false, false);
@@ -85,8 +87,17 @@ mod tests {
     fn assert_copied(settings: &Settings, engine: &EngineChoice) {
         let (scene, options) = (Path::new("demo:cloth?triangles=9"), &OpenOptions::default());
         let background = &BackgroundSpec::Sky;
-        let job =
-            job(&CommandLine { scene, options, seconds: 0.0, camera: None, background, settings, show: None, engine });
+        let job = job(&CommandLine {
+            scene,
+            options,
+            seconds: 0.0,
+            camera: None,
+            background,
+            settings,
+            show: None,
+            engine,
+            origin: ORIGIN,
+        });
         assert_eq!(job.settings, *settings);
         let expected = match engine {
             EngineChoice::Cpu => (EngineKind::Cpu, None),
@@ -148,8 +159,17 @@ mod tests {
         let (scene, options) = (Path::new("demo:cloth"), &OpenOptions::default());
         let (background, settings, engine) = (&BackgroundSpec::Sky, &Settings::default(), &EngineChoice::Cpu);
         for show in std::iter::once(None).chain(umbrage::PixelView::all().map(Some)) {
-            let command =
-                CommandLine { scene, options, seconds: 0.0, camera: None, background, settings, show, engine };
+            let command = CommandLine {
+                scene,
+                options,
+                seconds: 0.0,
+                camera: None,
+                background,
+                settings,
+                show,
+                engine,
+                origin: ORIGIN,
+            };
             assert_eq!(job(&command).flags.show, show);
         }
     }
@@ -166,7 +186,17 @@ mod tests {
         let color = BackgroundSpec::Color(Vec3::new(0.1, 0.25, 3.0));
         for background in [&BackgroundSpec::Sky, &BackgroundSpec::Transparent, &color, &BackgroundSpec::File(image)] {
             let (seconds, camera, show) = (0.0, None, None);
-            let job = job(&CommandLine { scene, options, seconds, camera, background, settings, show, engine });
+            let job = job(&CommandLine {
+                scene,
+                options,
+                seconds,
+                camera,
+                background,
+                settings,
+                show,
+                engine,
+                origin: ORIGIN,
+            });
             assert_eq!(job.settings.background, background.open().unwrap());
         }
     }
@@ -181,7 +211,8 @@ mod tests {
             light("rect:0,3,0:0,0,0:2x0.5"),
         ];
         let settings = Settings { lights: Some(lights.clone()), samples: 2, ..Settings::default() };
-        let look_at = LookAt { position: Vec3::new(-1.5, 0.1, 9.0), target: Vec3::ONE, fov_degrees: 33.3 };
+        let (position, target) = (DVec3::new(-1.5, 0.1, 9.0), DVec3::ONE);
+        let look_at = WorldLookAt { position, target, fov_degrees: 33.3 };
         for camera in [None, Some(CameraSpec::Listed("2".to_owned())), Some(CameraSpec::LookAt(look_at))] {
             for clip in [Clip::Auto, Clip::All, Clip::Rest, Clip::Named("walk 'n' run".to_owned())] {
                 let options = &OpenOptions {
@@ -206,6 +237,7 @@ mod tests {
                     settings,
                     show: None,
                     engine,
+                    origin: ORIGIN,
                 });
                 assert_eq!((job.scene.as_path(), job.moments), (scene, Moments::Single(Some(seconds))));
                 assert_eq!(format!("{:?}", job.flags.scene.opening.options()), format!("{options:?}"));

@@ -30,6 +30,8 @@ pub struct CommandLine<'a> {
     pub show: Option<PixelView>,
     /// What renders.
     pub engine: &'a EngineChoice,
+    /// The point of the world that the settings' lights count from.
+    pub origin: [f64; 3],
 }
 
 /// The line, for a shell.
@@ -41,7 +43,7 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
         return Err("There is no picture yet.".to_owned());
     };
     let view = &shown.picture.view;
-    let choices = &app.kept.choices;
+    let (choices, origin) = (&app.kept.choices, open.scene.origin());
     let (width, height, lights) = (view.width, view.height, app.lights.chosen());
     let command = CommandLine {
         scene: &open.address,
@@ -50,12 +52,13 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
         camera: match &app.camera {
             CameraChoice::Default => None,
             CameraChoice::OfScene(number) => Some(CameraSpec::Listed(number.to_string())),
-            CameraChoice::Free(free) => Some(CameraSpec::LookAt(*free)),
+            CameraChoice::Free(free) => Some(CameraSpec::LookAt(free.in_world(origin))),
         },
         background: &choices.surroundings,
         settings: &Settings { width, height, lights, ..choices.settings([width, height]) },
         show: app.show.view(),
         engine: &choices.engine,
+        origin,
     };
     command.text()
 }
@@ -84,7 +87,7 @@ impl CommandLine<'_> {
             let shape = if is_spread { light.shape } else { light.shape.narrowed() };
             let light = &Light { shape, ..light.clone() };
             let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
-            flag(&mut line, "light", &light.to_string());
+            flag(&mut line, "light", &light.in_world(self.origin).to_string());
         }
         // By default, stills have more samples and mirrors than settings.
         if settings.samples != Settings::STILL_SAMPLES || is_drawn(settings) {

@@ -14,7 +14,9 @@ use crate::{Light, Marks, Material, Materials, Objects, Texture};
 pub struct Frame {
     /// The moment.
     pub seconds: f64,
-    /// World position of each vertex.
+    /// The point of the world that all coordinates count from ([`Scene::origin`](crate::Scene::origin)).
+    pub origin: [f64; 3],
+    /// World position of each vertex, from `origin`.
     pub positions: Vec<Vec3>,
     /// Unit normal of each vertex, or zero where the surface is flat. Empty when all of it is.
     pub normals: Vec<Vec3>,

@@ -17,7 +17,7 @@ use crate::{Frame, Material, Materials, Mesh, Objects};
 pub struct Ground {
     /// What it looks like.
     pub surface: GroundSurface,
-    /// Its height along +Y, in world units; `None` for just below the lowest point of the scene over its animation, as
+    /// Its world height along +Y, in world units; `None` for just below the lowest point of the scene over its animation, as
     /// far as that is known without posing every moment.
     pub height: Option<f32>,
 }
@@ -162,8 +162,10 @@ pub(crate) struct Grounded {
 }
 
 impl Grounded {
-    pub(crate) fn new(ground: Ground, scene: Bounds) -> Self {
-        let corners = if scene.is_empty() { None } else { ground.corners(scene) };
+    /// `level` is the world's height of the scene's origin.
+    pub(crate) fn new(ground: Ground, scene: Bounds, level: f64) -> Self {
+        let height = ground.height.map(|height| (f64::from(height) - level) as f32);
+        let corners = if scene.is_empty() { None } else { Ground { height, ..ground }.corners(scene) };
         Self { ground, corners, mesh: Derived::default(), materials: Derived::default(), rig: Derived::default() }
     }
 

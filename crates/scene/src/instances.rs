@@ -37,6 +37,7 @@ pub struct Instances {
     positions: Vec<Vec3>,
     indices: Vec<[u32; 3]>,
     all: Vec<Instance>,
+    origin: DVec3,
 }
 
 /// A mesh that is put somewhere.
@@ -45,8 +46,9 @@ pub struct Instance {
     name: Arc<str>,
     vertices: Range<usize>,
     triangles: Range<usize>,
-    /// `None` where the mesh's own space is the world's.
+    /// `None` where the mesh's own space is the world's, from `origin`.
     placed: Option<Placed>,
+    origin: DVec3,
 }
 
 /// Where a mesh was put.
@@ -104,23 +106,38 @@ impl Instance {
         self.vertices.len()
     }
 
-    /// Where it was put last.
+    /// Where it was put last, in the world's coordinates; at first at the [origin](Instances::origin).
     #[must_use]
     pub fn world_from_object(&self) -> DAffine3 {
-        self.placed.as_ref().map_or(DAffine3::IDENTITY, |placed| placed.world_from_object)
+        let at_origin = || DAffine3::from_translation(self.origin);
+        self.placed.as_ref().map_or_else(at_origin, |placed| placed.world_from_object)
     }
 }
 
 impl Placed {
     /// In f64, then rounded once.
-    fn apply(&self, world: &mut [Vec3]) {
-        for (world, vertex) in world.iter_mut().zip(&self.vertices) {
-            *world = self.world_from_object.transform_point3(vertex.as_dvec3()).as_vec3();
+    fn apply(&self, origin: DVec3, local: &mut [Vec3]) {
+        let translation = self.world_from_object.translation - origin;
+        let local_from_object = DAffine3 { translation, ..self.world_from_object };
+        for (local, vertex) in local.iter_mut().zip(&self.vertices) {
+            *local = local_from_object.transform_point3(vertex.as_dvec3()).as_vec3();
         }
     }
 }
 
 impl Instances {
+    /// None, of triangles that count from a point of the world: [`Scene::origin`] says why.
+    #[must_use]
+    pub fn with_origin(origin: DVec3) -> Self {
+        Self { origin, ..Self::default() }
+    }
+
+    /// The point of the world that positions of [triangles](Self::triangles) count from; a scene's, or zero.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
     /// The instances of a scene at a moment; triangles have the order, and are where, they are in its frames.
     ///
     /// In a glTF file each node that has a mesh is one, or each copy that it shows of one (of several materials: each copy of each
@@ -137,7 +154,7 @@ impl Instances {
             None => scene.pose(seconds, &mut frame)?,
         }
         let posed = rig.as_deref().map(|rig| (rig, &pose));
-        let mut instances = Self::default();
+        let mut instances = Self::with_origin(scene.origin().into());
         let mut numbers = Numbers { of_vertex: vec![(u32::MAX, 0); frame.positions.len()], taken: Vec::new() };
         let (mut first, all) = (0, frame.mesh.triangles.len());
         while first < all {
@@ -173,14 +190,14 @@ impl Instances {
             };
             let world_from_object = DAffine3 {
                 matrix3: glam::Mat3::from(matrix.matrix3).as_dmat3(),
-                translation: Vec3::from(matrix.translation).as_dvec3(),
+                translation: Vec3::from(matrix.translation).as_dvec3() + self.origin,
             };
             Placed { world_from_object, vertices: numbers.taken.iter().map(own).collect() }
         });
         let names = frame.mesh.objects.names();
         let name = of.name.map_or_else(|| Objects::WHOLE.into(), |name| Arc::clone(&names[name as usize]));
         let (vertices, triangles) = (first..self.positions.len(), first_triangle..self.indices.len());
-        self.all.push(Instance { name, vertices, triangles, placed });
+        self.all.push(Instance { name, vertices, triangles, placed, origin: self.origin });
     }
 
     /// Adds a mesh whose own space is the world's until it is [put elsewhere](Self::set_transform), and gives its id: how many there
@@ -206,6 +223,7 @@ impl Instances {
             vertices: first..self.positions.len(),
             triangles: first_triangle..self.indices.len(),
             placed: None,
+            origin: self.origin,
         });
         Ok(self.all.len() as u32 - 1)
     }
@@ -215,27 +233,27 @@ impl Instances {
     /// # Panics
     /// If there is no such instance, or it has more or fewer vertices.
     pub fn update(&mut self, instance: u32, vertices: &[Vec3]) {
-        let Instance { vertices: range, placed, .. } = &mut self.all[instance as usize];
+        let Instance { vertices: range, placed, origin, .. } = &mut self.all[instance as usize];
         let world = &mut self.positions[range.clone()];
         match placed {
             None => world.copy_from_slice(vertices),
             Some(placed) => {
                 placed.vertices.copy_from_slice(vertices);
-                placed.apply(world);
+                placed.apply(*origin, world);
             }
         }
     }
 
-    /// Puts an instance elsewhere, in place of where it was: computed in f64 and rounded to f32 once.
+    /// Puts an instance elsewhere in the world, in place of where it was: computed in f64 and rounded to f32 once.
     ///
     /// # Panics
     /// If there is no such instance.
     pub fn set_transform(&mut self, instance: u32, world_from_object: DAffine3) {
-        let Instance { vertices, placed, .. } = &mut self.all[instance as usize];
+        let Instance { vertices, placed, origin, .. } = &mut self.all[instance as usize];
         let world = &mut self.positions[vertices.clone()];
         let placed = placed.get_or_insert_with(|| Placed { world_from_object, vertices: world.to_vec() });
         placed.world_from_object = world_from_object;
-        placed.apply(world);
+        placed.apply(*origin, world);
     }
 
     /// All instances; an id is an index.
@@ -255,7 +273,7 @@ impl Instances {
         (own, self.indices[triangles.clone()].iter().map(move |corners| corners.map(|corner| corner - first)))
     }
 
-    /// The triangles of all instances in world space, those of the first one first.
+    /// The triangles of all instances in world space, from [`origin`](Self::origin), those of the first one first.
     #[must_use]
     pub fn triangles(&self) -> Triangles<'_> {
         Triangles { positions: &self.positions, indices: &self.indices }

@@ -20,6 +20,7 @@ mod material;
 mod memory;
 mod objects;
 mod opacity;
+mod origin;
 mod polygon;
 mod scene;
 mod smooth;

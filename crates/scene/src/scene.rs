@@ -15,7 +15,7 @@ use crate::hidden::Hidden;
 use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
 use crate::smooth::{self, FlatTriangles};
-use crate::survey::Survey;
+use crate::survey::{Survey, begin};
 use crate::{Error, Frame, Ground, GroundChoice, Light, foreign};
 use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
@@ -35,6 +35,11 @@ pub trait Animated: Debug + Send + Sync {
     /// # Errors
     /// Where the moment can't be had, as from a file that is gone.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error>;
+
+    /// Origin of all coordinates, as a point of the world: [`Scene::origin`].
+    fn origin(&self) -> [f64; 3] {
+        [0.0; 3]
+    }
 
     /// What the vertices of all moments are made from, if that is a rig.
     fn rig(&self) -> Option<&Arc<Rig>> {
@@ -357,7 +362,8 @@ impl Scene {
 
     /// Puts a ground under the scene, in place of the last one, or takes that away.
     pub fn set_ground(&mut self, ground: Option<Ground>) {
-        self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds));
+        let [_, level, _] = self.origin();
+        self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds, level));
     }
 
     /// As [`set_ground`](Self::set_ground), by a choice.
@@ -435,6 +441,7 @@ impl Scene {
     /// Adds to a frame what its source doesn't know.
     fn finish(&self, seconds: f64, frame: &mut Frame) {
         frame.seconds = seconds;
+        frame.origin = self.origin();
         frame.animation_bounds = self.animation_bounds;
         frame.light_is_made = frame.lights.is_empty();
         if frame.light_is_made {
@@ -469,6 +476,14 @@ impl Scene {
     #[must_use]
     pub fn size(&self) -> f32 {
         self.size
+    }
+
+    /// The point of the world that coordinates of frames, cameras and lights count from: zero, unless the coordinates of the
+    /// scene's first moment reach beyond 512 diagonals of its box. Then it is the middle of that box, in whole numbers or, of
+    /// scenes smaller than 1, in powers of two, so that f32 holds shapes as well as near zero. All moments have the same one.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.source.origin()
     }
 
     /// How long the scene's animation takes before it starts again; zero for a motionless scene.
@@ -510,12 +525,6 @@ impl Scene {
     }
 }
 
-/// Takes away what a source adds to a frame.
-pub(crate) fn begin(frame: &mut Frame) {
-    frame.lights.clear();
-    frame.cameras.clear();
-}
-
 /// Says that there is no such object.
 fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     const MOST: usize = 20;
@@ -532,8 +541,8 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
     let (limits, crease_degrees) = (shared.limits.clone(), shared.crease_degrees);
     let mut read = |budget: &Budget| match Format::of(path) {
         Some(Format::Obj) => obj::read(path, shared, budget),
-        Some(Format::Ply) => ply::read(path, budget),
-        Some(Format::Stl) => stl::read(path, budget),
+        Some(Format::Ply) => ply::read(path, shared.origin, budget),
+        Some(Format::Stl) => stl::read(path, shared.origin, budget),
         Some(Format::Gltf | Format::PointCache) | None => Err(formats::unread(path)),
     };
     within(path, limits, |budget| {

@@ -2,7 +2,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::memory::Budget;
 use crate::{Animated, Error, Frame, Materials, Mesh};
@@ -14,6 +14,8 @@ pub(crate) struct Still {
     pub(crate) frame: Frame,
     /// What the reader left out or guessed, for a person.
     pub(crate) warnings: Vec<String>,
+    /// Origin of the frame's coordinates in the world.
+    pub(crate) origin: DVec3,
     /// What was read for it.
     pub(crate) files: BTreeSet<PathBuf>,
 }
@@ -107,6 +109,10 @@ impl Animated for Still {
     fn pose(&self, _seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         frame.copy_surfaces(&self.frame);
         Ok(())
+    }
+
+    fn origin(&self) -> [f64; 3] {
+        self.origin.into()
     }
 
     fn warnings(&self) -> &[String] {

@@ -2,11 +2,13 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::str::FromStr;
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 use crate::memory::Budget;
+use crate::origin::{FarBounds, local};
 use crate::still::{Still, Vertices};
 use crate::text::{Lines, keyword, number, quoted};
 use crate::{ColorSpace, Error, Frame, Material, Materials};
@@ -21,17 +23,24 @@ const TRIANGLE_BYTES: usize = 50;
 /// Corners at exactly the same position become one vertex. The file's normals say nothing that the corners don't and
 /// are left out: the surface is flat. A binary file may have bytes after its last triangle, and a text may end without
 /// `endsolid`; both are warnings. The last two bytes of a triangle are its colour where the file says so as Viscam or as Magics
-/// writes it.
+/// writes it. Positions count from `origin`, or else from that of their [`FarBounds`].
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
-pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
+pub(crate) fn read(path: &Path, origin: Option<DVec3>, budget: &Budget) -> Result<Still, Error> {
     let bytes = crate::folder::read(path, budget).map_err(|source| Error::read(path, source))?;
     let mut warnings = Vec::new();
-    let soup = if is_text(&bytes) {
-        read_text(path, &bytes, budget, &mut warnings)?
+    let (soup, origin) = if is_text(&bytes) {
+        let origin = origin.unwrap_or_else(|| FarBounds::origin_of(text_positions(&bytes)));
+        (read_text(path, &bytes, origin, budget, &mut warnings)?, origin)
     } else {
-        read_binary(path, &bytes, budget, &mut warnings)?
+        let mut soup = read_binary(path, &bytes, budget, &mut warnings)?;
+        let world = || soup.positions.iter().map(|position| position.as_dvec3());
+        let origin = origin.unwrap_or_else(|| FarBounds::origin_of(world()));
+        if origin != DVec3::ZERO {
+            soup.positions.iter_mut().for_each(|position| *position = local(position.as_dvec3(), origin));
+        }
+        (soup, origin)
     };
     drop(bytes);
     let Welded { positions, mut triangles, colors, .. } = soup;
@@ -48,7 +57,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
         let materials = vec![Material { double_sided: true, ..Material::default() }];
         frame.materials = Arc::new(Materials { materials, textures: Vec::new() });
     }
-    Ok(Still { frame, warnings, ..Still::default() })
+    Ok(Still { frame, warnings, origin, ..Still::default() })
 }
 
 /// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't just what a
@@ -153,9 +162,29 @@ fn attribute(triangle: &[u8]) -> u16 {
     u16::from_le_bytes([triangle[48], triangle[49]])
 }
 
-fn read_text(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<String>) -> Result<Welded, Error> {
+/// The positions behind each word `vertex`.
+fn text_positions(bytes: &[u8]) -> impl Iterator<Item = DVec3> {
+    let mut tokens = Tokens::new(bytes);
+    std::iter::from_fn(move || {
+        loop {
+            let is_vertex = tokens.next()?.eq_ignore_ascii_case(b"vertex");
+            // Words that are no numbers are errors later, or names.
+            if is_vertex && let Ok(position) = tokens.position::<f64>() {
+                return Some(position.into());
+            }
+        }
+    })
+}
+
+fn read_text(
+    path: &Path,
+    bytes: &[u8],
+    origin: DVec3,
+    budget: &Budget,
+    warnings: &mut Vec<String>,
+) -> Result<Welded, Error> {
     let mut soup = Welded { budget: budget.clone(), ..Welded::default() };
-    let mut text = Text { tokens: Tokens::new(bytes), in_solid: false, in_facet: false, corners: Vec::new() };
+    let mut text = Text { tokens: Tokens::new(bytes), origin, in_solid: false, in_facet: false, corners: Vec::new() };
     while let Some(word) = text.tokens.next() {
         let read = text.statement(word, &mut soup);
         read.map_err(|cause| Error::malformed(path, format!("line {}", text.tokens.line_number), cause))?;
@@ -182,6 +211,12 @@ struct Tokens<'a> {
 impl<'a> Tokens<'a> {
     fn new(text: &'a [u8]) -> Self {
         Self { lines: Lines::new(text), line: &[], line_number: 1 }
+    }
+
+    /// The next three words as numbers.
+    fn position<T: FromStr>(&mut self) -> Result<[T; 3], String> {
+        let mut coordinate = || number(self.next().ok_or("a vertex has 3 coordinates")?);
+        Ok([coordinate()?, coordinate()?, coordinate()?])
     }
 
     /// Reads past the name behind `solid`: up to the first facet or the end, if its line has one, else the whole line.
@@ -241,6 +276,8 @@ impl<'a> Iterator for Tokens<'a> {
 #[derive(Debug)]
 struct Text<'a> {
     tokens: Tokens<'a>,
+    /// Origin of positions in the world.
+    origin: DVec3,
     in_solid: bool,
     in_facet: bool,
     corners: Vec<Vec3>,
@@ -301,8 +338,11 @@ impl Text<'_> {
     }
 
     fn position(&mut self) -> Result<Vec3, String> {
-        let mut coordinate = || number(self.tokens.next().ok_or("a vertex has 3 coordinates")?);
-        Ok(Vec3::new(coordinate()?, coordinate()?, coordinate()?))
+        if self.origin == DVec3::ZERO {
+            self.tokens.position().map(Vec3::from_array)
+        } else {
+            self.tokens.position().map(|world| local(world.into(), self.origin))
+        }
     }
 }
 

@@ -1,11 +1,13 @@
+//! Bounds, objects and floor of a scene, found by posing it at a few moments.
+
 use std::sync::Arc;
 
 use umbrage_rays::Bounds;
 
-use crate::scene::{begin, diagonal};
+use crate::scene::diagonal;
 use crate::{Animated, Error, Frame, ground};
 
-/// What is found out about a scene before it is shown.
+/// Facts about a scene that don't change.
 pub(crate) struct Survey {
     /// Over a few moments, which is enough for a view that doesn't cut much off.
     pub(crate) bounds: Bounds,
@@ -43,4 +45,10 @@ impl Survey {
         }
         Ok(survey)
     }
+}
+
+/// Removes lights and cameras, which sources add.
+pub(crate) fn begin(frame: &mut Frame) {
+    frame.lights.clear();
+    frame.cameras.clear();
 }

@@ -39,6 +39,8 @@ pub struct Film {
     pub layers: FilmLayers,
     /// From where it was seen, through the middle of the lens; `None` before anything was.
     pub view: Option<View>,
+    /// The point of the world that the view's camera counts from ([`Scene::origin`](umbrage_scene::Scene::origin)).
+    pub origin: [f64; 3],
 }
 
 /// A picture for a screen: sRGB-encoded rows of RGB, 16 bits a channel, from the upper left corner.
@@ -83,7 +85,7 @@ impl Film {
     /// As [`resize`](Self::resize).
     pub(crate) fn clear_layers(&mut self, staged: &Staged<'_>) -> Result<(), Error> {
         let size = [self.width, self.height];
-        self.view = Some(staged.view);
+        (self.view, self.origin) = (Some(staged.view), staged.frame.origin);
         self.layers.clear(size, staged.settings.layers, staged.lights).map_err(|_| no_memory(size))
     }
 

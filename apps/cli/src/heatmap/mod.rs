@@ -32,7 +32,7 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     let path = flags.output.as_deref().unwrap_or(Path::new("heatmap.png"));
     check_inputs_stay([path.to_owned()], &scene, None)?;
     let frame = scene.at(flags.time.unwrap_or(scene.still_seconds()))?;
-    let camera = camera_choice(flags.camera.as_ref(), &frame.cameras)?;
+    let camera = camera_choice(flags.camera.as_ref(), &frame.cameras, scene.origin())?;
     let settings = Settings { width, height, camera, structure, ..Settings::default() };
     let light = (flags.of == HeatKind::Points).then(|| flags.light.unwrap_or(0));
     let mut counts = WorkCounts::default();

@@ -454,3 +454,35 @@ fn mirrors_are_followed_where_that_is_asked_for() {
     let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
     assert!(refused(&["--bounces", "1025"]).contains("1024"));
 }
+
+#[test]
+fn far_files_take_cameras_and_lights_of_the_world() {
+    let place = Workplace::new();
+    let obj = |x: u32, y: u32| {
+        let vertex = |dx: f64, dy: f64| format!("v {} {} 0\n", f64::from(x) + dx, f64::from(y) + dy);
+        [vertex(-0.5, -0.5), vertex(0.5, -0.5), vertex(0.25, 0.5), "f 1 2 3\n".to_owned()].concat()
+    };
+    let picture = |name: &str, x: u32, y: u32| {
+        fs::write(place.path("shape.obj"), obj(x, y)).unwrap();
+        let camera = format!("{}.25,{y},2:{x},{y},0:50", x);
+        let light = format!("point:{x},{}.5,3:40", y + 1);
+        let flags = ["render", "shape.obj", "--size", "24x16", "--camera", &camera, "--light", &light, "-o", name];
+        place.succeed(&flags);
+        fs::read(place.path(name)).unwrap()
+    };
+    assert_eq!(picture("far.png", 500_000, 4_649_776), picture("near.png", 0, 0));
+    let names_origin = |name: &str, x: u32, y: u32| {
+        let file = picture(name, x, y);
+        file.windows(14).any(|window| window == b"umbrage/origin")
+    };
+    assert!(names_origin("far.exr", 500_000, 4_649_776) && !names_origin("near.exr", 0, 0));
+
+    let info = |x: u32, y: u32| {
+        fs::write(place.path("shape.obj"), obj(x, y)).unwrap();
+        place.succeed(&["info", "shape.obj"]).0
+    };
+    let (far, near) = (info(500_000, 4_649_776), info(0, 0));
+    assert!(far.contains("(499999.5, 4649775.5, 0) to (500000.5, 4649776.5, 0)"), "{far}");
+    assert!(far.contains("  origin       (500000, 4649776, 0)"), "{far}");
+    assert!(near.contains("(-0.5, -0.5, 0) to (0.5, 0.5, 0)") && !near.contains("origin"), "{near}");
+}

@@ -1,11 +1,13 @@
 //! What the clicked pixel shows.
 
 use eframe::egui;
+use glam::DVec3;
 
 use crate::app::App;
 use crate::probe::{Probe, Surface};
 
 pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
+    let origin = app.open.as_ref().map_or(DVec3::ZERO, |open| open.scene.origin().into());
     match &app.probe {
         None => {
             ui.weak("Click in the picture.");
@@ -15,12 +17,13 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
         }
         Some(Probe { pixel: [x, y], surface: Some(surface) }) => {
             ui.label(format!("Pixel {x}, {y}"));
-            egui::Grid::new("pixel").num_columns(2).show(ui, |ui| rows(ui, surface));
+            egui::Grid::new("pixel").num_columns(2).show(ui, |ui| rows(ui, surface, origin));
         }
     }
 }
 
-fn rows(ui: &mut egui::Ui, surface: &Surface) {
+/// The properties of a surface, in the world; the scene's coordinates count from `origin`.
+fn rows(ui: &mut egui::Ui, surface: &Surface, origin: DVec3) {
     let mut row = |name: &str, value: String| {
         ui.weak(name);
         ui.add(egui::Label::new(value).wrap());
@@ -31,7 +34,7 @@ fn rows(ui: &mut egui::Ui, surface: &Surface) {
     row("Triangle", format!("{} ({side})", found.triangle));
     row("Material", material.clone());
     row("Distance", format!("{:.6}", found.distance));
-    let [x, y, z] = found.position.to_array();
+    let [x, y, z] = (found.position + origin).to_array();
     row("Position", format!("{x:.5}, {y:.5}, {z:.5}"));
     let [x, y, z] = found.normal.to_array();
     row("Normal", format!("{x:.4}, {y:.4}, {z:.4}"));

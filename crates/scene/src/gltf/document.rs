@@ -8,8 +8,10 @@ use std::sync::{Mutex, PoisonError};
 
 use gltf::json::accessor::Accessor;
 use gltf::json::{Index, Root, buffer};
+use serde::Deserialize;
 use serde_json::Value;
 
+use super::far::FarNode;
 use super::pointers::PointerChannel;
 use super::uri::{self, Resource};
 use super::{draco, extensions, meshopt, pointers};
@@ -29,6 +31,8 @@ pub(super) struct Document {
     pub(super) budget: Budget,
     /// The whole file, and behind it those of its buffers that are elsewhere.
     bytes: Vec<u8>,
+    /// Where the JSON is in `bytes`.
+    text: Range<usize>,
     /// Where each buffer is in `bytes`.
     buffers: Vec<Range<usize>>,
     /// The buffers behind these: what was compressed.
@@ -51,6 +55,7 @@ impl Document {
         let file = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
         let (json, binary) =
             if file.starts_with(b"glTF") { glb_chunks(path, &file, warnings)? } else { (0..file.len(), None) };
+        let range = json.clone();
         let text = &file[json];
         take_for_json(text, budget).map_err(|cause| Error::malformed(path, "JSON", cause))?;
         let (json, pointers) = parse(path, text, warnings)?;
@@ -64,6 +69,7 @@ impl Document {
             folder,
             budget,
             bytes: file,
+            text: range,
             buffers: Vec::new(),
             decompressed: Vec::new(),
             renamed: Mutex::default(),
@@ -72,6 +78,15 @@ impl Document {
         meshopt::decompress(&mut document)?;
         draco::decompress(&mut document, warnings)?;
         Ok(document)
+    }
+
+    /// The numbers of all nodes as the JSON spells them. None where only the [lenient parser](parse_leniently) takes the JSON.
+    pub(super) fn far_nodes(&self) -> Vec<FarNode> {
+        #[derive(Deserialize)]
+        struct Root {
+            nodes: Vec<FarNode>,
+        }
+        serde_json::from_slice(trimmed(&self.bytes[self.text.clone()])).map_or(Vec::new(), |Root { nodes }| nodes)
     }
 
     /// The error that `location`, a path in the JSON, is wrong for `cause`.
@@ -290,10 +305,14 @@ fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
     budget.take(bytes, "the JSON")
 }
 
-fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<(Root, Vec<PointerChannel>), Error> {
+/// JSON without a byte order mark before it and zeros behind it, with which some writers fill the JSON chunk up.
+fn trimmed(text: &[u8]) -> &[u8] {
     let text = text.strip_prefix(MARK).unwrap_or(text);
-    // Some writers fill the JSON chunk up with zeros instead of blanks.
-    let text = &text[..text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)];
+    &text[..text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)]
+}
+
+fn parse(path: &Path, text: &[u8], warnings: &mut Vec<String>) -> Result<(Root, Vec<PointerChannel>), Error> {
+    let text = trimmed(text);
     let (json, pointers) = match Root::from_slice(text) {
         Ok(json) => (json, Vec::new()),
         Err(error) => parse_leniently(path, text, &error, warnings)?,

@@ -2,8 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::Affine3A;
+use glam::{Affine3A, DVec3};
 
+use super::far::{FarNodes, near, wide};
 use super::rest::Rest;
 
 /// Where a matrix of a pose comes from.
@@ -15,9 +16,16 @@ pub(super) struct MatrixSource {
 }
 
 impl MatrixSource {
+    /// The matrix of nodes that are there.
     pub(super) fn at(&self, world_from_node: &[Affine3A]) -> Affine3A {
         let world_from_node = world_from_node[self.node as usize];
         self.node_from_mesh.map_or(world_from_node, |node_from_mesh| world_from_node * node_from_mesh)
+    }
+
+    /// As [`MatrixSource::at`], composed in f64 and then from `origin`.
+    pub(super) fn far(&self, nodes: &FarNodes, origin: DVec3) -> Affine3A {
+        let world_from_node = nodes.world_from_node[self.node as usize];
+        near(self.node_from_mesh.map_or(world_from_node, |of| world_from_node * wide(&of)), origin)
     }
 }
 

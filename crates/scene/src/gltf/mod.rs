@@ -3,7 +3,8 @@
 //! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
 //! read what their names say; `parts` puts meshes and nodes together and makes a rig of the result, `bodies` says what of it
 //! moves together. `pose` finds the
-//! moving nodes at a moment; the rig poses the vertices that follow them.
+//! moving nodes at a moment; the rig poses the vertices that follow them. `far` does so in f64 for scenes far from the origin
+//! of their coordinates.
 
 mod accessor;
 mod animation;
@@ -14,6 +15,7 @@ mod document;
 mod draco;
 mod expand;
 mod extensions;
+mod far;
 mod instances;
 mod layers;
 mod material;
@@ -36,9 +38,12 @@ mod visibility;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use glam::DVec3;
+
 use self::animation::Animations;
 use self::attached::{NodeCamera, NodeLight};
 use self::document::Document;
+use self::far::Far;
 use self::matrices::MatrixSource;
 use self::moved::{Emission, Target};
 use self::nodes::Nodes;
@@ -89,8 +94,15 @@ impl GltfScene {
             Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
-        let rest = Rest::new(&document, &nodes, &weights, &animations);
+        let mut rest = Rest::new(&document, &nodes, &weights, &animations);
         let mut parts = Parts::read(&document, &nodes, &skins, &rest, &weights.first_of_node, &mut warnings)?;
+        let mut first = Scratch::new(&rest);
+        first.move_nodes(&rest, &animations, 0.0);
+        let origin = parts.origin(&first);
+        drop(first);
+        if origin != DVec3::ZERO {
+            rest.place(Far::read(&document, &nodes, &animations, &rest, origin)?);
+        }
         let without_material = |primitive: &primitive::Primitive| primitive.material.is_none();
         let needs_default = parts.primitives.iter().any(without_material);
         let materials = material::read(&document, needs_default, &mut warnings)?;

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use gltf::json;
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
@@ -14,9 +14,11 @@ use super::document::Document;
 use super::instances::Instances;
 use super::matrices::{Added, Matrices, MatrixSource};
 use super::nodes::Nodes;
+use super::pose::Scratch;
 use super::primitive::{Primitive, piece_count};
 use super::rest::Rest;
-use crate::rig::{Influences, Part, Placement, Rig};
+use crate::origin::FarBounds;
+use crate::rig::{Influences, Part, Placement, Pose, Rig};
 use crate::{Error, Objects};
 
 /// The most triangles, points and lines that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
@@ -187,6 +189,28 @@ impl Parts {
             self.node_of_marks.extend((0..copies).map(|_| shown.node as u32));
         }
         Ok(())
+    }
+
+    /// The scene's origin, by the positions of all vertices where nodes are at a moment.
+    pub(super) fn origin(&self, nodes: &Scratch) -> DVec3 {
+        let mut bounds = FarBounds::default();
+        let mut pose = Pose { matrices: Vec::new(), weights: nodes.pose.weights.clone() };
+        let all_are_far = self.parts.iter().all(|part| {
+            let shape = &self.primitives[part.shape as usize].shape;
+            let sources = if part.moves { &self.matrices.moving } else { &self.matrices.still };
+            let (first, count, placement) = match part.placement {
+                Placement::Rigid { matrix } => (matrix as usize, 1, Placement::Rigid { matrix: 0 }),
+                Placement::Skinned { first_matrix } => {
+                    let highest = Influences::highest_joint(&shape.influences).map_or(0, |joint| joint as usize);
+                    (first_matrix as usize, highest + 1, Placement::Skinned { first_matrix: 0 })
+                }
+            };
+            pose.matrices.clear();
+            pose.matrices.extend(sources[first..][..count].iter().map(|source| source.at(&nodes.world_from_node)));
+            let part = Part { placement, ..*part };
+            part.positions(&pose, shape, |position| bounds.add(position.as_dvec3()))
+        });
+        if all_are_far { bounds.origin() } else { DVec3::ZERO }
     }
 
     /// Nodes and how many triangles they have, in the order of the triangles; and the node of each run of points and lines.

@@ -6,9 +6,13 @@ use glam::{Affine3A, Vec3};
 use gltf::json::animation::Property;
 
 use super::GltfScene;
+use super::animation::Animations;
 use super::attached::{NodeCamera, NodeLight};
+use super::far::{Far, FarNodes};
+use super::matrices::MatrixSource;
 use super::moved::change_material;
 use super::nodes::Trs;
+use super::rest::Rest;
 use crate::check::{check_light, check_material};
 use crate::rig::{Pose, Rig};
 use crate::{Animated, Animation, Error, Frame, Materials, NamedCamera, check_camera};
@@ -18,9 +22,11 @@ use crate::{Animated, Animation, Error, Frame, Materials, NamedCamera, check_cam
 pub(super) struct Scratch {
     /// For each of the scene's animated nodes.
     locals: Vec<Trs>,
-    /// For each node.
-    world_from_node: Vec<Affine3A>,
-    pose: Pose,
+    /// For each node, from the scene's origin.
+    pub(super) world_from_node: Vec<Affine3A>,
+    pub(super) pose: Pose,
+    /// Nodes of a scene far from the origin of its coordinates.
+    far: Option<FarNodes>,
 }
 
 impl Animated for GltfScene {
@@ -30,6 +36,10 @@ impl Animated for GltfScene {
 
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         self.at(seconds, frame, |pose, frame| self.rig.pose(pose, frame))
+    }
+
+    fn origin(&self) -> [f64; 3] {
+        self.rest.origin().into()
     }
 
     fn rig(&self) -> Option<&Arc<Rig>> {
@@ -123,52 +133,75 @@ impl GltfScene {
     }
 
     fn scratch(&self) -> Scratch {
-        let world_from_node = self.rest.world_from_node.clone();
-        let matrices = self.matrix_sources.iter().map(|source| source.at(&world_from_node)).collect();
-        Scratch {
-            locals: self.rest.animated.clone(),
-            pose: Pose { matrices, weights: self.rest.weights.clone() },
-            world_from_node,
-        }
+        let mut scratch = Scratch::new(&self.rest);
+        scratch.pose.matrices = self.matrix_sources.iter().map(|source| scratch.matrix(source, &self.rest)).collect();
+        scratch
     }
 
     /// Fills `scratch` for a moment. What no channel moves is in it already, and stays.
     fn animate(&self, seconds: f64, scratch: &mut Scratch) {
-        for (channel, &slot) in self.animations.channels.iter().zip(&self.rest.slot_of_channel) {
+        scratch.move_nodes(&self.rest, &self.animations, seconds);
+        let moving = self.matrix_sources[..self.rig.moving_matrices].iter().enumerate();
+        moving.for_each(|(index, source)| scratch.pose.matrices[index] = scratch.matrix(source, &self.rest));
+    }
+}
+
+impl Scratch {
+    /// All nodes at rest, and no matrices.
+    pub(super) fn new(rest: &Rest) -> Self {
+        Self {
+            locals: rest.animated.clone(),
+            pose: Pose { matrices: Vec::new(), weights: rest.weights.clone() },
+            world_from_node: rest.world_from_node.clone(),
+            far: rest.far.as_ref().map(Far::nodes),
+        }
+    }
+
+    /// Moves all that has channels to a moment, but for matrices.
+    pub(super) fn move_nodes(&mut self, rest: &Rest, animations: &Animations, seconds: f64) {
+        for (channel, &slot) in animations.channels.iter().zip(&rest.slot_of_channel) {
             let slot = slot as usize;
             let mut value = [0.0; 4];
             match channel.property {
                 Property::MorphTargetWeights => {
-                    let weights = &mut scratch.pose.weights[slot..][..channel.curve.width];
+                    let weights = &mut self.pose.weights[slot..][..channel.curve.width];
                     channel.curve.sample(seconds, weights);
                 }
                 Property::Translation => {
                     channel.curve.sample(seconds, &mut value[..3]);
-                    scratch.locals[slot].translation = Vec3::from_slice(&value);
+                    self.locals[slot].translation = Vec3::from_slice(&value);
                 }
                 Property::Scale => {
                     channel.curve.sample(seconds, &mut value[..3]);
-                    scratch.locals[slot].scale = Vec3::from_slice(&value);
+                    self.locals[slot].scale = Vec3::from_slice(&value);
                 }
                 Property::Rotation => {
                     channel.curve.sample(seconds, &mut value);
-                    scratch.locals[slot].rotation = super::nodes::rotation(value);
+                    self.locals[slot].rotation = super::nodes::rotation(value);
                 }
             }
         }
-        for moving in &self.rest.moving {
+        if let (Some(far), Some(nodes)) = (&rest.far, &mut self.far) {
+            far.follow(rest, animations, &self.locals, nodes, &mut self.world_from_node);
+            return;
+        }
+        for moving in &rest.moving {
             let parent_from_node = match moving.slot {
-                Some(slot) => scratch.locals[slot as usize].parent_from_node(),
+                Some(slot) => self.locals[slot as usize].parent_from_node(),
                 None => moving.parent_from_node,
             };
-            scratch.world_from_node[moving.node as usize] = match moving.parent {
-                Some(parent) => scratch.world_from_node[parent as usize] * parent_from_node,
+            self.world_from_node[moving.node as usize] = match moving.parent {
+                Some(parent) => self.world_from_node[parent as usize] * parent_from_node,
                 None => parent_from_node,
             };
         }
-        let moving = &mut scratch.pose.matrices[..self.rig.moving_matrices];
-        for (matrix, source) in moving.iter_mut().zip(&self.matrix_sources) {
-            *matrix = source.at(&scratch.world_from_node);
+    }
+
+    /// The matrix of a source where the nodes are.
+    pub(super) fn matrix(&self, source: &MatrixSource, rest: &Rest) -> Affine3A {
+        match &self.far {
+            Some(nodes) => source.far(nodes, rest.origin()),
+            None => source.at(&self.world_from_node),
         }
     }
 }

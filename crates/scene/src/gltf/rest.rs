@@ -1,16 +1,18 @@
 //! A scene before it is animated, and what of it the animation moves.
 
-use glam::Affine3A;
+use glam::{Affine3A, DVec3};
 use gltf::json::animation::Property;
 
 use super::animation::Animations;
 use super::document::Document;
+use super::far::Far;
 use super::nodes::{Nodes, Trs, trs};
 use crate::Error;
 
 /// Where everything is at rest, and which nodes have to be computed for every pose.
 #[derive(Debug)]
 pub(super) struct Rest {
+    /// Of all nodes, from the scene's origin.
     pub(super) world_from_node: Vec<Affine3A>,
     /// The morph weights of all nodes, one node after the other.
     pub(super) weights: Vec<f32>,
@@ -20,6 +22,8 @@ pub(super) struct Rest {
     pub(super) slot_of_channel: Vec<u32>,
     /// The nodes that have channels and all nodes below them, parents before their children.
     pub(super) moving: Vec<Moving>,
+    /// The nodes of a scene far from the origin of its coordinates.
+    pub(super) far: Option<Far>,
 }
 
 /// A node that may be elsewhere in every pose.
@@ -61,7 +65,20 @@ impl Rest {
             }
         }
         let world_from_node = nodes.world_from_node();
-        Self { world_from_node, weights: weights.weights.clone(), animated, slot_of_channel, moving }
+        Self { world_from_node, weights: weights.weights.clone(), animated, slot_of_channel, moving, far: None }
+    }
+}
+
+impl Rest {
+    /// Has all that is posed count from another origin.
+    pub(super) fn place(&mut self, far: Far) {
+        self.world_from_node = far.near_from_node();
+        self.far = Some(far);
+    }
+
+    /// Origin of poses in the world.
+    pub(super) fn origin(&self) -> DVec3 {
+        self.far.as_ref().map_or(DVec3::ZERO, |far| far.origin)
     }
 }
 

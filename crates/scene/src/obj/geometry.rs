@@ -1,11 +1,13 @@
 use std::collections::HashMap;
 use std::num::NonZeroU32;
 use std::path::Path;
+use std::str::FromStr;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::Positions;
 use crate::memory::Budget;
+use crate::origin::{FarBounds, local};
 use crate::polygon::Cutter;
 use crate::still::Vertices;
 use crate::text::{Lines, number, quoted, words};
@@ -15,6 +17,8 @@ use crate::{Error, Marks, Objects, text};
 /// What an OBJ file says about shapes, in the file's own indices.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
+    /// Origin of `positions` in the world.
+    pub(super) origin: DVec3,
     positions: Vec<Vec3>,
     /// sRGB; as long as `positions` once any position has a colour, else empty.
     colors: Vec<Vec3>,
@@ -70,8 +74,8 @@ impl Geometry {
     ///
     /// # Errors
     /// Names the line that breaks the format.
-    pub(super) fn parse(path: &Path, bytes: &[u8], budget: &Budget) -> Result<Self, Error> {
-        let mut geometry = Self { cutter: Cutter::new(budget), budget: budget.clone(), ..Self::default() };
+    pub(super) fn parse(path: &Path, bytes: &[u8], origin: DVec3, budget: &Budget) -> Result<Self, Error> {
+        let mut geometry = Self { origin, cutter: Cutter::new(budget), budget: budget.clone(), ..Self::default() };
         let mut lines = Lines::new(bytes);
         let mut joined = Vec::new();
         while let Some((line_number, line)) = lines.next() {
@@ -103,13 +107,13 @@ impl Geometry {
         match keyword {
             b"v" => self.position(rest),
             b"vt" => {
-                let ([u, v, _], _) = floats::<3>(rest, 1)?;
+                let ([u, v, _], _) = floats::<f32, 3>(rest, 1)?;
                 self.budget.reserve(&mut self.tex_coords, 1, "texture coordinates")?;
                 self.tex_coords.push(Vec2::new(u, 1.0 - v));
                 Ok(())
             }
             b"vn" => {
-                let (normal, _) = floats(rest, 3)?;
+                let (normal, _) = floats::<f32, 3>(rest, 3)?;
                 self.budget.reserve(&mut self.normals, 1, "normals")?;
                 self.normals.push(Vec3::from_array(normal).normalize_or_zero());
                 Ok(())
@@ -153,9 +157,13 @@ impl Geometry {
 
     /// `x y z`, `x y z w` (a weight that polygons don't have) or `x y z r g b`.
     fn position(&mut self, rest: &[u8]) -> Result<(), String> {
-        let ([x, y, z, r, g, b], count) = floats(rest, 3)?;
+        let ([x, y, z, r, g, b], count) = floats::<f32, 6>(rest, 3)?;
         self.budget.reserve(&mut self.positions, 1, "vertices")?;
-        self.positions.push(Vec3::new(x, y, z));
+        self.positions.push(if self.origin == DVec3::ZERO {
+            Vec3::new(x, y, z)
+        } else {
+            local(world_position(rest)?, self.origin)
+        });
         if count == 6 || !self.colors.is_empty() {
             let missing = self.positions.len() - self.colors.len();
             self.budget.reserve(&mut self.colors, missing, "vertices' colours")?;
@@ -376,6 +384,17 @@ impl Geometry {
     }
 }
 
+/// Origin of a file's positions.
+pub(super) fn origin(bytes: &[u8]) -> DVec3 {
+    let vertices = Lines::new(bytes).map(|(_, line)| text::keyword(line)).filter(|(keyword, _)| *keyword == b"v");
+    // Those that can't be read are errors later.
+    FarBounds::origin_of(vertices.filter_map(|(_, rest)| world_position(rest).ok()))
+}
+
+fn world_position(rest: &[u8]) -> Result<DVec3, String> {
+    floats::<f64, 3>(rest, 3).map(|(position, _)| position.into())
+}
+
 /// The position of vertex `vertex`, one of `corners`; `None` where the file says it later, or never.
 fn position_of(corners: &[Corner], positions: &[Vec3], vertex: u32) -> Option<Vec3> {
     positions.get(corners[vertex as usize].position.get() as usize - 1).copied()
@@ -408,8 +427,11 @@ fn before_comment(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 /// Up to `N` numbers, and how many there are; at least `required`, the rest being zero.
-fn floats<const N: usize>(rest: &[u8], required: usize) -> Result<([f32; N], usize), String> {
-    let mut values = [0.0; N];
+fn floats<T: Copy + Default + FromStr, const N: usize>(
+    rest: &[u8],
+    required: usize,
+) -> Result<([T; N], usize), String> {
+    let mut values = [T::default(); N];
     let mut count = 0;
     for (value, word) in values.iter_mut().zip(before_comment(rest)) {
         *value = number(word)?;

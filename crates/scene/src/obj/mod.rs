@@ -12,6 +12,8 @@ use std::mem;
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use crate::folder::{self, Files, Folder};
 use crate::memory::{Budget, Limits};
 use crate::{Error, Materials, OpenOptions, foreign, still::Still};
@@ -29,7 +31,7 @@ use geometry::Geometry;
 /// Where the OBJ file or a library can't be read, or the OBJ file breaks its format. Libraries and textures that are missing,
 /// and statements of a library that can't be read, are warnings.
 pub(crate) fn read(path: &Path, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
-    still(path, &mut parsed(path, budget)?, shared, budget)
+    still(path, &mut parsed(path, shared, budget)?, shared, budget)
 }
 
 /// The positions in an OBJ file, whether or not faces use them.
@@ -49,15 +51,16 @@ pub(crate) fn read_with_positions(
     shared: &mut SharedMaterials,
     budget: &Budget,
 ) -> Result<(Still, Positions), Error> {
-    let mut geometry = parsed(path, budget)?;
+    let mut geometry = parsed(path, shared, budget)?;
     let still = still(path, &mut geometry, shared, budget)?;
     Ok((still, geometry.positions(path)?))
 }
 
-fn parsed(path: &Path, budget: &Budget) -> Result<Geometry, Error> {
+fn parsed(path: &Path, shared: &SharedMaterials, budget: &Budget) -> Result<Geometry, Error> {
     let bytes = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
     foreign::expect_text(path, &bytes)?;
-    Geometry::parse(path, &bytes, budget)
+    let origin = shared.origin.unwrap_or_else(|| geometry::origin(&bytes));
+    Geometry::parse(path, &bytes, origin, budget)
 }
 
 /// What `geometry` looks like, whose triangles are taken away.
@@ -83,7 +86,7 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
     let mesh = Arc::make_mut(&mut frame.mesh);
     mesh.objects = mem::take(&mut geometry.objects);
     mesh.marks = mem::take(&mut geometry.marks);
-    Ok(Still { frame, warnings, ..Still::default() })
+    Ok(Still { frame, warnings, origin: geometry.origin, ..Still::default() })
 }
 
 /// The materials of the last file read, for a next one that asks for the same.
@@ -91,6 +94,8 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
     allow_outside: bool,
+    /// Origin of all files of a sequence, that of its first; `None` where each file has its own.
+    pub(crate) origin: Option<DVec3>,
     /// [`OpenOptions::crease_degrees`].
     pub(crate) crease_degrees: f32,
     /// Of each file.
@@ -101,7 +106,7 @@ impl SharedMaterials {
     /// None yet, of files that are opened so.
     pub(crate) fn new(options: &OpenOptions, files: Files) -> Self {
         let OpenOptions { allow_outside, crease_degrees, .. } = *options;
-        Self { last: None, allow_outside, crease_degrees, limits: options.limits(files) }
+        Self { last: None, allow_outside, origin: None, crease_degrees, limits: options.limits(files) }
     }
 }
 

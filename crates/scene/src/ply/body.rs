@@ -2,7 +2,7 @@ use super::header::{Element, Encoding, Kind, Scalar};
 use crate::text::{Lines, number, quoted};
 
 /// Reads a PLY file's values one after the other.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Body<'a> {
     /// One row a line.
     Ascii {

@@ -9,6 +9,8 @@ mod vertices;
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use crate::memory::Budget;
 use crate::still::{Still, Vertices};
 use crate::{Error, Marks, Material, Materials};
@@ -22,11 +24,11 @@ use header::{Element, Header};
 /// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
 /// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says, and colours, unless vertices have
 /// some; from `tristrips`: `vertex_indices`, -1 ending a strip; from `edge`: `vertex1 vertex2`, as lines. Where there is none
-/// of these, all vertices are points. Everything else is read past.
+/// of these, all vertices are points. Everything else is read past. Positions count from `origin`, or else from that of their [`FarBounds`](crate::origin::FarBounds).
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
-pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
+pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> Result<Still, Error> {
     let bytes = crate::folder::read(path, budget).map_err(|source| Error::read(path, source))?;
     let header = Header::parse(path, &bytes)?;
     let mut body = Body::new(header.encoding, &bytes[header.bytes..]);
@@ -44,7 +46,8 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
         match element.name.as_str() {
             "vertex" if vertices.is_none() => {
                 let plan = vertices::plan(element).map_err(|cause| Error::malformed(path, "header", cause))?;
-                vertices = Some(vertices::read(&plan, element, &mut body, budget).map_err(at_row)?);
+                let origin = *origin.get_or_insert_with(|| vertices::origin(&plan, element, body.clone()));
+                vertices = Some(vertices::read(&plan, element, &mut body, origin, budget).map_err(at_row)?);
             }
             "face" => faces.read(Form::Polygon, element, &mut body, positions).map_err(at_row)?,
             "tristrips" => faces.read(Form::Strips, element, &mut body, positions).map_err(at_row)?,
@@ -90,7 +93,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Still, Error> {
     let material_of_triangle = vec![0; faces.triangles.len()];
     let mut frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
     Arc::make_mut(&mut frame.mesh).marks = marks;
-    Ok(Still { frame, warnings, ..Still::default() })
+    Ok(Still { frame, warnings, origin: origin.unwrap_or_default(), ..Still::default() })
 }
 
 /// Compares an element's count with the bytes that are really there.

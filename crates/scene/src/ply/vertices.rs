@@ -1,9 +1,10 @@
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::body::Body;
 use super::header::{Element, Kind, Scalar};
 use crate::ColorSpace;
 use crate::memory::Budget;
+use crate::origin::{FarBounds, local};
 use crate::still::Vertices;
 use crate::texture::linear_from_srgb;
 
@@ -68,6 +69,17 @@ pub(super) fn plan(element: &Element) -> Result<Plan, String> {
     }
 }
 
+/// Origin of the positions of the element `vertex`.
+pub(super) fn origin(plan: &Plan, element: &Element, mut body: Body<'_>) -> DVec3 {
+    let mut bounds = FarBounds::default();
+    // Rows that can't be read are errors later.
+    let all = body.each_row(element, |body| match bounds.add(world_position(&plan.row(body)?)) {
+        true => Ok(()),
+        false => Err("they aren't far".to_owned()),
+    });
+    if all.is_ok() { bounds.origin() } else { DVec3::ZERO }
+}
+
 /// Reads all rows of the element `vertex`, whose count was compared with the bytes that are there.
 ///
 /// # Errors
@@ -76,6 +88,7 @@ pub(super) fn read(
     plan: &Plan,
     element: &Element,
     body: &mut Body<'_>,
+    origin: DVec3,
     budget: &Budget,
 ) -> Result<Vertices, (u64, String)> {
     if element.count > u64::from(u32::MAX) {
@@ -93,7 +106,7 @@ pub(super) fn read(
         .map_err(|cause| (0, cause))?;
     body.each_row(element, |body| {
         let row = plan.row(body)?;
-        vertices.positions.push(vec3(&row, POSITION));
+        vertices.positions.push(local(world_position(&row), origin));
         if has_normals {
             vertices.normals.push(vec3(&row, NORMAL).normalize_or_zero());
         }
@@ -139,6 +152,10 @@ pub(super) fn color([red, green, blue, alpha]: [f64; 4], [r, g, b, opacity]: [Op
         Vec3::new(part(red, r), part(green, g), part(blue, b))
     };
     color.extend(opacity.map_or(1.0, |scalar| highest(scalar).map_or(alpha, |highest| alpha / highest)) as f32)
+}
+
+fn world_position(row: &Row) -> DVec3 {
+    DVec3::new(row[POSITION], row[POSITION + 1], row[POSITION + 2])
 }
 
 fn vec3(row: &Row, first: usize) -> Vec3 {

@@ -94,6 +94,10 @@ impl Animated for PointCache {
         Ok(())
     }
 
+    fn origin(&self) -> [f64; 3] {
+        self.samples.origin().into()
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
     }

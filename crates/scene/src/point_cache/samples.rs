@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::memory::Budget;
+use crate::origin::{FarBounds, local};
 use crate::{Error, folder};
 
 /// What PC2 files begin with.
@@ -23,6 +24,8 @@ pub(super) struct Samples {
     /// Where in it the first sample is.
     start: usize,
     big_endian: bool,
+    /// Origin of positions in the world, by the first sample.
+    origin: DVec3,
 }
 
 /// A moment between two samples.
@@ -32,6 +35,7 @@ pub(super) struct Moment<'a> {
     /// The next sample, and how far it is on the way there; `None` at a sample.
     later: Option<(&'a [u8], f32)>,
     big_endian: bool,
+    origin: DVec3,
 }
 
 impl Samples {
@@ -52,7 +56,15 @@ impl Samples {
         }
         // No more than `end`.
         let start = header.start as usize;
-        Ok(Self { times, points: header.points, bytes, start, big_endian })
+        let mut samples = Self { times, points: header.points, bytes, start, big_endian, origin: DVec3::ZERO };
+        let first = samples.at(0.0);
+        let points = (0..samples.points).map(|point| first.position(point).as_dvec3());
+        samples.origin = FarBounds::origin_of(points);
+        Ok(samples)
+    }
+
+    pub(super) fn origin(&self) -> DVec3 {
+        self.origin
     }
 
     pub(super) fn points(&self) -> usize {
@@ -70,7 +82,7 @@ impl Samples {
         let passed = (seconds - begin).max(0.0);
         let later = self.times.get(next).filter(|_| passed > 0.0);
         let later = later.map(|end| (self.sample(next), (passed / (end - begin)) as f32));
-        Moment { earlier: self.sample(next - 1), later, big_endian: self.big_endian }
+        Moment { earlier: self.sample(next - 1), later, big_endian: self.big_endian, origin: self.origin }
     }
 
     fn sample(&self, index: usize) -> &[u8] {
@@ -90,7 +102,8 @@ impl Moment<'_> {
     fn decoded(&self, sample: &[u8], point: usize) -> Vec3 {
         let bytes = &sample[point * POINT_BYTES..][..POINT_BYTES];
         let coordinate = |at: usize| float([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]], self.big_endian);
-        Vec3::new(coordinate(0), coordinate(4), coordinate(8))
+        let world = Vec3::new(coordinate(0), coordinate(4), coordinate(8));
+        if self.origin == DVec3::ZERO { world } else { local(world.as_dvec3(), self.origin) }
     }
 }
 

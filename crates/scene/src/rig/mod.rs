@@ -61,7 +61,7 @@ pub enum Placement {
 /// What moves a rig's vertices at a moment.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
-    /// From the space of meshes to the world; first those that move (see [`Rig::moving_matrices`]).
+    /// From the space of meshes to the world, from the scene's origin; first those that move (see [`Rig::moving_matrices`]).
     pub matrices: Vec<Affine3A>,
     /// Of morph targets.
     pub weights: Vec<f32>,

@@ -57,6 +57,23 @@ impl Rig {
     }
 }
 
+impl Part {
+    /// Calls with the positions of its vertices in a pose, until that says no; whether it never did.
+    pub(crate) fn positions(&self, pose: &Pose, shape: &Shape, mut visit: impl FnMut(Vec3) -> bool) -> bool {
+        const AT_ONCE: usize = 64;
+        let (mut positions, mut normals, mut tangents) =
+            ([Vec3::ZERO; AT_ONCE], [Vec3::ZERO; AT_ONCE], [Vec4::ZERO; AT_ONCE]);
+        let all = shape.positions.len();
+        (0..all).step_by(AT_ONCE).all(|first| {
+            let range = first..all.min(first + AT_ONCE);
+            let mut vertices = Vertices { positions: &mut positions, normals: &mut normals, tangents: &mut tangents };
+            let count = range.len();
+            vertices.range(0..count).pose(pose, self, shape, range);
+            positions[..count].iter().copied().all(&mut visit)
+        })
+    }
+}
+
 impl Vertices<'_> {
     fn split_at(self, middle: usize) -> (Self, Self) {
         let (positions, right_positions) = self.positions.split_at_mut(middle);

@@ -7,6 +7,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use glam::DVec3;
+
 use crate::folder::Files;
 use crate::{Animated, Error, Frame, OpenOptions, obj, scene::read_still, still::Still};
 
@@ -19,6 +21,8 @@ pub(crate) struct Sequence {
     paths: Vec<PathBuf>,
     fps: f64,
     warnings: Vec<String>,
+    /// The first file's, for all of them.
+    origin: DVec3,
     recent: Mutex<Recent>,
 }
 
@@ -51,9 +55,10 @@ impl Sequence {
             return Err(Error::address(address.display().to_string(), cause));
         }
         let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options, Files::OnDisk) };
-        let mut sequence = Self { paths, fps, warnings, recent: Mutex::new(recent) };
+        let mut sequence = Self { paths, fps, warnings, origin: DVec3::ZERO, recent: Mutex::new(recent) };
         // What the first file lacks, the others usually lack too.
         let first = sequence.still(0)?;
+        sequence.origin = first.origin;
         let name = sequence.paths[0].display().to_string();
         sequence.warnings.extend(first.warnings.iter().map(|warning| format!("{name}: {warning}")));
         Ok(Some(sequence))
@@ -88,6 +93,7 @@ impl Sequence {
             recent.stills.remove(0);
         }
         recent.stills.push((index, Arc::clone(&still)));
+        recent.materials.origin.get_or_insert(still.origin);
         Ok(still)
     }
 }
@@ -101,6 +107,10 @@ impl Animated for Sequence {
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         frame.copy_surfaces(&self.still(self.index_at(seconds))?.frame);
         Ok(())
+    }
+
+    fn origin(&self) -> [f64; 3] {
+        self.origin.into()
     }
 
     fn warnings(&self) -> &[String] {

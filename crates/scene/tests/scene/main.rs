@@ -18,6 +18,7 @@ mod instances;
 mod marks;
 mod memory;
 mod opacity;
+mod origin;
 mod pose_allocations;
 mod smooth_normals;
 #[cfg(feature = "avif")]

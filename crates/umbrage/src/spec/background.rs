@@ -52,7 +52,7 @@ impl fmt::Display for BackgroundSpec {
         match self {
             Self::Sky => f.write_str("sky"),
             Self::Transparent => f.write_str("none"),
-            Self::Color(color) => Words(*color).fmt(f),
+            Self::Color(color) => Words(color.to_array()).fmt(f),
             Self::File(path) => path.display().fmt(f),
         }
     }

@@ -2,12 +2,12 @@ use std::f32::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use umbrage_rays::LightSource;
 use umbrage_scene::{Light, LightShape};
 
 use super::color::color;
-use super::{Length, Words, number, vector};
+use super::{Length, Words, number, vector, widened, world_point};
 
 /// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to another with
 /// the cone's full angle, or a flat one around a point that faces another, `rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT` or
@@ -15,9 +15,13 @@ use super::{Length, Words, number, vector};
 /// one, and `:noshadow`. Sizes are in world units or, such as `2%`, shares of the scene's size; a sun's radius is in degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSpec {
+    /// Its position, where it has one, is `position` in f32.
     source: LightSource,
-    /// Where a light without a strength is as bright as full sunlight; `None` for the scene's centre.
-    target: Option<Vec3>,
+    /// In the world; zero for suns.
+    position: DVec3,
+    /// The point in the world that it faces, and where a light without a strength is as bright as full sunlight; `None` for the
+    /// scene's centre.
+    target: Option<DVec3>,
     /// In candela or lux.
     intensity: Option<f32>,
     color: Vec3,
@@ -36,6 +40,7 @@ impl LightSpec {
     pub fn new(source: LightSource) -> Self {
         Self {
             source,
+            position: position(&source),
             target: None,
             intensity: None,
             color: Vec3::ONE,
@@ -43,6 +48,28 @@ impl LightSpec {
             is_share: false,
             casts_shadow: true,
         }
+    }
+
+    /// The light from a scene's [origin](umbrage_scene::Scene::origin) in place of the world's.
+    #[must_use]
+    pub fn local(&self, origin: [f64; 3]) -> Self {
+        self.moved(-DVec3::from(origin))
+    }
+
+    /// The light in the world, inverse of [`local`](Self::local).
+    #[must_use]
+    pub fn in_world(&self, origin: [f64; 3]) -> Self {
+        self.moved(origin.into())
+    }
+
+    fn moved(&self, by: DVec3) -> Self {
+        let mut moved = self.clone();
+        moved.target = moved.target.map(|target| target + by);
+        if let LightSource::Point { position } | LightSource::Spot { position, .. } = &mut moved.source {
+            moved.position += by;
+            *position = moved.position.as_vec3();
+        }
+        moved
     }
 
     /// The same of another shape, in world units. A flat one needs [a source to one side](LightSource::to_one_side).
@@ -63,14 +90,20 @@ impl LightSpec {
         self.is_share
     }
 
-    /// The light in a scene around `center` of this [size](umbrage_scene::Scene::size).
+    /// The light in a scene around `center`, both from the same origin, of this [size](umbrage_scene::Scene::size).
     #[must_use]
     pub fn light(&self, center: Vec3, scene_size: f32) -> Light {
+        let target = self.target.map(|target| target.as_vec3());
+        let mut source = self.source;
+        if let (LightSource::Spot { position, direction: towards, .. }, Some(target)) = (&mut source, target) {
+            // Of the points in f32, unless these are the same.
+            *towards = direction(target - *position, "").unwrap_or(*towards);
+        }
         // An irradiance of π makes a white surface as bright as a screen's white.
         let bright = match self.source {
             LightSource::Directional { .. } => PI,
             LightSource::Point { position } | LightSource::Spot { position, .. } => {
-                let distance_squared = position.distance_squared(self.target.unwrap_or(center));
+                let distance_squared = position.distance_squared(target.unwrap_or(center));
                 PI * if distance_squared > 0.0 { distance_squared } else { 1.0 }
             }
         };
@@ -84,7 +117,7 @@ impl LightSpec {
                 LightShape::Rectangle { width: length(width), height: length(height) }
             }
         };
-        Light { color, casts_shadow, shape, ..Light::new(self.source, intensity) }
+        Light { color, casts_shadow, shape, ..Light::new(source, intensity) }
     }
 
     /// One of the shape's lengths.
@@ -118,18 +151,19 @@ impl TryFrom<&Light> for LightSpec {
             return Err(UnspeakableLight::Range);
         }
         let Light { source, color, shape, casts_shadow, .. } = *light;
-        Ok(Self { source, target: None, intensity: Some(light.intensity), color, shape, is_share: false, casts_shadow })
+        let (position, intensity) = (position(&source), Some(light.intensity));
+        Ok(Self { source, position, target: None, intensity, color, shape, is_share: false, casts_shadow })
     }
 }
 
 impl fmt::Display for LightSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let position = Words(self.position.to_array());
         match self.source {
-            LightSource::Point { position } => write!(f, "point:{}", Words(position))?,
-            LightSource::Directional { direction } => write!(f, "sun:{}", Words(direction))?,
-            LightSource::Spot { position, direction, outer_radians, .. } => {
-                let target = self.target.unwrap_or(position + direction);
-                let (position, target) = (Words(position), Words(target));
+            LightSource::Point { .. } => write!(f, "point:{position}")?,
+            LightSource::Directional { direction } => write!(f, "sun:{}", Words(direction.to_array()))?,
+            LightSource::Spot { direction, outer_radians, .. } => {
+                let target = Words(self.target.unwrap_or_else(|| self.position + widened(direction)).to_array());
                 match self.shape {
                     LightShape::Ball(_) => write!(f, "spot:{position}:{target}:{}", 2.0 * outer_radians.to_degrees())?,
                     LightShape::Rectangle { width, height } => {
@@ -141,7 +175,7 @@ impl fmt::Display for LightSpec {
         }
         // Without a strength it is white.
         if let Some(intensity) = self.intensity {
-            write!(f, ":{intensity}:{}", Words(self.color))?;
+            write!(f, ":{intensity}:{}", Words(self.color.to_array()))?;
         }
         if let LightShape::Ball(radius) = self.shape
             && radius > 0.0
@@ -166,21 +200,23 @@ impl FromStr for LightSpec {
         };
         let ball = ball(radius.unwrap_or(Length::World(0.0)));
         let parts: Vec<&str> = text.split(':').collect();
-        let (source, target, (shape, is_share), rest) = match parts[..] {
+        let (source, position, target, (shape, is_share), rest) = match parts[..] {
             ["point", position, ref rest @ ..] => {
-                (LightSource::Point { position: vector(position)? }, None, ball, rest)
+                let position = world_point(position)?;
+                (LightSource::Point { position: position.as_vec3() }, position, None, ball, rest)
             }
             ["sun", travel, ref rest @ ..] => {
                 let direction = direction(vector(travel)?, "a sun's direction")?;
-                (LightSource::Directional { direction }, None, ball, rest)
+                (LightSource::Directional { direction }, DVec3::ZERO, None, ball, rest)
             }
             ["spot", position, target, angle, ref rest @ ..] => {
                 let (position, target, direction) = aimed("spot", position, target)?;
-                (spot(position, direction, number(angle)?)?, Some(target), ball, rest)
+                (spot(position.as_vec3(), direction, number(angle)?)?, position, Some(target), ball, rest)
             }
             [kind @ ("rect" | "disk"), position, target, size, ref rest @ ..] => {
                 let (position, target, direction) = aimed(kind, position, target)?;
-                (LightSource::to_one_side(position, direction), Some(target), flat(kind, size)?, rest)
+                let source = LightSource::to_one_side(position.as_vec3(), direction);
+                (source, position, Some(target), flat(kind, size)?, rest)
             }
             _ => {
                 return Err("give point:X,Y,Z, sun:DX,DY,DZ, spot:X,Y,Z:X,Y,Z:DEGREES, rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT or \
@@ -209,14 +245,24 @@ impl FromStr for LightSpec {
                 return Err(format!("a sun's radius is at most {} degrees", Light::MAX_SUN_RADIUS_DEGREES));
             }
         }
-        Ok(Self { source, target, intensity, color, shape, is_share, casts_shadow })
+        Ok(Self { source, position, target, intensity, color, shape, is_share, casts_shadow })
     }
 }
 
 /// Where a light of this kind is, the point that it faces, and the direction of that.
-fn aimed(kind: &str, position: &str, target: &str) -> Result<(Vec3, Vec3, Vec3), String> {
-    let (position, target) = (vector(position)?, vector(target)?);
-    Ok((position, target, direction(target - position, &format!("the way from a {kind} to its target"))?))
+fn aimed(kind: &str, position: &str, target: &str) -> Result<(DVec3, DVec3, Vec3), String> {
+    let (position, target) = (world_point(position)?, world_point(target)?);
+    let way = (target - position).try_normalize();
+    let way = way.ok_or_else(|| format!("the way from a {kind} to its target has no length"))?;
+    Ok((position, target, way.as_vec3()))
+}
+
+/// Where a source is; zero for suns.
+fn position(source: &LightSource) -> DVec3 {
+    match *source {
+        LightSource::Point { position } | LightSource::Spot { position, .. } => widened(position),
+        LightSource::Directional { .. } => DVec3::ZERO,
+    }
 }
 
 /// The shape of a light that is no flat one, and whether its radius is a share of the scene's size.

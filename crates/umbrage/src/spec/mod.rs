@@ -1,7 +1,8 @@
 //! Lights, cameras and backgrounds in words: what `umbrage render` takes and its window writes.
 //!
 //! Each type reads its words with `FromStr` and writes them with `Display`. What they mean may depend on the scene:
-//! [`LightSpec::light`] and [`BackgroundSpec::open`] say what comes of them.
+//! [`LightSpec::light`] and [`BackgroundSpec::open`] say what comes of them. Coordinates are the world's, in f64:
+//! [`WorldLookAt::local`] and [`LightSpec::local`] bring them to a scene's [origin](umbrage_scene::Scene::origin).
 
 mod background;
 mod camera;
@@ -11,20 +12,37 @@ mod light;
 
 use std::fmt;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 pub use background::BackgroundSpec;
-pub use camera::{CameraSpec, LookAt};
+pub use camera::{CameraSpec, LookAt, WorldLookAt};
 pub use length::Length;
 pub use light::{LightSpec, UnspeakableLight};
 
 /// Three numbers with commas between them.
-struct Words(Vec3);
+struct Words<T>([T; 3]);
 
-impl fmt::Display for Words {
+impl<T: fmt::Display> fmt::Display for Words<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{},{},{}", self.0.x, self.0.y, self.0.z)
+        let [x, y, z] = &self.0;
+        write!(f, "{x},{y},{z}")
     }
+}
+
+/// The f64 with the same words as each f32, so that 0.1 stays 0.1.
+fn widened(vector: Vec3) -> DVec3 {
+    let widened = |number: f32| number.to_string().parse().unwrap_or(f64::from(number));
+    DVec3::from(vector.to_array().map(widened))
+}
+
+/// A point of the world: numbers that are finite in f32 as well.
+fn world_point(text: &str) -> Result<DVec3, String> {
+    vector(text)?;
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>().unwrap_or_default());
+    Ok(numbers.zip(0..).fold(DVec3::ZERO, |mut point, (number, axis)| {
+        point[axis] = number;
+        point
+    }))
 }
 
 /// A finite number.

@@ -15,6 +15,7 @@ mod marks;
 mod matrix;
 mod mirrors;
 mod moving;
+mod origin;
 mod papers;
 mod predicate;
 mod referee;

@@ -375,5 +375,6 @@ fn deep_hierarchies_are_walked() {
     file.json["nodes"] = json!(nodes);
     file.push("nodes", json!({ "mesh": mesh }));
     file.animate(0, "translation", "LINEAR", &[0.0], &[[0.0, 0.0, 0.5]]);
-    assert_eq!(file.at(0.0).positions[0].z, 0.5 * (DEPTH - 1) as f32);
+    let scene = file.open().unwrap();
+    assert_eq!(scene.world_from_local(scene.at(0.0).unwrap().positions[0]).z, 0.5 * (DEPTH - 1) as f64);
 }

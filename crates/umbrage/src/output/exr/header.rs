@@ -23,6 +23,11 @@ pub(super) fn attributes(film: &Film, rate: Option<FrameRate>) -> LayerAttribute
         let names: Vec<&str> = film.layers.objects.iter().map(|name| &**name).collect();
         others.push((text("umbrage/objects"), AttributeValue::Text(text(&ascii_json(&names.into())))));
     }
+    if film.origin != [0.0; 3] {
+        // Matrices of f32 are near it, where they are exact enough.
+        let origin = serde_json::Value::from(film.origin.as_slice()).to_string();
+        others.push((text("umbrage/origin"), AttributeValue::Text(text(&origin))));
+    }
     attributes.other = in_order(&others);
     attributes
 }
