@@ -92,7 +92,8 @@ impl Light {
     }
 
     fn __repr__(&self) -> String {
-        format!("Light({})", self.spec())
+        let is_single = self.position == self.position.as_vec3().as_dvec3();
+        format!("Light({})", if is_single { LightSpec::new(self.source) } else { self.spec() })
     }
 }
 
@@ -113,9 +114,6 @@ impl Light {
 
     /// As bright as full sunlight, in the world.
     pub(crate) fn spec(&self) -> LightSpec {
-        if self.position == self.position.as_vec3().as_dvec3() {
-            return LightSpec::new(self.source);
-        }
         LightSpec::new(self.local(self.position)).in_world(self.position.into())
     }
 }
