@@ -3,8 +3,10 @@ use clap::{Args, ValueEnum};
 use umbrage::gpu::Adapter;
 use umbrage::rays::Choice as _;
 use umbrage::rays::SimdLevel;
-use umbrage::{Renderer, Settings, Structure};
+use umbrage::scene::Frame;
+use umbrage::{CameraChoice, Renderer, Settings, Structure};
 
+use crate::far::Far;
 use crate::flags::{size, use_threads};
 use crate::gpu::{Course, NOTE};
 use crate::median::median;
@@ -40,6 +42,10 @@ pub(crate) struct FrameFlags {
     /// Print what the grids had to do as well, and how long the light grid's own stages took
     #[arg(long)]
     work: bool,
+    /// Each scene twice more, on the CPU: with one vertex ten million scenes away, and with a triangle there that covers the
+    /// image
+    #[arg(long)]
+    far: bool,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
     form: Form,
@@ -76,8 +82,9 @@ pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
         "{width}x{height}, samples {samples}, threads {threads}, {simd}, medians of {frames} frames in milliseconds"
     );
     let mut table = Table::start(flags.form, &conditions)?;
-    for address in &scenes {
-        for (row, work) in measure(address, flags).with_context(|| format!("scene {address}"))? {
+    let kinds: &[_] = if flags.far { &[None, Some(Far::Vertex), Some(Far::Triangle)] } else { &[None] };
+    for (address, &far) in scenes.iter().flat_map(|address| kinds.iter().map(move |far| (address, far))) {
+        for (row, work) in measure(address, flags, far).with_context(|| format!("scene {address}"))? {
             let is_for_people = flags.form == Form::Table;
             // Most columns are for programs.
             let columns = if flags.work && !is_for_people { work.columns() } else { Row::new() };
@@ -116,17 +123,36 @@ fn run_on_gpu(flags: &FrameFlags, scenes: &[String]) -> Result<()> {
 }
 
 /// A scene's frames through each structure: medians in milliseconds, and the grids' counts in the last frame's last sample.
-fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<(Row, Work)>> {
+fn measure(address: &str, flags: &FrameFlags, far: Option<Far>) -> Result<Vec<(Row, Work)>> {
     let scene = umbrage::open(address)?;
+    let name = far.map_or_else(|| address.to_owned(), |far| format!("{address}, {}", far.name()));
     let [width, height] = flags.size;
-    let settings = |structure| Settings { width, height, samples: flags.samples, structure, ..Settings::default() };
+    let settings = |structure, camera| Settings {
+        width,
+        height,
+        samples: flags.samples,
+        structure,
+        camera,
+        ..Settings::default()
+    };
     let structures = structures();
     let renderer = || Renderer::with_simd_level(flags.simd.unwrap_or_default());
     let mut renderers: Vec<Renderer> = structures.iter().map(|_| renderer()).collect();
     let mut times: Vec<Vec<_>> = structures.iter().map(|_| Vec::new()).collect();
+    let mut mesh = None;
     for (seconds, is_counted) in moments(&scene, flags.frames) {
+        let far_frame = far.map(|far| -> Result<(Frame, CameraChoice)> {
+            let mut frame = scene.at(seconds)?;
+            let camera = frame.camera(width as f32 / height as f32);
+            far.place(&mut frame, &camera, &mut mesh);
+            Ok((frame, camera.into()))
+        });
+        let far_frame = far_frame.transpose()?;
         for ((renderer, times), &structure) in renderers.iter_mut().zip(&mut times).zip(&structures) {
-            renderer.render(&scene, seconds, &settings(structure))?;
+            match &far_frame {
+                Some((frame, camera)) => renderer.render_frame(frame, &settings(structure, *camera))?,
+                None => renderer.render(&scene, seconds, &settings(structure, CameraChoice::Default))?,
+            };
             if is_counted {
                 times.push(STAGES.map(|name| stage_milliseconds(renderer, name)));
             }
@@ -143,7 +169,7 @@ fn measure(address: &str, flags: &FrameFlags) -> Result<Vec<(Row, Work)>> {
             let stats = renderer.stats();
             let bytes = |bytes: usize, each: f64| Cell::Number(bytes as f64 / each, 1);
             let mut row = row![
-                ("scene", address),
+                ("scene", name.as_str()),
                 ("structure", structure.name()),
                 ("triangles", stats.triangles),
                 ("lights", stats.lights),

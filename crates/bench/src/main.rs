@@ -5,6 +5,7 @@ mod beside;
 mod bounce;
 mod effects;
 mod experiments;
+mod far;
 mod flags;
 mod frame;
 mod gpu;
