@@ -40,9 +40,8 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
     let (Some(open), Some(shown)) = (&app.open, &app.shown) else {
         return Err("There is no picture yet.".to_owned());
     };
-    let view = &shown.picture.view;
     let choices = &app.kept.choices;
-    let (width, height, lights) = (view.width, view.height, app.lights.chosen());
+    let ([width, height], lights) = (shown.whole, app.lights.chosen());
     let command = CommandLine {
         scene: &open.address,
         options: &open.options,

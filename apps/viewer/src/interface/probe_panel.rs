@@ -2,6 +2,7 @@
 
 use eframe::egui;
 
+use super::engine_panel::UNITS;
 use crate::app::App;
 use crate::probe::{Probe, Surface};
 
@@ -30,9 +31,9 @@ fn rows(ui: &mut egui::Ui, surface: &Surface) {
     let side = if found.is_front { "front" } else { "back" };
     row("Triangle", format!("{} ({side})", found.triangle));
     row("Material", material.clone());
-    row("Distance", format!("{:.6}", found.distance));
+    row("Distance", format!("{:.6}{UNITS}", found.distance));
     let [x, y, z] = found.position.to_array();
-    row("Position", format!("{x:.5}, {y:.5}, {z:.5}"));
+    row("Position", format!("{x:.5}, {y:.5}, {z:.5}{UNITS}"));
     let [x, y, z] = found.normal.to_array();
     row("Normal", format!("{x:.4}, {y:.4}, {z:.4}"));
     for (name, lighting) in lights {
