@@ -120,7 +120,8 @@ fn view(app: &mut App, ui: &mut egui::Ui) {
         app.kept.hides_controls = !shows_controls;
     }
     let mut shows_strip = !app.kept.hides_strip;
-    if ui.checkbox(&mut shows_strip, "Show the strip of stages' times").changed() {
+    let strip = egui::Checkbox::new(&mut shows_strip, "Show the strip of stages' times beside the controls");
+    if ui.add_enabled(shows_controls, strip).changed() {
         app.kept.hides_strip = !shows_strip;
     }
 }

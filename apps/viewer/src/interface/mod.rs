@@ -48,7 +48,8 @@ impl App {
         drop_files(self, ui);
         egui::Panel::top("menu").show(ui, |ui| menu::show(self, ui));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::show(self, ui));
-        if !self.kept.hides_strip {
+        // Without the controls, the picture has all of the window.
+        if !self.kept.hides_strip && !self.kept.hides_controls {
             egui::Panel::bottom("stages").show(ui, |ui| strip::show(self, ui));
         }
         let panels = Panels::fit(&self.kept, ui.available_width());

@@ -399,7 +399,7 @@ fn the_strip_of_times_is_there_beside_the_controls() {
     window.keep("eight_hundred");
     window.choose("Tone map", "Clip");
     window.click("View");
-    window.click("Show the strip of stages' times");
+    window.click("Show the strip of stages' times beside the controls");
     assert!(!window.shows("Times of stages: animate"));
 }
 
