@@ -2,36 +2,17 @@
 // serves it, `PAGE` the folder where it is, `CHROMIUM` the browser; `SHOTS` is a folder that keeps screenshots to look at.
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
-import { createInterface } from 'node:readline';
 import { after, before, test } from 'node:test';
-import { chromium } from 'playwright-core';
-
-const { WEB = '../../target/debug/web', PAGE = '../../target/web', SHOTS, CHROMIUM = '/usr/bin/chromium' } = process.env;
-/** Software rendering on a busy machine takes its time. */
-const WAIT = 40_000;
+import { SHOTS, WAIT, WEB, launch } from './browser.mjs';
 
 let browser;
-let server;
 let address;
+let close;
 
-before(async () => {
-  server = spawn(WEB, ['serve', '--built', PAGE, '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
-  for await (const line of createInterface({ input: server.stdout })) {
-    address = line.match(/http:\S+/)?.[0];
-    break;
-  }
-  browser = await chromium.launch({
-    executablePath: CHROMIUM,
-    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-      '--disable-component-update', '--disable-sync', '--enable-precise-memory-info'],
-  });
-});
-after(async () => {
-  await browser?.close();
-  server?.kill();
-});
+before(async () => ({ browser, address, close } = await launch()));
+after(() => close?.());
 
 /** A page on which everything that goes wrong is kept in `errors`. */
 async function open(hash = '', options = {}) {
@@ -127,7 +108,54 @@ test('a scene is shown, gone round and linked to', async () => {
   await other.context.close();
 });
 
-test('the light moves, heat maps and times are shown', async () => {
+test('the engine\'s bytes are counted while it is loaded', async () => {
+  const { page, errors, context } = await open('#scene=demo:gears?triangles=2000&time=0');
+  await settled(page);
+  const [, loaded, total] = (await page.textContent('#bytes')).match(/^Loading the engine: ([\d.]+) MB of ([\d.]+) MB$/) ?? [];
+  assert.ok(Number.parseFloat(total) > 1 && loaded === total, `${loaded} of ${total}`);
+  assert.equal(await page.isHidden('#loading'), true);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test('exposure and background are chosen and linked to', async () => {
+  const { page, errors, context } = await open('#scene=demo:statue?triangles=2000&time=0');
+  await settled(page);
+  await page.click('#more');
+  const corner = () => page.evaluate(() => [...document.getElementById('picture').getContext('2d').getImageData(0, 0, 1, 1).data]);
+  const sum = () =>
+    page.evaluate(() => {
+      const canvas = document.getElementById('picture');
+      return canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.reduce((sum, level) => sum + level, 0);
+    });
+  await settled(page);
+  const bright = await sum();
+  await page.fill('#exposure', '-2');
+  await page.waitForFunction(() => location.href.includes('exposure=-2'));
+  assert.ok((await sum()) < bright, 'two stops less are not darker');
+  assert.match(await page.textContent('#command'), / --exposure=-2( |$)/);
+  await page.selectOption('#background', 'colour');
+  await page.fill('#colour', '#3050ff');
+  await page.waitForFunction(() => location.href.includes('background=3050ff'));
+  assert.match(await page.textContent('#command'), / --background '#3050ff'/);
+  const link = new URL(page.url()).hash;
+  const shown = await corner();
+  await page.click('#metered');
+  await page.waitForFunction(() => !location.href.includes('exposure'));
+  assert.deepEqual(errors, []);
+  await context.close();
+
+  const other = await open(link);
+  await settled(other.page);
+  const { exposure, background } = await other.page.evaluate(() => umbrage.state);
+  assert.deepEqual({ exposure, background }, { exposure: -2, background: '#3050ff' });
+  const again = await other.page.evaluate(() => [...document.getElementById('picture').getContext('2d').getImageData(0, 0, 1, 1).data]);
+  // The ground or the sky's colour, by the camera; the panel has changed the picture's proportions.
+  assert.equal(again.length, shown.length);
+  await other.context.close();
+});
+
+test('the lights move, heat maps and times are shown', async () => {
   const { page, errors, context } = await open('#scene=demo:marbles?triangles=5000&time=2');
   await settled(page);
   await page.click('#more');
@@ -140,11 +168,22 @@ test('the light moves, heat maps and times are shown', async () => {
   await page.mouse.move(160, 200, { steps: 3 });
   await page.mouse.up();
   await page.waitForFunction(() => location.href.includes('light='));
+  // The second one as well.
+  await page.selectOption('#light', '1');
+  await page.mouse.move(100, 200);
+  await page.mouse.down();
+  await page.mouse.move(60, 180, { steps: 3 });
+  await page.mouse.up();
+  await page.waitForFunction(() => location.href.includes('light=2:'));
+  const [lights, samples] = await page.evaluate(() => [umbrage.work.shown.lights.length, umbrage.work.look.samples]);
+  const command = await page.textContent('#command');
+  assert.equal(command.match(/ --light=\w+:/g)?.length, lights, command);
+  assert.ok(command.includes(` --samples ${samples} `), command);
   await page.selectOption('#heat', 'tested');
   await page.waitForFunction(() => location.href.includes('heat=tested'));
   await page.waitForSelector('#scale:not([hidden])');
   assert.match(await page.textContent('#top'), /triangles tested/);
-  assert.match(await page.textContent('#command'), /^umbrage heatmap 'demo:marbles\?triangles=5000' --size 800x\d+ --of tested/);
+  assert.match(await page.textContent('#command'), /^umbrage heatmap 'demo:marbles\?triangles=5000' --size \d+x\d+ --of tested/);
   await shot(page, 'heat');
   assert.deepEqual(errors, []);
   await context.close();
@@ -211,13 +250,18 @@ test('demos play at once, and stay as large as they can be seen', async () => {
 test('desktops and phones show the page whole', async () => {
   for (const [name, options] of [
     ['desktop', { viewport: { width: 1280, height: 800 } }],
+    ['small', { viewport: { width: 800, height: 600 } }],
     ['phone', { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true }],
   ]) {
     const { page, errors, context } = await open('#scene=demo:cloth?triangles=20000&time=1', options);
     await settled(page);
     await page.click('#more');
     await page.waitForSelector('#stages tr');
+    await settled(page);
     await shot(page, name);
+    const [panel, picture] = [await page.locator('#panel').boundingBox(), await page.locator('#picture').boundingBox()];
+    const isBeside = panel.x >= picture.x + picture.width || panel.y >= picture.y + picture.height;
+    assert.ok(isBeside && picture.width * picture.height > panel.width * panel.height, `${name}: the panel covers the picture`);
     await page.click('#more');
     await shot(page, `${name}-without-details`);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);

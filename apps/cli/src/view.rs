@@ -38,7 +38,30 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
         lights: None,
         forgets: flags.forget,
     };
-    view(start).map_err(|error| Failure::Work(format!("{error}; `umbrage render` needs no window")))
+    view(start).map_err(|error| {
+        let remedy = remedy(has_display(), !Adapter::all().is_empty());
+        Failure::Work(format!("{error}; {remedy}; `umbrage render` needs no window"))
+    })
+}
+
+/// Whether the environment names a display; other systems than those of X11 and Wayland always have one.
+#[cfg(feature = "view")]
+fn has_display() -> bool {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    cfg!(any(windows, target_os = "macos")) || ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().any(is_set)
+}
+
+/// The way to a window, where none could be opened.
+#[cfg(feature = "view")]
+fn remedy(has_display: bool, has_adapter: bool) -> &'static str {
+    match (has_display, has_adapter) {
+        (false, _) => "there is no display: run it on a desktop, or over `ssh -X`, or set DISPLAY or WAYLAND_DISPLAY",
+        (true, false) => "nothing can draw it: `umbrage info --devices` names the driver that may be missing",
+        (true, true) => {
+            "the display that DISPLAY or WAYLAND_DISPLAY names may be gone, or no driver draws on it: \
+             `umbrage info --devices` lists these"
+        }
+    }
 }
 
 #[cfg(all(test, feature = "view"))]
@@ -55,6 +78,19 @@ mod tests {
 
     use crate::flags::{Command, Flags};
     use crate::job::{Job, Moments};
+
+    #[test]
+    fn a_missing_window_has_a_remedy() {
+        for (has_display, has_adapter, words) in [
+            (false, true, "set DISPLAY"),
+            (false, false, "set DISPLAY"),
+            (true, false, "umbrage info --devices"),
+            (true, true, "umbrage info --devices"),
+        ] {
+            let remedy = super::remedy(has_display, has_adapter);
+            assert!(remedy.contains(words), "{remedy}");
+        }
+    }
 
     /// The words of a line for a POSIX shell, as `umbrage` gets them.
     const ORIGIN: [f64; 3] = [0.0; 3];

@@ -12,6 +12,7 @@ use umbrage::{HeatKind, Scene};
 
 use crate::canvas::{Canvas, Pixels};
 use crate::choices::{Choices, EngineChoice, Resolution};
+use crate::coarseness::Coarseness;
 use crate::dialogs::{Dialogs, Wanted};
 use crate::focus::Focus;
 use crate::free_camera;
@@ -49,6 +50,8 @@ pub struct App {
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
     pub(crate) pace: Pace,
+    /// Of pictures in motion.
+    pub(crate) coarseness: Coarseness,
     pub(crate) notices: Notices,
     pub(crate) recording: Option<Recording>,
     pub(crate) watch: Option<Watch>,
@@ -63,6 +66,10 @@ pub struct App {
     in_flight: Option<u64>,
     /// Whether that one is what is on the screen, with more samples.
     is_refining: bool,
+    /// The size of the picture that is ordered, were it not coarse.
+    whole: [u32; 2],
+    /// Whether nothing outlives the window.
+    pub(crate) forgets: bool,
     /// Whether the worker is to find what the camera is to see.
     pub(crate) is_framing: bool,
     orders: u64,
@@ -81,6 +88,7 @@ pub(crate) struct Kept {
     pub(crate) recent: Vec<PathBuf>,
     pub(crate) shows_work: bool,
     pub(crate) hides_controls: bool,
+    pub(crate) hides_strip: bool,
 }
 
 /// A scene that is open.
@@ -106,6 +114,8 @@ pub(crate) enum CameraChoice {
 /// The picture on the screen.
 pub(crate) struct Shown {
     pub(crate) picture: Picture,
+    /// The picture's size, were it not coarse because of motion.
+    pub(crate) whole: [u32; 2],
     pub(crate) texture: TextureId,
     /// The colours of its work.
     pub(crate) heat: Option<TextureHandle>,
@@ -179,6 +189,7 @@ impl App {
             probe: None,
             history: History::default(),
             pace: Pace::default(),
+            coarseness: Coarseness::default(),
             notices: Notices::default(),
             recording: None,
             watch: start.watches.then(Watch::default),
@@ -188,6 +199,8 @@ impl App {
             ordered: None,
             in_flight: None,
             is_refining: false,
+            whole: [0, 0],
+            forgets: start.forgets,
             is_framing: false,
             orders: 0,
             pictures: 0,
@@ -313,6 +326,7 @@ impl App {
             self.focus = None;
         }
         self.timeline.set_duration(scene.duration_seconds());
+        self.coarseness.clear();
         if !is_same {
             self.timeline.is_playing = self.timeline.moves();
         }
@@ -354,10 +368,13 @@ impl App {
         } else {
             self.history.add(&picture);
             self.pace.add(Instant::now());
+            if self.may_be_coarse() {
+                self.coarseness.add(picture.milliseconds);
+            }
         }
         self.pictures += 1;
         self.focus = self.focus.or(picture.focus);
-        self.shown = Some(Shown { picture, texture, heat, light_grid });
+        self.shown = Some(Shown { picture, whole: self.whole, texture, heat, light_grid });
     }
 
     /// Names the window after the scene and what renders it.
@@ -401,9 +418,11 @@ impl App {
         let is_file = self.recording.is_some() || self.screenshot.is_some();
         let shown =
             self.ordered.as_ref().filter(|(scene, ordered)| *scene == open.number && ordered.differs_in_samples(&look));
-        let samples = shown.map(|(_, ordered)| ordered.settings.samples);
+        let is_same = shown.is_some();
+        // A coarse picture is followed by a whole one.
+        let samples = shown.filter(|_| !self.is_coarse()).map(|(_, ordered)| ordered.settings.samples);
         if self.in_flight.is_some() {
-            if is_file || samples.is_none() {
+            if is_file || !is_same {
                 self.stop_refining();
             }
             return;
@@ -418,12 +437,27 @@ impl App {
             (Some(recording), _) => Some(FileOrder::Frame(recording.clone())),
             (None, screenshot) => screenshot.map(FileOrder::Still),
         };
-        self.is_refining = !is_file && samples.is_some();
+        self.is_refining = !is_file && is_same;
         self.ordered = Some((open.number, look.clone()));
+        self.whole = [look.settings.width, look.settings.height];
+        if !is_file && !is_same && self.may_be_coarse() {
+            [look.settings.width, look.settings.height] = self.coarseness.size(self.whole);
+        }
         self.orders += 1;
         self.in_flight = Some(self.orders);
         let (number, scene) = (self.orders, Arc::clone(&open.scene));
         self.worker.render(Order { number, scene, look, needs_focus: self.focus.is_none(), file });
+    }
+
+    /// Whether the picture on the screen has fewer pixels than one that stays.
+    fn is_coarse(&self) -> bool {
+        self.shown.as_ref().is_some_and(|shown| shown.picture.size() != shown.whole.map(|side| side as usize))
+    }
+
+    /// Whether pictures in motion may be coarse: not where each pixel is to be looked at.
+    fn may_be_coarse(&self) -> bool {
+        let is_fixed = matches!(self.kept.choices.resolution, Resolution::Fixed(_));
+        !is_fixed && self.show == Show::Light && !self.shows_light_grid && self.recording.is_none()
     }
 
     /// Gives up a picture that is only to become sharper.
@@ -489,8 +523,11 @@ impl App {
     /// while an animation plays, its last picture.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        let is_shown =
-            if self.timeline.is_playing { self.shown.is_some() } else { self.in_flight.is_none() || self.is_refining };
+        let is_shown = if self.timeline.is_playing {
+            self.shown.is_some()
+        } else {
+            !self.is_coarse() && (self.in_flight.is_none() || self.is_refining)
+        };
         is_shown && self.opening.is_none() && !self.is_framing && self.recording.is_none() && self.screenshot.is_none()
     }
 }

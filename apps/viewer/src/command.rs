@@ -44,7 +44,7 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
     };
     let view = &shown.picture.view;
     let (choices, origin) = (&app.kept.choices, open.scene.origin());
-    let (width, height, lights) = (view.width, view.height, app.lights.chosen());
+    let ([width, height], lights) = (shown.whole, app.lights.chosen());
     let command = CommandLine {
         scene: &open.address,
         options: &open.options,

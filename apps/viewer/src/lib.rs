@@ -6,6 +6,7 @@
 mod app;
 mod canvas;
 mod choices;
+mod coarseness;
 mod command;
 mod dialogs;
 mod focus;

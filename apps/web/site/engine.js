@@ -1,6 +1,15 @@
 // Orders to the worker, as promises.
 
+/** A worker that runs a script of these, wherever they come from: browsers take workers from a page's own server alone. */
+function worker(url) {
+  if (url.origin === location.origin) return new Worker(url, { type: 'module' });
+  const script = URL.createObjectURL(new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' }));
+  return new Worker(script, { type: 'module' });
+}
+
 export class Engine {
+  /** Called with `{loaded, total}` in bytes while the engine is loaded. */
+  onprogress = null;
   #worker;
   #number = 0;
   #waiting = new Map();
@@ -10,9 +19,9 @@ export class Engine {
   }
 
   #start() {
-    this.#worker = new Worker(new URL('worker.js', import.meta.url), { type: 'module' });
-    this.#worker.onmessage = ({ data }) => this.#answer(data);
-    this.#worker.onerror = (event) => this.#fail(event.message || 'the engine could not be loaded');
+    this.#worker = worker(new URL('worker.js', import.meta.url));
+    this.#worker.onmessage = ({ data }) => (data.progress ? this.onprogress?.(data.progress) : this.#answer(data));
+    this.#worker.onerror = (event) => this.#fail(new Error(event.message || 'the engine could not be loaded'));
   }
 
   #answer({ number, error, isBroken, ...answer }) {
@@ -25,9 +34,9 @@ export class Engine {
     }
   }
 
-  #fail(why) {
+  #fail(error) {
     for (const { reject } of this.#waiting.values()) {
-      reject(new Error(why));
+      reject(error);
     }
     this.#waiting.clear();
   }
@@ -35,8 +44,14 @@ export class Engine {
   /** Starts anew, without a scene. */
   restart() {
     this.#worker.terminate();
-    this.#fail('the engine was started anew');
+    this.#fail(new Error('the engine was started anew'));
     this.#start();
+  }
+
+  /** Ends the worker. Orders that wait are rejected by errors with `isClosed`. */
+  close() {
+    this.#worker.terminate();
+    this.#fail(Object.assign(new Error('the engine was closed'), { isClosed: true }));
   }
 
   ask(kind, order = {}) {

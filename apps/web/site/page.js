@@ -1,69 +1,27 @@
-// The page: what is chosen, one order to the engine at a time, and what comes back.
+// The page: the controls around a viewport, and links to its scene.
 
-import { Engine } from './engine.js';
 import { fromLink, toCommand, toLink } from './link.js';
-import { Pace } from './pace.js';
-import { View, control } from './view.js';
+import { megabytes } from './model.js';
+import { control } from './view.js';
+import { Viewport } from './viewport.js';
 
-/** A picture in motion should take no longer, in milliseconds. */
-const IN_MOTION = 50;
-/** How long nothing must move before a picture gets finer, in milliseconds. */
-const PAUSE = 250;
 /** The gallery's scenes have no more triangles here unless the link asks for them: phones are slow. */
 const TRIANGLES = 100000;
-/** Pictures of what stands still: camera rays for each pixel, and how many mirrors light may come by. */
-const STEPS = [{ samples: 1, bounces: 0 }, { samples: 4, bounces: 2 }, { samples: 16, bounces: 2 }];
-/** Microseconds a pixel that these may take, until they were measured. */
-const COSTS = [0.4, 2, 8];
-/** A picture in motion has at least so many pixels for one of the page's, along each side. */
-const COARSEST = 0.25;
 
 const $ = (id) => document.getElementById(id);
-const canvas = $('picture');
-const engine = new Engine();
-const view = new View();
+const viewport = new Viewport($('picture'), {
+  drawn,
+  settled,
+  compared: sayPicture,
+  moved: showTime,
+  engine: (name) => ($('engine').value = name),
+  failed: complain,
+});
+const { engine, state, view, work } = viewport;
+/** Size and time of the last picture, in words. */
+let description = '';
 
-const state = {
-  address: '',
-  /** The files of a scene that came from this machine, which the engine needs again after a restart. */
-  files: null,
-  duration: 0,
-  seconds: 0,
-  heat: '',
-  /** What traces: `cpu` or `gpu`. */
-  engine: 'cpu',
-  isPlaying: false,
-  view,
-};
-/** What was asked for last, and how it was answered. */
-const work = {
-  isOpen: false,
-  isRendering: false,
-  isWanted: false,
-  /** Whether the picture is as fine as it gets. */
-  isSettled: false,
-  /** Which of STEPS the picture is; -1 in motion. */
-  step: -1,
-  /** When something moved last. */
-  moved: 0,
-  /** Microseconds a pixel, of each of the steps. */
-  costs: [...COSTS],
-  /** What pictures in motion take. */
-  pace: new Pace(COSTS[0] * 1e-3),
-  /** A finer picture that would take longer, in milliseconds, isn't made: the next gesture would wait for it. */
-  patience: 4000,
-  timer: 0,
-  /** Size and time of the last picture, in words. */
-  said: '',
-  /** What the last picture told of itself. */
-  shown: null,
-  /** Whether a GPU is open. */
-  hasGpu: false,
-  /** In how many pixels of the view the GPU and the processor differ; null where that isn't known. */
-  differing: null,
-};
-
-// For whoever tests the page.
+// For tests of the page.
 window.umbrage = { state, work };
 
 function say(text) {
@@ -76,133 +34,17 @@ function complain(error) {
   $('trouble').hidden = false;
 }
 
-/** Something moved: a coarse picture is due at once, finer ones once nothing moves any more. */
-function changed() {
-  work.step = -1;
-  work.differing = null;
-  work.isSettled = false;
-  work.moved = performance.now();
-  work.isWanted = true;
-  render();
-}
-
-/** The size of a picture with so many pixels for one of the page's, along each side. */
-function size(factor) {
-  const side = (length) => Math.max(Math.round(length * factor), 1);
-  return { width: side(canvas.clientWidth), height: side(canvas.clientHeight) };
-}
-
-/** More than two pixels for one of the page's aren't seen. */
-const whole = () => Math.min(devicePixelRatio, 2);
-
-/** Samples and bounces of one of STEPS: a GPU follows no mirrors here, where the kd-tree is left out. */
-const quality = (step) => ({ ...STEPS[step], ...(state.engine === 'gpu' && { bounces: 0 }) });
-
-const finest = () => ({ ...size(whole()), ...quality(STEPS.length - 1) });
-
-/** Size and samples of the picture that is due. */
-function plan() {
-  if (work.step >= 0) {
-    return { ...size(whole()), ...quality(work.step) };
-  }
-  const { width, height } = size(1);
-  const factor = Math.sqrt(work.pace.pixels(IN_MOTION) / (width * height));
-  return { ...size(Math.min(Math.max(factor, COARSEST), whole())), ...quality(0) };
-}
-
-async function render() {
-  if (!work.isOpen || work.isRendering || !work.isWanted) return;
-  work.isRendering = true;
-  work.isWanted = false;
-  const { step } = work;
-  const { seconds, engine: by } = state;
-  const look = { ...plan(), seconds, camera: view.camera, light: view.light, engine: by, heat: state.heat || null };
-  try {
-    const answer = await engine.ask('render', { look });
-    const pixels = look.width * look.height;
-    if (step < 0) work.pace.add(pixels, answer.milliseconds);
-    else work.costs[step] = (answer.milliseconds * 1000) / pixels;
-    draw(look, answer);
-    if (by === 'gpu' && step === 0 && !work.isWanted) await compare(look);
-  } catch (error) {
-    complain(error);
-    if (error.isBroken) {
-      work.isOpen = false;
-      engine.restart();
-    }
-    if (by === 'gpu') {
-      work.hasGpu = false;
-      useCpu();
-    }
-  }
-  work.isRendering = false;
-  if (work.isWanted) {
-    render();
-  } else {
-    refineLater();
-  }
-}
-
-function draw(look, { shown, milliseconds, pixels }) {
-  if (canvas.width !== look.width || canvas.height !== look.height) {
-    canvas.width = look.width;
-    canvas.height = look.height;
-  }
-  const bytes = new Uint8ClampedArray(pixels.buffer, pixels.byteOffset, pixels.byteLength);
-  canvas.getContext('2d').putImageData(new ImageData(bytes, look.width, look.height), 0, 0);
-  view.show(shown);
-  work.shown = shown;
+function drawn({ look, shown, milliseconds }) {
+  $('loading').hidden = true;
   const samples = look.samples > 1 ? ` · ${look.samples} samples` : '';
-  work.said = `${look.width}×${look.height}${samples} · ${milliseconds.toFixed(0)} ms`;
+  description = `${look.width}×${look.height}${samples} · ${milliseconds.toFixed(0)} ms`;
   sayPicture();
   tell(shown);
 }
 
 function sayPicture() {
-  const { said, differing } = work;
-  say(differing === null ? said : `${said} · ${differing.toLocaleString('en')} pixels differ from the processor's`);
-}
-
-/** Has the processor trace the GPU's picture as well. */
-async function compare(look) {
-  const { differing } = await engine.ask('differing', { look });
-  // Another view is due meanwhile, or the processor's picture.
-  if (work.isWanted) return;
-  work.differing = differing;
-  sayPicture();
-}
-
-function useCpu() {
-  state.engine = $('engine').value = 'cpu';
-  forgetCosts();
-  changed();
-}
-
-/** Other pictures follow, which take other times. */
-function forgetCosts() {
-  work.costs = [...COSTS];
-  work.pace = new Pace(COSTS[0] * 1e-3);
-}
-
-/** Has pictures traced by another engine, where there is one. */
-async function chooseEngine(name) {
-  $('engine').value = name;
-  if (name === 'cpu') return useCpu();
-  try {
-    if (!work.hasGpu) {
-      say('Opening the GPU…');
-      await engine.ask('openGpu');
-      work.hasGpu = true;
-    }
-    // Somebody may have chosen again.
-    if ($('engine').value !== name) return;
-    state.engine = name;
-    forgetCosts();
-    changed();
-  } catch (error) {
-    complain(new Error(`${error.message}. The processor goes on.`));
-    useCpu();
-  }
+  const { differing } = work;
+  say(differing === null ? description : `${description} · ${differing.toLocaleString('en')} pixels differ from the processor's`);
 }
 
 /** Fills the panel. */
@@ -219,58 +61,55 @@ function tell(shown) {
     return row;
   });
   $('stages').tBodies[0].replaceChildren(...rows);
-  const count = shown.triangles.toLocaleString('en');
-  $('facts').textContent = `${count} triangles · ${shown.lights} ${shown.lights === 1 ? 'light' : 'lights'}`;
+  const [count, lights] = [shown.triangles.toLocaleString('en'), shown.lights.length];
+  $('facts').textContent = `${count} triangles · ${lights} ${lights === 1 ? 'light' : 'lights'}`;
   $('scale').hidden = !shown.heat;
   if (shown.heat) $('top').textContent = `${shown.heat[1]} ${shown.heat[0]}`;
-  $('command').textContent = toCommand({ ...state, ...finest() });
+  tellLights(shown.lights);
+  $('exposure').value = shown.exposureStops;
+  $('stops').textContent = `${shown.exposureStops.toFixed(1)} stops`;
+  $('command').textContent = toCommand({ ...state, look: work.look, shown });
 }
 
-/** The next finer picture, once nothing has moved for a while. */
-function refineLater() {
-  clearTimeout(work.timer);
-  const next = work.step + 1;
-  if (state.isPlaying || next >= (state.heat ? 1 : STEPS.length)) return settle();
-  const { width, height } = size(whole());
-  const expected = next > 0 ? work.costs[next] * width * height * 1e-3 : work.pace.of(width * height);
-  if (expected > work.patience) return settle();
-  const wait = Math.max(work.moved + PAUSE - performance.now(), 0);
-  work.timer = setTimeout(() => {
-    if (work.isRendering || work.isWanted) return;
-    work.step = next;
-    work.isWanted = true;
-    render();
-  }, wait);
+/** Lists the lights to move. */
+function tellLights(lights) {
+  const names = lights.map(({ name }, index) => (name ? `Light ${index + 1}: ${name}` : `Light ${index + 1}`));
+  const select = $('light');
+  if (names.join('\n') !== [...select.options].map((option) => option.text).join('\n')) {
+    select.replaceChildren(...names.map((name, index) => new Option(name, index)));
+  }
+  if (view.chosen >= lights.length) view.chosen = 0;
+  select.value = view.chosen;
+  select.disabled = $('move-light').disabled = lights.length === 0;
 }
 
 /** The picture is as fine as it gets: the address says what it shows. */
-function settle() {
-  work.isSettled = true;
+function settled() {
   if (!state.files && !state.isPlaying) history.replaceState(null, '', toLink(state));
 }
 
-/** Opens a scene, then shows it as `from` says. */
-async function open(order, { address, files = null, from = {} }) {
-  work.isOpen = false;
-  state.isPlaying = false;
-  say(`Opening ${address}…`);
+/** Has pictures traced by another engine, where there is one. */
+function chooseEngine(name) {
+  $('engine').value = name;
+  if (name !== 'cpu' && !work.hasGpu) say('Opening the GPU…');
+  return viewport.chooseEngine(name);
+}
+
+/** Opens a scene, then shows it as the link says. */
+async function open(order, whose) {
+  say(`Opening ${whose.address}…`);
   try {
-    const { opened } = await engine.ask(order.kind, order);
-    Object.assign(state, { address, files, duration: opened.durationSeconds, seconds: from.seconds ?? opened.stillSeconds });
-    forgetCosts();
-    view.camera = from.camera ?? null;
-    view.light = from.light ?? null;
-    choose(address);
+    const opened = await viewport.open(order, whose);
+    choose(whose.address);
     if (opened.warnings.length > 0) complain(new Error(opened.warnings.join('\n')));
   } catch (error) {
     complain(error);
-    if (error.isBroken) engine.restart();
     // The last scene is still there, unless there was none.
-    if (!state.address || error.isBroken) return say('Nothing is open');
+    if (!work.isOpen) return say('Nothing is open');
   }
-  work.isOpen = true;
-  const staysStill = (from.seconds ?? null) !== null || matchMedia('(prefers-reduced-motion: reduce)').matches;
-  play(!staysStill);
+  showBackground();
+  const staysStill = (whose.from?.seconds ?? null) !== null || matchMedia('(prefers-reduced-motion: reduce)').matches;
+  viewport.play(!staysStill);
 }
 
 const openDemo = (address, from) => open({ kind: 'openDemo', address }, { address, from });
@@ -306,52 +145,55 @@ function showTime() {
   $('seconds').textContent = state.duration === 0 ? 'stands still' : `${state.seconds.toFixed(2)} s`;
 }
 
-function play(isPlaying) {
-  state.isPlaying = isPlaying && state.duration > 0;
-  // As links say it.
-  if (!state.isPlaying) state.seconds = Number(state.seconds.toFixed(3));
-  showTime();
-  changed();
-  let last = performance.now();
-  const step = (now) => {
-    if (!state.isPlaying) return;
-    // Pictures that take long don't make it slower.
-    if (!work.isRendering) {
-      state.seconds = (state.seconds + (now - last) / 1000) % state.duration;
-      last = now;
-      showTime();
-      changed();
-    }
-    requestAnimationFrame(step);
-  };
-  if (state.isPlaying) requestAnimationFrame(step);
+function showBackground() {
+  const isSky = state.background === 'sky';
+  $('background').value = isSky ? 'sky' : 'colour';
+  $('colour').hidden = isSky;
+  if (!isSky) $('colour').value = state.background;
 }
 
-control(canvas, view, () => $('move-light').checked, changed);
-$('play').addEventListener('click', () => play(!state.isPlaying));
+function chooseBackground(background) {
+  state.background = background;
+  showBackground();
+  viewport.changed();
+}
+
+function chooseExposure(stops) {
+  state.exposure = stops;
+  viewport.changed();
+}
+
+control($('picture'), view, (event) => $('move-light').checked || event.shiftKey, () => viewport.changed());
+$('play').addEventListener('click', () => viewport.play(!state.isPlaying));
 $('time').addEventListener('input', (event) => {
   state.seconds = Number(Number(event.target.value).toFixed(3));
   showTime();
-  changed();
+  viewport.changed();
 });
-canvas.addEventListener('keydown', (event) => {
+$('picture').addEventListener('keydown', (event) => {
   if (event.code !== 'Space') return;
   event.preventDefault();
-  play(!state.isPlaying);
+  viewport.play(!state.isPlaying);
 });
 $('scene').addEventListener('change', (event) => {
-  // What came from files is in that list, too, but only its files can open it.
+  // A scene of files is in that list, too, but only its files can open it.
   if (event.target.value.startsWith('demo:')) openDemo(event.target.value);
   else if (state.files) openFiles(state.files);
 });
 $('heat').addEventListener('change', (event) => {
   state.heat = event.target.value;
-  changed();
+  viewport.changed();
 });
 $('engine').addEventListener('change', (event) => chooseEngine(event.target.value));
+$('light').addEventListener('change', (event) => (view.chosen = Number(event.target.value)));
+$('exposure').addEventListener('input', (event) => chooseExposure(Number(event.target.value)));
+$('metered').addEventListener('click', () => chooseExposure(null));
+$('background').addEventListener('change', (event) => chooseBackground(event.target.value === 'sky' ? 'sky' : $('colour').value));
+$('colour').addEventListener('input', (event) => chooseBackground(event.target.value));
 $('reset').addEventListener('click', () => {
-  view.camera = view.light = null;
-  changed();
+  view.camera = null;
+  view.lights = [];
+  viewport.changed();
 });
 $('more').addEventListener('click', () => {
   $('panel').hidden = !$('panel').hidden;
@@ -372,7 +214,6 @@ $('share').addEventListener('click', async () => {
 $('open').addEventListener('click', () => $('files').click());
 $('files').addEventListener('change', (event) => openFiles([...event.target.files]));
 $('trouble').querySelector('button').addEventListener('click', () => ($('trouble').hidden = true));
-addEventListener('resize', changed);
 addEventListener('dragover', (event) => {
   event.preventDefault();
   $('drop').hidden = false;
@@ -394,6 +235,10 @@ function start(from) {
   return openDemo(known, from);
 }
 
+engine.onprogress = ({ loaded, total }) => {
+  $('loaded').value = loaded / total;
+  $('bytes').textContent = `Loading the engine: ${megabytes(loaded)} of ${megabytes(total)}`;
+};
 try {
   const { gallery } = await engine.ask('gallery');
   for (const { name, about, triangles } of gallery) {
@@ -405,5 +250,6 @@ try {
   await start(fromLink(location.hash));
 } catch (error) {
   say('');
+  $('loading').hidden = true;
   complain(new Error(`The engine can't be loaded; it needs WebAssembly with SIMD: ${error.message}`));
 }

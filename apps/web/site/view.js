@@ -1,4 +1,4 @@
-// Where the camera and the light are, and how gestures move them. Points are [x, y, z], the Y axis upwards.
+// Where the camera and the lights are, and how gestures move them. Points are [x, y, z], the Y axis upwards.
 
 const add = (a, b) => a.map((value, axis) => value + b[axis]);
 const subtract = (a, b) => a.map((value, axis) => value - b[axis]);
@@ -23,8 +23,10 @@ const rounded = (point) => point.map(Math.fround);
 
 export class View {
   #camera = null;
-  #light = null;
+  #lights = [];
   #shown = null;
+  /** The number of the light that gestures move, from 0. */
+  chosen = 0;
 
   /** `{position, target, fovDegrees}`; null for the scene's own. */
   get camera() {
@@ -36,13 +38,13 @@ export class View {
     this.#camera = camera && { position: rounded(position), target: rounded(target), fovDegrees: Math.fround(fovDegrees) };
   }
 
-  /** Where the first light was moved to; null for its own place. */
-  get light() {
-    return this.#light;
+  /** Where lights were moved to, by their numbers; null, and lights beyond the list, have their own positions. */
+  get lights() {
+    return this.#lights;
   }
 
-  set light(light) {
-    this.#light = light && rounded(light);
+  set lights(lights) {
+    this.#lights = Array.from(lights, (light) => (light ? rounded(light) : null));
   }
 
   /** What the last picture told of itself. */
@@ -108,30 +110,34 @@ export class View {
     this.camera = { ...camera, position: add(camera.position, by), target: add(camera.target, by) };
   }
 
-  /** Moves the first light around the middle of the scene, by parts of a picture's height, and `factor` times as far away. */
+  /** Moves the chosen light around the middle of the scene, by parts of a picture's height, and `factor` times as far away. */
   moveLight(across, up, factor = 1) {
-    const light = this.light ?? this.#shown?.light;
+    const light = this.#lights[this.chosen] ?? this.#shown?.lights[this.chosen]?.position;
     if (light) {
       const around = this.#middle;
       const away = subtract(turned(light, around, 3 * across, 3 * up), around);
-      this.light = add(around, scale(away, factor));
+      const lights = [...this.#lights];
+      lights[this.chosen] = add(around, scale(away, factor));
+      this.lights = lights;
     }
   }
 }
 
-/** Shows pointers, wheels and keys to a view. `changed` is called after each move; `movesLight` says what drags move. */
-export function control(canvas, view, movesLight, changed) {
+/** Shows pointers, wheels and keys to a view, until `signal` ends it. `changed` is called after each move; `movesLight(event)`
+ * says whether a gesture moves the light. */
+export function control(canvas, view, movesLight, changed, signal) {
   const pointers = new Map();
-  canvas.addEventListener('contextmenu', (event) => event.preventDefault());
-  canvas.addEventListener('pointerdown', (event) => {
+  const on = (name, listener, options = {}) => canvas.addEventListener(name, listener, { signal, ...options });
+  on('contextmenu', (event) => event.preventDefault());
+  on('pointerdown', (event) => {
     canvas.setPointerCapture(event.pointerId);
     canvas.focus({ preventScroll: true });
     pointers.set(event.pointerId, event);
   });
   for (const end of ['pointerup', 'pointercancel']) {
-    canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    on(end, (event) => pointers.delete(event.pointerId));
   }
-  canvas.addEventListener('pointermove', (event) => {
+  on('pointermove', (event) => {
     const last = pointers.get(event.pointerId);
     if (!last) return;
     const height = canvas.clientHeight;
@@ -143,7 +149,7 @@ export function control(canvas, view, movesLight, changed) {
       const distance = (point) => Math.hypot(point.clientX - other.clientX, point.clientY - other.clientY) || 1;
       view.pan(across / 2, down / 2);
       view.dolly(distance(last) / distance(event));
-    } else if (movesLight() || event.shiftKey) {
+    } else if (movesLight(event)) {
       view.moveLight(across, -down);
     } else if (event.buttons & 6) {
       view.pan(across, down);
@@ -153,12 +159,12 @@ export function control(canvas, view, movesLight, changed) {
     pointers.set(event.pointerId, event);
     changed();
   });
-  canvas.addEventListener(
+  on(
     'wheel',
     (event) => {
       event.preventDefault();
       const factor = Math.exp((event.deltaMode === 1 ? 30 : 1) * event.deltaY * 0.001);
-      if (movesLight() || event.shiftKey) {
+      if (movesLight(event)) {
         view.moveLight(0, 0, factor);
       } else {
         view.dolly(factor);
@@ -173,7 +179,7 @@ export function control(canvas, view, movesLight, changed) {
   const arrows = { ArrowLeft: [-0.05, 0], ArrowRight: [0.05, 0], ArrowUp: [0, -0.05], ArrowDown: [0, 0.05] };
   let last = 0;
   const step = (now) => {
-    if (held.size === 0) return;
+    if (held.size === 0 || signal?.aborted) return;
     const seconds = Math.min((now - last) / 1000, 0.1);
     last = now;
     for (const key of held) {
@@ -182,7 +188,7 @@ export function control(canvas, view, movesLight, changed) {
     changed();
     requestAnimationFrame(step);
   };
-  canvas.addEventListener('keydown', (event) => {
+  on('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.code in keys) {
       if (held.size === 0) {
@@ -192,7 +198,7 @@ export function control(canvas, view, movesLight, changed) {
       held.add(event.code);
     } else if (event.code in arrows) {
       const [across, down] = arrows[event.code];
-      if (movesLight() || event.shiftKey) {
+      if (movesLight(event)) {
         view.moveLight(across, -down);
       } else {
         view.orbit(across, down);
@@ -206,6 +212,6 @@ export function control(canvas, view, movesLight, changed) {
     }
     event.preventDefault();
   });
-  addEventListener('keyup', (event) => held.delete(event.code));
-  addEventListener('blur', () => held.clear());
+  addEventListener('keyup', (event) => held.delete(event.code), { signal });
+  addEventListener('blur', () => held.clear(), { signal });
 }

@@ -18,6 +18,9 @@ pub(crate) fn build(folder: &Path) -> anyhow::Result<()> {
     bindgen.input_path(&module).out_name("umbrage").typescript(false).web(true)?;
     bindgen.omit_default_module_path(false).remove_name_section(true);
     bindgen.generate(folder).context("the engine's JavaScript can't be made")?;
+    // Servers that compress it don't say how long it is.
+    let bytes = fs::metadata(folder.join("umbrage_bg.wasm")).context("the engine isn't there")?.len();
+    fs::write(folder.join("engine-size.js"), format!("export default {bytes};\n"))?;
     for entry in fs::read_dir(SITE).with_context(|| SITE.to_owned())? {
         let from = entry?.path();
         let name = from.file_name().context("a file without a name")?;

@@ -130,15 +130,21 @@ fn a_window_plays_is_changed_and_closed() {
 
 #[test]
 fn without_a_display_there_is_a_message() {
-    let output = Command::new(umbrage())
-        .args(["view", "--forget"])
-        .env("DISPLAY", ":no-such-display")
-        .env_remove("WAYLAND_DISPLAY")
-        .output()
-        .expect("a process");
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(message.contains("error: no window could be opened") && message.contains("umbrage render"), "{message}");
-    assert_eq!(output.status.code(), Some(1));
+    for (display, remedy) in [(":no-such-display", "may be gone"), ("", "set DISPLAY or WAYLAND_DISPLAY")] {
+        let output = Command::new(umbrage())
+            .args(["view", "--forget"])
+            .env("DISPLAY", display)
+            .env_remove("WAYLAND_DISPLAY")
+            .output()
+            .expect("a process");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            message.contains("error: no window could be opened") && message.contains("umbrage render"),
+            "{message}"
+        );
+        assert!(message.contains(remedy), "{message}");
+        assert_eq!(output.status.code(), Some(1));
+    }
 }
 
 #[test]

@@ -27,8 +27,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     let size = app.focus().size;
     if let CameraChoice::Free(camera) = &mut app.camera {
         let mut moved = *camera;
-        vector(ui, "Position", &mut moved.position, size);
-        vector(ui, "Looks at", &mut moved.target, size);
+        vector(ui, "Position, units", &mut moved.position, size);
+        vector(ui, "Looks at, units", &mut moved.target, size);
         if moved.position != moved.target {
             *camera = moved;
         }

@@ -15,6 +15,19 @@ use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::dialogs::{Dialogs, Wanted};
 use crate::notices::Notices;
 
+/// Unit of lengths: a file says what it has.
+pub(super) const UNITS: &str = " units";
+
+/// The name of a choice, as menus have names.
+fn capital(name: &str) -> String {
+    const OWN: &[(&str, &str)] = &[("bvh", "BVH"), ("kdtree", "Kd-tree")];
+    if let Some((_, own)) = OWN.iter().find(|(known, _)| *known == name) {
+        return (*own).to_owned();
+    }
+    let mut letters = name.chars().map(|letter| if letter == '-' { ' ' } else { letter });
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
 pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
     let before = (app.kept.choices.engine.clone(), app.kept.choices.structures.chosen().name());
     let choices = &mut app.kept.choices;
@@ -51,13 +64,14 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
             ui.add(Slider::new(size, 0.5..=16.0).text(name)).on_hover_text("Of the scene's own, in pixels");
         }
     }
-    ComboBox::from_label("Sides").selected_text(choices.sides.name()).show_ui(ui, |ui| {
+    ComboBox::from_label("Sides").selected_text(capital(choices.sides.name())).show_ui(ui, |ui| {
         for &(name, sides, about) in Sides::CHOICES {
-            ui.selectable_value(&mut choices.sides, sides, name).on_hover_text(about);
+            ui.selectable_value(&mut choices.sides, sides, capital(name)).on_hover_text(about);
         }
     });
     if before != (choices.engine.clone(), choices.structures.chosen().name()) {
         app.history.clear();
+        app.coarseness.clear();
     }
     if let Some(shown) = &app.shown {
         ui.weak(&shown.picture.device);
@@ -67,9 +81,9 @@ pub(super) fn engine(app: &mut App, ui: &mut egui::Ui) {
 fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
     let structures = &mut choices.structures;
     let chosen = structures.chosen().name();
-    ComboBox::from_label("Structure").selected_text(chosen).show_ui(ui, |ui| {
+    ComboBox::from_label("Structure").selected_text(capital(chosen)).show_ui(ui, |ui| {
         for &(name, structure, about) in Structure::CHOICES {
-            if ui.selectable_label(name == chosen, name).on_hover_text(about).clicked() {
+            if ui.selectable_label(name == chosen, capital(name)).on_hover_text(about).clicked() {
                 structures.choose(structure);
             }
         }
@@ -97,15 +111,15 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     /// A rectangle of angles to begin with.
     const WIDE: [f32; 4] = [-45.0, 45.0, -45.0, 45.0];
     let StructureOption { name, about, values, .. } = option;
-    let label = name.strip_prefix("kd-").unwrap_or(name).replace('-', " ");
+    let label = capital(name.strip_prefix("kd-").unwrap_or(name));
     match values {
         OptionValues::Names(names) => {
             let mut chosen = value.to_owned();
             // One that takes N² time isn't for a window.
             let names = names().into_iter().filter(|(name, _)| *name != KdBuilder::Naive.name());
-            let list = ComboBox::from_label(label).selected_text(value).width(110.0).show_ui(ui, |ui| {
+            let list = ComboBox::from_label(label).selected_text(capital(value)).width(110.0).show_ui(ui, |ui| {
                 for (name, about) in names {
-                    let entry = ui.selectable_value(&mut chosen, name.to_owned(), name);
+                    let entry = ui.selectable_value(&mut chosen, name.to_owned(), capital(name));
                     if !about.is_empty() {
                         entry.on_hover_text(about);
                     }
@@ -123,7 +137,7 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
             // The lowest number stands for `auto`.
             let least = range.start() - 1;
             let mut number = value.parse::<u32>().unwrap_or(least);
-            let named = |number: f64, _| if number as u32 == least { "auto".to_owned() } else { number.to_string() };
+            let named = |number: f64, _| if number as u32 == least { "Auto".to_owned() } else { number.to_string() };
             let slider = Slider::new(&mut number, least..=MOST).logarithmic(true).text(label).custom_formatter(named);
             ui.add(slider).on_hover_text(*about);
             if number == least { "auto".to_owned() } else { number.to_string() }
@@ -173,16 +187,17 @@ fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
     };
     let speed = 0.001 * size;
     let sharp = "Diameter of the lens: with 0, everything is sharp";
-    number("Aperture", sharp, DragValue::new(&mut choices.aperture).range(0.0..=f32::MAX).speed(speed));
+    number("Aperture", sharp, DragValue::new(&mut choices.aperture).range(0.0..=f32::MAX).speed(speed).suffix(UNITS));
     let about = "How long the shutter is open: what moves leaves a streak";
     let shutter = DragValue::new(&mut choices.shutter_seconds).range(0.0..=60.0).speed(0.001).suffix(" s");
     number("Shutter", about, shutter);
     let about = "Of lights without a radius of their own, of suns in degrees: shadows have soft edges";
     let radius = DragValue::new(&mut choices.light_radius).range(0.0..=Light::MAX_SUN_RADIUS_DEGREES).speed(speed);
+    let radius = radius.suffix(" units or °");
     number("Lights' radius", about, radius);
     if !choices.sky_shadows {
         let about = "Light from all around doesn't come from where something is nearer: with 0, nothing is";
-        let reach = DragValue::new(&mut choices.ambient_occlusion).range(0.0..=f32::MAX).speed(speed);
+        let reach = DragValue::new(&mut choices.ambient_occlusion).range(0.0..=f32::MAX).speed(speed).suffix(UNITS);
         number("Ambient occlusion", about, reach);
     }
     ui.checkbox(&mut choices.sky_shadows, "Shadows of the sky")
@@ -192,7 +207,7 @@ fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
         ui.checkbox(&mut is_given, "Focus at a depth").on_hover_text("Otherwise on what is in the middle");
         choices.focus = is_given.then(|| choices.focus.unwrap_or(size));
         if let Some(focus) = &mut choices.focus {
-            ui.add(DragValue::new(focus).range(1e-3 * size..=f32::MAX).speed(speed).suffix(" deep"));
+            ui.add(DragValue::new(focus).range(1e-3 * size..=f32::MAX).speed(speed).suffix(UNITS));
         }
     }
 }
@@ -217,10 +232,10 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
     samples("Samples per pixel", "Of a picture that stays: it becomes sharper until it has them", &mut choices.samples);
     samples("In motion", "Samples per pixel while anything moves", &mut choices.samples_in_motion);
     spread(choices, size, ui);
-    ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure, stops"));
-    ComboBox::from_label("Tone map").selected_text(choices.tone_map.name()).show_ui(ui, |ui| {
+    ui.add(Slider::new(&mut choices.exposure_stops, -8.0..=8.0).text("Exposure").suffix(" stops"));
+    ComboBox::from_label("Tone map").selected_text(capital(choices.tone_map.name())).show_ui(ui, |ui| {
         for &(name, tone_map, about) in ToneMap::CHOICES {
-            ui.selectable_value(&mut choices.tone_map, tone_map, name).on_hover_text(about);
+            ui.selectable_value(&mut choices.tone_map, tone_map, capital(name)).on_hover_text(about);
         }
     });
     surroundings(&mut choices.surroundings, &mut app.dialogs, ui);
@@ -267,10 +282,10 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let before = open.scene.ground();
     let mut surface = before.map(|ground| ground.surface);
-    ComboBox::from_label("Ground").selected_text(surface.map_or("none", Choice::name)).show_ui(ui, |ui| {
-        ui.selectable_value(&mut surface, None, "none");
+    ComboBox::from_label("Ground").selected_text(capital(surface.map_or("none", Choice::name))).show_ui(ui, |ui| {
+        ui.selectable_value(&mut surface, None, "None");
         for &(name, choice, about) in GroundSurface::CHOICES {
-            ui.selectable_value(&mut surface, Some(choice), name).on_hover_text(about);
+            ui.selectable_value(&mut surface, Some(choice), capital(name)).on_hover_text(about);
         }
     });
     if surface != before.map(|ground| ground.surface) {

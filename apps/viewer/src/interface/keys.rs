@@ -97,7 +97,7 @@ impl Key {
                 app.take_screenshot(path);
             }
             Self::Record if app.recording.is_some() => menu::stop_recording(app),
-            Self::Record => menu::record(app, "gif"),
+            Self::Record => menu::record(app, "gif", 1),
             Self::CopyCommand => menu::copy_command(app, ui),
             Self::Play => app.timeline.toggle(),
             Self::StepBack => app.timeline.step(-1),

@@ -9,6 +9,7 @@ use umbrage::scene::{Light, LightShape};
 use umbrage::spec::LightSpec;
 
 use super::camera_panel::vector;
+use super::engine_panel::UNITS;
 use crate::app::App;
 use crate::light_list::{LightList, kind, unit};
 use crate::probe::light_name;
@@ -90,7 +91,7 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
         ui.add(field).labelled_by(label);
     });
     let is_sun = matches!(light.source, LightSource::Directional { .. });
-    let (most, suffix) = if is_sun { (Light::MAX_SUN_RADIUS_DEGREES, "°") } else { (1e12, "") };
+    let (most, suffix) = if is_sun { (Light::MAX_SUN_RADIUS_DEGREES, "°") } else { (1e12, UNITS) };
     let mut length = |name: &str, length: &mut f32| {
         ui.horizontal(|ui| {
             let label = ui.label(name).on_hover_text("Soft edges of its shadows, where a pixel has several samples").id;
@@ -106,10 +107,10 @@ fn edit(ui: &mut egui::Ui, light: &mut Light, size: f32) {
         }
     }
     match &mut light.source {
-        LightSource::Point { position } => vector(ui, "Position", position, size),
+        LightSource::Point { position } => vector(ui, "Position, units", position, size),
         LightSource::Directional { direction } => way(ui, direction),
         LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-            vector(ui, "Position", position, size);
+            vector(ui, "Position, units", position, size);
             way(ui, direction);
             let mut degrees = 2.0 * outer_radians.to_degrees();
             if !light.shape.is_flat()

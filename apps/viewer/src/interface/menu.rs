@@ -83,7 +83,10 @@ fn file(app: &mut App, ui: &mut egui::Ui) {
     Key::Record.button(app, ui);
     let can_record = app.recording.is_none() && app.shown.is_some();
     if ui.add_enabled(can_record, egui::Button::new("Record the animation as numbered PNGs")).clicked() {
-        record(app, "png");
+        record(app, "png", 1);
+    }
+    if ui.add_enabled(can_record, egui::Button::new("Record a GIF of half the size")).clicked() {
+        record(app, "gif", 2);
     }
     ui.separator();
     let copy = ui.button(Key::CopyCommand.label()).on_hover_text("The `umbrage render` line that makes this picture");
@@ -116,6 +119,11 @@ fn view(app: &mut App, ui: &mut egui::Ui) {
     if ui.checkbox(&mut shows_controls, Key::Controls.label()).changed() {
         app.kept.hides_controls = !shows_controls;
     }
+    let mut shows_strip = !app.kept.hides_strip;
+    let strip = egui::Checkbox::new(&mut shows_strip, "Show the strip of stages' times beside the controls");
+    if ui.add_enabled(shows_controls, strip).changed() {
+        app.kept.hides_strip = !shows_strip;
+    }
 }
 
 /// Ends a recording before its time.
@@ -124,10 +132,10 @@ pub(super) fn stop_recording(app: &mut App) {
     app.notices.say("The recording was stopped. An unfinished GIF is left out.");
 }
 
-/// Records the animation into the current folder.
-pub(super) fn record(app: &mut App, extension: &str) {
+/// Records the animation into the current folder, with a part of the picture's width and height.
+pub(super) fn record(app: &mut App, extension: &str, divisor: u32) {
     let Some(shown) = &app.shown else { return };
-    let size = shown.picture.size().map(|side| side as u32);
+    let size = shown.whole.map(|side| side.div_ceil(divisor));
     let number = if extension == "png" { "_%04d" } else { "" };
     let path = free_path(&format!("{}{{}}{number}", stem(app.address())), extension);
     app.recording = Some(Recording::new(path, app.timeline.duration(), size));

@@ -14,6 +14,7 @@ mod overlay;
 mod panels;
 mod probe_panel;
 mod stage;
+mod strip;
 mod time_bar;
 mod work_panel;
 
@@ -29,7 +30,9 @@ impl eframe::App for App {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        eframe::set_value(storage, Self::KEY, &self.kept);
+        if !self.forgets {
+            eframe::set_value(storage, Self::KEY, &self.kept);
+        }
     }
 
     fn persist_egui_memory(&self) -> bool {
@@ -45,6 +48,10 @@ impl App {
         drop_files(self, ui);
         egui::Panel::top("menu").show(ui, |ui| menu::show(self, ui));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::show(self, ui));
+        // Without the controls, the picture has all of the window.
+        if !self.kept.hides_strip && !self.kept.hides_controls {
+            egui::Panel::bottom("stages").show(ui, |ui| strip::show(self, ui));
+        }
         let panels = Panels::fit(&self.kept, ui.available_width());
         if panels.has_work {
             let panel = egui::Panel::left("work").default_size(300.0).size_range(panels.widths);

@@ -3,6 +3,7 @@
 use eframe::egui;
 use glam::DVec3;
 
+use super::engine_panel::UNITS;
 use crate::app::App;
 use crate::probe::{Probe, Surface};
 
@@ -33,9 +34,9 @@ fn rows(ui: &mut egui::Ui, surface: &Surface, origin: DVec3) {
     let side = if found.is_front { "front" } else { "back" };
     row("Triangle", format!("{} ({side})", found.triangle));
     row("Material", material.clone());
-    row("Distance", format!("{:.6}", found.distance));
+    row("Distance", format!("{:.6}{UNITS}", found.distance));
     let [x, y, z] = (found.position + origin).to_array();
-    row("Position", format!("{x:.5}, {y:.5}, {z:.5}"));
+    row("Position", format!("{x:.5}, {y:.5}, {z:.5}{UNITS}"));
     let [x, y, z] = found.normal.to_array();
     row("Normal", format!("{x:.4}, {y:.4}, {z:.4}"));
     for (name, lighting) in lights {

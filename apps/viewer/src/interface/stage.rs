@@ -47,9 +47,10 @@ fn pixels(area: Rect, pixels_per_point: f32) -> [u32; 2] {
     [area.width(), area.height()].map(|side| (side * pixels_per_point).round().clamp(0.0, 1e5) as u32)
 }
 
-/// Where the picture is: pixel for pixel where it is as large as the window, else as large as fits.
+/// Where the picture is: pixel for pixel where it is as large as the window, else as large as fits. One that is coarse is where
+/// the whole one will be.
 fn picture_rect(shown: &Shown, resolution: Resolution, area: Rect, pixels_per_point: f32) -> Rect {
-    let size = shown.picture.size().map(|side| side as f32 / pixels_per_point);
+    let size = shown.whole.map(|side| side as f32 / pixels_per_point);
     let size = vec2(size[0], size[1]);
     let fit = (area.width() / size.x).min(area.height() / size.y);
     let scale = match resolution {

@@ -1,5 +1,7 @@
 //! The timeline.
 
+use std::time::Instant;
+
 use eframe::egui::{self, ComboBox, DragValue, Slider};
 use umbrage::scene::{Clip, OpenOptions};
 
@@ -11,8 +13,10 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     ui.horizontal_wrapped(|ui| {
         if let Some(recording) = &app.recording {
             let done = recording.frame as f32 / recording.frames as f32;
-            let text = format!("Recording {} of {}", recording.frame, recording.frames);
-            ui.add(egui::ProgressBar::new(done).text(text).desired_width(260.0));
+            let left = recording.seconds_left(Instant::now());
+            let left = left.map_or(String::new(), |seconds| format!(", {} left", rounded(seconds)));
+            let text = format!("Recording {} of {}{left}", recording.frame, recording.frames);
+            ui.add(egui::ProgressBar::new(done).text(text).desired_width(320.0));
             if ui.button("Stop").clicked() {
                 menu::stop_recording(app);
             }
@@ -55,6 +59,11 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
             ui.weak("Nothing moves in this scene.");
         }
     });
+}
+
+/// A time that is estimated, in words.
+fn rounded(seconds: f64) -> String {
+    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
 /// The choice of what plays, where a file has several animations.

@@ -1,8 +1,9 @@
 //! The interface, driven through its own widgets, asserting on what they show.
 
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Rect, TouchPhase, vec2};
+use eframe::egui::{Context, Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, Rect, TouchPhase, vec2};
 use egui_kittest::kittest::Queryable;
 use glam::Vec3;
 use umbrage::rays::LightSource;
@@ -386,6 +387,54 @@ fn a_narrow_window_has_half_of_its_width_for_the_picture() {
         }
         assert!(window.shows("Seen from"), "the controls are back");
     }
+}
+
+#[test]
+fn the_strip_of_times_is_there_beside_the_controls() {
+    let Some(mut window) = Window::open("demo:cloth?triangles=2000") else { return };
+    window.press(Key::Space);
+    window.harness.set_size(vec2(800.0, 600.0));
+    window.settle();
+    assert!(window.shows("Times of stages: animate") && window.shows("Seen from"));
+    window.keep("eight_hundred");
+    window.choose("Tone map", "Clip");
+    window.click("View");
+    window.click("Show the strip of stages' times beside the controls");
+    assert!(!window.shows("Times of stages: animate"));
+}
+
+/// Settings of windows, in memory.
+#[derive(Default)]
+struct Storage(HashMap<String, String>);
+
+impl eframe::Storage for Storage {
+    fn get_string(&self, key: &str) -> Option<String> {
+        self.0.get(key).cloned()
+    }
+
+    fn set_string(&mut self, key: &str, value: String) {
+        self.0.insert(key.to_owned(), value);
+    }
+
+    fn remove_string(&mut self, key: &str) {
+        self.0.remove(key);
+    }
+
+    fn flush(&mut self) {}
+}
+
+#[test]
+fn a_window_that_forgets_keeps_nothing() {
+    let kept = |forgets: bool, storage: &mut Storage| {
+        let start = Start { scene: Some("demo:cloth?triangles=500".into()), forgets, ..Start::default() };
+        let mut app = App::new(&Context::default(), start, Some(storage), None);
+        eframe::App::save(&mut app, storage);
+    };
+    let mut storage = Storage::default();
+    kept(true, &mut storage);
+    assert!(storage.0.is_empty());
+    kept(false, &mut storage);
+    assert!(!storage.0.is_empty());
 }
 
 #[test]

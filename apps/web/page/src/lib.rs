@@ -9,7 +9,7 @@ mod tracers;
 use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use wasm_bindgen::prelude::*;
 
-pub use look::{Engine, Look, LookAt, Opened, Shown};
+pub use look::{Engine, Look, LookAt, Opened, Shown, ShownLight};
 pub use proof::Proof;
 pub use studio::Studio;
 

@@ -18,8 +18,13 @@ pub struct Look {
     pub bounces: u32,
     /// From where; `None` for the scene's own camera, or one that sees all of it.
     pub camera: Option<LookAt>,
-    /// Where the first light is moved to, in world space; a spot keeps to what it looks at, a sun to its side of the scene.
-    pub light: Option<[f32; 3]>,
+    /// Where lights are moved to, in world space, by their numbers; `None`, and lights beyond the list, stay. Spots and suns that
+    /// are moved face the middle of the scene.
+    pub lights: Vec<Option<[f32; 3]>>,
+    /// What is behind the scene and lights it from all around: `sky`, or a colour as the command takes it.
+    pub background: String,
+    /// Brightness in photographic stops; `None` for files' measured one, and zero for scenes of the gallery.
+    pub exposure_stops: Option<f32>,
     /// What finds and shades it.
     pub engine: Engine,
     /// The name of a [heat map](umbrage::HeatKind), in place of the picture.
@@ -36,7 +41,9 @@ impl Default for Look {
             samples,
             bounces,
             camera: None,
-            light: None,
+            lights: Vec::new(),
+            background: "sky".to_owned(),
+            exposure_stops: None,
             engine: Engine::Cpu,
             heat: None,
         }
@@ -92,14 +99,27 @@ pub struct Shown {
     pub stages: Vec<umbrage::Stage>,
     /// Triangles of the scene.
     pub triangles: usize,
-    /// Lights of the scene.
-    pub lights: usize,
     /// From where it is seen; the target is what the picture has in its middle, or as far away as the scene.
     pub camera: LookAt,
-    /// Where the first light is; a sun is put outside of the scene.
-    pub light: Option<[f32; 3]>,
+    /// Whether the scene's own camera was widened for a narrow picture.
+    pub is_widened: bool,
+    /// The scene's lights.
+    pub lights: Vec<ShownLight>,
+    /// Brightness in photographic stops.
+    pub exposure_stops: f32,
     /// The box around the scene over its whole animation.
     pub bounds: [[f32; 3]; 2],
     /// What a heat map counts, and the count that has its last colour.
     pub heat: Option<(&'static str, u32)>,
+}
+
+/// A light of a picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct ShownLight {
+    /// Its name in the file; may be empty.
+    pub name: String,
+    /// Where it is; a sun is put outside of the scene.
+    pub position: [f32; 3],
+    /// The value of the command's `--light`; `None` where that can't say it.
+    pub spec: Option<String>,
 }

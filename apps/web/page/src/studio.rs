@@ -2,12 +2,13 @@ use std::mem;
 
 use glam::Vec3;
 use umbrage::rays::{Bounds, LightSource, Projection};
-use umbrage::scene::OpenOptions;
-use umbrage::{CameraChoice, HeatKind, HeatScale, Renderer, Scene, Stage, WorkCounts, gallery};
+use umbrage::scene::{Light, OpenOptions};
+use umbrage::spec::LightSpec;
+use umbrage::{CameraChoice, HeatKind, HeatScale, Renderer, Scene, Settings, Stage, WorkCounts, gallery};
 use web_time::Instant;
 
 use crate::tracers::{Tracers, settings};
-use crate::{Look, LookAt, Opened, Proof, Shown};
+use crate::{Look, LookAt, Opened, Proof, Shown, ShownLight};
 
 const NO_SCENE: &str = "there is no scene yet";
 
@@ -15,6 +16,8 @@ const NO_SCENE: &str = "there is no scene yet";
 #[derive(Debug, Default)]
 pub struct Studio {
     scene: Option<Scene>,
+    /// The exposure of looks that have none of their own; `None` until it is measured.
+    exposure_stops: Option<f32>,
     tracers: Tracers,
     /// Counts work for heat maps.
     counter: Renderer,
@@ -28,7 +31,7 @@ impl Studio {
     /// # Errors
     /// Says in words why there is no such scene; the last one stays.
     pub fn open_demo(&mut self, address: &str) -> Result<Opened, String> {
-        self.show(gallery::open(address).map_err(|error| error.to_string())?)
+        self.show(gallery::open(address).map_err(|error| error.to_string())?, Some(0.0))
     }
 
     /// Opens the scene `name`, one of `files`, each a path and its content.
@@ -40,10 +43,11 @@ impl Studio {
         name: &str,
         files: impl IntoIterator<Item = (String, Vec<u8>)>,
     ) -> Result<Opened, String> {
-        self.show(Scene::from_files(name, files, &OpenOptions::for_pictures()).map_err(|error| error.to_string())?)
+        let scene = Scene::from_files(name, files, &OpenOptions::for_pictures()).map_err(|error| error.to_string())?;
+        self.show(scene, None)
     }
 
-    fn show(&mut self, scene: Scene) -> Result<Opened, String> {
+    fn show(&mut self, scene: Scene, exposure_stops: Option<f32>) -> Result<Opened, String> {
         let opened = Opened {
             duration_seconds: scene.duration_seconds(),
             still_seconds: scene.still_seconds(),
@@ -51,7 +55,7 @@ impl Studio {
         };
         let mut tracers = mem::take(&mut self.tracers);
         tracers.forget_scene();
-        *self = Self { scene: Some(scene), tracers, ..Self::default() };
+        *self = Self { scene: Some(scene), exposure_stops, tracers, ..Self::default() };
         Ok(opened)
     }
 
@@ -67,9 +71,14 @@ impl Studio {
     pub async fn render(&mut self, look: &Look) -> Result<Shown, String> {
         let heat: Option<HeatKind> =
             look.heat.as_deref().map(str::parse).transpose().map_err(|error| format!("{error}"))?;
-        let Self { scene, tracers, counter, counts, picture } = self;
-        let mut stages = tracers.render(scene.as_ref().ok_or(NO_SCENE)?, look).await?;
-        let mut settings = settings(look);
+        let Self { scene, exposure_stops, tracers, counter, counts, picture } = self;
+        let scene = scene.as_ref().ok_or(NO_SCENE)?;
+        let stops = match look.exposure_stops.or(*exposure_stops) {
+            Some(stops) => stops,
+            None => *exposure_stops.insert(tracers.metered_stops(scene, look).await?),
+        };
+        let mut stages = tracers.render(scene, look).await?;
+        let mut settings = Settings { exposure_stops: stops, ..settings(look)? };
         let (renderer, film) = (tracers.last(), tracers.last().film());
         let start = Instant::now();
         film.develop_for_screen(&settings, picture);
@@ -99,9 +108,10 @@ impl Studio {
         Ok(Shown {
             stages,
             triangles: frame.triangles().len() - frame.mesh.ground_triangles,
-            lights: frame.lights.len(),
             camera: LookAt { position, target: (camera.position + camera.forward * away).to_array(), fov_degrees },
-            light: frame.lights.first().map(|light| light_position(&light.source, bounds).to_array()),
+            is_widened: tracers.is_widened(),
+            lights: frame.lights.iter().map(|light| shown(light, bounds, look.samples)).collect(),
+            exposure_stops: stops,
             bounds: [bounds.min, bounds.max].map(|corner| corner.to_array()),
             heat,
         })
@@ -166,6 +176,16 @@ fn paint(kind: HeatKind, of_light: bool, counts: &WorkCounts, look: &Look, pictu
         *pixel = [red, green, blue, u8::MAX];
     }
     scale.top()
+}
+
+fn shown(light: &Light, bounds: Bounds, samples: u32) -> ShownLight {
+    // One sample has everything sharp.
+    let shape = if samples > 1 { light.shape } else { light.shape.narrowed() };
+    ShownLight {
+        name: light.name.to_string(),
+        position: light_position(&light.source, bounds).to_array(),
+        spec: LightSpec::try_from(&Light { shape, ..light.clone() }).ok().map(|spec| spec.to_string()),
+    }
 }
 
 /// Where a light is; one without a place is as far from the middle of the scene as that is large.

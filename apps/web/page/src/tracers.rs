@@ -1,10 +1,17 @@
 use glam::Vec3;
-use umbrage::rays::LightSource;
+use umbrage::rays::{LightSource, Projection};
 use umbrage::scene::Frame;
-use umbrage::{CameraChoice, Renderer, Scene, Settings, Stage};
+use umbrage::spec::BackgroundSpec;
+use umbrage::{Background, CameraChoice, Renderer, Scene, Settings, Stage};
 use web_time::Instant;
 
 use crate::{Engine, Look};
+
+/// A scene's own camera shows at least as much to the sides as a picture with this ratio of width and height does.
+const LEAST_ASPECT: f32 = 1.25;
+
+/// Least height of a picture whose exposure is measured, in pixels.
+const LEAST_METERED: u32 = 180;
 
 /// Both engines, and the moment that they were shown last.
 #[derive(Debug, Default)]
@@ -13,8 +20,9 @@ pub(crate) struct Tracers {
     gpu: Option<Renderer>,
     /// Which one rendered the last picture.
     last: Engine,
-    /// The moment, if its light was moved.
-    moved: Option<Frame>,
+    /// The moment, if its lights or its camera were changed.
+    changed: Option<Frame>,
+    is_widened: bool,
 }
 
 impl Tracers {
@@ -29,22 +37,30 @@ impl Tracers {
 
     /// Renders a moment of a scene by the engine that is asked for. The times of all stages.
     pub(crate) async fn render(&mut self, scene: &Scene, look: &Look) -> Result<Vec<Stage>, String> {
-        let Self { cpu, gpu, last, moved } = self;
+        let Self { cpu, gpu, last, changed, is_widened } = self;
         let renderer = match look.engine {
             Engine::Cpu => cpu,
             Engine::Gpu => gpu.as_mut().ok_or("there is no GPU")?,
         };
         let mut stages = Vec::new();
-        let settings = settings(look);
-        if let Some(position) = look.light {
-            let frame = moved.get_or_insert_default();
+        let settings = settings(look)?;
+        let aspect = look.width as f32 / look.height as f32;
+        let may_widen = look.camera.is_none() && aspect < LEAST_ASPECT;
+        *is_widened = false;
+        if may_widen || look.lights.iter().any(Option::is_some) {
+            let frame = changed.get_or_insert_default();
             let start = Instant::now();
             scene.pose(look.seconds, frame).map_err(|error| error.to_string())?;
             stages.push(Stage { name: "animate", milliseconds: start.elapsed().as_secs_f64() * 1e3 });
-            move_first_light(frame, Vec3::from(position));
+            for (number, position) in look.lights.iter().enumerate() {
+                if let Some(position) = position {
+                    move_light(frame, number, Vec3::from(*position));
+                }
+            }
+            *is_widened = may_widen && widen_camera(frame, LEAST_ASPECT / aspect);
             renderer.render_frame_async(frame, &settings).await
         } else {
-            *moved = None;
+            *changed = None;
             renderer.render_async(scene, look.seconds, &settings).await
         }
         .map_err(|error| error.to_string())?;
@@ -63,7 +79,27 @@ impl Tracers {
 
     /// The moment that the last picture shows.
     pub(crate) fn frame(&self) -> &Frame {
-        self.moved.as_ref().unwrap_or_else(|| self.last().frame())
+        self.changed.as_ref().unwrap_or_else(|| self.last().frame())
+    }
+
+    /// Whether the last picture's camera is the scene's own, widened for a narrow picture.
+    pub(crate) fn is_widened(&self) -> bool {
+        self.is_widened
+    }
+
+    /// The exposure that suits the scene, measured as the command does for animations: at its best moment, by its own camera and
+    /// lights.
+    pub(crate) async fn metered_stops(&mut self, scene: &Scene, look: &Look) -> Result<f32, String> {
+        // However small the first picture is.
+        let height = look.height.max(LEAST_METERED);
+        let width =
+            (u64::from(look.width) * u64::from(height) / u64::from(look.height.max(1))).clamp(1, 1 << 14) as u32;
+        let (bounces, camera) = (Settings::STILL_BOUNCES, CameraChoice::Default);
+        let settings = Settings { width, height, bounces, camera, ..settings(look)? };
+        let renderer = &mut self.cpu;
+        let rendered = renderer.render_async(scene, scene.still_seconds(), &settings.for_metering()).await;
+        rendered.map_err(|error| error.to_string())?;
+        Ok(renderer.film().metered_stops(renderer.frame()))
     }
 
     /// In how many pixels of a moment the GPU finds another triangle than the processor, or another light's shadow. The last
@@ -83,8 +119,8 @@ impl Tracers {
 }
 
 /// How a look is rendered.
-pub(crate) fn settings(look: &Look) -> Settings {
-    Settings {
+pub(crate) fn settings(look: &Look) -> Result<Settings, String> {
+    Ok(Settings {
         width: look.width,
         height: look.height,
         samples: look.samples,
@@ -92,14 +128,27 @@ pub(crate) fn settings(look: &Look) -> Settings {
         camera: look
             .camera
             .map_or(CameraChoice::Default, |camera| CameraChoice::Own(umbrage::spec::LookAt::from(camera).camera())),
+        background: match look.background.parse()? {
+            BackgroundSpec::Sky => Background::Sky,
+            BackgroundSpec::Color(color) => Background::Color(color),
+            other => return Err(format!("the background `{other}`: give `sky` or a colour, such as #203040")),
+        },
         ..Settings::default()
-    }
+    })
 }
 
-/// Moves the first light; one that looks somewhere looks to the middle of the scene then.
-fn move_first_light(frame: &mut Frame, to: Vec3) {
+/// Widens a scene's own perspective camera by a factor. Whether it has one.
+fn widen_camera(frame: &mut Frame, factor: f32) -> bool {
+    let projection = frame.cameras.first_mut().map(|named| &mut named.camera.projection);
+    let Some(Projection::Perspective { tan_half_height }) = projection else { return false };
+    *tan_half_height *= factor;
+    true
+}
+
+/// Moves a light; one that looks somewhere looks to the middle of the scene then.
+fn move_light(frame: &mut Frame, number: usize, to: Vec3) {
     let towards = (frame.animation_bounds.center() - to).try_normalize();
-    let Some(light) = frame.lights.first_mut() else { return };
+    let Some(light) = frame.lights.get_mut(number) else { return };
     match &mut light.source {
         LightSource::Point { position } => *position = to,
         LightSource::Spot { position, direction, .. } => {
