@@ -175,28 +175,23 @@ impl Drop for Encoder {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;
 
+    /// Held while a script is written and run: a process that starts in between would have the script open for writing.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
     /// A video of two frames of 4 by 2 pixels, made by a script that stands in for ffmpeg and knows the file as `$to`.
     fn made_by(script: &str) -> (Result<(), String>, Option<Vec<u8>>) {
+        let _alone = locked(&ONE_AT_A_TIME);
         let folder = tempfile::tempdir().unwrap();
         let (program, to) = (folder.path().join("stand-in"), folder.path().join("a:b.mp4"));
-        fs::write(
-            &program,
-            format!(
-                "#!/bin/sh
-for to; do :; done
-to=${{to#file:}}
-{script}
-"
-            ),
-        )
-        .unwrap();
+        fs::write(&program, format!("#!/bin/sh\nfor to; do :; done\nto=${{to#file:}}\n{script}\n")).unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
         let image = Image { width: 4, height: 2, pixels: vec![[0; 3]; 8], ..Image::default() };
         let make = || -> Result<(), String> {
@@ -238,6 +233,7 @@ to=${{to#file:}}
 
     #[test]
     fn a_missing_encoder_is_named_with_what_to_do() {
+        let _alone = locked(&ONE_AT_A_TIME);
         let missing = Mp4Writer::new(
             OsStr::new("./no-such-program"),
             Path::new("x"),
