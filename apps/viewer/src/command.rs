@@ -42,7 +42,6 @@ pub(crate) fn line(app: &App) -> Result<String, String> {
     let (Some(open), Some(shown)) = (&app.open, &app.shown) else {
         return Err("There is no picture yet.".to_owned());
     };
-    let view = &shown.picture.view;
     let (choices, origin) = (&app.kept.choices, open.scene.origin());
     let ([width, height], lights) = (shown.whole, app.lights.chosen());
     let command = CommandLine {
