@@ -13,7 +13,7 @@ const MARKUP = `<style>
   :host { display: block; position: relative; width: 300px; height: 150px; overflow: hidden; contain: strict; }
   :host([hidden]) { display: none; }
   canvas, img { position: absolute; width: 100%; height: 100%; }
-  canvas { outline-offset: -2px; }
+  canvas { object-fit: cover; outline-offset: -2px; }
   canvas.moves { cursor: grab; touch-action: pan-y; }
   img { object-fit: contain; pointer-events: none; }
   progress { position: absolute; left: 15%; bottom: 12px; width: 70%; pointer-events: none; }

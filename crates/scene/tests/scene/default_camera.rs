@@ -53,15 +53,16 @@ fn the_default_camera_sees_the_whole_animation_from_the_front_one_side_and_above
 
 #[test]
 fn what_stays_is_framed_by_its_triangles_and_without_its_ground() {
-    let pyramid = "v 0 0 0\nv 3 0 0\nv 0 0 3\nv 0 5 0\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
-    let mut scene = Scene::from_bytes("a.obj", pyramid).unwrap();
+    // An octahedron, whose box is wider from everywhere.
+    let octahedron = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\nf 1 3 5\nf 2 4 6\n";
+    let mut scene = Scene::from_bytes("a.obj", octahedron).unwrap();
     let framed = |scene: &Scene| {
         let frame = scene.at(0.0).unwrap();
         let camera = frame.camera(1.0);
-        (camera, frame.positions[..4].iter().map(|point| off_middle(&camera, *point)).fold(0.0, f32::max))
+        (camera, frame.positions[..6].iter().map(|point| off_middle(&camera, *point)).fold(0.0, f32::max))
     };
     let (camera, farthest) = framed(&scene);
-    assert!((farthest - 0.8).abs() < 1e-3, "a box's corners would be farther: {farthest}");
+    assert!((farthest - 0.8).abs() < 1e-3, "{farthest}");
     scene.set_ground(Some(Ground::default()));
     assert_eq!(framed(&scene).0, camera);
 }
