@@ -37,9 +37,9 @@ def main(picture="lidar.png", address="demo:forest?triangles=60000"):
         _, camera = frame.cameras[0]
         origin = np.array(camera.position)
     else:
-        origin = (frame.vertices.min(axis=0) + frame.vertices.max(axis=0)) / 2
+        origin = animation.origin + (frame.vertices.min(axis=0) + frame.vertices.max(axis=0)) / 2
 
-    scene = umbrage.RaycastingScene()
+    scene = umbrage.RaycastingScene(origin=animation.origin)
     mesh = scene.add_triangles(frame.vertices, frame.triangles)
     ranges = np.empty((BEAMS, AROUND))
     cosines = np.empty((BEAMS, AROUND))

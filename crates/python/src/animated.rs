@@ -109,11 +109,11 @@ impl Opened {
             ..OpenOptions::default()
         };
         let scene = compute(py, &*pool(0)?, || umbrage::open_with(&self.address, &options)).map_err(exception)?;
-        Ok(Scene { opened: self.from_anywhere(), scene, renderer: Mutex::default(), triangles: Mutex::default() })
+        Ok(Scene { opened: self.anywhere(), scene, renderer: Mutex::default(), triangles: Mutex::default() })
     }
 
     /// The same from any working folder.
-    fn from_anywhere(mut self) -> Self {
+    fn anywhere(mut self) -> Self {
         if !self.address.to_string_lossy().starts_with(gallery::PREFIX)
             && let Ok(absolute) = std::path::absolute(&self.address)
         {
@@ -146,6 +146,13 @@ impl Scene {
     #[getter]
     fn duration(&self) -> f64 {
         self.scene.duration_seconds()
+    }
+
+    /// The point of the world that `Frame.vertices` count from, (x, y, z): (0, 0, 0), unless the scene is so far from there that
+    /// float32 would round its shape. Cameras, lights and `Instance.world_from_object` are in the world.
+    #[getter]
+    fn origin(&self) -> [f64; 3] {
+        self.scene.origin()
     }
 
     /// The names of the animations to choose from by `clip`.
@@ -194,12 +201,13 @@ impl Scene {
         let frame = compute(py, &*pool(nthreads)?, || self.scene.at(seconds)).map_err(exception)?;
         let triangles = self.triangles(py, &frame.mesh)?;
         let cameras = frame.cameras.iter();
-        let cameras = cameras.map(|named| (named.name.to_string(), named.camera.into())).collect();
-        let lights = frame.lights.iter().map(|light| Light { source: light.source }).collect();
+        let origin = frame.origin.into();
+        let cameras = cameras.map(|named| (named.name.to_string(), Camera::in_world(named.camera, origin))).collect();
+        let lights = frame.lights.iter().map(|light| Light::in_world(light.source, origin)).collect();
         let positions: Vec<[f32; 3]> = bytemuck::allocation::cast_vec(frame.positions);
         let count = positions.len();
         let vertices = hand_over_rows(py, positions, &[count])?.unbind();
-        Ok(Frame { vertices, triangles, cameras, lights, seconds })
+        Ok(Frame { vertices, triangles, cameras, lights, seconds, origin: frame.origin })
     }
 
     /// The scene's objects at a moment, as meshes with a transform each.
@@ -344,7 +352,7 @@ impl Scene {
 #[pyclass(frozen, module = "umbrage")]
 #[derive(Debug)]
 pub(crate) struct Frame {
-    /// World positions: (N, 3) float32, in world units.
+    /// Positions from `origin`: (N, 3) float32, in world units.
     #[pyo3(get)]
     vertices: Py<PyAny>,
     /// Three vertices each: (M, 3) uint32. Read-only: frames share it.
@@ -359,30 +367,35 @@ pub(crate) struct Frame {
     /// The moment that was asked for.
     #[pyo3(get)]
     seconds: f64,
+    /// `Scene.origin` of its scene.
+    #[pyo3(get)]
+    pub(crate) origin: [f64; 3],
 }
 
 #[pymethods]
 impl Frame {
     #[staticmethod]
+    #[pyo3(signature = (vertices, triangles, cameras, lights, seconds, origin=[0.0; 3]))]
     fn _restore(
         vertices: Py<PyAny>,
         triangles: Py<PyAny>,
         cameras: Vec<(String, Camera)>,
         lights: Vec<Light>,
         seconds: f64,
+        origin: [f64; 3],
     ) -> Self {
-        Self { vertices, triangles, cameras, lights, seconds }
+        Self { vertices, triangles, cameras, lights, seconds, origin }
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let Self { vertices, triangles, cameras, lights, seconds } = self;
+        let Self { vertices, triangles, cameras, lights, seconds, origin } = self;
         let arrays = [vertices, triangles].map(|array| array.clone_ref(py));
         let [vertices, triangles] = arrays;
-        pickled::<Self>(py, (vertices, triangles, cameras.clone(), lights.clone(), *seconds))
+        pickled::<Self>(py, (vertices, triangles, cameras.clone(), lights.clone(), *seconds, *origin))
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let Self { vertices, triangles, cameras, lights, seconds } = self;
+        let Self { vertices, triangles, cameras, lights, seconds, .. } = self;
         let said = [
             counted(rows(py, vertices), "vertex", "vertices"),
             counted(rows(py, triangles), "triangle", "triangles"),

@@ -99,10 +99,20 @@ pub(crate) fn vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     Ok(DVec3::from_slice(numbers.slice()))
 }
 
-/// Three finite numbers.
+/// Three numbers that are finite in f32.
 pub(crate) fn finite_vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec3> {
-    let vector = vector(name, value)?.as_vec3();
-    if vector.is_finite() { Ok(vector) } else { Err(expected(name, "finite numbers", vector)) }
+    world_point(name, value).map(DVec3::as_vec3)
+}
+
+/// As [`finite_vector`], as f64.
+pub(crate) fn world_point(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DVec3> {
+    let point = vector(name, value)?;
+    if point.as_vec3().is_finite() { Ok(point) } else { Err(expected(name, "finite numbers", point.as_vec3())) }
+}
+
+/// Whether f32 is too coarse for a point, given another one near it: the bound is that of scenes with an origin of their own.
+pub(crate) fn is_far(point: DVec3, near: DVec3) -> bool {
+    point.abs().max_element() > 512.0 * point.distance(near)
 }
 
 /// A transform of column vectors whose last row is 0, 0, 0, 1, or has been left out.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use umbrage::Settings;
 use umbrage::rays::{Projection, Ray, View};
 
-use crate::arrays::{Numbers, affine, finite_vector, hand_over_rows};
+use crate::arrays::{Numbers, affine, finite_vector, hand_over_rows, is_far, world_point};
 use crate::errors::expected;
 use crate::pickled::pickled;
 use crate::threads::{compute, pool};
@@ -16,7 +16,7 @@ use crate::threads::{compute, pool};
 /// Parameters
 /// ----------
 /// position : array_like (3,)
-///     Where it is, in world units.
+///     Where it is in the world, in float64.
 /// target : array_like (3,)
 ///     The point that it looks at.
 /// up : array_like (3,), default (0, 1, 0)
@@ -39,7 +39,11 @@ use crate::threads::{compute, pool};
 #[pyclass(frozen, module = "umbrage", from_py_object)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
+    /// From `origin`.
     camera: umbrage::rays::Camera,
+    /// A point of the world: the position of cameras with an image of their own and of those for whose position f32 is too coarse,
+    /// the scene's origin for cameras of files, otherwise zero.
+    origin: DVec3,
     /// `None` where it takes images of any size, with their middle on its axis.
     pinhole: Option<Pinhole>,
 }
@@ -63,7 +67,9 @@ impl Camera {
         fov_degrees: f32,
         half_height: Option<f32>,
     ) -> PyResult<Self> {
-        let (position, target) = (finite_vector("position", position)?, finite_vector("target", target)?);
+        let (position, target) = (world_point("position", position)?, world_point("target", target)?);
+        let origin = if position != target && is_far(position, target) { position } else { DVec3::ZERO };
+        let [position, target] = [position, target].map(|point| (point - origin).as_vec3());
         if position == target {
             return Err(expected("target", "another point than position", target));
         }
@@ -81,12 +87,13 @@ impl Camera {
             }
             camera.projection = Projection::Orthographic { half_height };
         }
-        Ok(camera.into())
+        Ok(Self::in_world(camera, origin))
     }
 
     /// A camera of computer vision, as OpenCV describes it: its view may be off centre, and its pixels wider than high.
     ///
-    /// It takes images of one size. Position and axes are rounded to float32.
+    /// It takes images of one size. Axes are rounded to float32, and so is the position, from the origin of the scene that is seen.
+    /// `rays` start at the rounded position within 512 units of the world's origin, and in float64 beyond.
     ///
     /// Parameters
     /// ----------
@@ -140,14 +147,15 @@ impl Camera {
             return Err(expected("extrinsics", "a rotation and a translation", camera_from_world.matrix3.transpose()));
         }
         let [right, down, forward] = rotation.transpose().to_cols_array_2d().map(|axis| DVec3::from(axis).normalize());
+        let origin = camera_from_world.inverse().translation;
         let camera = umbrage::rays::Camera {
-            position: camera_from_world.inverse().translation.as_vec3(),
+            position: Vec3::ZERO,
             right: right.as_vec3(),
             up: -down.as_vec3(),
             forward: forward.as_vec3(),
             projection: Projection::Perspective { tan_half_height },
         };
-        Ok(Self { camera, pinhole: Some(Pinhole { size: [width, height], focal, principal }) })
+        Ok(Self { camera, origin, pinhole: Some(Pinhole { size: [width, height], focal, principal }) })
     }
 
     /// Width and height of its image in pixels; None where it takes any.
@@ -173,7 +181,7 @@ impl Camera {
     ///     For an orthographic camera, which has no focal length.
     #[pyo3(signature = (width=None, height=None))]
     fn intrinsics<'py>(&self, py: Python<'py>, width: Option<u32>, height: Option<u32>) -> PyResult<Bound<'py, PyAny>> {
-        let View { camera, width, height } = self.image(width, height)?.view;
+        let View { camera, width, height } = self.image(width, height, self.origin)?.view;
         let ([fx, fy], [cx, cy]) = match (self.pinhole, camera.projection) {
             (Some(pinhole), _) => (pinhole.focal, pinhole.principal),
             (None, Projection::Perspective { tan_half_height }) => {
@@ -190,18 +198,19 @@ impl Camera {
     /// camera_from_world (4, 4) float64, as `from_intrinsics` takes it: x to the right, y down and z into the image.
     #[getter]
     fn extrinsics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let umbrage::rays::Camera { position, right, up, forward, .. } = self.camera;
+        let umbrage::rays::Camera { right, up, forward, .. } = self.camera;
+        let position = self.position_from(DVec3::ZERO);
         let row = |axis: Vec3| {
             let axis = axis.as_dvec3();
-            [axis.x, axis.y, axis.z, -axis.dot(position.as_dvec3())]
+            [axis.x, axis.y, axis.z, -axis.dot(position)]
         };
         hand_over_rows(py, vec![row(right), row(-up), row(forward), [0.0, 0.0, 0.0, 1.0]], &[4])
     }
 
     /// World position.
     #[getter]
-    fn position(&self) -> [f32; 3] {
-        self.camera.position.to_array()
+    fn position(&self) -> [f64; 3] {
+        self.position_from(DVec3::ZERO).to_array()
     }
 
     /// The direction into the image, of unit length.
@@ -233,13 +242,20 @@ impl Camera {
         height: Option<u32>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let image = self.image(width, height)?;
-        let rays = compute(py, &*pool(nthreads)?, || image.rays());
+        let origin = self.rays_origin();
+        let image = self.image(width, height, origin)?;
+        let rays = compute(py, &*pool(nthreads)?, || image.rays(origin));
         hand_over_rows(py, rays, &image.shape())
     }
 
     #[staticmethod]
-    fn _restore(axes: [[f32; 3]; 4], projection: (bool, f32), pinhole: Option<([u32; 2], [f64; 2], [f64; 2])>) -> Self {
+    #[pyo3(signature = (axes, projection, pinhole, origin=[0.0; 3]))]
+    fn _restore(
+        axes: [[f32; 3]; 4],
+        projection: (bool, f32),
+        pinhole: Option<([u32; 2], [f64; 2], [f64; 2])>,
+        origin: [f64; 3],
+    ) -> Self {
         let (is_parallel, half_height) = projection;
         let projection = if is_parallel {
             Projection::Orthographic { half_height }
@@ -248,7 +264,8 @@ impl Camera {
         };
         let [position, right, up, forward] = axes.map(Vec3::from);
         let camera = umbrage::rays::Camera { position, right, up, forward, projection };
-        Self { camera, pinhole: pinhole.map(|(size, focal, principal)| Pinhole { size, focal, principal }) }
+        let pinhole = pinhole.map(|(size, focal, principal)| Pinhole { size, focal, principal });
+        Self { camera, origin: origin.into(), pinhole }
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
@@ -258,15 +275,22 @@ impl Camera {
             Projection::Orthographic { half_height } => (true, half_height),
         };
         let pinhole = self.pinhole.map(|Pinhole { size, focal, principal }| (size, focal, principal));
-        pickled::<Self>(py, ([position, right, up, forward].map(|of| of.to_array()), projection, pinhole))
+        let axes = [position, right, up, forward].map(|of| of.to_array());
+        pickled::<Self>(py, (axes, projection, pinhole, self.origin.to_array()))
     }
 
     fn __repr__(&self) -> String {
         let umbrage::rays::Camera { position, forward, up, projection, .. } = self.camera;
-        let [position, forward, up] = [position, forward, up].map(|of| of.to_array());
+        let [position, target] = if self.origin == DVec3::ZERO {
+            [position, position + forward].map(|point| format!("{:?}", point.to_array()))
+        } else {
+            let position = self.position_from(DVec3::ZERO);
+            [position, position + forward.as_dvec3()].map(|point| format!("{:?}", point.to_array()))
+        };
+        let [forward, up] = [forward, up].map(|of| of.to_array());
         if let Some(Pinhole { size: [width, height], focal: [fx, fy], principal: [cx, cy] }) = self.pinhole {
             let image = format!("{width}×{height} pixels, fx={fx}, fy={fy}, cx={cx}, cy={cy}");
-            return format!("<umbrage.Camera at {position:?}, forward {forward:?}, up {up:?}: {image}>");
+            return format!("<umbrage.Camera at {position}, forward {forward:?}, up {up:?}: {image}>");
         }
         let spread = match projection {
             Projection::Perspective { tan_half_height } => {
@@ -275,25 +299,40 @@ impl Camera {
             }
             Projection::Orthographic { half_height } => format!("half_height={half_height}"),
         };
-        let target = (self.camera.position + self.camera.forward).to_array();
-        format!("Camera({position:?}, {target:?}, {up:?}, {spread})")
-    }
-}
-
-impl From<umbrage::rays::Camera> for Camera {
-    fn from(camera: umbrage::rays::Camera) -> Self {
-        Self { camera, pinhole: None }
+        format!("Camera({position}, {target}, {up:?}, {spread})")
     }
 }
 
 impl Camera {
+    /// A camera of a scene with this origin.
+    pub(crate) fn in_world(camera: umbrage::rays::Camera, origin: DVec3) -> Self {
+        Self { camera, origin, pinhole: None }
+    }
+
+    /// The position from a point of the world.
+    fn position_from(&self, origin: DVec3) -> DVec3 {
+        self.origin - origin + self.camera.position.as_dvec3()
+    }
+
+    /// The camera of a scene with this origin.
+    pub(crate) fn local(&self, origin: DVec3) -> umbrage::rays::Camera {
+        umbrage::rays::Camera { position: self.position_from(origin).as_vec3(), ..self.camera }
+    }
+
+    /// The origin from which `rays` have the position in f32. A camera with an image of its own has no target, which would say how
+    /// coarse f32 may be: a point a unit away stands for one.
+    fn rays_origin(&self) -> DVec3 {
+        let is_near = self.pinhole.is_some() && !is_far(self.origin, self.origin + self.camera.forward.as_dvec3());
+        if is_near { DVec3::ZERO } else { self.origin }
+    }
+
     /// Whether it has an image of its own.
     pub(crate) fn has_image(&self) -> bool {
         self.pinhole.is_some()
     }
 
-    /// An image of this size, or of the camera's own.
-    pub(crate) fn image(&self, width: Option<u32>, height: Option<u32>) -> PyResult<PixelRays> {
+    /// An image of this size, or of the camera's own, in a scene with this origin.
+    pub(crate) fn image(&self, width: Option<u32>, height: Option<u32>, origin: DVec3) -> PyResult<PixelRays> {
         let mut sides = [0; 2];
         for (axis, (name, given)) in [("width", width), ("height", height)].into_iter().enumerate() {
             sides[axis] = match (given, self.pinhole.map(|pinhole| pinhole.size[axis])) {
@@ -306,7 +345,7 @@ impl Camera {
         }
         let [width, height] = sides;
         size(width, height)?;
-        let view = View { camera: self.camera, width, height };
+        let view = View { camera: self.local(origin), width, height };
         Ok(match self.pinhole {
             None => PixelRays { view, offset_pixels: DVec2::splat(0.5), stretch: None },
             Some(Pinhole { focal: [fx, fy], principal, .. }) => {
@@ -319,9 +358,9 @@ impl Camera {
 
     /// A picture around the camera's axis, and the part of it that is the camera's image.
     pub(crate) fn canvas(&self, width: Option<u32>, height: Option<u32>) -> PyResult<Canvas> {
-        let View { mut camera, width, height } = self.image(width, height)?.view;
+        let View { width, height, .. } = self.image(width, height, self.origin)?.view;
         let Some(Pinhole { focal: [fx, fy], principal, .. }) = self.pinhole else {
-            return Ok(Canvas { camera, size: [width, height], corner: [0; 2], part: [width, height] });
+            return Ok(Canvas { camera: *self, size: [width, height], corner: [0; 2], part: [width, height] });
         };
         if fx != fy {
             let why = format!("camera: expected fx = fy for a picture, whose pixels are square, found {fx} and {fy}");
@@ -340,7 +379,8 @@ impl Camera {
             (whole[axis], corner[axis]) = (most as u32, ((most - twice) / 2) as u32);
         }
         let tan_half_height = (0.5 * f64::from(whole[1]) / fy) as f32;
-        camera.projection = Projection::Perspective { tan_half_height };
+        let projection = Projection::Perspective { tan_half_height };
+        let camera = Self::in_world(umbrage::rays::Camera { projection, ..self.camera }, self.origin);
         Ok(Canvas { camera, size: whole, corner, part })
     }
 }
@@ -348,7 +388,7 @@ impl Camera {
 /// A picture of which a part is kept.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Canvas {
-    pub(crate) camera: umbrage::rays::Camera,
+    pub(crate) camera: Camera,
     pub(crate) size: [u32; 2],
     /// The part's upper left pixel, by column and row.
     pub(crate) corner: [u32; 2],
@@ -384,12 +424,12 @@ impl PixelRays {
         self.view.ray(self.stretch.map_or(x, |stretch| middle + (x - middle) * stretch), y)
     }
 
-    /// Origin and direction of all rays.
-    pub(crate) fn rays(&self) -> Vec<[f64; 6]> {
+    /// Start and direction of all rays in the world, of a scene with this origin.
+    pub(crate) fn rays(&self, origin: DVec3) -> Vec<[f64; 6]> {
         let [rows, columns] = self.shape();
         let numbers = |pixel| {
             let ray = self.ray(pixel);
-            let ([x, y, z], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
+            let ([x, y, z], [dx, dy, dz]) = ((ray.origin + origin).to_array(), ray.direction.to_array());
             [x, y, z, dx, dy, dz]
         };
         (0..rows * columns).into_par_iter().map(numbers).collect()

@@ -6,8 +6,9 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python functions arrive by value")]
 #![allow(
+    clippy::doc_lazy_continuation,
     clippy::doc_markdown,
-    reason = "public docs are Python's docstrings, which have its names as numpy writes them"
+    reason = "public docs are Python's docstrings, which have names and examples as numpy writes them"
 )]
 
 mod animated;

@@ -5,7 +5,7 @@ use pyo3::types::{PyString, PyTuple};
 use umbrage::rays::LightSource;
 use umbrage::spec::LightSpec;
 
-use crate::arrays::{Rows, finite_vector, vector};
+use crate::arrays::{Rows, is_far, vector, world_point};
 use crate::errors::expected;
 use crate::pickled::pickled;
 
@@ -13,7 +13,10 @@ use crate::pickled::pickled;
 #[pyclass(frozen, module = "umbrage", from_py_object)]
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
-    pub(crate) source: LightSource,
+    /// Its position, where it has one, is `position` in f32.
+    source: LightSource,
+    /// In the world; zero for suns.
+    position: DVec3,
 }
 
 #[pymethods]
@@ -31,7 +34,7 @@ impl Light {
     #[staticmethod]
     fn sun(direction: &Bound<'_, PyAny>) -> PyResult<Self> {
         let direction = unit("direction", vector("direction", direction)?)?;
-        Ok(Self { source: LightSource::Directional { direction } })
+        Ok(Self { source: LightSource::Directional { direction }, position: DVec3::ZERO })
     }
 
     /// A sun for each of many directions.
@@ -49,7 +52,7 @@ impl Light {
         let directions = Rows::<f64, 3>::table("directions", "L", directions)?;
         let sun = |(index, direction): (usize, &[f64; 3])| {
             let direction = unit(&format!("directions[{index}]"), (*direction).into())?;
-            Ok(Self { source: LightSource::Directional { direction } })
+            Ok(Self { source: LightSource::Directional { direction }, position: DVec3::ZERO })
         };
         directions.of::<[f64; 3]>().iter().enumerate().map(sun).collect()
     }
@@ -62,7 +65,8 @@ impl Light {
     ///     World position.
     #[staticmethod]
     fn point(position: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self { source: LightSource::Point { position: finite_vector("position", position)? } })
+        let position = world_point("position", position)?;
+        Ok(Self { source: LightSource::Point { position: position.as_vec3() }, position })
     }
 
     /// Light from one point inside a cone.
@@ -77,24 +81,26 @@ impl Light {
     ///     The cone's full angle, above 0, at most 180.
     #[staticmethod]
     fn spot(position: &Bound<'_, PyAny>, target: &Bound<'_, PyAny>, degrees: f32) -> PyResult<Self> {
-        let (position, target) = (finite_vector("position", position)?, vector("target", target)?);
-        let direction = unit("target - position", target - position.as_dvec3())?;
+        let (position, target) = (world_point("position", position)?, vector("target", target)?);
+        let from = if is_far(position, target) { position } else { position.as_vec3().as_dvec3() };
+        let direction = unit("target - position", target - from)?;
         if !(degrees > 0.0 && degrees <= 180.0) {
             return Err(expected("degrees", "a number above 0, at most 180", degrees));
         }
         let outer_radians = (0.5 * degrees).to_radians().min(std::f32::consts::FRAC_PI_2);
         let inner_radians = LightSpec::INNER * outer_radians;
-        Ok(Self { source: LightSource::Spot { position, direction, inner_radians, outer_radians } })
+        let source = LightSource::Spot { position: position.as_vec3(), direction, inner_radians, outer_radians };
+        Ok(Self { source, position })
     }
 
     #[staticmethod]
     fn _restore(
-        position: Option<[f32; 3]>,
+        position: Option<[f64; 3]>,
         direction: Option<[f32; 3]>,
         angles_radians: Option<[f32; 2]>,
     ) -> PyResult<Self> {
-        let (position, direction) = (position.map(Vec3::from), direction.map(Vec3::from));
-        let source = match (position, direction, angles_radians) {
+        let position = position.map(DVec3::from);
+        let source = match (position.map(DVec3::as_vec3), direction.map(Vec3::from), angles_radians) {
             (Some(position), Some(direction), Some([inner_radians, outer_radians])) => {
                 LightSource::Spot { position, direction, inner_radians, outer_radians }
             }
@@ -102,23 +108,49 @@ impl Light {
             (None, Some(direction), None) => LightSource::Directional { direction },
             _ => return Err(PyValueError::new_err("no light has these")),
         };
-        Ok(Self { source })
+        Ok(Self { source, position: position.unwrap_or_default() })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let (position, direction, angles_radians) = match self.source {
-            LightSource::Point { position } => (Some(position), None, None),
+            LightSource::Point { .. } => (Some(self.position), None, None),
             LightSource::Directional { direction } => (None, Some(direction), None),
-            LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-                (Some(position), Some(direction), Some([inner_radians, outer_radians]))
+            LightSource::Spot { direction, inner_radians, outer_radians, .. } => {
+                (Some(self.position), Some(direction), Some([inner_radians, outer_radians]))
             }
         };
         pickled::<Self>(py, (position.map(|of| of.to_array()), direction.map(|of| of.to_array()), angles_radians))
     }
 
     fn __repr__(&self) -> String {
-        format!("Light({})", LightSpec::new(self.source))
+        let is_single = self.position == self.position.as_vec3().as_dvec3();
+        format!("Light({})", if is_single { LightSpec::new(self.source) } else { self.spec() })
     }
+}
+
+impl Light {
+    /// A light of a scene with this origin.
+    pub(crate) fn in_world(source: LightSource, origin: DVec3) -> Self {
+        let position = match source {
+            LightSource::Point { position } | LightSource::Spot { position, .. } => position.as_dvec3() + origin,
+            LightSource::Directional { .. } => DVec3::ZERO,
+        };
+        Self { source: placed(source, position.as_vec3()), position }
+    }
+
+    /// As bright as full sunlight, in the world.
+    fn spec(&self) -> LightSpec {
+        // At the origin, so that the position comes from f64 alone.
+        LightSpec::new(placed(self.source, Vec3::ZERO)).in_world(self.position.into())
+    }
+}
+
+/// The source at another position; suns have none.
+fn placed(mut source: LightSource, at: Vec3) -> LightSource {
+    if let LightSource::Point { position } | LightSource::Spot { position, .. } = &mut source {
+        *position = at;
+    }
+    source
 }
 
 fn unit(name: &str, direction: DVec3) -> PyResult<Vec3> {
@@ -136,7 +168,7 @@ pub(crate) fn specs(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSpec>> {
 
 fn spec(light: &Bound<'_, PyAny>) -> PyResult<LightSpec> {
     if let Ok(light) = light.cast::<Light>() {
-        return Ok(LightSpec::new(light.get().source));
+        return Ok(light.get().spec());
     }
     let text: String = light.extract().map_err(|_| not_lights(light))?;
     text.parse().map_err(|why: String| expected("lights", &format!("words of a light ({why})"), &text))
@@ -147,11 +179,11 @@ fn not_lights(found: &Bound<'_, PyAny>) -> PyErr {
     PyTypeError::new_err(format!("lights: expected a Light, a str or a sequence of them, found {found}"))
 }
 
-/// Where the light of lights comes from, each from one point or direction.
-pub(crate) fn lights(value: &Bound<'_, PyAny>) -> PyResult<Vec<LightSource>> {
+/// Where the light of lights comes from in a scene with this origin, each from one point or direction.
+pub(crate) fn lights(value: &Bound<'_, PyAny>, origin: DVec3) -> PyResult<Vec<LightSource>> {
     let source = |spec: LightSpec| {
-        // Where a light's full strength is makes no difference.
-        let light = spec.light(Vec3::ZERO);
+        // Strength and size make no difference.
+        let light = spec.local(origin.into()).light(Vec3::ZERO, 0.0);
         if spec.is_wide() || light.shape.is_flat() {
             return Err(expected("lights", "lights without a size: ask about several points of one", spec));
         }

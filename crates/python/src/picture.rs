@@ -35,6 +35,8 @@ pub(crate) enum Subject<'a> {
 pub(crate) struct Look {
     settings: Settings,
     camera: Option<CameraSpec>,
+    /// In place of `camera`.
+    own: Option<Camera>,
     lights: Option<Vec<LightSpec>>,
     /// The upper left corner and the size of the part that is kept.
     part: [[u32; 2]; 2],
@@ -68,7 +70,6 @@ impl Look {
         };
         let part = match canvas {
             Some(canvas) => {
-                settings.camera = canvas.camera.into();
                 [settings.width, settings.height] = canvas.size;
                 [canvas.corner, canvas.part]
             }
@@ -79,7 +80,8 @@ impl Look {
             }
         };
         let lights = lights.map(light::specs).transpose()?;
-        Ok(Self { settings, camera, lights, part, measures_exposure: false })
+        let own = canvas.map(|canvas| canvas.camera);
+        Ok(Self { settings, camera, own, lights, part, measures_exposure: false })
     }
 
     pub(crate) fn with_bounces(mut self, bounces: u32) -> Self {
@@ -100,8 +102,15 @@ impl Look {
 
     /// The settings for a subject, which says which cameras there are and where its middle is.
     fn settings(&self, subject: Subject<'_>) -> PyResult<Settings> {
-        let Self { settings, camera, lights, .. } = self;
+        let Self { settings, camera, own, lights, .. } = self;
         let mut settings = settings.clone();
+        let origin = match subject {
+            Subject::Frame(frame) => frame.origin,
+            Subject::Moment(scene, _) => scene.origin(),
+        };
+        if let Some(own) = own {
+            settings.camera = own.local(origin.into()).into();
+        }
         if camera.is_none() && lights.is_none() {
             return Ok(settings);
         }
@@ -115,7 +124,7 @@ impl Look {
         };
         match camera {
             None => {}
-            Some(CameraSpec::LookAt(look_at)) => settings.camera = look_at.camera().into(),
+            Some(CameraSpec::LookAt(look_at)) => settings.camera = look_at.local(origin).camera().into(),
             Some(CameraSpec::Listed(name)) => settings.camera = listed(name, &frame.cameras)?,
         }
         if let Some(lights) = lights {
@@ -126,7 +135,7 @@ impl Look {
                 Subject::Frame(_) if bounds.is_empty() => 0.0,
                 Subject::Frame(_) => bounds.size().length(),
             };
-            settings.lights = Some(lights.iter().map(|light| light.light(center, size)).collect());
+            settings.lights = Some(lights.iter().map(|light| light.local(origin).light(center, size)).collect());
         }
         Ok(settings)
     }
@@ -210,9 +219,10 @@ pub(crate) fn render<'py>(
     let mut bytes = Vec::with_capacity(width * height * channels);
     for row in top..top + height {
         let first = row * all_columns as usize + left;
-        for pixel in first..first + width {
-            bytes.extend(pixels[pixel].map(eight));
-            bytes.extend(alpha.get(pixel).map(|&alpha| eight(alpha)));
+        let alpha = alpha.get(first..first + width).unwrap_or_default();
+        for (column, pixel) in pixels[first..first + width].iter().enumerate() {
+            bytes.extend(pixel.map(eight));
+            bytes.extend(alpha.get(column).map(|&alpha| eight(alpha)));
         }
     }
     let class = py.import("umbrage.picture")?.getattr("Picture")?;

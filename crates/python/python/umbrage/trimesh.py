@@ -3,7 +3,8 @@
     mesh.ray = umbrage.trimesh.RayMeshIntersector(mesh)
 
 Answers are those of `RaycastingScene`: exact for the mesh's vertices as rounded to float32, without an offset. So a ray that starts on
-a triangle hits that only if it starts on the ray's near side of it, a matter of rounding; start it where you mean.
+a triangle hits that only if it starts on the ray's near side of it, a matter of rounding; start it where you mean. Vertices of a mesh
+that is far from the origin of its coordinates are rounded after they are counted from a point near it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ __all__ = ["RayMeshIntersector"]
 
 # Nothing is special about them; another one is taken where a ray passes an edge or a corner.
 _DIRECTIONS = np.random.default_rng(20).normal(size=(16, 3))
+
+# The largest coordinate of a mesh that isn't far, in diagonals of its box.
+_MOST_DIAGONALS = 512
 
 # Weights nearer to 0 than this may be those of an edge.
 _EDGE = 1e-6
@@ -44,14 +48,17 @@ class RayMeshIntersector:
         self.mesh = mesh
         self._nthreads = nthreads
         self._scene = None
+        self._origin = np.zeros(3)
         self._hash = None
 
     def _current(self) -> RaycastingScene:
         # Objects that aren't trimesh's have an identity for a hash: they are taken anew each time.
         of_content = hash(self.mesh) if hasattr(self.mesh, "_cache") else None
         if self._scene is None or of_content is None or of_content != self._hash:
-            self._scene = RaycastingScene(self._nthreads)
-            self._scene.add_triangles(self.mesh.vertices, self.mesh.faces)
+            vertices = np.asarray(self.mesh.vertices, np.float64)
+            self._origin = _origin(vertices)
+            self._scene = RaycastingScene(self._nthreads, origin=self._origin)
+            self._scene.add_triangles(vertices - self._origin if self._origin.any() else vertices, self.mesh.faces)
             self._hash = of_content
         return self._scene
 
@@ -163,11 +170,12 @@ class RayMeshIntersector:
             raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
         scene = self._current()
         inside = np.zeros(len(points), bool)
-        vertices = np.asarray(self.mesh.vertices, np.float32)
+        vertices = (np.asarray(self.mesh.vertices, np.float64) - self._origin).astype(np.float32)
         if len(vertices) == 0:
             return inside
         low, high = vertices.min(axis=0), vertices.max(axis=0)
-        undecided = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        local = points - self._origin
+        undecided = np.flatnonzero(((local >= low) & (local <= high)).all(axis=1))
         for direction in _DIRECTIONS:
             if len(undecided) == 0:
                 break
@@ -180,6 +188,21 @@ class RayMeshIntersector:
             inside[undecided] = odd
             undecided = undecided[unclear]
         return inside
+
+
+def _origin(vertices):
+    """The origin of a mesh, as scenes of files have it: the middle of its box where that is far from (0, 0, 0)."""
+    with np.errstate(over="ignore"):
+        vertices = vertices[np.isfinite(vertices.astype(np.float32)).all(axis=-1)]
+    if vertices.size == 0:
+        return np.zeros(3)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    diagonal = np.linalg.norm(high - low)
+    if max(-low.min(), high.max()) <= _MOST_DIAGONALS * diagonal:
+        return np.zeros(3)
+    # Whole numbers, or halves, quarters and so on of a mesh smaller than 1.
+    step = 2.0 ** np.floor(np.log2(diagonal)) if 0 < diagonal < 1 else 1.0
+    return np.round((low + high) / (2 * step)) * step
 
 
 def _rays(origins, directions):

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use umbrage::rays::Sweep;
 
-use crate::arrays::{Numbers, Rows, affine, shown};
+use crate::animated::Frame;
+use crate::arrays::{Numbers, Rows, affine, shown, world_point};
 use crate::errors::expected;
 
 /// Directions between two looks whether a call shall end.
@@ -15,6 +16,8 @@ const DIRECTIONS_AT_ONCE: usize = 1 << 22;
 /// Origins with their directions.
 pub(super) struct Sweeps<'py> {
     origins: Rows<'py, f64, 3>,
+    /// From the scene's origin.
+    local_origins: Vec<DVec3>,
     directions: Rows<'py, f32, 3>,
     /// Whether each origin has directions of its own.
     each: bool,
@@ -29,14 +32,21 @@ pub(super) struct Pieces<'a> {
 }
 
 impl<'py> Sweeps<'py> {
-    pub(super) fn new(origin: &Bound<'py, PyAny>, directions: &Bound<'py, PyAny>, each: bool) -> PyResult<Self> {
-        let origins = Rows::new("origin", origin)?;
+    /// In a scene whose coordinates count from `scene_origin`.
+    pub(super) fn new(
+        origin: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        each: bool,
+        scene_origin: DVec3,
+    ) -> PyResult<Self> {
+        let origins = Rows::<f64, 3>::new("origin", origin)?;
         if origins.shape().len() > 1 {
             let found = [origins.shape(), &[3]].concat();
             return Err(expected("origin", "shape (3,) or (S, 3)", shown(&found)));
         }
         let directions = Rows::new("directions", directions)?;
-        let sweeps = Self { origins, directions, each };
+        let local_origins = origins.of::<DVec3>().iter().map(|&origin| origin - scene_origin).collect();
+        let sweeps = Self { origins, local_origins, directions, each };
         if each
             && (sweeps.origins.shape().is_empty()
                 || sweeps.directions.shape().first() != sweeps.origins.shape().first())
@@ -59,7 +69,7 @@ impl<'py> Sweeps<'py> {
     }
 
     pub(super) fn pieces(&self) -> Pieces<'_> {
-        Pieces { origins: self.origins.of(), directions: self.directions.of(), each: self.each }
+        Pieces { origins: &self.local_origins, directions: self.directions.of(), each: self.each }
     }
 }
 
@@ -80,13 +90,17 @@ impl<'a> Pieces<'a> {
 pub(super) struct NewMesh<'py> {
     pub(super) vertices: Rows<'py, f32, 3>,
     pub(super) triangles: Rows<'py, u32, 3>,
-    /// Where it is put, if it says so.
+    /// Where it is put in the world; `None` where its vertices count from the scene's origin.
     pub(super) world_from_object: Option<DAffine3>,
 }
 
 impl<'py> NewMesh<'py> {
-    /// Takes vertices and triangles, or one value that has both.
-    pub(super) fn new(mesh: &Bound<'py, PyAny>, triangles: Option<&Bound<'py, PyAny>>) -> PyResult<Self> {
+    /// Takes vertices and triangles, or one value that has both, for a scene with this origin.
+    pub(super) fn new(
+        mesh: &Bound<'py, PyAny>,
+        triangles: Option<&Bound<'py, PyAny>>,
+        origin: DVec3,
+    ) -> PyResult<Self> {
         let mut world_from_object = None;
         let (vertices, triangles) = match triangles {
             Some(triangles) => (mesh.clone(), triangles.clone()),
@@ -101,6 +115,10 @@ impl<'py> NewMesh<'py> {
                 let triangles = mesh.getattr(*name.ok_or_else(missing)?)?;
                 if let Some(matrix) = mesh.getattr_opt("world_from_object")? {
                     world_from_object = Some(affine("world_from_object", &matrix)?);
+                }
+                if let Ok(frame) = mesh.cast::<Frame>() {
+                    let of_frame = DVec3::from(frame.get().origin);
+                    world_from_object = (of_frame != origin).then(|| DAffine3::from_translation(of_frame));
                 }
                 (mesh.getattr("vertices")?, triangles)
             }
@@ -143,25 +161,52 @@ impl<'py> Own<'py> {
     }
 }
 
+/// Points in a scene with an origin.
+struct Points<'py> {
+    /// `None` where they were moved.
+    rows: Option<Rows<'py, f32, 3>>,
+    moved: Vec<Vec3>,
+    shape: Vec<usize>,
+}
+
+impl<'py> Points<'py> {
+    fn new(value: &Bound<'py, PyAny>, origin: DVec3) -> PyResult<Self> {
+        if origin == DVec3::ZERO {
+            let rows = Rows::new("points", value)?;
+            let shape = rows.shape().to_vec();
+            return Ok(Self { rows: Some(rows), moved: Vec::new(), shape });
+        }
+        let rows = Rows::<f64, 3>::new("points", value)?;
+        let moved = rows.of::<DVec3>().iter().map(|&point| (point - origin).as_vec3()).collect();
+        Ok(Self { rows: None, moved, shape: rows.shape().to_vec() })
+    }
+
+    fn positions(&self) -> &[Vec3] {
+        self.rows.as_ref().map_or(&self.moved, Rows::of)
+    }
+}
+
 /// Points, or the centroids of all triangles where there are none.
 pub(super) struct Targets<'py> {
-    points: Option<Rows<'py, f32, 3>>,
+    points: Option<Points<'py>>,
     own: Option<Own<'py>>,
 }
 
 impl<'py> Targets<'py> {
+    /// In a scene with this origin.
     pub(super) fn new(
         points: Option<&Bound<'py, PyAny>>,
         faces: bool,
         geometries: Option<&Bound<'py, PyAny>>,
         triangles: Option<&Bound<'py, PyAny>>,
+        origin: DVec3,
     ) -> PyResult<Self> {
         let points = match (points, faces) {
-            (Some(points), false) => Some(Rows::<f32, 3>::new("points", points)?),
+            (Some(points), false) => Some(Points::new(points, origin)?),
             (None, true) => None,
             _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
         };
-        let own = Own::new(points.as_ref().map(Rows::shape), geometries, triangles)?;
+        let own = Own::new(points.as_ref().map(|points| &*points.shape), geometries, triangles)?;
         Ok(Self { points, own })
     }
 
@@ -176,7 +221,7 @@ impl<'py> Targets<'py> {
 
     /// Positions, where they are points.
     pub(super) fn positions(&self) -> Option<&[Vec3]> {
-        self.points.as_ref().map(Rows::of)
+        self.points.as_ref().map(Points::positions)
     }
 
     /// Geometry and number of each point's triangle, where they are said.
@@ -186,9 +231,14 @@ impl<'py> Targets<'py> {
 
     /// The shape of answers about so many lights, and so many triangles.
     pub(super) fn shape(&self, lights: usize, triangles: usize) -> Vec<usize> {
-        let shape = self.points.as_ref().map_or(vec![triangles], |points| points.shape().to_vec());
+        let shape = self.points.as_ref().map_or(vec![triangles], |points| points.shape.clone());
         std::iter::once(lights).chain(shape).collect()
     }
+}
+
+/// A point of the world, zero where none is given.
+pub(super) fn origin_or_zero(value: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
+    value.map_or(Ok(DVec3::ZERO), |value| world_point("origin", value))
 }
 
 /// How many hits of each direction, of which there is one where that isn't said.

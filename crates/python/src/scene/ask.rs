@@ -2,15 +2,22 @@
 
 use std::sync::{MutexGuard, PoisonError};
 
+use glam::DVec3;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use umbrage::scene::Instance;
 
 use super::RaycastingScene;
 use super::state::State;
-use crate::threads::{Call, in_pieces};
+use crate::threads::{Call, in_pieces, pool};
 
 impl RaycastingScene {
+    /// A scene without meshes, whose coordinates count from a point of the world.
+    pub(super) fn with_origin(nthreads: usize, origin: DVec3) -> PyResult<Self> {
+        pool(nthreads)?;
+        Ok(Self { state: State::with_origin(origin).into(), nthreads, origin })
+    }
+
     /// Waits for whoever asks now. Only without Python's lock: the one that is waited for may want that.
     pub(super) fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)

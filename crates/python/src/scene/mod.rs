@@ -10,7 +10,7 @@ mod state;
 
 use std::sync::Mutex;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyTuple};
 use umbrage::rays::Choice;
@@ -23,9 +23,9 @@ use crate::errors::{bad_instance, expected};
 use crate::light;
 use crate::pickled::pickled;
 use crate::picture::{Look, Subject, render};
-use crate::threads::{Call, pool};
+use crate::threads::Call;
 use answers::{INVALID_ID, Precision};
-use arguments::{NewMesh, Own, Sweeps, Targets, hits_of_each, samples_of_each};
+use arguments::{NewMesh, Own, Sweeps, Targets, hits_of_each, origin_or_zero, samples_of_each};
 use ask::geometry_of;
 use questions::Receiving;
 use rays::RayArray;
@@ -37,6 +37,8 @@ use state::State;
 pub(crate) struct RaycastingScene {
     state: Mutex<State>,
     nthreads: usize,
+    /// The point of the world that coordinates count from.
+    origin: DVec3,
 }
 
 #[pymethods]
@@ -46,10 +48,9 @@ impl RaycastingScene {
     const INVALID_ID: u32 = INVALID_ID;
 
     #[new]
-    #[pyo3(signature = (nthreads=0))]
-    fn new(nthreads: usize) -> PyResult<Self> {
-        pool(nthreads)?;
-        Ok(Self { state: Mutex::default(), nthreads })
+    #[pyo3(signature = (nthreads=0, *, origin=None))]
+    fn new(nthreads: usize, origin: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        Self::with_origin(nthreads, origin_or_zero(origin)?)
     }
 
     /// Adds a triangle mesh.
@@ -60,8 +61,9 @@ impl RaycastingScene {
     /// Parameters
     /// ----------
     /// vertex_positions : array_like (N, 3) float32
-    ///     In world units. Or, without `triangle_indices`, a whole mesh: a `Frame`; an `Instance`, which is put where it is by its
-    ///     transform; a mesh with `vertices` and `faces`, as trimesh has them; or a tuple of vertices and triangles.
+    ///     In world units, from the scene's origin. Or, without `triangle_indices`, a whole mesh: a `Frame` or an `Instance`, which
+    ///     are put where they are in the world, by a transform where they need one; a mesh with `vertices` and `faces`, as trimesh
+    ///     has them; or a tuple of vertices and triangles.
     /// triangle_indices : array_like (M, 3) uint32, optional
     ///     Three vertices each.
     ///
@@ -81,7 +83,8 @@ impl RaycastingScene {
         vertex_positions: &Bound<'_, PyAny>,
         triangle_indices: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u32> {
-        let NewMesh { vertices, triangles, world_from_object } = NewMesh::new(vertex_positions, triangle_indices)?;
+        let NewMesh { vertices, triangles, world_from_object } =
+            NewMesh::new(vertex_positions, triangle_indices, self.origin)?;
         let (vertices, triangles) = (vertices.of(), triangles.of());
         py.detach(|| self.lock().add(vertices, triangles, world_from_object)).map_err(bad_instance)
     }
@@ -175,7 +178,7 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let (these, precision) = (rays.rays(), rays.precision());
         let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
         answers.into_dict(py, rays.shape(), precision)
@@ -209,7 +212,7 @@ impl RaycastingScene {
         tfar: f64,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let these = rays.rays();
         let hit = self.ask(py, nthreads, |call, state| questions::any(call, state, these, [tnear, tfar]))?;
         hand_over(py, hit, rays.shape())
@@ -232,7 +235,7 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let these = rays.rays();
         let counts = self.ask(py, nthreads, |call, state| questions::count(call, state, these))?;
         hand_over(py, counts, rays.shape())
@@ -258,7 +261,7 @@ impl RaycastingScene {
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = RayArray::new(rays)?;
+        let rays = RayArray::new(rays, self.origin)?;
         let (these, precision) = (rays.rays(), rays.precision());
         let listed = self.ask(py, nthreads, |call, state| questions::list(call, state, these))?;
         let hits = listed.rays.len();
@@ -283,7 +286,7 @@ impl RaycastingScene {
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let most = hits_of_each(returns)?;
-        let sweeps = Sweeps::new(origin, directions, each)?;
+        let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| questions::scan(call, state, pieces, [t_min, t_max], most);
         let answers = self.ask(py, nthreads, question)?;
@@ -314,7 +317,7 @@ impl RaycastingScene {
         each: bool,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let sweeps = Sweeps::new(origin, directions, each)?;
+        let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| questions::scan_any(call, state, pieces, [t_min, t_max]);
         let hit = self.ask(py, nthreads, question)?;
@@ -346,7 +349,7 @@ impl RaycastingScene {
         height: Option<u32>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let image = camera.image(width, height)?;
+        let image = camera.image(width, height, self.origin)?;
         let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image))?;
         answers.into_dict(py, &image.shape(), Precision::Double)
     }
@@ -365,8 +368,8 @@ impl RaycastingScene {
         facing: bool,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let lights = light::lights(lights)?;
-        let targets = Targets::new(points, faces, geometry_ids, primitive_ids)?;
+        let lights = light::lights(lights, self.origin)?;
+        let targets = Targets::new(points, faces, geometry_ids, primitive_ids, self.origin)?;
         if facing {
             targets.expect_sides("facing")?;
         }
@@ -389,8 +392,8 @@ impl RaycastingScene {
         primitive_ids: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let lights = light::lights(lights)?;
-        let targets = Targets::new(points, faces, geometry_ids, primitive_ids)?;
+        let lights = light::lights(lights, self.origin)?;
+        let targets = Targets::new(points, faces, geometry_ids, primitive_ids, self.origin)?;
         targets.expect_sides("points")?;
         let receiving = Receiving { points: targets.positions(), own: targets.own() };
         let question = |call: &Call, state: &mut State| questions::incidence(call, state, receiving, &lights);
@@ -420,7 +423,7 @@ impl RaycastingScene {
         samples: u32,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let lights = light::lights(lights)?;
+        let lights = light::lights(lights, self.origin)?;
         samples_of_each(samples)?;
         let question = |call: &Call, state: &mut State| questions::lit_areas(call, state, &lights, samples);
         let (shares, count) = self.ask(py, nthreads, question)?;
@@ -461,8 +464,8 @@ impl RaycastingScene {
         let nthreads = if nthreads == 0 { self.nthreads } else { nthreads };
         let frame = py.detach(|| {
             let state = self.lock();
-            let triangles = state.instances.triangles();
-            Frame::from_triangles(triangles.positions.to_vec(), triangles.indices.to_vec())
+            let (triangles, origin) = (state.instances.triangles(), self.origin.into());
+            Frame { origin, ..Frame::from_triangles(triangles.positions.to_vec(), triangles.indices.to_vec()) }
         });
         render(py, nthreads, &Mutex::default(), &look, Subject::Frame(&frame))
     }
@@ -525,8 +528,14 @@ impl RaycastingScene {
 
     /// Meshes as they were added, with `None` for those that were removed.
     #[staticmethod]
-    fn _restore(py: Python<'_>, nthreads: usize, meshes: Vec<Option<Bound<'_, PyAny>>>) -> PyResult<Self> {
-        let scene = Self::new(nthreads)?;
+    #[pyo3(signature = (nthreads, meshes, origin=[0.0; 3]))]
+    fn _restore(
+        py: Python<'_>,
+        nthreads: usize,
+        meshes: Vec<Option<Bound<'_, PyAny>>>,
+        origin: [f64; 3],
+    ) -> PyResult<Self> {
+        let scene = Self::with_origin(nthreads, origin.into())?;
         for (id, mesh) in meshes.into_iter().enumerate() {
             match mesh {
                 Some(mesh) => {
@@ -544,12 +553,12 @@ impl RaycastingScene {
         let mesh =
             |(id, is_removed): (u32, bool)| (!is_removed).then(|| Instance::new(py, &state.instances, id)).transpose();
         let meshes = ids.map(mesh).collect::<PyResult<Vec<Option<Instance>>>>()?;
-        pickled::<Self>(py, (self.nthreads, meshes))
+        pickled::<Self>(py, (self.nthreads, meshes, self.origin.to_array()))
     }
 
     fn __copy__(&self, py: Python<'_>) -> Self {
         let state = py.detach(|| self.lock().copy());
-        Self { state: Mutex::new(state), nthreads: self.nthreads }
+        Self { state: Mutex::new(state), nthreads: self.nthreads, origin: self.origin }
     }
 
     fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> Self {
@@ -564,6 +573,8 @@ impl RaycastingScene {
         let geometries = counted(geometries, "geometry", "geometries");
         let triangles = counted(triangles, "triangle", "triangles");
         let threads = if self.nthreads == 0 { String::new() } else { format!(", nthreads={}", self.nthreads) };
-        format!("<umbrage.RaycastingScene: {geometries}, {triangles}{threads}>")
+        let is_far = self.origin != DVec3::ZERO;
+        let origin = if is_far { format!(", origin={:?}", self.origin.to_array()) } else { String::new() };
+        format!("<umbrage.RaycastingScene: {geometries}, {triangles}{threads}{origin}>")
     }
 }

@@ -1,6 +1,6 @@
 //! Questions in pieces, between which a call looks whether it shall end.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -114,7 +114,7 @@ pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, betwe
 /// As `see`. Grids are of square pixels, so rays of others are traced as any rays.
 pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays) -> PyResult<Answers> {
     if !image.are_square() {
-        let rays = call.piece(|| image.rays())?;
+        let rays = call.piece(|| image.rays(DVec3::ZERO))?;
         let answered = std::mem::take(&mut state.answered);
         let answers = cast(call, state, Rays::Double(&rays));
         state.answered = answered;

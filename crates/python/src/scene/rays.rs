@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -14,12 +15,23 @@ use crate::arrays::Rows;
 pub(super) enum RayArray<'py> {
     Single(Rows<'py, f32, 6>),
     Double(Rows<'py, f64, 6>),
+    /// From a scene's origin, of this shape and precision.
+    Moved(Vec<[f64; 6]>, Vec<usize>, Precision),
 }
 
 impl<'py> RayArray<'py> {
-    /// Takes float64 as it is, and all else as float32.
-    pub(super) fn new(value: &Bound<'py, PyAny>) -> PyResult<Self> {
+    /// Takes float64 as it is, and all else as float32, in a scene with this origin.
+    pub(super) fn new(value: &Bound<'py, PyAny>, origin: DVec3) -> PyResult<Self> {
         let is_double = value.cast::<PyArrayDyn<f64>>().is_ok();
+        if origin != DVec3::ZERO {
+            let precision = if is_double { Precision::Double } else { Precision::Single };
+            let rows = Rows::<f64, 6>::new("rays", value)?;
+            let moved = rows.of::<[f64; 6]>().iter().map(|&[x, y, z, dx, dy, dz]| {
+                let [x, y, z] = (DVec3::new(x, y, z) - origin).to_array();
+                [x, y, z, dx, dy, dz]
+            });
+            return Ok(Self::Moved(moved.collect(), rows.shape().to_vec(), precision));
+        }
         if is_double { Rows::new("rays", value).map(Self::Double) } else { Rows::new("rays", value).map(Self::Single) }
     }
 
@@ -27,6 +39,7 @@ impl<'py> RayArray<'py> {
         match self {
             Self::Single(rows) => rows.shape(),
             Self::Double(rows) => rows.shape(),
+            Self::Moved(_, shape, _) => shape,
         }
     }
 
@@ -35,6 +48,7 @@ impl<'py> RayArray<'py> {
         match self {
             Self::Single(rows) => Rays::Single(rows.of()),
             Self::Double(rows) => Rays::Double(rows.of()),
+            Self::Moved(rays, ..) => Rays::Double(rays),
         }
     }
 
@@ -42,6 +56,7 @@ impl<'py> RayArray<'py> {
         match self {
             Self::Single(_) => Precision::Single,
             Self::Double(_) => Precision::Double,
+            Self::Moved(.., precision) => *precision,
         }
     }
 }

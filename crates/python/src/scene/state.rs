@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use umbrage::rays::predicate;
 use umbrage::rays::{
     Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
@@ -28,6 +28,11 @@ pub(super) struct State {
 }
 
 impl State {
+    /// No meshes, and coordinates that count from a point of the world.
+    pub(super) fn with_origin(origin: DVec3) -> Self {
+        Self { instances: Instances::with_origin(origin), ..Self::default() }
+    }
+
     /// The meshes, to change them.
     pub(super) fn change(&mut self) -> &mut Instances {
         self.tracer.forget();
@@ -71,7 +76,8 @@ impl State {
     /// # Errors
     /// None, as there are fewer vertices and triangles than before.
     pub(super) fn remove(&mut self, geometry: u32) -> Result<(), BadInstance> {
-        let old = std::mem::take(self.change());
+        let origin = self.instances.origin();
+        let old = std::mem::replace(self.change(), Instances::with_origin(origin));
         self.removed.insert(geometry as usize);
         for (id, instance) in (0..).zip(old.all()) {
             if self.removed.contains(&(id as usize)) {
@@ -80,7 +86,7 @@ impl State {
             }
             let (vertices, triangles) = old.mesh(id);
             let matrix = instance.world_from_object();
-            let matrix = (matrix != DAffine3::IDENTITY).then_some(matrix);
+            let matrix = (matrix != DAffine3::from_translation(origin)).then_some(matrix);
             self.add(vertices, &triangles.collect::<Vec<_>>(), matrix)?;
         }
         Ok(())
