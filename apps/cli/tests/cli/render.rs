@@ -464,7 +464,7 @@ fn far_files_take_cameras_and_lights_of_the_world() {
     };
     let picture = |name: &str, x: u32, y: u32| {
         fs::write(place.path("shape.obj"), obj(x, y)).unwrap();
-        let camera = format!("{}.25,{y},2:{x},{y},0:50", x);
+        let camera = format!("{x}.25,{y},2:{x},{y},0:50");
         let light = format!("point:{x},{}.5,3:40", y + 1);
         let flags = ["render", "shape.obj", "--size", "24x16", "--camera", &camera, "--light", &light, "-o", name];
         place.succeed(&flags);

@@ -93,7 +93,7 @@ impl LightSpec {
     /// The light in a scene around `center`, both from the same origin, of this [size](umbrage_scene::Scene::size).
     #[must_use]
     pub fn light(&self, center: Vec3, scene_size: f32) -> Light {
-        let target = self.target.map(|target| target.as_vec3());
+        let target = self.target.map(DVec3::as_vec3);
         let mut source = self.source;
         if let (LightSource::Spot { position, direction: towards, .. }, Some(target)) = (&mut source, target) {
             // Of the points in f32, unless these are the same.

@@ -50,7 +50,7 @@ fn ply(away: DVec3) -> (&'static str, Vec<u8>) {
 
 fn gltf(away: DVec3) -> (&'static str, Vec<u8>) {
     let TestMesh { positions, indices } = ball();
-    let numbers = positions.iter().flat_map(|at| at.to_array()).flat_map(f32::to_le_bytes);
+    let numbers = positions.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes);
     let bytes: Vec<u8> = numbers.chain(indices.as_flattened().iter().flat_map(|index| index.to_le_bytes())).collect();
     let uri = bytes.iter().fold("data:application/octet-stream,".to_owned(), |uri, byte| uri + &format!("%{byte:02x}"));
     let (vertices, first_index) = (positions.len(), 12 * positions.len());
@@ -82,7 +82,8 @@ fn film(scene: &Scene, away: DVec3) -> Film {
     let center = scene.at(0.0).expect("a frame").animation_bounds.center();
     let lights =
         [format!("point:{}", at(2.0, 3.0, 1.0)), format!("spot:{}:{}:40", at(-2.0, 2.5, 1.0), at(0.0, 0.5, 0.0))];
-    let light = |text: String| text.parse::<LightSpec>().expect("a light").local(scene.origin()).light(center);
+    let light =
+        |text: String| text.parse::<LightSpec>().expect("a light").local(scene.origin()).light(center, scene.size());
     let [width, height] = SIZE;
     let settings = Settings {
         width,
