@@ -126,7 +126,7 @@ fn go_straight_on(number: u32, ray: u32, path: OnwardPath) {
     }
     // Then the interval is empty.
     let through = max(path.through.x, max(path.through.y, path.through.z));
-    let is_last = path.layers >= MOST_LAYERS || path.layers >= MANY_LAYERS && through < LEAST_PART;
+    let is_last = path.layers >= MOST_LAYERS || (path.layers >= MANY_LAYERS && through < LEAST_PART);
     var t = point_number(number * POINT_WORDS + POINT_T);
     if is_last {
         t = SEND_INFINITE;

@@ -112,7 +112,7 @@ impl Ops for Portable {
         x.sqrt()
     }
 
-    /// In f64, as in the reference program of MikkTSpace.
+    /// In f64, as in the reference program of `MikkTSpace`.
     fn acos(x: f32) -> f32 {
         libm::acos(f64::from(x)) as f32
     }
