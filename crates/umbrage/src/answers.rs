@@ -75,7 +75,7 @@ impl Renderer {
     /// ```
     ///
     /// # Errors
-    /// Where the frame is not what [`Frame::check`] asks for, the image has no pixels or too many, or a GPU renders.
+    /// Where [`Frame::check`] rejects the frame, the image has no pixels or too many, or a GPU renders.
     pub fn see<'a>(&mut self, frame: &'a Frame, view: &View) -> Result<Seen<'a>, Error> {
         let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
         Settings { width: view.width, height: view.height, camera: view.camera.into(), ..Settings::default() }
@@ -90,7 +90,7 @@ impl Renderer {
     /// points that their cones hold.
     ///
     /// # Errors
-    /// Where a light is not what [`Frame::check`] asks for, or a GPU renders.
+    /// Where [`Frame::check`] would reject a light, or a GPU renders.
     pub fn shadow(&mut self, seen: &Seen<'_>, lights: &[Light]) -> Result<Vec<LightMask>, Error> {
         let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
         seen.frame.check_lit_by(lights)?;

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{Background, Film, Image, Settings};
 
-/// Where pictures go.
+/// Destination of pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// A file, or a numbered file for each frame, see [`NumberedPath`].
@@ -65,7 +65,7 @@ pub(super) trait Animation {
     /// Writes the next frame.
     fn write(&mut self, image: &Image) -> io::Result<()>;
 
-    /// Writes what comes behind the last frame.
+    /// Writes the end of the file, after the last frame.
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
 

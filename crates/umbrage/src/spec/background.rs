@@ -9,8 +9,8 @@ use super::color::{color, is_name};
 use super::{Words, vector};
 use crate::{Background, Error};
 
-/// What is behind and around a scene: `sky`, `none`, a colour by its name in CSS, as `#rrggbb` or as linear
-/// `R,G,B`, or the path of a latitude–longitude image.
+/// A scene's background: `sky`, `none`, a colour by its name in CSS, as `#rrggbb` or as linear `R,G,B`, or
+/// the path of a latitude–longitude image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum BackgroundSpec {
     /// The sky.
