@@ -30,7 +30,7 @@ pub struct Seen<'a> {
 pub struct WorkCounts {
     /// The work of camera rays.
     pub pixels: PixelWork,
-    /// For the light asked about, if any, the cell of its grid that each pixel's point is in.
+    /// With a chosen light, the cell of its grid that each pixel's point is in.
     pub cells: LightCells,
 }
 
@@ -86,8 +86,8 @@ impl Renderer {
 
     /// Finds the seen points that each light reaches: a mask for each light, in which misses are dark.
     ///
-    /// A spot lights no point outside of its cone. Ranges of lights don't count, and lights that cast no shadow reach all
-    /// points that their cones hold.
+    /// A spot lights no point outside of its cone. Ranges of lights are ignored, and lights that cast no shadow reach
+    /// all points in their cones.
     ///
     /// # Errors
     /// Where [`Frame::check`] would reject a light, or a GPU renders.

@@ -36,7 +36,7 @@ pub(crate) struct CoverageRow<'a> {
 }
 
 impl Coverage {
-    /// The most objects of a pixel: the ones that cover most of it.
+    /// Maximum number of objects of a pixel: the ones that cover most of it.
     pub const RANKS: usize = 6;
 
     /// For each pixel, in rows from the upper left corner, the objects that cover most of it: the greatest part first, of

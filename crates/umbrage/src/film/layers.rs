@@ -40,7 +40,7 @@ pub struct LightLayer {
 }
 
 impl FilmLayers {
-    /// Clears the layers that are asked for, and frees the rest.
+    /// Clears the chosen layers, and frees the rest.
     ///
     /// # Errors
     /// Where there is no memory for them.

@@ -33,7 +33,7 @@ impl BackgroundSpec {
         self.open_within(OpenOptions::default().max_memory)
     }
 
-    /// As [`BackgroundSpec::open`], where that takes no more than so many bytes.
+    /// As [`BackgroundSpec::open`], with a limit of `max_memory` bytes.
     ///
     /// # Errors
     /// As [`Background::open`].

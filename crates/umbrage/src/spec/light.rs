@@ -32,7 +32,7 @@ pub struct LightSpec {
 }
 
 impl LightSpec {
-    /// How much of a spot's cone has the full strength.
+    /// A spot's inner angle, with the full strength, as a part of its outer angle.
     pub const INNER: f32 = 0.85;
 
     /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
@@ -126,7 +126,7 @@ impl LightSpec {
     }
 }
 
-/// Why a light can't be said in words.
+/// The property of a light that the words can't express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnspeakableLight {
     /// The words have one softness of spots, [`LightSpec::INNER`].
