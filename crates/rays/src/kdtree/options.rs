@@ -74,7 +74,7 @@ pub enum KdTraversal {
     Restart,
     /// As `Restart`, from the lowest node that holds the rest of the ray (Horn et al. 2007, §3.2).
     PushDown,
-    /// With a stack of so many entries, and as `PushDown` when it has lost some (Horn et al. 2007, §3.3).
+    /// With a stack of this number of entries, and as `PushDown` when it has lost some (Horn et al. 2007, §3.3).
     ShortStack(u8),
 }
 

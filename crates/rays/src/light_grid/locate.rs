@@ -66,7 +66,7 @@ impl LightCells {
         self.of_pixels[self.order.index(x, y)]
     }
 
-    /// Number of points in a cell: as many as there are pixels for which [`at`](Self::at) names it.
+    /// Number of points in a cell: of the pixels for which [`at`](Self::at) returns it.
     ///
     /// # Panics
     /// If the grid has no such cell.
@@ -132,7 +132,7 @@ impl LightCells {
 }
 
 impl Face {
-    /// The face with so many columns and rows, and with its points' highest and lowest nearness.
+    /// The face with this number of columns and rows, and with its points' highest and lowest nearness.
     pub(crate) fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
         LightFace {
             columns: columns as u32,

@@ -24,7 +24,7 @@ const OPEN_BELOW: u64 = 512;
 /// built from a bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
 const PARTS: f64 = 64.0;
 
-/// Nodes of so many triangles have their children built on two threads.
+/// Number of triangles from which a node's children are built on two threads.
 const PARALLEL: u64 = 1 << 12;
 
 /// A group or a triangle in a cell.
