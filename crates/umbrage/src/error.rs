@@ -87,8 +87,8 @@ pub enum Error {
     /// Motion was requested for a frame, which is one moment.
     #[error("a frame of your own is one moment: it has no layer of motion")]
     MotionOfFrame,
-    /// [`Settings::light_radius`] is more than [`Light::MAX_SUN_RADIUS_DEGREES`](umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES),
-    /// and there is a sun.
+    /// [`Settings::light_radius`] is more than
+    /// [`Light::MAX_SUN_RADIUS_DEGREES`](umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES), and there is a sun.
     #[error("a sun's radius is at most {limit} degrees", limit = umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES)]
     SunRadius,
     /// [`Settings::bounces`] is more than [`Settings::MAX_BOUNCES`].

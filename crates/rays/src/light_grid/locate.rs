@@ -106,8 +106,8 @@ impl LightCells {
         self.points.clear();
     }
 
-    /// Adds a face with columns and rows of cells, made from its points' least and largest distances. `located` has the pixel
-    /// index of each of its points, its column and row, and its distance.
+    /// Adds a face with columns and rows of cells, made from its points' least and largest distances. `located` has the
+    /// pixel index of each of its points, its column and row, and its distance.
     pub(crate) fn add_face(
         &mut self,
         [columns, rows]: [usize; 2],

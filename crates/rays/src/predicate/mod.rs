@@ -3,7 +3,8 @@
 //! Every structure settles its undecided cases with these functions, so every structure gives their answer.
 //!
 //! The edge functions E(p, q) = d · ((p − o) × (q − o)) of Plücker's test are evaluated in f64. Where the result is
-//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
+//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real numbers:
+//! neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
 
 mod double;
 mod eight;

@@ -8,8 +8,8 @@ use umbrage_rays::parallel::Parallel;
 /// An object's part of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covered {
-    /// The object, as an index into [`FilmLayers::objects`](crate::FilmLayers); [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE)
-    /// for none.
+    /// The object, as an index into [`FilmLayers::objects`](crate::FilmLayers);
+    /// [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE) for none.
     pub object: u32,
     /// The part of the pixel's samples that see it, from 0 to 1.
     pub part: f32,
