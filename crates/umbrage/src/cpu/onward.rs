@@ -81,7 +81,7 @@ enum From {
     Surface { point: HitPoint, triangle: u32 },
 }
 
-/// A ray's hit, and the path from there to the camera.
+/// A ray's hit, with the path of the ray to the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting {
     pub(super) ray: Ray,
