@@ -142,7 +142,7 @@ impl Buffer {
         recorder.submit_and_wait()?.read(fetch)
     }
 
-    /// How many bytes it has room for.
+    /// Number of bytes that it has room for.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.buffer.size()

@@ -70,13 +70,13 @@ impl Geometry {
         self.positions.write(gpu, positions)
     }
 
-    /// How many vertices there are.
+    /// Number of vertices.
     #[must_use]
     pub fn vertex_count(&self) -> u32 {
         self.vertex_count
     }
 
-    /// How many triangles there are.
+    /// Number of triangles.
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
         self.triangle_count

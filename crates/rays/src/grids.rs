@@ -24,7 +24,7 @@ pub trait CameraGrid: Debug + Send + Sync {
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
     fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<Seconds, ImageTooLarge>;
 
-    /// Finds what each pixel sees.
+    /// Finds the triangle that each pixel sees.
     fn trace(&mut self, shot: &Shot<'_>, patches: &Patches, seen: &mut SeenPixels) -> Counts;
 
     /// As [`trace`](Self::trace), and counts each pixel's work.

@@ -1,8 +1,8 @@
 use std::hash::{BuildHasher as _, RandomState};
 use std::sync::OnceLock;
 
-/// A secret key for hashes of data from files: nobody can choose numbers whose hashes collide without knowing it. It differs
-/// between processes, so no answer may depend on it.
+/// A secret key for hashes of data from files: an attacker who doesn't know it can't choose numbers whose hashes
+/// collide. It differs between processes, so no answer may depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct HashKey {
     start: u64,

@@ -30,7 +30,7 @@ pub struct Seen<'a> {
 pub struct WorkCounts {
     /// The work of camera rays.
     pub pixels: PixelWork,
-    /// For the light asked about, if any, the cell of its grid that each pixel's point is in.
+    /// With a chosen light, the cell of its grid that each pixel's point is in.
     pub cells: LightCells,
 }
 
@@ -75,7 +75,7 @@ impl Renderer {
     /// ```
     ///
     /// # Errors
-    /// Where the frame is not what [`Frame::check`] asks for, the image has no pixels or too many, or a GPU renders.
+    /// Where [`Frame::check`] rejects the frame, the image has no pixels or too many, or a GPU renders.
     pub fn see<'a>(&mut self, frame: &'a Frame, view: &View) -> Result<Seen<'a>, Error> {
         let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
         Settings { width: view.width, height: view.height, camera: view.camera.into(), ..Settings::default() }
@@ -86,11 +86,11 @@ impl Renderer {
 
     /// Finds the seen points that each light reaches: a mask for each light, in which misses are dark.
     ///
-    /// A spot lights no point outside of its cone. Ranges of lights don't count, and lights that cast no shadow reach all
-    /// points that their cones hold.
+    /// A spot lights no point outside of its cone. Ranges of lights are ignored, and lights that cast no shadow reach
+    /// all points in their cones.
     ///
     /// # Errors
-    /// Where a light is not what [`Frame::check`] asks for, or a GPU renders.
+    /// Where [`Frame::check`] would reject a light, or a GPU renders.
     pub fn shadow(&mut self, seen: &Seen<'_>, lights: &[Light]) -> Result<Vec<LightMask>, Error> {
         let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
         seen.frame.check_lit_by(lights)?;

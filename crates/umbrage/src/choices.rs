@@ -1,11 +1,11 @@
-//! What people call the choices that have no options of their own.
+//! Names of the choices that have no options of their own.
 
 use umbrage_rays::{PixelCounts, choices};
 
 use crate::output::{Chroma, Compression, Format};
 use crate::{PixelView, ToneMap};
 
-/// What renders.
+/// The engine that renders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EngineKind {
     /// A GPU where there is one, else the CPU.
@@ -17,7 +17,7 @@ pub enum EngineKind {
     Gpu,
 }
 
-/// What a heat map counts for each pixel.
+/// The count that a heat map shows for each pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HeatKind {
     /// Triangles tested on its sample.
@@ -34,7 +34,7 @@ pub enum HeatKind {
 }
 
 impl HeatKind {
-    /// What stands beside its colours.
+    /// The title beside its colours.
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {

@@ -1,5 +1,5 @@
-//! What finds and shades a frame: the CPU or a GPU. Both give the same triangles and shadows; their shading differs by
-//! rounding.
+//! Engines, which find and shade a frame: the CPU or a GPU. Both give the same triangles and shadows; their shading
+//! differs by rounding.
 
 use std::fmt::Debug;
 use std::mem;
@@ -15,14 +15,14 @@ use crate::motion::Next;
 use crate::sampling::Samples;
 use crate::{Error, Film, Settings, Stats};
 
-/// A frame, and what the settings say is around it.
+/// A frame with its lights, view and surroundings, as the settings choose them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Staged<'a> {
     pub(crate) frame: &'a Frame,
-    /// In place of the frame's own.
+    /// The lights, in place of the frame's own.
     pub(crate) lights: &'a [Light],
-    /// How many of these, which are the last ones, are light from all around in a single direction: surfaces scatter it, but
-    /// don't mirror it.
+    /// Number of sky lights, the last of `lights`: each is light from the surroundings in one direction, which surfaces
+    /// scatter but don't mirror.
     pub(crate) sky_lights: usize,
     pub(crate) view: View,
     pub(crate) settings: &'a Settings,
@@ -30,7 +30,7 @@ pub(crate) struct Staged<'a> {
 }
 
 impl Staged<'_> {
-    /// Whether pictures may show something of the frame as it is, whatever exposure and tone map do to the rest.
+    /// Whether any part of the picture may be shown without exposure and tone map.
     pub(crate) fn has_flat(&self) -> bool {
         self.surroundings.are_flat()
             || !self.frame.mesh.marks.is_empty()
@@ -38,18 +38,18 @@ impl Staged<'_> {
     }
 }
 
-/// What a frame is rendered to.
+/// The target that a frame is rendered to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Output {
-    /// The film, with all that is known of its pixels.
+    /// The film, with all its planes.
     Film,
-    /// A texture of a GPU's, which shows the film developed. Nothing is fetched.
+    /// A texture of a GPU's with the developed film. Nothing is fetched.
     #[cfg(feature = "gpu")]
     Texture,
 }
 
 impl Output {
-    /// The size of what is fetched of an image.
+    /// Width and height of the fetched image, in pixels; 0 if nothing is fetched.
     pub(crate) fn fetched(self, view: &View) -> [u32; 2] {
         match self {
             Self::Film => [view.width, view.height],
@@ -59,7 +59,7 @@ impl Output {
     }
 }
 
-/// How a stage went: known at once on the CPU; of a GPU's there may be something to wait for.
+/// A stage's result: known at once on the CPU, and perhaps awaited on a GPU.
 pub(crate) enum Outcome<'a> {
     Known(Result<(), Error>),
     #[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "the CPU's are known"))]
@@ -85,28 +85,29 @@ impl Future for Outcome<'_> {
     }
 }
 
-/// The stages of a frame, in the order in which they are called, and what is known after them.
+/// The stages of a frame, in the order in which they are called, and queries about the last frame.
 ///
 /// Each stage counts its time in the [`Stats`]. Between stages of a sample a GPU has nothing to say to the CPU: it does
 /// [seeing](Self::see) and [shadowing](Self::shadow) as part of [shading](Self::shade), all of it recorded and submitted at
 /// once, under the finer names of its kernels.
 pub(crate) trait Engine: Debug + Send + Sync {
-    /// Refuses what this engine can't do, before anything of the last frame is touched.
+    /// Rejects settings and outputs that this engine doesn't support, before the last frame is touched.
     fn check(&self, settings: &Settings, output: Output) -> Result<(), Error>;
 
-    /// Begins a frame: forgets what was counted of the last one.
+    /// Begins a frame: resets the counts of the last one.
     fn begin(&mut self, settings: &Settings);
 
-    /// Brings a frame to a moment, or to another one that its picture is made of. A GPU may keep its vertices to itself, see [`Engine::whole_frame`].
+    /// Poses a frame at `seconds`: its moment, or another one that its picture is made of. A GPU may keep its vertices
+    /// to itself, see [`Engine::whole_frame`].
     fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error>;
 
-    /// Makes ready for a frame that comes with its vertices, in place of [animating](Self::animate) one.
+    /// Prepares for a frame that comes with its vertices, in place of [animating](Self::animate) one.
     fn adopt(&mut self) {}
 
-    /// Rebuilds what serves all samples of a moment.
+    /// Rebuilds the structures and tables that serve all samples of a moment.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error>;
 
-    /// In how many bands of rows the frame is rendered, one after the other: the CPU has room for all of it.
+    /// Number of bands of rows in which the frame is rendered, one after the other: the CPU has room for all of it.
     fn bands(&self) -> usize {
         1
     }
@@ -116,17 +117,18 @@ pub(crate) trait Engine: Debug + Send + Sync {
         false
     }
 
-    /// Finds the triangle that each pixel shows at some samples.
+    /// Finds the triangle that each pixel shows at these samples.
     fn see(&mut self, _staged: &Staged<'_>, _samples: &Samples, _stats: &mut Stats) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Finds which of the points that pixels show each light reaches.
+    /// Finds the visible points that each light reaches.
     fn shadow(&mut self, _staged: &Staged<'_>, _samples: &Samples, _stats: &mut Stats) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Adds each pixel's radiance at these samples to the film, or to what [develop](Self::develop) brings there.
+    /// Adds each pixel's radiance at these samples to the film, or to planes that [develop](Self::develop) brings
+    /// there.
     fn shade<'a>(
         &'a mut self,
         staged: &'a Staged<'a>,
@@ -136,7 +138,7 @@ pub(crate) trait Engine: Debug + Send + Sync {
         stats: &'a mut Stats,
     ) -> Outcome<'a>;
 
-    /// Adds to the layers that are asked for. `next` is where the scene will be, for those samples that motion is taken of.
+    /// Adds these samples to the chosen layers. `next` is the scene's next pose, for samples that have motion.
     fn layers(
         &mut self,
         _staged: &Staged<'_>,
@@ -175,27 +177,28 @@ pub(crate) trait Engine: Debug + Send + Sync {
         false
     }
 
-    /// What each pixel showed at the last sample.
+    /// The triangle that each pixel showed at the last sample.
     fn seen(&self) -> &SeenPixels;
 
-    /// For each light, which pixels it lit at the last sample.
+    /// For each light, the pixels that it lit at the last sample.
     fn light_masks(&self) -> &[LightMask];
 
-    /// What the camera was as work for the CPU's grid, at the samples that were traced last; zero where there is none.
+    /// The camera's work for the CPU's grid, at the samples that were traced last; zero where there is none.
     fn camera_work(&self) -> Work {
         Work::default()
     }
 
-    /// What each light that casts shadows was as work for the CPU's grid, at the samples that were traced last; empty where there is none.
+    /// The work of each light that casts shadows for the CPU's grid, at the samples that were traced last; empty where
+    /// there is none.
     fn light_work(&self) -> &[Work] {
         &[]
     }
 
-    /// The frame with its vertices, wherever they were posed.
+    /// The frame with its vertices, posed on the CPU if it comes without.
     fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
         frame
     }
 
-    /// Adds what the engine alone knows of a frame's cost to what is known of its triangles, film and camera rays.
+    /// Adds the engine's own counts to the stats, which have those of the triangles, the film and the camera rays.
     fn count(&self, frame: &Frame, stats: &mut Stats);
 }

@@ -12,33 +12,33 @@ pub enum Error {
     /// The scene could not be posed.
     #[error(transparent)]
     Scene(#[from] umbrage_scene::Error),
-    /// A frame that was made by hand is not what a frame has to be.
+    /// A frame that was made by hand is invalid.
     #[error(transparent)]
     Frame(#[from] BadFrame),
     /// The image has more pixels on a side than the structure can sort.
     #[error(transparent)]
     ImageTooLarge(#[from] ImageTooLarge),
-    /// The GPU can't do what is asked of it.
+    /// The GPU failed, or doesn't support this.
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] umbrage_gpu::GpuError),
-    /// A light was asked for that isn't there.
+    /// There is no light of this index.
     #[error("there is no light {light}: the scene has {lights}, counted from 0")]
     NoSuchLight {
-        /// The one that was asked for.
+        /// The index asked for, from 0.
         light: usize,
-        /// How many there are.
+        /// The number of lights.
         lights: usize,
     },
-    /// A camera was asked for that isn't there.
+    /// There is no camera of this index.
     #[error("there is no camera {camera}: the scene has {cameras}, counted from 0")]
     NoSuchCamera {
-        /// The one that was asked for.
+        /// The index asked for, from 0.
         camera: usize,
-        /// How many there are.
+        /// The number of cameras.
         cameras: usize,
     },
-    /// The camera is none: one of your own in [`Settings::camera`], or one that should see all of a scene that is too large.
+    /// The camera is invalid: your own in [`Settings::camera`], or one made to see all of a scene that is too large.
     #[error("the camera: {0}")]
     Camera(&'static str),
     /// A number of the settings is NaN or infinite.
@@ -59,76 +59,76 @@ pub enum Error {
         width: u32,
         /// Height in pixels.
         height: u32,
-        /// About how much.
+        /// Approximate memory in megabytes.
         megabytes: u64,
     },
     /// [`Settings::samples`] is 0 or more than [`Settings::MAX_SAMPLES`].
     #[error("{0} samples a pixel: there must be 1 to {limit}", limit = Settings::MAX_SAMPLES)]
     Samples(u32),
-    /// A number of the settings is below zero, or none.
+    /// A number of the settings is negative, NaN or infinite.
     #[error("{0} is not a number from 0")]
     NotFromZero(&'static str),
-    /// [`Settings::point_size`] or [`Settings::line_width`] is none of [`Settings::MARK_SIZES`].
+    /// [`Settings::point_size`] or [`Settings::line_width`] is outside [`Settings::MARK_SIZES`].
     #[error("{0} of {1} pixels: there must be {min} to {max}", min = Settings::MARK_SIZES.start(), max = Settings::MARK_SIZES.end())]
     MarkSize(&'static str, f32),
     /// [`Settings::focus`] is not above zero.
     #[error("the focus is not a depth above 0")]
     Focus,
-    /// The focus should be on what is in the middle of the picture, and neither that nor the scene's middle is before the
+    /// There is nothing to focus on: the middle of the picture is empty, and the scene's middle isn't in front of the
     /// camera.
     #[error("there is nothing to focus on in the middle of the picture: give the focus as a depth")]
     NoFocus,
     /// A camera with parallel rays was given a lens.
     #[error("a parallel camera has no lens: it takes an aperture of 0")]
     ParallelLens,
-    /// A frame, which is one moment, was to be seen through an open shutter.
+    /// An open shutter was set for a frame, which is one moment.
     #[error("a frame of your own is one moment: it takes a shutter of 0 seconds")]
     ShutterOfFrame,
-    /// Motion was asked for of a frame, which is one moment.
+    /// Motion was requested for a frame, which is one moment.
     #[error("a frame of your own is one moment: it has no layer of motion")]
     MotionOfFrame,
-    /// [`Settings::light_radius`] is more than [`Light::MAX_SUN_RADIUS_DEGREES`](umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES),
-    /// and there is a sun.
+    /// [`Settings::light_radius`] is more than
+    /// [`Light::MAX_SUN_RADIUS_DEGREES`](umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES), and there is a sun.
     #[error("a sun's radius is at most {limit} degrees", limit = umbrage_scene::Light::MAX_SUN_RADIUS_DEGREES)]
     SunRadius,
     /// [`Settings::bounces`] is more than [`Settings::MAX_BOUNCES`].
     #[error("{0} bounces: there must be at most {limit}", limit = Settings::MAX_BOUNCES)]
     Bounces(u32),
-    /// The uniform grid can't be built so.
+    /// The uniform grid can't be built with these options.
     #[error(transparent)]
     UniformOptions(#[from] ImpossibleUniformOptions),
-    /// The kd-tree can't be built so.
+    /// The kd-tree can't be built with these options.
     #[error(transparent)]
     KdTreeOptions(#[from] ImpossibleKdTreeOptions),
     /// The kd-tree can't be built beside tracing.
     #[error(transparent)]
     BackgroundKdTree(#[from] ImpossibleBackground),
-    /// A kd-tree that outlives its frame was asked for with an option that is of others alone.
+    /// This [`KdRebuild`] of a kd-tree doesn't have this option.
     #[error("a kd-tree has no option `{0}` with `kd-rebuild` {1}")]
     KdOptionOfRebuild(&'static str, KdRebuild),
-    /// Angles were given for a light map that has none.
+    /// A limit for angles was set for a light map without angles.
     #[error("`light-clamp` divides angles, which only a spherical light map has: set `light-map` to spherical as well")]
     LightClampOfFaces,
     /// The library was compiled without the feature `structures`.
     #[error("{0} was left out when this was compiled: the feature `structures` has it")]
     StructureLeftOut(&'static str),
-    /// A GPU in a browser was to be waited for: [`Renderer::render_async`](crate::Renderer::render_async) gives the page its
-    /// turn.
+    /// A call can't wait for a GPU in a browser: [`Renderer::render_async`](crate::Renderer::render_async) gives the
+    /// page its turn.
     #[error("in a browser a GPU can't be waited for: await `render_async`")]
     WaitsInBrowser,
-    /// Somebody doesn't want the frame any more: [`Progress::stop`](crate::Progress::stop).
+    /// The caller stopped the frame: [`Progress::stop`](crate::Progress::stop).
     #[error("the picture was stopped before it was done")]
     Stopped,
-    /// A GPU was asked to stop where there is little noise, and has no room for the whole picture at once.
+    /// A noise target was set, and the GPU has no room for the whole picture at once.
     #[error("this GPU renders so large a picture in parts, and can't tell how noisy it is before it is done")]
     NoiseInBands,
-    /// A texture was asked for, with as many samples as noise takes.
+    /// A noise target was set for a texture.
     #[error("how noisy a picture is before it is done is known of films, not of textures")]
     NoiseOfTexture,
-    /// A GPU was asked for the shadows of smooth surfaces.
+    /// Smooth terminators were requested on a GPU.
     #[error("smooth terminators are the CPU's alone")]
     TerminatorOnGpu,
-    /// A GPU was asked for layers, and has no room for the whole picture at once.
+    /// Layers were requested, and the GPU has no room for the whole picture at once.
     #[error("this GPU renders so large a picture in parts, and makes no layers of it")]
     LayersInBands,
     /// A GPU was asked for a structure that is the CPU's alone.
@@ -145,7 +145,7 @@ pub enum Error {
     /// The CPU was asked for a texture.
     #[error("only a GPU renders to a texture")]
     TextureOnCpu,
-    /// A GPU was asked for answers without a picture: it finds what is seen and lit only while it renders.
+    /// A GPU was asked for answers without a picture: it finds hits and light masks only while it renders.
     #[error("only the CPU sees and shadows without rendering")]
     AnswersOnGpu,
     /// A GPU was asked to count work.
@@ -159,13 +159,13 @@ pub enum Error {
     Background {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         cause: String,
     },
 }
 
 impl Error {
-    /// Whether other [`Settings`] would do, for the same scene on the same engine.
+    /// Whether other [`Settings`] would work, for the same scene on the same engine.
     #[must_use]
     pub fn is_of_settings(&self) -> bool {
         matches!(

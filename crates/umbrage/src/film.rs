@@ -15,19 +15,19 @@ pub use layers::{FilmLayers, LightLayer};
 use crate::engine::Staged;
 use crate::{Error, Settings};
 
-/// What a render gathered for each pixel, in rows from the upper left corner.
+/// A rendered frame: linear values for each pixel, in rows from the upper left corner.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Mean linear radiance (Rec. 709 primaries), and how much of the pixel is covered by the scene. Always finite:
-    /// radiance that is above 10³⁰, or would overflow on its way, is 10³⁰.
+    /// Mean linear radiance (Rec. 709 primaries), and the scene's coverage of the pixel. Always finite: radiance above
+    /// 10³⁰, or that would overflow on its way, is 10³⁰.
     pub color: Vec<Vec4>,
-    /// The part of `color` that pictures show as it is, whatever exposure and tone map do to the rest: what the camera sees
-    /// straight of unlit materials and of a background of one colour. Then how much of the pixel that is. Empty where
-    /// nothing is.
+    /// The part of `color` that pictures show without exposure and tone map, and its share of the pixel: unlit
+    /// materials and a background of one colour, where the camera sees them directly. Empty if there is nothing of the
+    /// kind.
     pub flat: Vec<Vec4>,
     /// Depth along the camera's forward axis at the pixel's first sample, in world units; infinite for a miss.
     pub depth: Vec<f32>,
@@ -35,9 +35,9 @@ pub struct Film {
     pub normal: Vec<Vec3>,
     /// Id of the triangle at the first sample; [`Film::NO_TRIANGLE`] for a miss.
     pub triangle: Vec<u32>,
-    /// What [`Settings::layers`] asks for beside all that.
+    /// The layers that [`Settings::layers`] chooses.
     pub layers: FilmLayers,
-    /// From where it was seen, through the middle of the lens; `None` before anything was.
+    /// The view, from the middle of the lens; `None` before the first render.
     pub view: Option<View>,
     /// The point of the world that the view's camera counts from ([`Scene::origin`](umbrage_scene::Scene::origin)).
     pub origin: [f64; 3],
@@ -50,18 +50,19 @@ pub struct Image {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// The pixels. Where there is an `alpha`, colours are those of what covers them, however little that is.
+    /// The pixels' colours. With an `alpha`, each is that of the surfaces that cover the pixel, however little they
+    /// cover.
     pub pixels: Vec<[u16; 3]>,
-    /// How much of each pixel is covered; empty where all of all pixels is.
+    /// Coverage of each pixel; empty if all pixels are fully covered.
     pub alpha: Vec<u16>,
 }
 
 impl Film {
-    /// What [`Film::triangle`] holds where nothing was hit.
+    /// The value of [`Film::triangle`] for a miss.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
-    /// Gives the film its size. The engine writes every pixel with its first sample. `has_flat` says whether something is shown
-    /// as it is.
+    /// Gives the film its size. The engine writes every pixel with its first sample. With `has_flat`, the film has
+    /// [`Film::flat`].
     ///
     /// # Errors
     /// Where the system hasn't as much memory as the picture will take; the film then stays as it was.
@@ -79,7 +80,7 @@ impl Film {
         Ok(())
     }
 
-    /// Makes room for the layers that are asked for, after [`resize`](Self::resize), and takes over from where the film is seen.
+    /// Makes room for the chosen layers, after [`resize`](Self::resize), and takes over the view and origin.
     ///
     /// # Errors
     /// As [`resize`](Self::resize).
@@ -89,8 +90,8 @@ impl Film {
         self.layers.clear(size, staged.settings.layers, staged.lights).map_err(|_| no_memory(size))
     }
 
-    /// Makes room for more pixels than there were, and sees that there is as much again for what is made of them: nobody
-    /// who makes that can say that it failed.
+    /// Reserves memory for more pixels, and checks that later stages, which can't report a failure, will have enough
+    /// for them.
     fn reserve(&mut self, pixels: usize) -> Result<(), TryReserveError> {
         let more = pixels.saturating_sub(self.color.len());
         if more == 0 {
@@ -104,16 +105,16 @@ impl Film {
         Vec::<u8>::new().try_reserve_exact(beside.saturating_mul(more))
     }
 
-    /// Sees that there is memory for what is found out about the pixels of a picture without a film.
+    /// Checks that there is memory for the pixels of an answer without a film.
     ///
     /// # Errors
-    /// Where there isn't.
+    /// Where there is too little.
     pub(crate) fn check_memory_without([width, height]: [u32; 2]) -> Result<(), Error> {
         let bytes = Settings::BYTES_OF_PIXEL * width as usize * height as usize;
         Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| no_memory([width, height]))
     }
 
-    /// A sum of samples, as bright as can be and opaque where it has overflowed.
+    /// A sum of samples; an opaque pixel of the largest radiance if the sum has overflowed.
     #[cfg(feature = "gpu")]
     pub(crate) fn bounded(sum: Vec4) -> Vec4 {
         if sum.is_finite() { sum } else { Vec3::splat(crate::shade::lanes::BRIGHTEST).extend(1.0) }

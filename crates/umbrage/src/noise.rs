@@ -24,7 +24,7 @@ impl NoiseMeter {
         settings.noise > 0.0 && samples.is_power_of_two() && samples >= Self::LEAST_SAMPLES / 4
     }
 
-    /// Whether a film that is the sum of `samples` samples is as even as the settings ask for.
+    /// Whether the noise of a film, the sum of `samples` samples, is at most the settings' [`noise`](Settings::noise).
     ///
     /// Where samples are drawn independently, the difference between a pixel's mean of n and that of the first half of them
     /// has the variance of the whole mean: (a + b) / 2 − a is half of b − a, and a and b have twice its variance each.

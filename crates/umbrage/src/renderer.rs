@@ -168,8 +168,8 @@ impl Renderer {
     /// ```
     ///
     /// # Errors
-    /// Where the frame is not what [`Frame::check`] asks for, the image is too large, or a setting makes no sense. A frame
-    /// that is refused leaves the last one as it was.
+    /// Where [`Frame::check`] rejects the frame, the image is too large, or a setting makes no sense. A rejected frame
+    /// leaves the last one as it was.
     pub fn render_frame(&mut self, frame: &Frame, settings: &Settings) -> Result<&Film, Error> {
         at_once(self.render_subject(Subject::Frame(frame), settings, Output::Film))?;
         Ok(&self.film)

@@ -20,64 +20,64 @@ pub struct Settings {
     /// They are spread over the lens, the time that the shutter is open, and the lights as well. A single one is in the
     /// middle of all of these, and so has everything sharp.
     pub samples: u32,
-    /// How noisy a picture may be, in levels of 255, from 0: it is done with fewer [samples](Self::samples), 16, 32, 64 and so on,
-    /// where the standard error of what it shows is estimated to be at most that, in the mean of all pixels' squares. Of
-    /// films, not of textures.
+    /// Noise target, from 0, in levels of 255: the root mean square, over all pixels, of the picture's estimated
+    /// standard error. Sampling stops after 16, 32, 64 and so on of the [samples](Self::samples), once the estimate is
+    /// at most this. For films only, not for textures.
     pub noise: f32,
     /// Diameter of the camera's lens in world units, from 0, where everything is sharp. Parallel cameras have none.
     pub aperture: f32,
-    /// Depth at which the lens has everything sharp, in world units, above 0; `None` for that of what is in the middle of
-    /// the image, or else of the middle of the scene.
+    /// Focus distance: the depth that the lens shows sharply, in world units, above 0. `None` focuses on the surface in
+    /// the middle of the image, or else on the middle of the scene.
     pub focus: Option<f32>,
-    /// How long the shutter is open, in seconds from 0: half of that before the frame's moment, and half after it, but not
-    /// beyond the animation's start and end. Of scenes alone.
+    /// Exposure time in seconds, from 0: half before and half after the frame's moment, but not beyond the animation's
+    /// start and end. For scenes only.
     pub shutter_seconds: f64,
-    /// Radius of the lights that have [no shape of their own](Light::shape), from 0: in world units, of directional lights in
-    /// degrees.
+    /// Radius of the lights that have [no shape of their own](Light::shape), from 0: in world units, or in degrees for
+    /// directional lights.
     pub light_radius: f32,
-    /// Whether light from all around casts shadows, too: each sample has one direction of it. With a single sample, it comes
-    /// from everywhere without any.
+    /// Whether light from the surroundings casts shadows: each sample has one direction of it. With a single sample, it
+    /// comes from all directions, without shadows.
     pub sky_shadows: bool,
-    /// From where the scene is seen.
+    /// The camera.
     pub camera: CameraChoice,
     /// The lights; `None` for the scene's own.
     pub lights: Option<Vec<Light>>,
-    /// What finds the triangles that rays hit; the picture is the same either way.
+    /// Acceleration structure; all give the same picture.
     pub structure: Structure,
     /// Which sides of triangles stop rays.
     pub sides: Sides,
-    /// Whether shadows begin where they would on the smooth surfaces that the vertices' normals stand for, instead of with whole
-    /// triangles that face away from a light: points are moved there before lights are asked about them, as Hanika describes it
-    /// (*Hacking the Shadow Terminator*, 2021). On the CPU.
+    /// Whether shadows begin on the smooth surface that the vertex normals describe, instead of with whole triangles
+    /// that face away from a light. Shadow rays start at points moved to that surface, after Hanika (*Hacking the
+    /// Shadow Terminator*, 2021). On the CPU.
     pub smooth_terminator: bool,
-    /// How many mirrors, and surfaces of glass, one after the other, light may come by to the camera, 0 to
-    /// [`Settings::MAX_BOUNCES`]: smooth surfaces show what is before them, and what bounds a volume of glass refracts what is
-    /// behind it. With 0, and in the last of them, mirrors show the background alone, and all glass is as thin as a pane.
+    /// Maximum number of mirrors and glass surfaces in a row on a path, 0 to [`Settings::MAX_BOUNCES`]. Smooth surfaces
+    /// reflect the scene in front of them, and the boundaries of glass volumes refract the scene behind them. With 0,
+    /// and at the last bounce, mirrors show the background alone, and all glass is as thin as a pane.
     pub bounces: u32,
-    /// What less than this part of would reach the camera isn't followed, from 0: by default half of what a picture of 8 bits can
-    /// show of white.
+    /// Minimum throughput, from 0: paths that contribute less are cut. The default is half a level, of 255, of a white
+    /// pixel.
     pub least_contribution: f32,
-    /// Whether rough surfaces show what is around them as smooth ones do, but blurred: each sample of a pixel follows one
-    /// direction of the highlight. Otherwise, and with a single sample, they show the background alone.
+    /// Whether rough surfaces reflect the scene, blurred: each sample of a pixel follows one direction of the
+    /// highlight. Otherwise, and with a single sample, they reflect the background alone.
     pub gloss: bool,
-    /// How near something must be to keep light from all around away, in world units: each sample of a pixel looks that far in one
-    /// direction. With 0, and with a single sample, nothing does; [`sky_shadows`](Self::sky_shadows) looks as
-    /// far as the scene reaches.
+    /// Ambient-occlusion radius, in world units, from 0: surfaces within it block light from the surroundings. Each
+    /// sample of a pixel tests one direction. With 0, and with a single sample, nothing blocks it;
+    /// [`sky_shadows`](Self::sky_shadows) tests as far as the scene reaches.
     pub ambient_occlusion: f32,
     /// Diameter of points in pixels, from [`Settings::MARK_SIZES`]. On the CPU.
     pub point_size: f32,
     /// Width of lines in pixels, from [`Settings::MARK_SIZES`]. On the CPU.
     pub line_width: f32,
-    /// What is behind and around the scene.
+    /// The background, behind and around the scene.
     pub background: Background,
     /// Brightness in photographic stops: each step doubles it.
     pub exposure_stops: f32,
-    /// From linear radiance to what a screen can show.
+    /// Tone map: from linear radiance to screen colours.
     pub tone_map: ToneMap,
-    /// What the film has beside its picture.
+    /// Layers that the film has beside its picture.
     pub layers: Layers,
-    /// After how long [motion](Layer::Motion) ends, in seconds from 0: usually the time to the next frame. It doesn't go beyond
-    /// the animation's end; a camera of your own stays where it is. Of scenes alone.
+    /// Time span of [motion](Layer::Motion), in seconds from 0: usually the time to the next frame. It doesn't go
+    /// beyond the animation's end; a camera of your own doesn't move. For scenes only.
     pub motion_seconds: f64,
 }
 
@@ -119,30 +119,31 @@ impl Settings {
     /// The most camera rays for each pixel.
     pub const MAX_SAMPLES: u32 = 4_096;
 
-    /// Camera rays for each pixel of a single picture, and mirrors that light may come by, where `umbrage render` isn't told
-    /// otherwise: edges are smooth, and mirrors and glass show the scene.
+    /// Default number of [samples](Self::samples) of a single picture in `umbrage render`: edges are smooth.
     pub const STILL_SAMPLES: u32 = 4;
-    /// See [`STILL_SAMPLES`](Self::STILL_SAMPLES).
+    /// Default number of [bounces](Self::bounces) of a single picture in `umbrage render`: mirrors and glass show the
+    /// scene.
     pub const STILL_BOUNCES: u32 = 2;
 
-    /// The most mirrors that light may come by.
+    /// The largest number of [bounces](Self::bounces).
     pub const MAX_BOUNCES: u32 = 1_024;
 
     /// The sizes that points and lines may have, in pixels.
     pub const MARK_SIZES: RangeInclusive<f32> = 0.5..=100.0;
 
-    /// What a pixel takes until its picture is written, as measured: the film has 36 of these.
+    /// Bytes of memory for a pixel until its picture is written, as measured: the film has 36 of these.
     pub(crate) const BYTES_OF_PIXEL: usize = 96;
 
-    /// About how many bytes a picture takes until it is written, beside what the scene takes.
+    /// Approximate memory of a picture until it is written, in bytes, without the scene's.
     #[must_use]
     pub fn picture_bytes(&self) -> u64 {
-        // What four samples see that are traced together takes 32 bytes in place of 8.
+        // Hits of four samples that are traced together take 32 bytes instead of 8.
         let of_four = if self.samples < 4 { 0 } else { 24 };
         (Self::BYTES_OF_PIXEL as u64 + of_four + self.layer_bytes()) * u64::from(self.width) * u64::from(self.height)
     }
 
-    /// What a pixel's layers take, and as much again for writing them. Of the scene's lights it is known later how many they are.
+    /// Bytes of a pixel's layers, twice: to hold and to write them. The scene's own lights aren't counted yet and stand
+    /// for one.
     fn layer_bytes(&self) -> u64 {
         let lights = self.lights.as_ref().map_or(1, Vec::len) as u64;
         let of = |layer: Layer, bytes: u64| if self.layers.has(layer) { 2 * bytes } else { 0 };
@@ -153,10 +154,10 @@ impl Settings {
             + of(Layer::Cryptomatte, size_of::<[Covered; Coverage::RANKS]>() as u64)
     }
 
-    /// What the camera sees of a frame.
+    /// The view of a frame: the chosen camera, with the image's size.
     ///
     /// # Errors
-    /// [`Error::NoSuchCamera`], where the frame has no camera of the number that is asked for.
+    /// [`Error::NoSuchCamera`], where the frame has no camera of the chosen index.
     pub fn view(&self, frame: &Frame) -> Result<View, Error> {
         let Self { width, height, .. } = *self;
         let camera = match self.camera {
@@ -170,7 +171,8 @@ impl Settings {
         Ok(View { camera, width, height })
     }
 
-    /// The camera, unless one is made that sees the whole scene from outside; `None` as well where there is no such camera.
+    /// The chosen camera; `None` if the frame doesn't have it, or a camera is made that sees the whole scene from
+    /// outside.
     pub(crate) fn chosen_camera<'a>(&'a self, frame: &'a Frame) -> Option<&'a Camera> {
         let number = match &self.camera {
             CameraChoice::Own(camera) => return Some(camera),
@@ -180,7 +182,7 @@ impl Settings {
         frame.cameras.get(number).map(|named| &named.camera)
     }
 
-    /// The lights of a frame, or those in place of them.
+    /// The lights: the settings' own, or else the frame's.
     pub(crate) fn lights<'a>(&'a self, frame: &'a Frame) -> &'a [Light] {
         self.lights.as_deref().unwrap_or(&frame.lights)
     }
@@ -244,13 +246,13 @@ impl Settings {
     }
 }
 
-/// From where a scene is seen.
+/// The camera that sees a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum CameraChoice {
     /// The scene's own first camera, or else one that sees the whole scene.
     #[default]
     Default,
-    /// One of the scene's own cameras, counted from 0, wherever it is at the frame's moment.
+    /// One of the scene's own cameras, by its index from 0, as posed at the frame's moment.
     Scene(usize),
     /// A camera of your own.
     Own(Camera),
@@ -262,7 +264,7 @@ impl From<Camera> for CameraChoice {
     }
 }
 
-/// From linear radiance to what a screen can show.
+/// Tone mapping: from linear radiance to screen colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneMap {
     /// Khronos PBR Neutral: colours up to 0.8 keep their hue and contrast, brighter ones are compressed towards white.

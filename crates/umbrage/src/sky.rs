@@ -1,4 +1,4 @@
-//! Light from all around the scene as lights in single directions, which can cast shadows.
+//! Light from the surroundings as lights in single directions, which can cast shadows.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use crate::shade::lanes::{Each, LANES, Vector, vector_of};
 const ROWS: usize = 128;
 const COLUMNS: usize = 2 * ROWS;
 
-/// The directions of light from all around, drawn in proportion to their brightness.
+/// The directions of light from the surroundings, drawn in proportion to their brightness.
 #[derive(Debug)]
 pub(crate) struct SkyLights {
     /// Running sums over rows of cells, of their share of all luminance.

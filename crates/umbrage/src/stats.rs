@@ -6,7 +6,7 @@ use web_time::Instant;
 use crate::Film;
 use crate::engine::{Engine, Staged};
 
-/// What a frame cost.
+/// Time, work and memory of a frame.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Stats {
     /// Each stage's name and time, in the order in which they first ran.
@@ -17,7 +17,7 @@ pub struct Stats {
     pub vertices: usize,
     /// Points and lines of the frame.
     pub marks: usize,
-    /// How many of these are left out of the picture, as they are on a GPU.
+    /// Points and lines that are left out of the picture: all of them on a GPU.
     pub omitted_marks: usize,
     /// Lights of the frame.
     pub lights: usize,
@@ -27,33 +27,33 @@ pub struct Stats {
     pub camera_rays: u64,
     /// Shadow rays traced.
     pub shadow_rays: u64,
-    /// What the predicate settled of the camera rays, of surfaces that are seen first; `None` where that isn't counted: by
-    /// structures for all rays.
+    /// Camera-ray tests that the exact predicate settled, for surfaces seen first; `None` if the structure doesn't
+    /// count them.
     pub settled_camera_rays: Option<Settled>,
-    /// The same of the shadow rays from these surfaces, of all lights together.
+    /// The same for shadow rays from these surfaces, over all lights.
     pub settled_shadow_rays: Option<Settled>,
     /// Bytes held by the acceleration structures for triangles.
     pub structure_bytes: usize,
-    /// Bytes held by the light grid, which lights use in turn, for the points that pixels show.
+    /// Bytes held by the light grid, which lights use in turn, for the visible points.
     pub point_bytes: usize,
     /// Bytes held by the frame's vertices, triangles and textures.
     pub frame_bytes: usize,
     /// Bytes held for pixels: the film, hits, light masks, and textures.
     pub pixel_bytes: usize,
-    /// Bytes that went to the GPU for this frame; zero on the CPU.
+    /// Bytes uploaded to the GPU for this frame; zero on the CPU.
     pub uploaded_bytes: u64,
-    /// What textures on demand have read since the scene was opened, and hold; `None` where all textures are in memory.
+    /// Cache statistics of textures on demand since the scene was opened; `None` if all textures are in memory.
     pub textures: Option<TextureTraffic>,
-    /// Triangles that no ray can hit, by reason; reasons that left out none are left away.
+    /// Triangles that no ray can hit, by reason; reasons without triangles are left out.
     pub omitted: Vec<OmittedTriangles>,
 }
 
-/// What the grids' filters left undecided and the exact predicate settled, over all samples.
+/// Tests that filters left undecided and the exact predicate settled, over all samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Settled {
-    /// Tests of a ray against a triangle; a ray may need several. How many shadow rays do may depend on the threads.
+    /// Tests of a ray against a triangle; a ray may need several. The count for shadow rays may depend on the threads.
     pub tests: u64,
-    /// Rays that needed any; `None` where tests alone are counted, as all are but a GPU's camera rays.
+    /// Rays that needed any; `None` where only tests are counted: everywhere except for a GPU's camera rays.
     pub rays: Option<u64>,
     /// All rays, settled by filter or predicate.
     pub of_rays: u64,
@@ -97,7 +97,7 @@ impl Stats {
         result
     }
 
-    /// Counts time that a stage took.
+    /// Adds to a stage's time.
     pub(crate) fn add(&mut self, name: &'static str, milliseconds: f64) {
         match self.stages.iter_mut().find(|stage| stage.name == name) {
             Some(stage) => stage.milliseconds += milliseconds,
@@ -121,7 +121,7 @@ impl Stats {
         engine.count(frame, self);
     }
 
-    /// Counts what the predicate settled of camera rays and of shadow rays, once it is known how many of these there were.
+    /// Stores the predicate's counts of camera rays and of shadow rays. The numbers of these rays must be known.
     pub(crate) fn count_settled(&mut self, [of_camera, of_lights]: [Option<Settled>; 2]) {
         self.settled_camera_rays = of_camera.map(|settled| Settled { of_rays: self.camera_rays, ..settled });
         self.settled_shadow_rays = of_lights.map(|settled| Settled { of_rays: self.shadow_rays, ..settled });
@@ -134,7 +134,7 @@ impl Stats {
 }
 
 impl OmittedTriangles {
-    /// Those for each reason for which there are any.
+    /// One entry for each reason that has triangles.
     pub fn of(omitted: &Omitted) -> impl Iterator<Item = Self> {
         let kinds = [
             ("a coordinate is not finite", &omitted.not_finite),

@@ -14,7 +14,7 @@ use balance::Balance;
 use settle::Settle;
 use trace::{NODE_WORDS, NODES_ANY, NODES_FIRST, Trace};
 
-/// How the camera's grid is cut into cells.
+/// Cells of the camera's grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraOptions {
     /// Sorting tiles on each axis of a tracing tile, which always has 16×16 pixels: 1 or 2.
@@ -29,7 +29,7 @@ impl Default for CameraOptions {
     }
 }
 
-/// Which hit along each pixel's ray is wanted.
+/// The hit to find along each pixel's ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sight {
     /// Whether a pixel gets the nearest triangle behind the one that [`CameraGrid::seen`] has for it, instead of the

@@ -1,4 +1,4 @@
-// IEEE 754 binary64 in 32-bit integers: bit for bit what Rust's f64 gives, subnormals included.
+// IEEE 754 binary64 in 32-bit integers, with the bits of Rust's f64, subnormals included.
 //
 // WGSL has no f64, and a compiler may contract or reassociate its f32, so nothing here computes in floating point.
 // Results are rounded to nearest, ties to even. Every NaN is one and the same.

@@ -1,4 +1,4 @@
-// IEEE 754 binary32 in 32-bit integers: bit for bit what Rust's f32 gives. Every NaN is one and the same.
+// IEEE 754 binary32 in 32-bit integers, with the bits of Rust's f32. Every NaN is one and the same.
 //
 // Operations go through F64, which has more than twice the bits: rounding twice then is the same as rounding once
 // (Figueroa, "When is double rounding innocuous?", 1995).

@@ -22,9 +22,9 @@
 //! **Culling a cell.** A ray reaches a plane s at (s − o) · i. Written out, that is the sum of s·i and −o·i: in any form
 //! that a compiler contracts or distributes it to, no term has more than three roundings, including the one of i = 1/d, and
 //! their factors are below 2·|i|. With the error of o that is below (6.5u + blur)·|i|; the line's `doubt` on an axis is
-//! (12u + 2 blur)·|i|, which leaves room for its own roundings. A child gets the interval of t in which the ray may be in its
-//! cell, grown by the doubt, and is culled only if that is empty. If |d| is below 2⁻³⁰ the ray moves by less than u/16
-//! across that axis: it is on one side of a plane, or less than 12u + 2 blur beside it and then on both.
+//! (12u + 2 blur)·|i|, which leaves room for its own roundings. A child gets the interval of t in which the ray may be
+//! in its cell, grown by the doubt, and is culled only if that is empty. If |d| is below 2⁻³⁰ the ray moves by less
+//! than u/16 across that axis: it is on one side of a plane, or less than 12u + 2 blur beside it and then on both.
 //!
 //! **Culling a triangle.** In a space sheared so that the line is an axis, a corner has coordinates (p − o)ₓ − m·(p −
 //! o)_z: four terms of magnitude one at most, each with no more than four roundings, and the errors of o. Their error

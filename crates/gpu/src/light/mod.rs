@@ -20,7 +20,7 @@ use points::Points;
 use shadows::{Shadows, UNDECIDED_FIRST};
 use sphere::Sphere;
 
-/// How lights see points and triangles: this changes the work, not the result.
+/// Options of the lights' grids: they change the work, not the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightOptions {
     /// Through faces, or by two angles around them; directional lights always have a face.

@@ -1,4 +1,4 @@
-// Stage `send`: the rays that go on from what a generation has met.
+// Stage `send`: writes the secondary rays of a generation's hits.
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, F64_ZERO};
@@ -21,13 +21,13 @@ import package::onward::way::{
 @group(0) @binding(3) var<storage, read> points: array<u32>;
 @group(0) @binding(4) var<storage, read_write> records: array<u32>;
 @group(0) @binding(5) var<storage, read_write> paths: array<OnwardPath>;
-// Of the generation that they go on from; the camera's have no paths yet.
+// Of the generation that spawns them; the camera's rays have no paths yet.
 @group(0) @binding(6) var<storage, read> records_before: array<u32>;
 @group(0) @binding(7) var<storage, read> paths_before: array<OnwardPath>;
 
 const SEND_INFINITE = F64(0u, 0x7ff00000u);
-// The CPU's bounds: behind so many surfaces one behind the other, rays with a throughput below this end; behind the second
-// number, all rays do.
+// The CPU's limits on surfaces in a row: from the first number on, rays with a throughput below this end; from the
+// second on, all rays do.
 const MANY_LAYERS: u32 = 32u;
 const LEAST_PART = 1.0 / 1024.0;
 const MOST_LAYERS: u32 = 256u;
@@ -92,12 +92,12 @@ fn send(at: Invocation) {
     }
 }
 
-// How a ray starts at a point of a triangle.
+// The start of a ray at a point of a triangle.
 struct Start {
     direction: vec3<f32>,
-    // How far it is from there to the camera.
+    // Length of the path from there to the camera.
     travelled: f32,
-    // How much of the light along it reaches that.
+    // Throughput to the camera.
     through: vec3<f32>,
     media: Media,
     blur: f32,
@@ -117,7 +117,7 @@ fn start_at(number: u32, ray: u32, before: OnwardPath, start: Start) {
         OnwardPath(start.through, start.travelled, start.media, before.pixel, before.bounces + 1u, 0u, start.blur);
 }
 
-// The same ray from behind what it has met.
+// The same ray from behind its hit.
 fn go_straight_on(number: u32, ray: u32, path: OnwardPath) {
     let word = record_start(ray);
     let word_before = record_start(number);

@@ -1,5 +1,5 @@
-// Stages `look` and `look_onward`: choose the direction of ambient occlusion for hits of the camera's rays, and of rays
-// that go on: crates/umbrage/src/cpu/onward.rs. The film has a direction for each hit.
+// Stages `look` and `look_onward`: choose the direction of ambient occlusion for hits of the camera's rays, and of
+// secondary rays: crates/umbrage/src/cpu/onward.rs. The film has a direction for each hit.
 
 import package::dispatch::{Invocation, flat_index};
 import package::shade::drawn::{DRAWN_AROUND, drawn_point};

@@ -1,4 +1,4 @@
-// Reads the hits of rays that go on from `shade_seen`.
+// Reads the hits of secondary rays from `shade_seen`.
 
 import package::shade::tables::{shade_seen};
 

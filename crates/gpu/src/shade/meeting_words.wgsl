@@ -1,4 +1,4 @@
-// Hits of rays that go on, in a buffer `meetings` that a stage writes and shading reads as `shade_seen`.
+// Hits of secondary rays, in a buffer `meetings` that a stage writes and shading reads as `shade_seen`.
 
 // The triangle or `NO_TRIANGLE`. Then, in f32: the weights of its second and third corner, the ray's length, the unit
 // direction back, the distance from the ray's start to the camera, and the throughput to the camera.

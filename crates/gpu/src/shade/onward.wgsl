@@ -1,4 +1,4 @@
-// Shades the hits of rays that go on: crates/umbrage/src/cpu/shade.rs. `shade_seen` has the hits, and the film is that
+// Shades the hits of secondary rays: crates/umbrage/src/cpu/shade.rs. `shade_seen` has the hits, and the film is that
 // of the rays: a colour and planes of ways for each hit.
 
 import package::dispatch::{Invocation, flat_index};

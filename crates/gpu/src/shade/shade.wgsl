@@ -13,7 +13,7 @@ import package::shade::tables::{NO_TRIANGLE, NO_WORD, shade_film, shade_sample, 
 import package::shade::ways::{Route, Ways, keep_ways, passing_at, ways_of};
 import package::tile_order::{pixel_of_slot};
 
-// Whether rays go on from visible surfaces, so that surfaces behind them aren't another layer.
+// Whether visible surfaces spawn secondary rays, so that surfaces behind them aren't another layer.
 override FOLLOWS: bool = false;
 
 @compute @workgroup_size(64)

@@ -12,14 +12,14 @@ pub struct Shade {
     /// Kernels for the camera's hits, without layers and with them, for films with each kind of ways; compiled at their
     /// first use.
     seen: [[Option<Kernel>; 3]; 2],
-    /// The same for hits of rays that go on.
+    /// The same for hits of secondary rays.
     onward: [[Option<Kernel>; 3]; 2],
     /// Whether any material has layers, and the kind of the film's ways.
     is_layered: bool,
     follows: Follows,
     /// Kernel for the transmittance of surfaces before lights, compiled at its first use.
     tint: Option<Kernel>,
-    /// Kernels that choose directions of ambient occlusion, for the camera's hits and for those of rays that go on.
+    /// Kernels that choose directions of ambient occlusion, for the camera's hits and for those of secondary rays.
     look: Option<[Kernel; 2]>,
     /// The film of kernels that write no film.
     nothing: Buffer,
@@ -279,8 +279,8 @@ impl Shade {
         self.size.write(gpu, &[width, height, 0, 0])
     }
 
-    /// Prepares for a generation of hits of rays that go on, and for the colours of light on its way to them, until the
-    /// next call.
+    /// Prepares for a generation of hits of secondary rays, and for the transmittance of light on its way to them,
+    /// until the next call.
     ///
     /// # Errors
     /// If the device has reported an error.
@@ -324,7 +324,7 @@ impl Shade {
         }
     }
 
-    /// Shades the hits of rays that go on, into the rays' own planes.
+    /// Shades the hits of secondary rays, into the rays' own planes.
     ///
     /// # Panics
     /// If it wasn't prepared for that.
@@ -434,7 +434,7 @@ fn kernel(gpu: &Gpu, path: &str, entry: &'static str, is_layered: bool, follows:
         constant("GLOSS", follows == Follows::Glossy),
         constant("FOLLOWS", follows != Follows::Nothing),
     ];
-    // The camera's hits may be followed; hits of rays that go on always are.
+    // The camera's hits may be followed; hits of secondary rays always are.
     let count = if entry == "shade" { constants.len() } else { constants.len() - 1 };
     Kernel::new(gpu, path, entry, &constants[..count])
 }

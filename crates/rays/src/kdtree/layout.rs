@@ -106,8 +106,8 @@ impl KdTree {
 
 /// Lays out cache lines that hold subtrees.
 ///
-/// Children lie in pairs. A subtree is up to four pairs, the nearest to its top; the pairs below start subtrees of their own,
-/// which follow depth first. Small ones share a line, but none is spread over two.
+/// Children lie in pairs. A subtree is up to four pairs, the nearest to its top; the pairs below start subtrees of
+/// their own, which follow depth first. Small ones share a line, but none is spread over two.
 fn lay_out_subtrees(branch: &[Node], nodes: &mut Nodes) {
     const PAIRS: usize = Nodes::LINE / 2;
     // The root has a pair of its own, whose second slot is never read.

@@ -50,8 +50,8 @@ pub(crate) use stretch::Whole;
 ///
 /// Eight bytes a node and four a reference: about 55 bytes for each triangle of the Bunny, and of any scene no more than
 /// 250, since [`KdTree::MOST_REFERENCES`] bounds both. Building takes several times as much on two threads: 500 to 1300
-/// bytes a triangle, up to 2500 where threads share nodes, and 500 to 810 with the binned builder. Keep it and rebuild it: its
-/// memory is reused.
+/// bytes a triangle, up to 2500 where threads share nodes, and 500 to 810 with the binned builder. Keep it and rebuild
+/// it: its memory is reused.
 #[derive(Default)]
 pub struct KdTree {
     options: KdTreeOptions,

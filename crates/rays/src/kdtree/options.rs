@@ -21,8 +21,8 @@ pub enum KdBuilder {
     /// in-place).
     InPlace,
     /// Min–max binning between 16 planes across each axis, with initial clustering (Shevtsov et al., *Highly Parallel Fast
-    /// KD-tree Construction for Interactive Ray Tracing of Dynamic Scenes*, 2007): by far the fastest. Leaves are larger than
-    /// with the other builders.
+    /// KD-tree Construction for Interactive Ray Tracing of Dynamic Scenes*, 2007): by far the fastest. Leaves are
+    /// larger than with the other builders.
     Binned,
     /// Level after level with 1024 uniform samples (Popov et al., *Experiences with Streaming Construction of SAH
     /// KD-Trees*, 2006).
@@ -74,7 +74,7 @@ pub enum KdTraversal {
     Restart,
     /// As `Restart`, from the lowest node that holds the rest of the ray (Horn et al. 2007, §3.2).
     PushDown,
-    /// With a stack of so many entries, and as `PushDown` when it has lost some (Horn et al. 2007, §3.3).
+    /// With a stack of this number of entries, and as `PushDown` when it has lost some (Horn et al. 2007, §3.3).
     ShortStack(u8),
 }
 

@@ -18,8 +18,8 @@ pub struct KdTreeCounts {
     /// The expected cost of a ray through the tree if nothing stops it (thesis, equation 4.5), with the tree's
     /// [costs](super::SahCosts) of a step and a test.
     pub sah_cost: f64,
-    /// Subtrees that are built when a ray first [reaches them](super::KdTreeOptions::lazy_below): each counts as a leaf until
-    /// then.
+    /// Subtrees that are built when a ray first [reaches them](super::KdTreeOptions::lazy_below): each counts as a leaf
+    /// until then.
     pub deferred: u64,
     /// Those of them that rays have reached.
     pub reached: u64,

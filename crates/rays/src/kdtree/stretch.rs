@@ -7,10 +7,10 @@ use crate::Triangles;
 /// The size of a tiny triangle, relative to the scene: f32 coordinates from −1 to 1 hardly tell its corners apart.
 const TINY: f64 = 1.0 / (1 << 18) as f64;
 
-/// A scene is stretched if more than one in so many triangles is tiny.
+/// A scene is stretched if more than one triangle in this number is tiny.
 const SHARE: usize = 16;
 
-/// The approximate number of boxes that are looked at.
+/// The approximate number of sampled boxes.
 const SAMPLES: usize = 1 << 10;
 
 /// Facts about the triangles of a whole tree, on which the build of each part depends.

@@ -53,7 +53,7 @@ impl Batch {
         [self.boxes.capacity(), self.candidates.capacity(), self.large.capacity()]
     }
 
-    /// Makes room for at least so many elements in each list.
+    /// Makes room for at least this number of elements in each list.
     pub(crate) fn make_room(&mut self, [boxes, candidates, large]: [usize; 3]) {
         make_room(&mut self.boxes, boxes);
         make_room(&mut self.candidates, candidates);

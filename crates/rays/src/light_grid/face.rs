@@ -70,7 +70,8 @@ impl Face {
 
     /// The sign of the area on the face of triangles on whose front the light falls.
     pub(crate) fn sign_of_fronts(&self) -> f32 {
-        // Away from the light; W grows the other way. A triangle's normal is against that where the light falls on its front.
+        // Away from the light; W grows the other way. A triangle's normal is against that where the light falls on its
+        // front.
         let along = if self.is_parallel { -self.z } else { self.z };
         -self.x.cross(self.y).dot(along).signum() as f32
     }

@@ -66,7 +66,7 @@ impl LightCells {
         self.of_pixels[self.order.index(x, y)]
     }
 
-    /// Number of points in a cell: as many as there are pixels for which [`at`](Self::at) names it.
+    /// Number of points in a cell: of the pixels for which [`at`](Self::at) returns it.
     ///
     /// # Panics
     /// If the grid has no such cell.
@@ -106,8 +106,8 @@ impl LightCells {
         self.points.clear();
     }
 
-    /// Adds a face with columns and rows of cells, made from its points' least and largest distances. `located` has the pixel
-    /// index of each of its points, its column and row, and its distance.
+    /// Adds a face with columns and rows of cells, made from its points' least and largest distances. `located` has the
+    /// pixel index of each of its points, its column and row, and its distance.
     pub(crate) fn add_face(
         &mut self,
         [columns, rows]: [usize; 2],
@@ -132,7 +132,7 @@ impl LightCells {
 }
 
 impl Face {
-    /// The face with so many columns and rows, and with its points' highest and lowest nearness.
+    /// The face with this number of columns and rows, and with its points' highest and lowest nearness.
     pub(crate) fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
         LightFace {
             columns: columns as u32,

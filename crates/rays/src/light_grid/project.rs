@@ -98,9 +98,10 @@ impl Sides {
     /// Mask of the boxes, among sixteen, that are certainly outside; a box with NaN isn't.
     #[inline(always)]
     fn outside<S: Simd>(&self, simd: S, boxes: &WorldBoxes, origin: DVec3) -> u16 {
-        // In relation to size · |n|₁ + |c|, the sum is wrong by 2 ε for the origin and the difference from it, 2 ε for the normal
-        // and the products, and 5 ε for c and four sums. In parallel light over nearly all that f32 can hold, it has few bits of
-        // the normal, so that each component of a vertex adds 2⁻¹⁵⁰ · 2¹²⁸: 12 ε, where |c| is about one.
+        // In relation to size · |n|₁ + |c|, the sum is wrong by 2 ε for the origin and the difference from it, 2 ε for
+        // the normal and the products, and 5 ε for c and four sums. In parallel light over nearly all that f32 can
+        // hold, it has few bits of the normal, so that each component of a vertex adds 2⁻¹⁵⁰ · 2¹²⁸: 12 ε, where |c| is
+        // about one.
         const ROUNDED: f64 = 24.0 * HALF_ULP;
         let origin32 = origin.as_vec3().to_array();
         let largest_origin = origin.abs().max_element() as f32;

@@ -34,8 +34,8 @@ pub(crate) struct Extent {
 pub(crate) struct Record {
     pub(crate) quads: [[f32; 4]; 3],
     pub(crate) id: u32,
-    /// A point is shadowed for certain where all edge functions are above the first, and the difference in nearness above the
-    /// second: twice their errors.
+    /// A point is shadowed for certain where all edge functions are above the first, and the difference in nearness
+    /// above the second: twice their errors.
     pub(crate) errors: [f32; 2],
 }
 

@@ -34,9 +34,10 @@ const SMALLEST_ERROR: f64 = 1e-200;
 /// Settles in f64 whether triangles shadow the points at `indices`, as
 /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) would.
 ///
-/// With d the direction of the segment's line, c the corners in relation to a point on it, and r their largest components, the
-/// edge functions d · (cⱼ × cₖ) are wrong by 4 rⱼ rₖ |Δd| for the direction, since no determinant of numbers up to one is above
-/// four; by 4 |d| e |cⱼ − cₖ| where the point is moved by at most e on any axis; and by [`ROUNDED`].
+/// With d the direction of the segment's line, c the corners in relation to a point on it, and r their largest
+/// components, the edge functions d · (cⱼ × cₖ) are wrong by 4 rⱼ rₖ |Δd| for the direction, since no determinant of
+/// numbers up to one is above four; by 4 |d| e |cⱼ − cₖ| where the point is moved by at most e on any axis; and by
+/// [`ROUNDED`].
 #[inline(always)]
 pub(crate) fn settle_eight<S: Simd>(
     simd: S,
@@ -106,8 +107,8 @@ pub(crate) fn settle_eight<S: Simd>(
     let trusted = points.certain & error0.min(error1).min(error2).simd_gt(f64x8::splat(simd, SMALLEST_ERROR));
     let (shadowed, lit) = ((trusted & shadowed).to_bitmask(), (trusted & lit).to_bitmask());
 
-    // Each weight is its edge function over the sum of all. With e the largest error of one, and none below zero, it is wrong by
-    // at most 2 e over that sum. The predicate's have roundings of their own, fewer than are in e.
+    // Each weight is its edge function over the sum of all. With e the largest error of one, and none below zero, it is
+    // wrong by at most 2 e over that sum. The predicate's have roundings of their own, fewer than are in e.
     let inverse = f64x8::splat(simd, 1.0) / (e0 + e1 + e2);
     let weight_error = largest([error0, error1, error2]) * inverse.abs() * 4.01;
     Settled {

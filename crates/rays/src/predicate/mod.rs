@@ -3,7 +3,8 @@
 //! Every structure settles its undecided cases with these functions, so every structure gives their answer.
 //!
 //! The edge functions E(p, q) = d · ((p − o) × (q − o)) of Plücker's test are evaluated in f64. Where the result is
-//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real numbers: neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
+//! smaller than its error bound, the sign is taken from exact arithmetic. So signs are those of real numbers:
+//! neighbours agree about their shared edge and fans about their vertex, and no ray slips between them.
 
 mod double;
 mod eight;
@@ -240,7 +241,7 @@ fn slope_and_height(corners: [[f64; 3]; 3], origin: [f64; 3], direction: [f64; 3
 /// Error bound of edge functions, for corners `relative` to a line's origin.
 ///
 /// Seven roundings on a path from input to result and six products in the sum: 42 roundings of the largest possible
-/// product, taken as 64. It also covers what the bound's own roundings lose.
+/// product, taken as 64. It also covers the bound's own roundings.
 #[inline(always)]
 fn edge_bound(direction: DVec3, relative: &[DVec3; 3]) -> f64 {
     let reach = relative[0].abs().max(relative[1].abs()).max(relative[2].abs()).max_element();
@@ -353,7 +354,7 @@ fn exact_normal(a: DVec3, b: DVec3, c: DVec3) -> [Expansion<16>; 3] {
 /// a × b: two products of 2 · 2 · 2 terms for each component.
 #[inline]
 fn exact_cross(a: &[Expansion<2>; 3], b: &[Expansion<2>; 3]) -> [Expansion<16>; 3] {
-    // Filled in place: moving so many bytes would take longer than the sums.
+    // Filled in place: moving its bytes would take longer than the sums.
     let mut product = [Expansion::ZERO; 3];
     for (axis, component) in product.iter_mut().enumerate() {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);

@@ -54,7 +54,7 @@ fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
 /// Settles which points are in shadow.
 pub(crate) struct Shadows<'a> {
     opacity: &'a OpacityOfSides<'a>,
-    /// The last point asked for, and the segment between it and the light.
+    /// The last tested point, and the segment between it and the light.
     last: Option<(usize, Option<ShadowRay>)>,
 }
 

@@ -2,7 +2,7 @@ use glam::{DVec3, Vec3};
 
 use crate::{Hit, Triangles};
 
-/// The hits of directions or [rays](crate::Trace): for each as many as were asked for, nearest first, in the order of the
+/// The hits of directions or [rays](crate::Trace): the requested number for each, nearest first, in the order of the
 /// directions.
 ///
 /// Hit k of direction i is at index i × [`returns`](Self::returns) + k of each list. Where there are fewer hits the triangle

@@ -49,7 +49,7 @@ impl Costs {
     const ASK_SCANNER: f64 = 72.0;
     /// The scanner's cost per origin.
     const ORIGIN: f64 = 23_000.0;
-    /// The scanner's cost per triangle for each of an origin's first rays: so many together touch nearly all triangles. A
+    /// The scanner's cost per triangle for each of an origin's first rays: together they touch nearly all triangles. A
     /// single one touches hardly any.
     const SPREAD: f64 = 12.0 / Self::SPREAD_RAYS as f64;
     const SPREAD_RAYS: usize = 64;

@@ -68,7 +68,7 @@ fn rays_in_planes_of_boxes_hit_what_the_predicate_says() {
 fn scale_and_distance_change_nothing() {
     let mut random = Random(33);
     let small = scene(&mut random);
-    // Tiny, huge, beyond what squares of f32 hold, and far from the origin.
+    // Tiny, huge, so large that squares overflow f32, and far from the origin.
     for (scale, offset) in [(1e-18, 0.0), (1e-6, 1.0), (1e9, 1e10), (1e15, 0.0), (1e30, 1e31), (1.0, 1e6)] {
         let mesh = small.moved(scale, Vec3::splat(offset));
         let far = f64::from(scale) * 1e4;

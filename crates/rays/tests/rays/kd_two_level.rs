@@ -19,7 +19,7 @@ struct Part {
 enum Motion {
     Static,
     Rigid(fn(f64) -> DAffine3),
-    /// As `Rigid`, with vertices displaced by so much of their coordinates.
+    /// As `Rigid`, with vertices displaced by this fraction of their coordinates.
     Shaken(f32, fn(f64) -> DAffine3),
     Deforming,
 }

@@ -41,9 +41,10 @@ pub(super) struct Marks {
     pixel: f64,
     /// The first of `in_order` that begins in each strip of rows, and the end of the last one's.
     first_of_strip: Vec<u32>,
-    /// Numbers of points, then of lines, by the strip that they begin in: those that end within [`REACH`](Self::REACH).
+    /// Indices of marks, points before lines, by the strip that they begin in: marks that end within
+    /// [`REACH`](Self::REACH).
     in_order: Vec<u32>,
-    /// All others.
+    /// Indices of all other marks.
     long: Vec<u32>,
 }
 
@@ -63,9 +64,9 @@ struct Drawn {
 }
 
 impl Marks {
-    /// How many strips more than the first one a mark may reach into that is looked for by its first.
+    /// Maximum number of strips after its first one that a mark in `in_order` may reach into.
     const REACH: u32 = 2;
-    /// Lines end where they come so near the eye's plane, in parts of how far from it they reach.
+    /// Near plane of a line, relative to its largest depth.
     const NEAR: f64 = 1e-6;
 
     /// Projects a frame's points and lines; `None` where it has none.
@@ -162,11 +163,11 @@ impl Marks {
     }
 }
 
-/// Where a frame's vertices are in an image.
+/// Projects a frame's vertices to an image.
 struct Projector<'a> {
     frame: &'a Frame,
     view: &'a View,
-    /// How far from the image points, and lines, are seen, in pixels.
+    /// Margins around the image, in pixels, within which points, and lines, are seen.
     margins: [f64; 2],
 }
 
@@ -209,7 +210,7 @@ impl Projector<'_> {
         let [from, to] = [self.in_image(a.position), self.in_image(b.position)];
         let [first, last] = self.range(self.margins[1]).clip(from, to - from)?;
         let z = [a.position.z, b.position.z];
-        // A part of the line in the image is another one in space.
+        // Parameters along the line differ between the image and space.
         let part = |part: f64| match self.view.camera.projection {
             Projection::Perspective { .. } => part * z[0] / (z[1] + part * (z[0] - z[1])),
             Projection::Orthographic { .. } => part,
@@ -226,7 +227,7 @@ impl Projector<'_> {
         Some([self.end(end(first))?, self.end(end(last))?])
     }
 
-    /// The image, and so many pixels around it.
+    /// The image with a margin around it, in pixels.
     fn range(&self, margin: f64) -> Range {
         let size = DVec2::new(self.view.width.into(), self.view.height.into());
         Range { min: DVec2::splat(-margin), max: size + margin }
@@ -273,7 +274,7 @@ struct Range {
 }
 
 impl Range {
-    /// The first and last part of a line from a point that are inside.
+    /// Parameters, 0 to 1, at which a segment enters and leaves the box; `None` if it misses.
     fn clip(&self, from: DVec2, along: DVec2) -> Option<[f64; 2]> {
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         for axis in 0..2 {
@@ -389,8 +390,8 @@ impl MarkStrip {
     }
 }
 
-/// The first and last x, in pixels, of what is at most `radius` from the line from `a` along some way, in the row at `y`; a
-/// little more where the line is level.
+/// Conservative range of x, in pixels, of the points within `radius` of the segment from `a` along `along`, in the row
+/// at `y`.
 fn reach_in_row(a: &End, along: Vec2, radius: f32, y: f32) -> Option<[f32; 2]> {
     let above = y - a.position.y;
     let (mut first, mut last) = (0.0, 1.0);
@@ -423,7 +424,7 @@ impl Covered {
         (lane / TileOrder::BLOCK * self.width + self.corner[0] + lane % TileOrder::BLOCK) as usize
     }
 
-    /// Takes from a queue what waits for these pixels of what came after its first `before`.
+    /// Removes rays and shadows of these pixels from a queue, after the first `before` of each.
     pub(super) fn take_from(&self, queue: &mut Queue, before: [usize; 2]) {
         if self.lanes == 0 {
             return;

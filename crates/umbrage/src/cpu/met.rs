@@ -166,7 +166,7 @@ impl<S: Simd> Met<S> {
         self.shown & passing.largest().simd_gt(0.0).to_bitmask() as u16
     }
 
-    /// Whether rays go on from here.
+    /// Whether these hits spawn secondary rays.
     #[inline(always)]
     pub(super) fn leads_on(&self, passing: Vectors<S>) -> bool {
         self.mirrors | self.glass | self.behind(passing) != 0

@@ -38,33 +38,33 @@ use crate::shade::SMOOTHEST;
 use crate::sides::TriangleSides;
 use crate::{Error, Film, Settings, Settled, Sides, Stats, Structure, WorkCounts};
 
-/// Finds what each pixel sees and which lights reach it, through structures rebuilt for every frame.
+/// The CPU engine: finds each pixel's hit and the lights that reach it, through structures rebuilt for every frame.
 #[derive(Debug)]
 pub(crate) struct Cpu {
     level: SimdLevel,
-    /// What `structure` was made of, and whether rays come to it one at a time.
+    /// The choice that `structure` was made from, and whether single rays go through it.
     made_of: (Structure, bool),
     structure: Box<dyn umbrage_rays::Structure>,
     copies: Copies,
-    /// For single rays, where the structure doesn't answer them.
+    /// Hierarchy for single rays, if `structure` doesn't answer them.
     bvh: Bvh,
-    /// What that was built for.
+    /// The triangles that `bvh` was built for.
     kept: Kept,
     /// Which sides of the frame's triangles stop rays.
     sides: TriangleSides,
     follows: Follows,
-    /// Which samples of each pixel were traced last.
+    /// The samples of each pixel that were traced last.
     samples: Samples,
-    /// What each pixel sees at these: each of four is a pixel here.
+    /// Each pixel's hits at these samples: each of four samples is a pixel here.
     seen: SeenPixels,
-    /// For each light, what of that it lights.
+    /// For each light, the mask of the hits that it lights.
     masks: Vec<LightMask>,
-    /// Both for the last sample alone, where several were traced together and somebody asks.
+    /// Both for the last sample alone, made on demand if several were traced together.
     last: OnceLock<(SeenPixels, Vec<LightMask>)>,
-    /// How many of these, the last ones, are of light from all around.
+    /// Number of sky lights, the last of `masks`.
     sky_lights: usize,
     casting: Casting,
-    /// Where shadows are those of smooth surfaces.
+    /// `None` without [`Settings::smooth_terminator`].
     smooth_terminator: Option<SmoothTerminator>,
     shadow_rays: u64,
     /// Tests of camera rays, and of shadow rays, that the predicate settled, over all samples.
@@ -72,16 +72,16 @@ pub(crate) struct Cpu {
     camera_work: Work,
 }
 
-/// Which rays go on from what others have met.
+/// Limits of secondary rays.
 #[derive(Clone, Copy, Debug, Default)]
 struct Follows {
-    /// How many mirrors light may come by.
+    /// Maximum number of bounces on a path.
     bounces: u32,
-    /// Less of what is in mirrors and glass isn't followed: panes behind panes would mirror each other endlessly.
+    /// Minimum throughput in mirrors and glass: without it, panes behind panes would mirror each other endlessly.
     least: f32,
     /// Whether rough surfaces mirror as well.
     gloss: bool,
-    /// How far light from all around is looked for; 0 where nothing keeps it away.
+    /// Ambient-occlusion radius in world units; 0 without occlusion.
     around: f32,
 }
 
@@ -92,7 +92,7 @@ impl Follows {
         Self { bounces, least, gloss: gloss && are_several, around: if are_several { ambient_occlusion } else { 0.0 } }
     }
 
-    /// Whether any rays may go on from what a frame has.
+    /// Whether any surface of a frame may spawn secondary rays.
     fn any(self, frame: &Frame) -> bool {
         let is_mirror = |material: &Material| material_mirrors(material, self.gloss);
         frame.is_see_through()
@@ -132,8 +132,7 @@ impl Cpu {
         }
     }
 
-    /// Takes over what the settings say. `sends_rays_onward` where single rays go
-    /// through the structure as well.
+    /// Applies the settings. With `sends_rays_onward`, single rays go through the structure as well.
     fn choose(&mut self, settings: &Settings, sends_rays_onward: bool) -> Result<(), Error> {
         let made_of = (settings.structure, sends_rays_onward);
         if self.made_of != made_of {
@@ -155,7 +154,7 @@ impl Cpu {
         self.camera_work = Work::default();
     }
 
-    /// Builds what serves all samples of a moment.
+    /// Builds the structures that serve all samples of a moment.
     fn prepare(&mut self, frame: &Frame, sides: Sides) {
         self.sides.find(frame, sides);
         self.copies.find(frame, self.sides.get());
@@ -163,7 +162,7 @@ impl Cpu {
         self.structure.build_parts(triangles, frame.parts());
     }
 
-    /// Finds what pixels show through their middles; what is known of the last frame's pixels stays.
+    /// Finds the triangles seen through the middles of pixels; the last frame's hits stay.
     pub(crate) fn seen_alone(&mut self, frame: &Frame, view: &View) -> Result<SeenPixels, Error> {
         self.forget_counts();
         self.choose(&Settings::default(), false)?;
@@ -174,7 +173,7 @@ impl Cpu {
         Ok(result.map(|()| seen)?)
     }
 
-    /// Finds which lights reach what pixels show through their middles; what is known of the last frame's pixels stays.
+    /// Finds the points in `seen` that each light reaches; the last frame's hits and masks stay.
     pub(crate) fn lit_alone(
         &mut self,
         frame: &Frame,
@@ -192,8 +191,8 @@ impl Cpu {
         Ok(masks)
     }
 
-    /// Counts the work of seeing through the middles of pixels, and locates what is seen in a light's grid; what is known of
-    /// the last frame's pixels stays.
+    /// Counts the work of rays through the middles of pixels, and locates their hits in the grid of `light`; the last
+    /// frame's hits stay.
     pub(crate) fn count_alone(
         &mut self,
         frame: &Frame,
@@ -217,7 +216,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// What the last sample saw and had lit, where it wasn't traced alone.
+    /// Hits and masks of the last sample, if it wasn't traced alone.
     fn last_sample(&self) -> Option<&(SeenPixels, Vec<LightMask>)> {
         let Self { samples, seen, masks, last, .. } = self;
         let side = samples.side();
@@ -230,12 +229,12 @@ impl Cpu {
         })
     }
 
-    /// What finds the hits of rays that come one at a time.
+    /// The structure that answers single rays.
     fn single_rays(&self) -> &dyn SingleRays {
         self.structure.single_rays().unwrap_or(&self.bvh)
     }
 
-    /// What the predicate settled of the last frame's camera rays and shadow rays, where the structure counts that.
+    /// The predicate's counts for the last frame's camera rays and shadow rays, if the structure counts them.
     fn settled(&self) -> [Option<Settled>; 2] {
         let is_counted = self.made_of.0.is_specialised();
         self.settled_tests.map(|tests| is_counted.then(|| Settled { tests, ..Settled::default() }))
@@ -274,7 +273,7 @@ impl Engine for Cpu {
         Ok(())
     }
 
-    /// In images of up to eight million pixels, a screen of 4K: what four see takes 32 bytes for each.
+    /// In images of up to eight million pixels, a 4K screen: the hits of four samples take 32 bytes for each pixel.
     fn traces_four(&self, view: &View) -> bool {
         const MOST_PIXELS: u64 = 1 << 23;
         let pixels = u64::from(view.width) * u64::from(view.height);
@@ -359,7 +358,7 @@ impl Engine for Cpu {
     }
 }
 
-/// Whether what is mirrored by a material may be followed.
+/// Whether rays mirrored by a material may be followed.
 pub(crate) fn material_mirrors(material: &Material, gloss: bool) -> bool {
     let Material { roughness, metallic_roughness_texture, unlit, layers, .. } = material;
     let coat_is_smooth = layers.as_ref().is_some_and(|layers| {
@@ -369,7 +368,7 @@ pub(crate) fn material_mirrors(material: &Material, gloss: bool) -> bool {
     !unlit && (gloss || *roughness <= SMOOTHEST || metallic_roughness_texture.is_some() || coat_is_smooth)
 }
 
-/// What stops camera rays, and what stops shadow rays.
+/// Opacities for camera rays and for shadow rays.
 fn opacities(frame: &Frame) -> [FrameOpacity<'_>; 2] {
     [frame.camera_opacity(), frame.shadow_opacity()]
 }
@@ -385,13 +384,13 @@ fn shot<'a>(
     samples.question(Shot { opacity, shadow_opacity, sides, ..Shot::new(triangles, *view) })
 }
 
-/// Whether a ray that meets a triangle there is stopped by it: by its side, and where it isn't cut away.
+/// Whether a hit stops its ray: the side does, and the point isn't cut away.
 pub(crate) fn stops(frame: &Frame, ray: &Ray, hit: &Hit, sides: rays::Sides<'_>) -> bool {
     sides.stop(ray, hit.triangle, frame.triangles().corners(hit.triangle))
         && frame.camera_opacity().stops(hit.triangle, hit.barycentric)
 }
 
-/// Where `ray` meets the triangle that it is known to show.
+/// The hit of `ray` on the triangle that it is known to see; `None` without one.
 fn hit_of(frame: &Frame, ray: &Ray, seen: u32) -> Option<Hit> {
     if seen == SeenPixels::NONE { None } else { predicate::hit(ray, frame.triangles(), seen) }
 }

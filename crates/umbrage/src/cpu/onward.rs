@@ -1,5 +1,4 @@
-//! Rays that go on from what others have met, to what is behind it, in mirrors or through glass: queued, and answered
-//! together.
+//! Secondary rays: straight on behind surfaces, from mirrors and through glass. They are queued and traced together.
 
 use std::mem;
 
@@ -18,35 +17,35 @@ use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
 use crate::shade::gloss::{Facets, Gloss, scattered};
 use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put, vector_of};
 
-/// Behind so many surfaces one behind the other, rays with a throughput below [`LEAST_PART`] end.
+/// Number of surfaces in a row from which rays with a throughput below [`LEAST_PART`] end.
 const MANY_LAYERS: u32 = 32;
-/// Behind so many, only opaque surfaces are seen, so that a ray ends however many there are.
+/// Number of surfaces in a row from which only opaque ones stop a ray, so that every ray ends.
 const MOST_LAYERS: u32 = 256;
-/// A quarter of what a picture of 8 bits can show of white.
+/// About a quarter of a level, of 255, of a white pixel.
 const LEAST_PART: f32 = 1.0 / 1024.0;
 
-/// What becomes of the light that comes along a ray.
+/// The path from a ray back to the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Path {
-    /// The pixel that shows it, by its index in a [`Strip`].
+    /// Index of the path's pixel in a [`Strip`].
     pub(super) pixel: u32,
-    /// The pixel among all, and the number of its sample: what is drawn for this path.
+    /// Key of the path's random points.
     pub(super) drawn: Drawn,
-    /// How much of it reaches the camera.
+    /// Throughput: the part of the ray's light that reaches the camera.
     pub(super) through: Vec3,
-    /// How far it goes from the ray's origin to the camera.
+    /// Length of the path from the ray's origin to the camera, in world units.
     pub(super) travelled: f32,
-    /// The largest GGX width of rough surfaces by which it comes.
+    /// Largest GGX width of the rough surfaces on the path.
     pub(super) blur: f32,
-    /// By how many mirrors, and how often into glass or out of it, it comes.
+    /// Number of mirrors, and of crossings into or out of glass, on the path.
     pub(super) bounces: u32,
-    /// Through how many surfaces it comes to the last of these.
+    /// Number of surfaces passed straight on since the last of these.
     pub(super) layers: u32,
-    /// What it goes through along the ray.
+    /// Media that surround the ray.
     pub(super) media: Media,
 }
 
-/// What tells the points apart that are drawn for paths.
+/// Key of a path's random points: the pixel among all, and the index of its sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drawn {
     pub(super) pixel: u32,
@@ -54,7 +53,7 @@ pub(super) struct Drawn {
 }
 
 impl Path {
-    /// Each generation of a path takes points of its own.
+    /// Number of random points for each bounce.
     const POINTS: u32 = 2;
     const FACET: u32 = 0;
     const AROUND: u32 = 1;
@@ -65,7 +64,7 @@ impl Path {
     }
 }
 
-/// A ray that goes on from what another has met.
+/// A secondary ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Onward {
     pub(super) ray: Ray,
@@ -76,13 +75,13 @@ pub(super) struct Onward {
 /// Where a ray starts.
 #[derive(Clone, Copy, Debug)]
 enum From {
-    /// On the line of the ray that it continues, behind what that has met.
+    /// On the line of the ray that it continues, behind that ray's hit.
     Behind,
     /// At a point of a triangle.
     Surface { point: HitPoint, triangle: u32 },
 }
 
-/// What a ray has met, and what becomes of the light that comes from there.
+/// A ray's hit, with the path of the ray to the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting {
     pub(super) ray: Ray,
@@ -91,15 +90,15 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    /// The ray that goes straight on into some `media`, of whose light so much comes `through`.
+    /// The ray that goes straight on into `media`, with the throughput `through`.
     pub(super) fn behind(&self, through: Vec3, media: Media) -> Onward {
         let ray = Ray { t_min: self.hit.t, ..self.ray };
         let path = Path { through, layers: self.path.layers + 1, media, ..self.path };
         Onward { ray, path, from: From::Behind }
     }
 
-    /// The ray that starts in a `direction` of about unit length into some `media`, of whose light so much comes `through`, and
-    /// goes so far to the camera.
+    /// The ray that starts in a `direction` of about unit length into `media`, with the throughput `through`; its path
+    /// to the camera has the length `travelled`.
     pub(super) fn towards(&self, direction: DVec3, through: Vec3, media: Media, travelled: f32) -> Onward {
         let point = HitPoint::new(&self.ray, self.hit.t);
         let ray = Ray::new(point.position, direction);
@@ -108,35 +107,35 @@ impl Meeting {
     }
 }
 
-/// What a light adds to a pixel, unless something is in between.
+/// A light's contribution to a pixel, unless its shadow ray is blocked.
 pub(super) struct Shadow {
     pub(super) ray: ShadowRay,
     /// The triangle that the point is on.
     pub(super) triangle: u32,
-    /// From where it comes.
+    /// The light.
     pub(super) source: LightSource,
     pub(super) pixel: u32,
     pub(super) radiance: Vec3,
-    /// How much more of the background it hides.
+    /// Coverage that it adds: negative on shadow catchers, else 0.
     pub(super) coverage: f32,
 }
 
-/// Rays that wait to be answered, from generation to generation. What is shaded is added in the order of the queue, so that
-/// pictures don't depend on the order in which its rays are answered.
+/// Secondary rays that wait, generation by generation. Shading is added in the order of the queue, so that pictures
+/// don't depend on the order in which its rays are traced.
 #[derive(Default)]
 pub(super) struct Queue {
-    /// Those that are answered next.
+    /// The next generation.
     pub(super) next: Vec<Onward>,
-    /// Those that are being answered, and what they meet.
+    /// The current generation, and its hits.
     now: Vec<Onward>,
     found: Vec<Option<Hit>>,
-    /// What is to be added where nothing is in between.
+    /// Contributions of lights that wait for their shadow rays.
     pub(super) shadows: Vec<Shadow>,
 }
 
 impl Queue {
-    /// Answers all rays, and those that go on from these, and adds what they see to the film: with points and lines in
-    /// between, if there are any.
+    /// Traces all rays and those that they spawn, and adds their shading to the film: with points and lines in between,
+    /// if there are any.
     pub(super) fn follow(
         &mut self,
         level: SimdLevel,
@@ -163,11 +162,11 @@ impl Queue {
 }
 
 impl Shading<'_> {
-    /// Adds what lights send that nothing keeps away.
+    /// Traces the shadow rays, and adds the contributions that arrive, tinted by the surfaces on their way.
     fn light(&self, shadows: &mut Vec<Shadow>, film: &mut Strip<'_>) {
         for Shadow { ray, triangle, source, pixel, radiance, coverage } in shadows.drain(..) {
             if let Some(tint) = self.arriving_through(&source, &ray, triangle) {
-                // Nothing, of however much.
+                // Zero coverage stays zero under any tint.
                 let covered =
                     if coverage == 0.0 { 0.0 } else { at_most_brightest(coverage * tint.element_sum() / 3.0) };
                 let radiance = (radiance * tint).map(at_most_brightest);
@@ -176,8 +175,8 @@ impl Shading<'_> {
         }
     }
 
-    /// Queues what light from all around adds to a surface with this unit normal, unless something is near in a direction of
-    /// it.
+    /// Queues a contribution from the surroundings to a surface with this unit normal: it is blocked by anything within
+    /// the ambient-occlusion radius in one random direction.
     pub(super) fn look_around(
         &self,
         meeting: &Meeting,
@@ -195,7 +194,7 @@ impl Shading<'_> {
         shadows.push(Shadow { ray: ShadowRay::new(&source, point), triangle, source, pixel, radiance, coverage });
     }
 
-    /// What a ray meets.
+    /// The nearest hit that stops a ray.
     fn nearest(&self, Onward { ray, path, from }: &Onward) -> Option<Hit> {
         debug_assert!(self.sends_rays_onward, "what answers rays that go on was built");
         if path.layers >= MANY_LAYERS && path.through.max_element() < LEAST_PART {
@@ -208,7 +207,7 @@ impl Shading<'_> {
         };
         match from {
             From::Behind => self.rays_onward.nearest(triangles, ray, &stops),
-            // As with shadows: neither the surface itself nor what the point touches, as far as anybody can tell.
+            // As with shadows, the surface itself and triangles that the point may touch are excluded.
             From::Surface { point, triangle } => self.rays_onward.nearest_from(triangles, ray, *triangle, &|other| {
                 !point.is_on(triangles.corners(other.triangle)) && stops(other)
             }),
@@ -216,14 +215,13 @@ impl Shading<'_> {
     }
 }
 
-/// Rays that go on, lane by lane. Lanes without a ray have one that points somewhere, meets nothing, and none of whose light
-/// comes through.
+/// Secondary rays, one a lane. Lanes without one have an arbitrary ray without a hit, whose throughput is 0.
 pub(super) struct Lanes {
     pub(super) rays: Each<Ray>,
     pub(super) found: Each<Option<Hit>>,
     pub(super) through: [Each<f32>; 3],
     pub(super) travelled: Each<f32>,
-    /// The largest GGX width of rough surfaces by which it comes.
+    /// Largest GGX width of the rough surfaces on the path.
     pub(super) blur: Each<f32>,
     pub(super) bounces: Each<u32>,
 }
@@ -254,7 +252,7 @@ impl Lanes {
 }
 
 impl Shading<'_> {
-    /// Queues the rays that go on from what sixteen have met.
+    /// Queues the secondary rays of sixteen hits.
     #[cold]
     pub(super) fn go_on(&self, meeting: &dyn Fn(usize) -> Option<Meeting>, ways: &Ways, queue: &mut Vec<Onward>) {
         for lane in lanes_of(ways.mirrors | ways.glass | ways.behind) {
@@ -282,7 +280,7 @@ impl Shading<'_> {
         }
     }
 
-    /// Queues what a surface of glass mirrors, and what is refracted to it from the media behind.
+    /// Queues the rays that a glass surface reflects, and those that it refracts into the media behind.
     fn go_through_glass(&self, meeting: &Meeting, lane: usize, ways: &Ways, behind: Media, queue: &mut Vec<Onward>) {
         let mut meeting = *meeting;
         let Meeting { ray, hit, path } = meeting;
@@ -334,24 +332,24 @@ impl Shading<'_> {
     }
 }
 
-/// The ray that a mirror sends on, of those of which such a share is sent.
+/// The mirrored ray, which is sent with the probability `share`.
 fn mirrored(meeting: &Meeting, lane: usize, ways: &Ways, share: f64) -> Onward {
     let direction = vector_of(lane, &ways.mirrored).as_dvec3();
     let through = vector_of(lane, &ways.mirrored_through) / share as f32;
     meeting.towards(direction, through, meeting.path.media, ways.travelled[lane])
 }
 
-/// The ray that goes on from the coat of a surface or from what is below it, as often as they mirror much; `None` where it
-/// would go into the surface.
+/// The mirrored ray of a surface's coat or of the base below it, drawn by their reflectances; `None` where it would go
+/// into the surface.
 fn mirrored_by_one(meeting: &Meeting, lane: usize, ways: &Ways, gloss: &Gloss) -> Option<Onward> {
     let is_smooth = ways.is_smooth >> lane & 1 == 1;
     let coat = gloss.coat(lane);
     let mut point = meeting.path.point(Path::FACET);
     let mut share = 1.0;
-    // Where both are mirrors, both are seen in one.
+    // If both are mirrors, one ray serves both.
     if let Some(coat) = coat.filter(|coat| !(is_smooth && coat.is_mirror)) {
         let is_of_coat = point.x < coat.share;
-        // What is left of the number is as evenly spread.
+        // The rescaled number is as evenly spread.
         (point.x, share) = if is_of_coat {
             (point.x / coat.share, coat.share)
         } else {
@@ -377,8 +375,8 @@ fn mirrored_by_one(meeting: &Meeting, lane: usize, ways: &Ways, gloss: &Gloss) -
     mirrored_roughly(meeting, lane, ways, (gloss.facets(lane, normal), normal), point, reflected)
 }
 
-/// The ray that one of the small mirrors sends on that a rough surface with such a normal is made of, of which each reflects so
-/// much; `None` where it would go into that surface.
+/// The ray mirrored by one visible microfacet of a rough surface with this normal. `reflected` is its reflectance by
+/// the cosine to the view. `None` where the ray would go into that surface.
 fn mirrored_roughly(
     meeting: &Meeting,
     lane: usize,
@@ -398,7 +396,7 @@ fn mirrored_roughly(
     let geometric_normal = vector_of(lane, &ways.geometric_normal).as_dvec3().normalize();
     let height = direction.dot(geometric_normal);
     if height <= 0.0 {
-        // A bent normal mirrors it into the triangle: what is above stands for that, or rims would be black.
+        // A bent normal mirrors it into the triangle: it is flipped to the front, or rims would be black.
         direction -= geometric_normal * (2.0 * height);
     }
     let through = vector_of(lane, &ways.surface_through) * reflected(cosine as f32) * kept;

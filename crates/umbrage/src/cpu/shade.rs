@@ -88,56 +88,56 @@ impl Cpu {
     }
 }
 
-/// What shading one sample needs.
+/// Inputs for shading one sample.
 pub(super) struct Shading<'a> {
-    /// For rays that go on behind what was seen, or from mirrors.
+    /// For secondary rays.
     pub(super) rays_onward: &'a dyn SingleRays,
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
     pub(super) frame: &'a Frame,
     pub(super) lights: &'a [Light],
-    /// The number of the first that is light from all around in one direction.
+    /// Index of the first sky light.
     pub(super) first_sky_light: usize,
     pub(super) surroundings: &'a Surroundings<'a>,
     pub(super) footprint: Footprint,
-    /// Whether shadows are those of the smooth surfaces that triangles stand for.
+    /// Whether shadows are those of the smooth surfaces that the vertex normals describe.
     pub(super) smooth_terminator: bool,
     pub(super) sides: Sides<'a>,
     pub(super) follows: Follows,
-    /// Whether what is seen through colours the light that comes through it to others.
+    /// Whether see-through surfaces tint the light that passes them.
     pub(super) tints: bool,
-    /// Whether the film tells apart what is shown as it is.
+    /// Whether the film has [`Film::flat`].
     has_flat: bool,
-    /// Whether there is something that answers rays that go on.
+    /// Whether `rays_onward` is built.
     pub(super) sends_rays_onward: bool,
 }
 
-/// How light comes from all around.
+/// How light from the surroundings arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AroundLight {
-    /// All of it to every surface.
+    /// At every surface, without occlusion.
     Even,
-    /// Where nothing is near.
+    /// With ambient occlusion.
     Near,
-    /// By lights.
+    /// Through sky lights.
     Lights,
 }
 
-/// What rays see that is shown as it is.
+/// Radiance that is shown without exposure and tone map.
 pub(super) struct Flat {
     pub(super) color: [Each<f32>; 3],
-    /// Of the pixel.
+    /// Share of the pixel.
     pub(super) part: Each<f32>,
 }
 
-/// What the camera rays of a block saw.
+/// Shading of a block's camera rays.
 pub(super) struct Shaded {
-    /// Radiance, without what comes by rays that go on.
+    /// Radiance, without that of secondary rays.
     pub(super) color: [Each<f32>; 3],
     pub(super) flat: Option<Flat>,
-    /// How much of what is behind it is hidden.
+    /// Coverage: the hidden part of the background.
     pub(super) coverage: Each<f32>,
-    /// The lanes that saw a triangle; there is nothing of it in the others.
+    /// The lanes with a hit; the fields below hold nothing in the others.
     shown: u16,
     depth: Each<f32>,
     normal: [Each<f32>; 3],
@@ -145,7 +145,7 @@ pub(super) struct Shaded {
 }
 
 impl Shading<'_> {
-    /// What the camera rays of a block see; what goes on from there waits in the queue.
+    /// Shades the hits of a block's camera rays, and queues their secondary rays.
     #[inline(always)]
     fn shade_seen<S: Simd>(&self, simd: S, block: &Block<'_>, one_sample: &OneSample, queue: &mut Queue) -> Shaded {
         let slots = one_sample.slots(block.corner);
@@ -213,8 +213,8 @@ impl Shading<'_> {
         }
     }
 
-    /// Adds to the film what up to sixteen rays see that go on from others. What goes on from there waits in the queue, and
-    /// what lights add until it is known whether they reach it.
+    /// Shades the hits of up to sixteen secondary rays, and adds them to the film. The rays that they spawn wait in the
+    /// queue; contributions of lights wait in `shadows` for their shadow rays.
     #[inline(always)]
     pub(super) fn shade_onward<S: Simd>(
         &self,
@@ -228,7 +228,7 @@ impl Shading<'_> {
         let lanes = Lanes::new(onward, found, &self.frame.materials.materials);
         let through = Vectors::load(simd, &lanes.through);
         let rays = BlockRays::of_rays(simd, &lanes.rays, f32x16::from_slice(simd, &lanes.travelled));
-        // What is seen in mirrors hides nothing of the background.
+        // Surfaces seen in mirrors hide nothing of the background.
         let is_straight = f32x16::from_slice(simd, &lanes.bounces.map(|bounces| if bounces == 0 { 1.0 } else { 0.0 }));
         let straight = is_straight.simd_gt(0.0).to_bitmask() as u16;
         let Some(hits) = BlockHits::of_found(simd, self.frame, &rays, &lanes.found) else {
@@ -281,8 +281,8 @@ impl Shading<'_> {
         film.add_lanes(onward, &color.store(), flat.as_ref(), &(coverage * is_straight).into());
     }
 
-    /// What of a `color` that rays see in some `lanes` is shown as it is: unlit surfaces, a background of one colour and what only
-    /// catches shadows before it. So much of the background is `bare`.
+    /// The part of `color` in `lanes` that is shown without exposure and tone map: unlit surfaces, and a background of
+    /// one colour, also behind shadow catchers. `bare` is the visible part of the background.
     #[inline(always)]
     fn flat<S: Simd>(
         &self,
@@ -304,7 +304,7 @@ impl Shading<'_> {
         (lanes != 0).then(|| Flat { color: color.store(), part: part.into() }.only(lanes))
     }
 
-    /// What rays show of surfaces of such a radiance, and of what is around the scene where they meet nothing.
+    /// Radiance that rays bring to the camera: that of surfaces, given, or of the surroundings for a miss.
     #[inline(always)]
     fn seen_color<S: Simd>(
         &self,
@@ -323,7 +323,7 @@ impl Shading<'_> {
         Vectors::select(mask32x16::from_bitmask(simd, met.shown.into()), color, around).at_most_brightest()
     }
 
-    /// How light from all around comes.
+    /// How light from the surroundings arrives.
     #[inline(always)]
     pub(super) fn around_light(&self) -> AroundLight {
         if self.first_sky_light < self.lights.len() {
@@ -335,7 +335,7 @@ impl Shading<'_> {
         }
     }
 
-    /// Queues what light from all around adds to surfaces where nothing is near.
+    /// Queues contributions from the surroundings that anything within the ambient-occlusion radius blocks.
     #[inline(always)]
     fn look_around_from<S: Simd>(
         &self,
@@ -367,13 +367,13 @@ impl Shading<'_> {
         }
     }
 
-    /// The point that stands for a hit where lights are asked about it.
+    /// The origin of a hit's shadow rays.
     pub(super) fn lit_point(&self, ray: &Ray, hit: &Hit) -> HitPoint {
         let smooth = self.smooth_terminator.then(|| smooth_point(self.frame, ray, hit)).flatten();
         smooth.unwrap_or_else(|| HitPoint::new(ray, hit.t))
     }
 
-    /// What is around the scene where rays meet nothing that have come by so many mirrors.
+    /// Radiance of the surroundings for rays that miss. Transparent surroundings are seen only after a bounce.
     #[inline(always)]
     pub(super) fn around<S: Simd>(&self, simd: S, rays: &BlockRays<S>, bounces: &Each<u32>) -> Vectors<S> {
         let radiance = self.surroundings.radiance(simd, rays.unit_direction());
@@ -384,8 +384,8 @@ impl Shading<'_> {
         radiance.scaled(is_seen)
     }
 
-    /// Radiance that surfaces send along the rays by themselves and from what is around the scene. What is seen in mirrors
-    /// and through glass that are followed is left out.
+    /// Radiance that surfaces emit, and that they reflect from the surroundings. Mirrors and glass that secondary rays
+    /// follow are left out.
     #[inline(always)]
     fn own_radiance<S: Simd>(&self, simd: S, met: &Met<S>) -> Vectors<S> {
         let Met { surface, seen, mirrored, .. } = met;
@@ -399,7 +399,7 @@ impl Shading<'_> {
         let (followed, coats_followed) = if self.follows.gloss {
             (met.mirrors | met.glass, met.mirrors)
         } else {
-            // A coat that is a mirror leaves what is below it to the surroundings, unless that is a mirror too.
+            // Below a coat that is a mirror, the base reflects the surroundings, unless it is a mirror too.
             (met.mirrors & (is_mirror | !met.coat_mirrors) | met.glass & is_mirror, met.coat_mirrors)
         };
         if followed != 0 {
@@ -427,7 +427,7 @@ impl Shading<'_> {
 }
 
 impl Flat {
-    /// Nothing but what some lanes have.
+    /// Clears all other lanes.
     fn only(mut self, lanes: u16) -> Self {
         for lane in lanes_of(!lanes) {
             put(lane, Vec3::ZERO, &mut self.color);
@@ -471,17 +471,17 @@ impl Strip<'_> {
         self.triangle.fill(Film::NO_TRIANGLE);
     }
 
-    /// Adds to a pixel what it shows, and how much that hides of what is behind.
+    /// Adds radiance and coverage to a pixel.
     pub(super) fn add(&mut self, pixel: u32, radiance: Vec3, coverage: f32) {
         self.color[pixel as usize] += radiance.extend(coverage);
     }
 
-    /// Adds to what a pixel shows as it is.
+    /// Adds to a pixel of [`Film::flat`].
     pub(super) fn add_flat(&mut self, pixel: u32, flat: Vec4) {
         self.flat.iter_mut().for_each(|sum| sum[pixel as usize] += flat);
     }
 
-    /// Adds what a light does, of which only a surface that catches shadows has a `coverage`: less of it.
+    /// Adds a light's contribution. Its `coverage` is 0, or negative on a surface that catches shadows.
     pub(super) fn add_light(&mut self, pixel: u32, radiance: Vec3, coverage: f32, is_flat_around: bool) {
         self.add(pixel, radiance, coverage);
         if let Some(flat) = self.flat.as_mut().filter(|_| is_flat_around && coverage != 0.0) {

@@ -8,8 +8,8 @@ use umbrage_rays::parallel::Parallel;
 /// An object's part of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covered {
-    /// The object, as an index into [`FilmLayers::objects`](crate::FilmLayers); [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE)
-    /// for none.
+    /// The object, as an index into [`FilmLayers::objects`](crate::FilmLayers);
+    /// [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE) for none.
     pub object: u32,
     /// The part of the pixel's samples that see it, from 0 to 1.
     pub part: f32,
@@ -36,7 +36,7 @@ pub(crate) struct CoverageRow<'a> {
 }
 
 impl Coverage {
-    /// The most objects of a pixel: the ones that cover most of it.
+    /// Maximum number of objects of a pixel: the ones that cover most of it.
     pub const RANKS: usize = 6;
 
     /// For each pixel, in rows from the upper left corner, the objects that cover most of it: the greatest part first, of

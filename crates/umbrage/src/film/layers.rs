@@ -19,8 +19,8 @@ pub struct FilmLayers {
     pub motion: Vec<Vec2>,
     /// Weights of the second and the third corner of the triangle at the first sample; zero for a miss.
     pub barycentric: Vec<Vec2>,
-    /// The object at the first sample, as an index into [`objects`](Self::objects); [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE)
-    /// for a miss. The triangle is in [`Film::triangle`](crate::Film).
+    /// The object at the first sample, as an index into [`objects`](Self::objects);
+    /// [`Film::NO_TRIANGLE`](crate::Film::NO_TRIANGLE) for a miss. The triangle is in [`Film::triangle`](crate::Film).
     pub object: Vec<u32>,
     /// The objects that all samples see.
     pub coverage: Coverage,
@@ -34,13 +34,13 @@ pub struct LightLayer {
     /// The light's name; may be empty, or another one's as well.
     pub name: Arc<str>,
     /// The part of each pixel's samples, from 0 to 1, that see a triangle on the side on which the light is, with nothing
-    /// between them that stops light, and inside of a spot's cone; of lights that cast no shadow, the side alone counts. How bright the
-    /// light is doesn't matter. Misses are 0.
+    /// between them that stops light, and inside of a spot's cone; of lights that cast no shadow, the side alone
+    /// counts. How bright the light is doesn't matter. Misses are 0.
     pub lit: Vec<f32>,
 }
 
 impl FilmLayers {
-    /// Clears the layers that are asked for, and frees the rest.
+    /// Clears the chosen layers, and frees the rest.
     ///
     /// # Errors
     /// Where there is no memory for them.

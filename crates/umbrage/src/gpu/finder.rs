@@ -51,7 +51,7 @@ pub(super) trait Finder: Debug + Send + Sync {
     /// Bytes on the GPU for triangles, for points and for pixels.
     fn bytes(&self) -> [u64; 3];
 
-    /// The most that any stage holds for a pixel in one buffer.
+    /// Maximum bytes per pixel that any stage holds in one buffer.
     fn pixel_bytes(&self) -> u64 {
         Band::PIXEL_BYTES
     }

@@ -171,7 +171,7 @@ impl Mirrors {
     }
 }
 
-/// The rays of a sample, some of which go on.
+/// The rays of a sample, with the limits of their secondary rays.
 pub(super) fn following(settings: &Settings, sample: &Sample, rays: ShadeSample) -> ShadeSample {
     let Settings { bounces, least_contribution, .. } = *settings;
     let looks_around = u32::from(looked_around(settings) > 0.0);

@@ -50,7 +50,7 @@ use picture::Picture;
 use rig::FrameRig;
 use tables::{Tables, sample_rays};
 
-/// Finds what each pixel sees, which lights reach it and what that looks like, on a GPU.
+/// The GPU engine: finds each pixel's hit and the lights that reach it, and shades it.
 #[derive(Debug)]
 pub(crate) struct GpuEngine {
     gpu: Gpu,
@@ -60,40 +60,40 @@ pub(crate) struct GpuEngine {
     tables: Tables,
     shade: Shade,
     planes: FilmPlanes,
-    /// What pixels show first.
+    /// The first hits of pixels.
     first: FirstLayer,
     picture: Picture,
-    /// A layer that shows nothing.
+    /// A layer without hits.
     nothing: Buffer,
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
-    /// Whether layers of surfaces are seen one behind the other.
+    /// Whether surfaces are shaded layer by layer, one behind the other.
     is_see_through: bool,
-    /// What follows mirrors and glass, made for the first frame that has any; and how many planes say where this one's lead.
+    /// Tracer of secondary rays, made for the first frame that has any; and the number of this frame's planes for them.
     mirrors: Option<Mirrors>,
     ways: u32,
     light: OnwardLight,
     output: Output,
-    /// What pixels show first, and which lights reach it, fetched.
+    /// The first hits of pixels and their light masks, fetched.
     seen: SeenPixels,
     lit: Vec<LightMask>,
-    /// How many shadow rays each band has taken.
+    /// Shadow rays of each band.
     shadow_rays: Vec<u64>,
-    /// How many samples of the band under way are shaded.
+    /// Number of samples of the band under way that are shaded.
     shaded: u32,
-    /// How many lights of the last frame something can keep away.
+    /// Number of lights of the last frame that cast shadows.
     shadowing_lights: u64,
-    /// Whether the last frame that was begun got to its end.
+    /// Whether the last frame that was begun was finished.
     is_finished: bool,
-    /// What the predicate settled of the camera rays and of the shadow rays of first surfaces.
+    /// The predicate's counts for camera rays and for the shadow rays of first hits.
     settled: [Settled; 2],
-    /// What the GPU had taken over before the last frame.
+    /// Bytes uploaded to the GPU before the last frame.
     uploaded_before: u64,
-    /// What came with the band's last sample, until it is in the film.
+    /// Results fetched with the band's last sample, until they are in the film.
     fetched: Option<(FilmFetch, Done)>,
 }
 
-/// What is rendered at once.
+/// One sample of a band.
 struct Turn<'a> {
     staged: &'a Staged<'a>,
     band: &'a Band,
@@ -131,9 +131,9 @@ impl FilmFetch {
 }
 
 impl GpuEngine {
-    /// How many surfaces one behind the other are seen through: the CPU's.
+    /// Maximum number of see-through surfaces in a row, as on the CPU.
     const MOST_LAYERS: usize = 256;
-    /// How often a frame is done again with more room: what a list needs is known once those before it fit.
+    /// Maximum number of tries for a layer, each with more room: the size of a list is known once those before it fit.
     const MOST_TRIES: usize = 16;
 
     /// An engine on an open device.
@@ -177,10 +177,11 @@ impl GpuEngine {
         })
     }
 
-    /// One layer of surfaces: the nearest ones, or those behind the last. Whether any was seen, of those behind.
+    /// Renders one layer of surfaces: the nearest ones, or those behind the last. `false` if none was hit behind the
+    /// last.
     ///
-    /// All stages go to the GPU at once, and nothing is read back between them. Where there was too little room for what
-    /// they need, the layer isn't shaded, and all is done again with more.
+    /// All stages go to the GPU at once, and nothing is read back between them. Where their lists were too small, the
+    /// layer isn't shaded, and all stages run again with more room.
     async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
         let shades = !self.light.is_asked_first();
         let may_fetch = turn.is_last && shades && !self.is_see_through && self.ways == 0;
@@ -224,7 +225,7 @@ impl GpuEngine {
         Err(GpuError::OutOfMemory(format!("a frame's lists have outgrown their buffers {} times", Self::MOST_TRIES)))
     }
 
-    /// One sample of a band: layer by layer where the scene is seen through.
+    /// Renders one sample of a band, layer by layer if surfaces are see-through.
     async fn shade_sample(
         &mut self,
         staged: &Staged<'_>,
@@ -255,7 +256,7 @@ impl GpuEngine {
         self.shade_surroundings(band, sample, stats).await
     }
 
-    /// Shades what the camera sees once what matters of light on its way there is known.
+    /// Shades the first hits once their tints and ambient occlusion are known.
     async fn shade_asked(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
         let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
@@ -275,7 +276,7 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// What mirrors and glass show of a sample.
+    /// Traces and shades a sample's secondary rays.
     async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
         let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
@@ -285,12 +286,12 @@ impl GpuEngine {
         mirrors.follow(gpu, &mirrored, shade, planes, stats).await
     }
 
-    /// What the film keeps of a frame.
+    /// The planes that the film has for a frame.
     fn keeps(&self, staged: &Staged<'_>) -> FilmKeeps {
         FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat(), ways: self.ways }
     }
 
-    /// What is around the scene, seen through all layers.
+    /// Shades the surroundings, seen through all layers.
     async fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, nothing, .. } = self;
         let none = vec![SeenPixels::NONE; band.order().slots()];
@@ -306,7 +307,7 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Fetches what a sample of a band saw first, and which lights reach it.
+    /// Fetches the first hits of a band's sample, and the lights that reach them.
     async fn fetch_seen(&mut self, band: &Band) -> Result<(), GpuError> {
         let Self { gpu, first, seen, lit, .. } = self;
         let mut recorder = Recorder::new(gpu);
@@ -316,7 +317,7 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Fetches a band: the film's rows, summed over the samples, and what the last sample showed first.
+    /// Fetches a band: the film's rows, summed over the samples, and the first hits of the last sample.
     ///
     /// # Errors
     /// Where the device is lost.
@@ -389,7 +390,7 @@ impl Engine for GpuEngine {
         self.uploaded_before = self.gpu.uploaded_bytes();
         self.finders.choose(&self.gpu, settings.structure);
         if !self.is_finished {
-            // What a frame that failed has uploaded may not be there.
+            // Uploads of a frame that failed may be missing.
             self.geometry.forget();
             self.tables = Tables::default();
             self.rig.forget();
@@ -419,7 +420,7 @@ impl Engine for GpuEngine {
         self.rig.leave();
     }
 
-    /// Brings what is new of a frame to the GPU.
+    /// Uploads the changes of a frame.
     fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
         let (follows, is_see_through) = (settings.bounces > 0, frame.is_see_through());
@@ -558,7 +559,7 @@ impl Engine for GpuEngine {
     }
 }
 
-/// How long each stage took of what is done.
+/// Adds the times of finished stages.
 fn add_times(stats: &mut Stats, done: &Done) {
     done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
 }
@@ -568,7 +569,7 @@ fn has_mirrors(frame: &Frame) -> bool {
     frame.materials.materials.iter().any(|material| material_mirrors(material, false))
 }
 
-/// Where lights are; `None` for one that nothing keeps away.
+/// Sources of the lights; `None` for a light without shadows.
 fn all_sources(lights: &[Light]) -> Vec<Option<LightSource>> {
     lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect()
 }

@@ -34,7 +34,7 @@ impl Format {
         Self::all().find(|format| format.name().eq_ignore_ascii_case(extension))
     }
 
-    /// Whether its files can say how much of a pixel is covered.
+    /// Whether its files can have the coverage of pixels.
     #[must_use]
     pub fn has_alpha(self) -> bool {
         matches!(self, Self::Png | Self::Apng | Self::WebP | Self::Exr)
@@ -56,7 +56,7 @@ pub fn extensions(is_wanted: impl Fn(Format) -> bool) -> String {
     if names.is_empty() { last } else { format!("{} or {last}", names.join(", ")) }
 }
 
-/// How much of a picture a JPEG keeps, from 1 to 100.
+/// Quality of a JPEG, 1 to 100.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JpegQuality(u8);
 

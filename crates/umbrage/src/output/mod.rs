@@ -1,9 +1,9 @@
 //! Image files, animations and raw video.
 //!
 //! [`Writer`] takes finished frames and writes any of the formats. A file appears under its own name only when it is
-//! whole: until then it is a hidden file beside it, `.NAME.partial-…`, which is removed when the writer is
-//! dropped unfinished. Only killing the process can leave such a file behind; the next writer of the same name removes it.
-//! Whoever ends the process for a signal calls [`remove_partial_files`] first.
+//! whole: until then it is a hidden file beside it, `.NAME.partial-…`, which is removed when the writer is dropped
+//! unfinished. Only killing the process can leave such a file behind; the next writer of the same name removes it.
+//! Programs that end on a signal call [`remove_partial_files`] first.
 
 mod apng;
 mod exr;
@@ -42,7 +42,7 @@ pub enum Error {
     Write {
         /// The file, or `-` for standard output.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The format or the file's name can't hold what should be written.
@@ -50,13 +50,13 @@ pub enum Error {
     Unsuitable {
         /// The file, or `-` for standard output.
         path: PathBuf,
-        /// What doesn't fit, and what would.
+        /// The mismatch, and suitable alternatives.
         cause: String,
     },
 }
 
 impl Error {
-    /// Whether nobody reads the other end of a pipe any more, which is no failure of the writer's.
+    /// Whether the reader of a pipe has closed it, which is no failure of the writer's.
     #[must_use]
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Write { source, .. } if source.kind() == io::ErrorKind::BrokenPipe)

@@ -24,7 +24,8 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Ends the encoders of this process, so that none of them makes its file again. To start or drop one waits for ever then.
+/// Ends the encoders of this process, so that none of them makes its file again. Later, starting or dropping one waits
+/// for ever.
 pub(super) fn end_encoders() {
     let running = locked(&RUNNING);
     for child in &*running {
@@ -40,12 +41,12 @@ fn end(child: &Mutex<Child>) {
     let _ = child.wait();
 }
 
-/// Writes H.264 video through another process, which gets raw video and writes the file itself: it goes back to the start of
-/// that in the end.
+/// Writes H.264 video through another process, which gets raw video and writes the file itself: it seeks to the file's
+/// start in the end.
 pub(super) struct Mp4Writer {
     /// Dropped first, so that the video isn't flushed to an encoder that nobody waits for.
     encoder: Encoder,
-    /// `None` once the encoder is to see the video's end.
+    /// `None` once the video has ended.
     video: Option<Box<Y4mWriter>>,
 }
 

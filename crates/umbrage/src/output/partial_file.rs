@@ -18,13 +18,13 @@ fn written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     WRITTEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the hidden files of all [writers](super::Writer) of this process, which must end then: whoever begins or
-/// finishes a file after this waits for ever.
+/// Removes the hidden files of all [writers](super::Writer) of this process, which must end then: later calls that
+/// begin or finish a file wait for ever.
 pub fn remove_partial_files() {
     mp4::end_encoders();
     let written = written();
     for path in &*written {
-        // What isn't there any more needs no removing.
+        // A missing file needs no removing.
         let _ = fs::remove_file(path);
     }
     mem::forget(written);
@@ -33,17 +33,18 @@ pub fn remove_partial_files() {
 /// A file that takes its name only when it is whole, see the [module](super).
 #[derive(Debug)]
 pub(crate) struct PartialFile {
-    /// The name that was asked for.
+    /// The requested name.
     path: PathBuf,
     file: Arc<File>,
-    /// Where the file is and what it becomes, if it isn't written directly. Dropping the first removes it.
+    /// Paths of the hidden file and of the finished one, unless it is written directly. Dropping the first removes the
+    /// file.
     renaming: Option<(TempPath, PathBuf)>,
 }
 
 impl PartialFile {
-    /// Starts a file that will be `path`. What is there now stays until [`PartialFile::keep`].
+    /// Starts a file that will be `path`. A file of that name stays until [`PartialFile::keep`].
     ///
-    /// A device or a pipe is written directly; a symbolic link stays, and what it points to is replaced.
+    /// A device or a pipe is written directly; a symbolic link stays, and its target is replaced.
     pub(crate) fn create(path: &Path) -> Result<Self, Error> {
         let refused = |source| Error::write(path, source);
         let to = match fs::metadata(path) {
@@ -57,14 +58,14 @@ impl PartialFile {
         let mut hidden = tempfile::Builder::new();
         let prefix = format!(".{}{PARTIAL}", shortened(&to.file_name().unwrap_or_default().to_string_lossy()));
         hidden.prefix(&prefix);
-        // As for any new file, not for its owner alone. The umask applies.
+        // Permissions of any new file, not of the owner alone. The umask applies.
         #[cfg(unix)]
         hidden.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let mut written = written();
         loop {
             // In the same folder, since renaming works only within a file system.
             let (file, from) = hidden.tempfile_in(folder_of(&to)).map_err(refused)?.into_parts();
-            // Tells others that it is written. One of them may have taken it for left behind before that.
+            // The lock tells other processes that the file is being written. One of them may have swept it before that.
             let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock)) || !from.exists();
             if !is_taken {
                 written.insert(from.to_path_buf());
@@ -73,7 +74,7 @@ impl PartialFile {
         }
     }
 
-    /// Where to write to; give it back (drop it) before [`PartialFile::keep`].
+    /// The file to write to; drop it before [`PartialFile::keep`].
     pub(crate) fn file(&self) -> Arc<File> {
         Arc::clone(&self.file)
     }
@@ -83,7 +84,7 @@ impl PartialFile {
         self.renaming.as_ref().map_or(&self.path, |(from, _)| from)
     }
 
-    /// Gives the file its name, in place of what had it before.
+    /// Gives the file its name, in place of any file that had it.
     pub(crate) fn keep(mut self) -> Result<(), Error> {
         let Some((from, to)) = self.renaming.take() else { return Ok(()) };
         let mut written = written();
@@ -100,10 +101,10 @@ impl Drop for PartialFile {
     }
 }
 
-/// What hidden files have in their names behind that of the file that they become.
+/// Text behind the finished file's name in the names of hidden files.
 const PARTIAL: &str = ".partial-";
 
-/// As much of a file's name as a hidden one has, since names have 255 bytes at most.
+/// The start of a file's name, for the name of a hidden file: names have 255 bytes at most.
 fn shortened(name: &str) -> String {
     const MOST_LETTERS: usize = 50;
     name.chars().take(MOST_LETTERS).collect()
@@ -113,8 +114,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Removes what earlier processes left behind when they were killed: hidden files of `path`, or of all frames of a
-/// [numbered one](NumberedPath), that nobody writes any more. A [writer](super::Writer) does this first.
+/// Removes the hidden files of killed processes: those of `path`, or of all frames of a [numbered one](NumberedPath),
+/// that no process writes any more. A [writer](super::Writer) does this first.
 pub fn sweep(path: &Path) {
     let to = destination(path);
     let numbered = NumberedPath::parse(path).ok().flatten();
@@ -133,7 +134,7 @@ pub fn sweep(path: &Path) {
     }
 }
 
-/// Whether nobody writes a hidden file. Its writer holds a lock; where there are no locks, it hasn't changed for long.
+/// Whether no process writes a hidden file. Its writer holds a lock; without locks, the file is unchanged for an hour.
 fn is_left_behind(path: &Path) -> bool {
     const LONG: Duration = Duration::from_secs(3600);
     let Ok(file) = OpenOptions::new().write(true).open(path) else { return false };
@@ -147,7 +148,7 @@ fn is_left_behind(path: &Path) -> bool {
     }
 }
 
-/// Where a symbolic link leads in the end, whether anything is there or not; any other path itself.
+/// The final target of a symbolic link, whether it exists or not; any other path itself.
 fn destination(path: &Path) -> PathBuf {
     const MOST_LINKS: usize = 40;
     let mut to = path.to_owned();
@@ -158,7 +159,7 @@ fn destination(path: &Path) -> PathBuf {
     to
 }
 
-/// What looks at a file that is whole, before it takes its name; where that fails, it never does.
+/// Check of a whole file before it takes its name; a file that fails never does.
 pub(crate) type Look<'a> = &'a mut dyn FnMut(&File) -> io::Result<()>;
 
 /// Writes a whole file.
@@ -172,7 +173,7 @@ pub(crate) fn write(
     partial.keep()
 }
 
-/// Writes a file of so many bytes, which appears under its name only when it is whole.
+/// Writes a file, which appears under its name only when it is whole.
 ///
 /// # Errors
 /// Where the system refuses to write, or the path is a folder.

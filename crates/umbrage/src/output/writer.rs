@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{Background, Film, Image, Settings};
 
-/// Where pictures go.
+/// Destination of pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// A file, or a numbered file for each frame, see [`NumberedPath`].
@@ -26,7 +26,7 @@ pub enum Target {
     Stdout,
 }
 
-/// How pictures are written.
+/// Options of written pictures.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
     /// Frames a second of animations and video.
@@ -37,14 +37,14 @@ pub struct Options {
     pub compression: Compression,
     /// Colours of an EXR.
     pub float_depth: FloatDepth,
-    /// How much a JPEG keeps.
+    /// Quality of a JPEG.
     pub jpeg_quality: JpegQuality,
     /// Colours of raw video.
     pub chroma: Chroma,
 }
 
-/// Writes the frames of one render, in order. Nothing counts before [`Writer::finish`], except for the finished files
-/// of numbered frames.
+/// Writes the frames of one render, in order. Its file is complete only after [`Writer::finish`]; files of numbered
+/// frames are complete one by one.
 pub struct Writer {
     kind: Kind,
     /// The file, or `-` for standard output, for errors.
@@ -65,7 +65,7 @@ pub(super) trait Animation {
     /// Writes the next frame.
     fn write(&mut self, image: &Image) -> io::Result<()>;
 
-    /// Writes what comes behind the last frame.
+    /// Writes the end of the file, after the last frame.
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
 
@@ -131,8 +131,8 @@ impl Writer {
         self.write_and_look(number, film, settings, &mut |_| Ok(()))
     }
 
-    /// As [`Writer::write`], and shows a numbered frame's file when it is whole, to read from, before it takes its name; not
-    /// those of animations.
+    /// As [`Writer::write`], and calls `look` with the whole file of a single or numbered frame, before it takes its
+    /// name. Not called for animations.
     ///
     /// # Errors
     /// As [`Writer::write`], and where `look` fails.

@@ -1,4 +1,4 @@
-//! Single rays that go on from rough surfaces: from mirrors too small to be seen, whose normals have GGX's distribution.
+//! Secondary rays from rough surfaces, one for each hit: from microfacets whose normals have GGX's distribution.
 
 use std::f64::consts::TAU;
 

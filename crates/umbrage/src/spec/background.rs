@@ -9,8 +9,8 @@ use super::color::{color, is_name};
 use super::{Words, vector};
 use crate::{Background, Error};
 
-/// What is behind and around a scene: `sky`, `none`, a colour by its name in CSS, as `#rrggbb` or as linear
-/// `R,G,B`, or the path of a latitude–longitude image.
+/// A scene's background: `sky`, `none`, a colour by its name in CSS, as `#rrggbb` or as linear `R,G,B`, or
+/// the path of a latitude–longitude image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum BackgroundSpec {
     /// The sky.
@@ -33,7 +33,7 @@ impl BackgroundSpec {
         self.open_within(OpenOptions::default().max_memory)
     }
 
-    /// As [`BackgroundSpec::open`], where that takes no more than so many bytes.
+    /// As [`BackgroundSpec::open`], with a limit of `max_memory` bytes.
     ///
     /// # Errors
     /// As [`Background::open`].

@@ -48,7 +48,7 @@ pub struct LookAt {
 }
 
 impl LookAt {
-    /// The field of view where nobody says which.
+    /// The default field of view.
     pub const DEFAULT_FOV_DEGREES: f32 = 40.0;
 
     /// The camera in the world's coordinates, inverse of [`WorldLookAt::local`].
@@ -130,7 +130,7 @@ mod tests {
         let local = world.local([500_000.0, 4_649_776.0, 0.0]);
         assert_eq!((local.position, local.target), (Vec3::new(0.25, 0.5, 3.0), Vec3::ZERO));
         assert_eq!(local.in_world([500_000.0, 4_649_776.0, 0.0]), world);
-        // Numbers of f32 are said in as few digits as ever.
+        // Numbers of f32 have as few digits as before.
         let near = LookAt { position: Vec3::splat(0.1), target: Vec3::ZERO, fov_degrees: 40.0 };
         assert_eq!(CameraSpec::LookAt(near.in_world([0.0; 3])).to_string(), "0.1,0.1,0.1:0,0,0:40");
         assert_eq!(near.in_world([0.0; 3]).local([0.0; 3]), near);

@@ -44,7 +44,7 @@ fn linear(color: u32) -> Vec3 {
     Vec3::from_slice(&color.to_be_bytes().map(|byte| linear_from_srgb(f32::from(byte) / 255.0))[1..])
 }
 
-/// How many letters are to be added, removed or replaced between two words: Levenshtein's distance.
+/// Levenshtein's distance of two words: the number of letters to add, remove or replace.
 fn edits(from: &str, to: &str) -> usize {
     // Those between the letters of `from` so far and each start of `to`.
     let mut row: Vec<usize> = (0..=to.len()).collect();

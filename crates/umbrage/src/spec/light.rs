@@ -9,18 +9,19 @@ use umbrage_scene::{Light, LightShape};
 use super::color::color;
 use super::{Length, Words, number, vector, widened, world_point};
 
-/// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to another with
-/// the cone's full angle, or a flat one around a point that faces another, `rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT` or
-/// `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, a colour as `:R,G,B`, `:#rrggbb` or by its name in CSS, `:radius=R` of any other than a flat
-/// one, and `:noshadow`. Sizes are in world units or, such as `2%`, shares of the scene's size; a sun's radius is in degrees.
+/// A light: `point:X,Y,Z`, `sun:DX,DY,DZ` that travels along DX,DY,DZ, `spot:X,Y,Z:X,Y,Z:DEGREES` from a point to
+/// another with the cone's full angle, or a flat one around a point that faces another, `rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT`
+/// or `disk:X,Y,Z:X,Y,Z:RADIUS`; then, if wanted, `:STRENGTH` in candela or lux, a colour as `:R,G,B`, `:#rrggbb` or by
+/// its name in CSS, `:radius=R` of any other than a flat one, and `:noshadow`. Sizes are in world units or, such as
+/// `2%`, shares of the scene's size; a sun's radius is in degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSpec {
     /// Its position, where it has one, is `position` in f32.
     source: LightSource,
     /// In the world; zero for suns.
     position: DVec3,
-    /// The point in the world that it faces, and where a light without a strength is as bright as full sunlight; `None` for the
-    /// scene's centre.
+    /// The point in the world that it faces, and where a light without a strength is as bright as full sunlight; `None`
+    /// for the scene's centre.
     target: Option<DVec3>,
     /// In candela or lux.
     intensity: Option<f32>,
@@ -32,7 +33,7 @@ pub struct LightSpec {
 }
 
 impl LightSpec {
-    /// How much of a spot's cone has the full strength.
+    /// A spot's inner angle, with the full strength, as a part of its outer angle.
     pub const INNER: f32 = 0.85;
 
     /// A white light that casts shadows, as bright as full sunlight at the middle of the scene.
@@ -126,7 +127,7 @@ impl LightSpec {
     }
 }
 
-/// Why a light can't be said in words.
+/// The property of a light that the words can't express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnspeakableLight {
     /// The words have one softness of spots, [`LightSpec::INNER`].

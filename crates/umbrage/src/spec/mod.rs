@@ -1,7 +1,7 @@
-//! Lights, cameras and backgrounds in words: what `umbrage render` takes and its window writes.
+//! Lights, cameras and backgrounds in words, as `umbrage render` takes them and its window writes them.
 //!
-//! Each type reads its words with `FromStr` and writes them with `Display`. What they mean may depend on the scene:
-//! [`LightSpec::light`] and [`BackgroundSpec::open`] say what comes of them. Coordinates are the world's, in f64:
+//! Each type reads its words with `FromStr` and writes them with `Display`. Their meaning may depend on the scene:
+//! [`LightSpec::light`] and [`BackgroundSpec::open`] find it. Coordinates are the world's, in f64:
 //! [`WorldLookAt::local`] and [`LightSpec::local`] bring them to a scene's [origin](umbrage_scene::Scene::origin).
 
 mod background;
@@ -29,7 +29,7 @@ impl<T: fmt::Display> fmt::Display for Words<T> {
     }
 }
 
-/// The f64 with the same words as each f32, so that 0.1 stays 0.1.
+/// The f64 with the same decimal digits as each f32, so that 0.1 stays 0.1.
 fn widened(vector: Vec3) -> DVec3 {
     let widened = |number: f32| number.to_string().parse().unwrap_or(f64::from(number));
     DVec3::from(vector.to_array().map(widened))

@@ -4,7 +4,7 @@ use super::{Job, adaptive, median, naive, resorting};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::layout::Branch;
 
-/// Nodes of so many references have their children built on two threads.
+/// Number of references from which a node's children are built on two threads.
 const PARALLEL: usize = 1 << 12;
 
 impl Job<'_> {

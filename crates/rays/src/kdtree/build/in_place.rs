@@ -1,10 +1,11 @@
 //! The exact builder with threads that share whole levels near the root: the in-place algorithm of Choi et al. 2010, §4.2
 //! (thesis, Algorithm 4.2.2).
 //!
-//! References stay where they are and say which node they belong to. Events stay in the order of the whole scene, so that one pass
-//! over them finds the planes of all nodes of a level. Once there are enough nodes, each gets its references and events, and threads
-//! build the nodes in parallel. Choi et al. keep a list of nodes for each triangle and don't clip it. Here the part on the left of a
-//! plane replaces the reference that is cut, the part on the right comes last, and the events of both are merged in.
+//! References stay where they are and say which node they belong to. Events stay in the order of the whole scene, so
+//! that one pass over them finds the planes of all nodes of a level. Once there are enough nodes, each gets its
+//! references and events, and threads build the nodes in parallel. Choi et al. keep a list of nodes for each triangle
+//! and don't clip it. Here the part on the left of a plane replaces the reference that is cut, the part on the right
+//! comes last, and the events of both are merged in.
 
 use crate::parallel::Parallel;
 use rayon::prelude::*;

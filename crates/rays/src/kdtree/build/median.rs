@@ -2,7 +2,7 @@ use super::sah::{Candidate, Measure};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Plane, Reference};
 
-/// Nodes of at most so many triangles stay leaves.
+/// Maximum number of triangles of a node that stays a leaf.
 const LEAF: usize = 4;
 
 impl KdBuilder {

@@ -19,7 +19,8 @@ pub enum KdRebuild {
     /// The same, from groups of neighbouring triangles in the first frame's tree:
     /// [`HierarchyKdTree`](crate::HierarchyKdTree).
     Hierarchy,
-    /// It is built on threads of its own while rays go through the one before: [`BackgroundKdTree`](crate::BackgroundKdTree).
+    /// It is built on threads of its own while rays go through the one before:
+    /// [`BackgroundKdTree`](crate::BackgroundKdTree).
     Background,
     /// Each object has a tree, to which rays are moved if the object moved as a whole:
     /// [`KdMoved::Transform`](crate::KdMoved::Transform).

@@ -153,8 +153,8 @@ impl KdTree {
         });
     }
 
-    /// Prepares `count` rays, up to [`MOST_RAYS`] at a time, and hands them to `visit`. Those whose numbers can't be trusted are
-    /// tested against all triangles.
+    /// Prepares `count` rays, up to [`MOST_RAYS`] at a time, and hands them to `visit`. Those whose numbers can't be
+    /// trusted are tested against all triangles.
     #[doc(hidden)]
     pub fn prepare(
         &self,

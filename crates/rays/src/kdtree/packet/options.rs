@@ -24,8 +24,9 @@ pub enum KdMailbox {
 
 /// Options for leading packets of rays through a [`KdTree`](super::super::KdTree). None changes the hits.
 ///
-/// The defaults measured best in all. Nanoseconds of one busy core for each ray, for 512² camera rays, the diffuse bounces of
-/// those that hit, and shadow rays from there to a point light, on the Bunny (69 K triangles) and in Sibenik (80 K):
+/// The defaults measured best in all. Nanoseconds of one busy core for each ray, for 512² camera rays, the diffuse
+/// bounces of those that hit, and shadow rays from there to a point light, on the Bunny (69 K triangles) and in Sibenik
+/// (80 K):
 ///
 /// | | Bunny: camera | bounce | shadow | Sibenik: camera | bounce | shadow |
 /// |---|---|---|---|---|---|---|

@@ -2,8 +2,8 @@ use glam::Vec3;
 
 use crate::kdtree::extent::{Extent, Plane};
 
-/// The coordinates of packets: their origin is the middle of the tree's bounds, and their unit a power of two, so that the tree
-/// reaches from −1 to 1.
+/// The coordinates of packets: their origin is the middle of the tree's bounds, and their unit a power of two, so that
+/// the tree reaches from −1 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// The point that becomes zero.

@@ -49,8 +49,8 @@ impl<'a> Waiting<'a> {
 pub(super) type Stack<'a> = [Waiting<'a>; Nodes::MAX_DEPTH];
 
 /// Leads the rays from `first` on to leaves below the node at `root`, with a stack (Wald et al., *Interactive Rendering with
-/// Coherent Ray Tracing*, 2001). Rays may have any directions (Reshetov, *Omnidirectional ray tracing traversal algorithm for
-/// kd-trees*, 2006): the child that is nearer for most of them comes first.
+/// Coherent Ray Tracing*, 2001). Rays may have any directions (Reshetov, *Omnidirectional ray tracing traversal
+/// algorithm for kd-trees*, 2006): the child that is nearer for most of them comes first.
 #[inline(always)]
 pub(super) fn visit<'a, S: Simd, V: Wide<S>>(
     simd: S,

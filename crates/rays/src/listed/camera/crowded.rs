@@ -1,4 +1,4 @@
-//! Tiles of so many triangles that several threads search parts of them (Guntury and Narayanan 2010, §5, future work).
+//! Crowded tiles, whose triangles are divided among several threads (Guntury and Narayanan 2010, §5, future work).
 
 use std::num::NonZeroU32;
 use std::sync::{Mutex, PoisonError};

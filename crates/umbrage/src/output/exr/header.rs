@@ -1,4 +1,4 @@
-//! What a file says of the picture as a whole: the camera, and names of what its layers number.
+//! Attributes of the picture as a whole: the camera, and names for the numbers in its layers.
 
 use std::collections::HashMap;
 
@@ -10,10 +10,10 @@ use super::cryptomatte;
 use crate::Film;
 use crate::output::FrameRate;
 
-/// A name and what it stands for.
+/// An attribute's name and value.
 pub(super) type Attribute = (Text, AttributeValue);
 
-/// All that is known of a film; `rate` where it is a frame of several.
+/// All attributes of a film; `rate` for frames of an animation.
 pub(super) fn attributes(film: &Film, rate: Option<FrameRate>) -> LayerAttributes {
     let mut attributes = film.view.as_ref().map_or_else(LayerAttributes::default, of_view);
     attributes.frames_per_second =
@@ -24,7 +24,7 @@ pub(super) fn attributes(film: &Film, rate: Option<FrameRate>) -> LayerAttribute
         others.push((text("umbrage/objects"), AttributeValue::Text(text(&ascii_json(&names.into())))));
     }
     if film.origin != [0.0; 3] {
-        // Matrices of f32 are near it, where they are exact enough.
+        // The f32 matrices are relative to this origin, where they are exact enough.
         let origin = serde_json::Value::from(film.origin.as_slice()).to_string();
         others.push((text("umbrage/origin"), AttributeValue::Text(text(&origin))));
     }
@@ -32,7 +32,7 @@ pub(super) fn attributes(film: &Film, rate: Option<FrameRate>) -> LayerAttribute
     attributes
 }
 
-/// OpenEXR's standard attributes of a camera. Its matrices are for points as rows, so that their rows are columns of ours.
+/// OpenEXR's standard camera attributes. Points are row vectors there, so the rows of its matrices are columns of ours.
 fn of_view(view: &View) -> LayerAttributes {
     let aspect = view.width as f32 / view.height as f32;
     let (half_height, fov_degrees) = match view.camera.projection {
@@ -55,15 +55,15 @@ fn of_view(view: &View) -> LayerAttributes {
     }
 }
 
-/// To axes to the right, upwards and into the image.
+/// From world to camera axes: right, up and into the image.
 fn camera_from_world(camera: &Camera) -> Mat4 {
     let Camera { position, right, up, forward, .. } = *camera;
     let axes = Mat4::from_cols(right.extend(0.0), up.extend(0.0), forward.extend(0.0), Vec4::W).transpose();
     axes * Mat4::from_translation(-position)
 }
 
-/// To the image: from (0, 0) at its upper left to (1, 1) at its lower right corner, and the depth or, in perspective, one
-/// over it.
+/// From camera to image: (0, 0) at its upper left and (1, 1) at its lower right corner, and the depth or, in
+/// perspective, one over it.
 fn ndc_from_camera(camera: &Camera, half_height: f32, aspect: f32) -> Mat4 {
     let [x, y] = [0.5 / (half_height * aspect), -0.5 / half_height];
     let middle = Vec3::new(0.5, 0.5, 0.0);
@@ -78,7 +78,7 @@ pub(super) fn text(ascii: &str) -> Text {
     Text::from_slice_unchecked(ascii.as_bytes())
 }
 
-/// JSON whose other letters are escaped: no reader takes them for Latin-1.
+/// JSON with non-ASCII letters escaped: no reader takes them for Latin-1.
 pub(super) fn ascii_json(value: &serde_json::Value) -> String {
     let json = value.to_string();
     let mut ascii = String::with_capacity(json.len());
@@ -91,7 +91,7 @@ pub(super) fn ascii_json(value: &serde_json::Value) -> String {
     ascii
 }
 
-/// The same attributes in a map that gives them in this order. Attributes are written in the map's order, which is drawn anew for
+/// A map that iterates over the attributes in this order. They are written in the map's order, which is random for
 /// every map, and the same picture should be the same bytes.
 fn in_order(attributes: &[Attribute]) -> HashMap<Text, AttributeValue> {
     /// Of five attributes, one of 120 maps has them in order.

@@ -15,7 +15,7 @@ use crate::vectorized;
 
 /// Nodes of fewer boxes are clusters, which one thread builds, …
 const CLUSTER: usize = 1 << 12;
-/// … and so are those of fewer than one in so many of all triangles.
+/// … and so are nodes of fewer than one in this number of all triangles.
 const CLUSTERS: usize = 32;
 
 impl<S: Simd> Binning<'_, S> {

@@ -5,10 +5,10 @@
 use super::boxes::{Around, Boxed};
 use super::planes::Counts;
 
-/// One in so many boxes may lie far from most.
+/// One box in this number may lie far from most.
 const OUTLIERS: usize = 8;
 
-/// Boxes within so many times the extent of most count as near them.
+/// Boxes within this multiple of the extent of most count as near them.
 const NEARNESS: f32 = 16.0;
 
 /// Returns the box in which to place planes, if along any axis nearly all boxes are between two neighbours of the planes

@@ -11,7 +11,7 @@ use crate::kdtree::extent::{Extent, Plane};
 /// The number of planes across each axis.
 pub(super) const PLANES: usize = 16;
 
-/// With at most so many boxes, all their faces are planes.
+/// Maximum number of boxes whose faces all become planes.
 pub(super) const EXACT_FROM: usize = PLANES / 2;
 
 /// The numbers of boxes that begin below, and that end above, each of the planes across each axis.

@@ -75,7 +75,7 @@ impl BackgroundKdTree {
         let options = self.options;
         self.threads.spawn(move || {
             next.build(options);
-            // Sending fails only if nobody needs the tree any more.
+            // Sending fails only if the tree isn't needed any more.
             let _ = sender.send(next);
         });
         self.coming = Some((Mutex::new(receiver), 0));

@@ -123,7 +123,7 @@ impl std::fmt::Debug for BackgroundKdTree {
 }
 
 impl BackgroundKdTree {
-    /// An empty tree with so many threads to build on; zero means as many as there are processors.
+    /// An empty tree that is built on this number of threads; zero means one for each processor.
     ///
     /// # Errors
     /// If threads can't be started.

@@ -20,11 +20,11 @@ use crate::{Clipping, KdBuilder, KdTree, Triangles};
 /// Nodes of fewer triangles are built as the options say.
 const OPEN_BELOW: u64 = 512;
 
-/// A group is opened if its part in the cell has more than 1 / `PARTS` of the cell's area. With 16 a tree of the Bunny that is
-/// built from a bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
+/// A group is opened if its part in the cell has more than 1 / `PARTS` of the cell's area. With 16 a tree of the Bunny
+/// that is built from a bounding volume hierarchy costs 9 % more by the heuristic, and building takes hardly less time.
 const PARTS: f64 = 64.0;
 
-/// Nodes of so many triangles have their children built on two threads.
+/// Number of triangles from which a node's children are built on two threads.
 const PARALLEL: u64 = 1 << 12;
 
 /// A group or a triangle in a cell.

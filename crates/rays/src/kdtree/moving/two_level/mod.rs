@@ -40,9 +40,10 @@ pub enum KdMoved {
     /// there to within 1/4096 of its size; else its tree is built again.
     #[default]
     Transform,
-    /// As `Transform`, for each [part](crate::Parts) of objects, whose tree is over boxes that hold each triangle where the map
-    /// takes it: the fuzzy kd-tree. Boxes hold all poses that the tree was [prepared](TwoLevelKdTree::prepare) for; those that
-    /// a frame leaves by more than 1/512 of the part's size are enlarged, and the part's tree is built over them.
+    /// As `Transform`, for each [part](crate::Parts) of objects, whose tree is over boxes that hold each triangle where
+    /// the map takes it: the fuzzy kd-tree. Boxes hold all poses that the tree was [prepared](TwoLevelKdTree::prepare)
+    /// for; those that a frame leaves by more than 1/512 of the part's size are enlarged, and the part's tree is built
+    /// over them.
     Enclose,
 }
 

@@ -50,8 +50,8 @@ impl Moved {
     /// Error bound of coordinates whose last bits underflow.
     const SMALLEST: f64 = 1e-300;
 
-    /// Calls `test` with every triangle of a leaf that `ray` visits before its end, nearer leaves first. `test` may lower that
-    /// or break off. `extent` is the object's box now.
+    /// Calls `test` with every triangle of a leaf that `ray` visits before its end, nearer leaves first. `test` may
+    /// lower that or break off. `extent` is the object's box now.
     pub(super) fn visit(
         &self,
         tree: &KdTree,

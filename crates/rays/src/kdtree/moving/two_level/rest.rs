@@ -13,7 +13,7 @@ const MOST_DRIFT: [f64; 2] = [1.0 / (1 << 12) as f64, 1.0 / (1 << 9) as f64];
 /// The largest area of all triangles' boxes, relative to that of boxes around the triangles alone.
 const MOST_GROWTH: f64 = 32.0;
 
-/// A map is fitted to about so many vertices.
+/// Approximate number of vertices that a map is fitted to.
 const FITTED: usize = 512;
 
 /// The number of vertices that a thread takes at once.
