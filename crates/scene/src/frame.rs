@@ -6,7 +6,7 @@ use umbrage_rays::{Bounds, Camera, Parts, Triangles};
 
 use crate::{Light, Marks, Material, Materials, Objects, Texture};
 
-/// A scene at one moment: triangles in world space, and what lights, colours and sees them.
+/// A scene at one moment: triangles in world space, materials, lights and cameras.
 ///
 /// Keep one `Frame` and pose it again with [`Scene::pose`](crate::Scene::pose): its memory is reused. Triangles of your own
 /// become one with [`Frame::from_triangles`].
@@ -23,9 +23,9 @@ pub struct Frame {
     /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where the surface has no normal map. Empty
     /// when all are zero: a normal map then follows the texture coordinates of each triangle.
     pub tangents: Vec<Vec4>,
-    /// What vertices are joined to and painted with.
+    /// Triangles between the vertices, and their other attributes.
     pub mesh: Arc<Mesh>,
-    /// What [`Mesh::material_of_triangle`] points to.
+    /// Materials, indexed by [`Mesh::material_of_triangle`].
     pub materials: Arc<Materials>,
     /// The lights; when the file has none, one that is made ([`Scene::made_light`](crate::Scene::made_light)).
     pub lights: Vec<Light>,
@@ -45,8 +45,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index of each triangle's material in [`Materials::materials`], in range.
     pub material_of_triangle: Vec<u32>,
-    /// The part of each triangle, for [`Parts`]: all that doesn't move is one, and so is what hangs on one animated node or mostly
-    /// follows one joint of a skin. Empty where that isn't known.
+    /// The part of each triangle, for [`Parts`]: all motionless triangles are one part, and so are those of one animated
+    /// node, or those that mostly follow one joint of a skin. Empty where that isn't known.
     pub part_of_triangle: Vec<u32>,
     /// The object of each part, for [`Parts`]: parts of one skin are of one object. Empty where each part is an object.
     pub object_of_part: Vec<u32>,

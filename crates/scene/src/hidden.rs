@@ -86,7 +86,7 @@ mod tests {
             assert_eq!(scene.objects(), room.objects());
             assert_eq!(scene.is_hidden("Floor"), !shown.contains(&0));
             assert_eq!(triangles(&scene), shown.iter().map(|&triangle: &usize| all[triangle]).collect::<Vec<_>>());
-            // From what was hidden, too.
+            // Also from a scene with hidden objects.
             assert_eq!(triangles(&hiding(&scene, &[]).unwrap()), all);
         }
         let mut without_floor = hiding(&room, &["Floor"]).unwrap();

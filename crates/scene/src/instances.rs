@@ -9,10 +9,10 @@ use umbrage_rays::{Hit, Triangles};
 use crate::rig::{Placement, Pose, Rig};
 use crate::{Error, Frame, Objects, Scene};
 
-/// Meshes that are put somewhere, each an instance with an id: the nodes of a glTF file, or what you add.
+/// Meshes with transforms, each an instance with an id: the nodes of a glTF file, or your own.
 ///
-/// Its [triangles](Self::triangles) are those of all instances in world space, one after the other, for every structure. A hit
-/// among them is a hit of an instance: [`Instances::hit`] says of which, of which of its triangles, and where in its own space.
+/// Its [triangles](Self::triangles) are those of all instances in world space, one after the other, for every structure.
+/// [`Instances::hit`] turns a hit among them into the instance, its triangle, and the position in its own space.
 ///
 /// ```
 /// use glam::{DAffine3, DVec3, Vec3};
@@ -40,7 +40,7 @@ pub struct Instances {
     origin: DVec3,
 }
 
-/// A mesh that is put somewhere.
+/// A mesh with a transform.
 #[derive(Clone, Debug)]
 pub struct Instance {
     name: Arc<str>,
@@ -308,8 +308,7 @@ impl Instances {
     }
 }
 
-/// What makes triangles that follow each other an instance: the index of their object's name, and that of the matrix which moves
-/// them as they are.
+/// Key by which consecutive triangles form an instance: the index of their object's name, and that of their rigid matrix.
 #[derive(Clone, Copy, PartialEq)]
 struct Object {
     name: Option<u32>,

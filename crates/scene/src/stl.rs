@@ -60,8 +60,8 @@ pub(crate) fn read(path: &Path, origin: Option<DVec3>, budget: &Budget) -> Resul
     Ok(Still { frame, warnings, origin, ..Still::default() })
 }
 
-/// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't just what a
-/// binary file's count asks for, and it has a facet, or an end, near its start. Comments may come before.
+/// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't exactly that of a
+/// binary file with its count, and it has a facet, or an end, near its start. Comments may come before.
 fn is_text(bytes: &[u8]) -> bool {
     const NEAR: usize = 1024;
     let exact = binary_count(bytes).is_some_and(|count| binary_bytes(count) == bytes.len() as u64);

@@ -35,7 +35,7 @@ pub(super) struct Document {
     text: Range<usize>,
     /// Where each buffer is in `bytes`.
     buffers: Vec<Range<usize>>,
-    /// The buffers behind these: what was compressed.
+    /// The decompressed buffers, which come after these.
     decompressed: Vec<Vec<u8>>,
     /// Names of files, and of those that were read in their stead.
     renamed: Mutex<BTreeSet<[String; 2]>>,
@@ -292,7 +292,7 @@ fn glb_chunks(
     Ok((json, binary))
 }
 
-/// Takes the memory of what a JSON text says: its words, and what is made for objects and for values. The largest of
+/// Takes the memory of a parsed JSON text: its bytes, and an allowance for each object and each value. The largest of
 /// glTF's objects, nodes and materials, may be written `{}`.
 fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
     const OF_OBJECT: u64 = 1024;

@@ -11,7 +11,7 @@ use super::rest::Rest;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MatrixSource {
     pub(super) node: u32,
-    /// What stands between the mesh and the node: an instance's transform or a joint's inverse bind matrix.
+    /// Transform from the mesh to the node: an instance's, or a joint's inverse bind matrix.
     pub(super) node_from_mesh: Option<Affine3A>,
 }
 

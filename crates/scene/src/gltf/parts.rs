@@ -25,13 +25,13 @@ use crate::{Error, Objects};
 /// which no primitive keeps any that these don't use.
 const MAX_TRIANGLES: u64 = 1 << 28;
 
-/// The parts of a scene and what they are made from.
+/// The parts of a scene and their sources.
 #[derive(Debug)]
 pub(super) struct Parts {
-    /// What parts are copies of: the rig's shapes, and what they look like.
+    /// The primitives that parts are copies of: the rig's shapes, with their meshes and materials.
     pub(super) primitives: Vec<Primitive>,
-    /// In the order of their vertices and triangles, which have no gaps. Of what moves them it is only known until
-    /// [`Parts::into_rig`] which matrix it is among those that move, or among those that don't.
+    /// In the order of their vertices and triangles, which have no gaps. Until [`Parts::into_rig`], indices of their
+    /// matrices count moving and still ones apart.
     pub(super) parts: Vec<Part>,
     pub(super) matrices: Matrices,
     /// The node of each of `parts`, and how many triangles it has.
@@ -159,10 +159,10 @@ impl Parts {
             }
             (None, _) => 1,
         };
-        // What meshes and frames hold of them.
+        // Triangles and vertices of meshes and frames.
         document.take_for::<([u32; 3], [u32; 2])>(copies.saturating_mul(triangles), &location)?;
         document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
-        // Of points and lines, with what holds a run of them.
+        // Points and lines, then parts and runs of points and lines.
         document.take_for::<[u32; 2]>(copies.saturating_mul(marks), &location)?;
         document.take_for::<(Part, (u32, usize), [u64; 8])>(copies, &location)?;
         let added = match (joints, *rigid) {
@@ -272,7 +272,7 @@ impl Parts {
 }
 
 impl Shown<'_> {
-    /// What its mesh hangs on, where that follows no skin: the node, or each instance in it.
+    /// Sources of its mesh's matrices, where that follows no skin: the node, or each instance in it.
     fn matrices(&self, document: &Document) -> Result<Vec<MatrixSource>, Error> {
         let node = self.node as u32;
         let Some(instances) = &self.instances else { return Ok(vec![MatrixSource { node, node_from_mesh: None }]) };

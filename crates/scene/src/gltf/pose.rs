@@ -1,4 +1,4 @@
-//! A glTF scene at one moment: animated nodes, then what they move.
+//! A glTF scene at one moment: animated nodes, then everything that follows them.
 
 use std::sync::{Arc, PoisonError};
 
@@ -17,7 +17,7 @@ use crate::check::{check_light, check_material};
 use crate::rig::{Pose, Rig};
 use crate::{Animated, Animation, Error, Frame, Materials, NamedCamera, check_camera};
 
-/// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
+/// Intermediate results of a pose before its vertices. Kept by the scene, so that a later pose allocates nothing.
 #[derive(Debug)]
 pub(super) struct Scratch {
     /// For each of the scene's animated nodes.
@@ -138,7 +138,7 @@ impl GltfScene {
         scratch
     }
 
-    /// Fills `scratch` for a moment. What no channel moves is in it already, and stays.
+    /// Fills `scratch` for a moment. Values that no channel moves are in it already, and stay.
     fn animate(&self, seconds: f64, scratch: &mut Scratch) {
         scratch.move_nodes(&self.rest, &self.animations, seconds);
         let moving = self.matrix_sources[..self.rig.moving_matrices].iter().enumerate();

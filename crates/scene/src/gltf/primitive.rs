@@ -13,11 +13,11 @@ use super::material::tangent_coords;
 use crate::rig::{Deltas, Influences, MorphTarget, Shape};
 use crate::{Error, Marks, Mesh};
 
-/// A primitive, and what of it was left out or mended, in words.
+/// A primitive, with warnings about content that was left out or mended.
 #[derive(Debug, Default)]
 pub(super) struct Primitive {
     pub(super) shape: Shape,
-    /// What stays the same whatever the pose, but for materials.
+    /// The data that is the same in every pose, but for materials.
     pub(super) mesh: Mesh,
     /// Index of the file's material; `None` for glTF's default.
     pub(super) material: Option<u32>,
@@ -72,7 +72,7 @@ impl Primitive {
         }
         attributes.read_shape(count, kept, &mut primitive)?;
         if let Some(set) = tangent_coords {
-            // About what finding them takes.
+            // Approximate memory for finding them.
             document.take_for::<[Vec4; 12]>(primitive.mesh.triangles.len(), format_args!("{location}'s tangents"))?;
             primitive.add_tangents(set as usize);
         }
@@ -116,7 +116,7 @@ impl<'a> Attributes<'a> {
         } else {
             accessor.fractions(kept, Vec4::from_array)?
         };
-        // White is what a vertex without a colour has.
+        // Vertices without a colour are white.
         Ok(if colors.iter().all(|&color| color == Vec4::ONE) { Vec::new() } else { colors })
     }
 
@@ -203,7 +203,7 @@ pub(super) fn piece_count(mode: Mode, elements: u64) -> u64 {
     }
 }
 
-/// What a primitive is made of: of these, all but one are empty.
+/// Elements of a primitive: all lists but one are empty.
 #[derive(Debug, Default)]
 struct Pieces {
     points: Vec<u32>,

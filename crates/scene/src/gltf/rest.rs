@@ -1,4 +1,4 @@
-//! A scene before it is animated, and what of it the animation moves.
+//! A scene's rest pose, and the nodes that its animations move.
 
 use glam::{Affine3A, DVec3};
 use gltf::json::animation::Property;
@@ -9,7 +9,7 @@ use super::far::Far;
 use super::nodes::{Nodes, Trs, trs};
 use crate::Error;
 
-/// Where everything is at rest, and which nodes have to be computed for every pose.
+/// Transforms at rest, and the nodes to compute for every pose.
 #[derive(Debug)]
 pub(super) struct Rest {
     /// Of all nodes, from the scene's origin.

@@ -14,11 +14,11 @@ pub(super) struct Toggle {
     pub(super) curve: Curve,
 }
 
-/// What is visible when, in a scene whose nodes come and go.
+/// Visibility over time, in a scene whose nodes come and go.
 #[derive(Debug)]
 pub(super) struct Visibility {
     toggles: Vec<Toggle>,
-    /// What each node says of itself at rest.
+    /// Each node's own visibility at rest.
     own: Vec<bool>,
     parents: Vec<Option<u32>>,
     order: Vec<u32>,
@@ -62,7 +62,7 @@ impl Visibility {
         visible
     }
 
-    /// The mesh of what is visible; the same one as long as that stays the same.
+    /// The mesh of the visible nodes; the same one as long as these stay the same.
     pub(super) fn mesh(&self, visible: &[bool]) -> Arc<Mesh> {
         if self.triangles.iter().all(|&(node, _)| visible[node as usize]) {
             return Arc::clone(&self.whole);

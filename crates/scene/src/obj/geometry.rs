@@ -14,7 +14,7 @@ use crate::text::{Lines, number, quoted, words};
 use crate::texture::linear_from_srgb;
 use crate::{Error, Marks, Objects, text};
 
-/// What an OBJ file says about shapes, in the file's own indices.
+/// Shapes of an OBJ file, in the file's own indices.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
     /// Origin of `positions` in the world.
@@ -59,7 +59,7 @@ struct Corner {
     normal: Option<NonZeroU32>,
 }
 
-/// What was understood but no frame can hold, and what wasn't understood.
+/// Counts of content that no frame can hold, and of unknown statements.
 #[derive(Debug, Default)]
 struct LeftOut {
     small_faces: usize,
@@ -130,7 +130,7 @@ impl Geometry {
             }
             b"p" | b"l" => self.points_or_lines(rest, keyword == b"l", line_number),
             b"o" | b"g" => self.object(rest),
-            // Hints that don't change what is seen.
+            // Hints that don't change pictures.
             b"" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" => Ok(()),
             comment if comment.starts_with(b"#") => Ok(()),
             other => {
@@ -144,7 +144,7 @@ impl Geometry {
     /// The last name counts, an object's or a group's: exporters write either, or groups as parts of objects.
     fn object(&mut self, name: &[u8]) -> Result<(), String> {
         let name = String::from_utf8_lossy(name);
-        // Held twice, with what finds it.
+        // Held twice, with an entry to look it up.
         self.budget.take(2 * name.len() as u64 + 128, "names of objects")?;
         // The format calls a group without a name so.
         let name = if name.is_empty() { "default" } else { &name };
@@ -364,7 +364,7 @@ impl Geometry {
         self.corners.iter().zip(&self.line_of_corner).map(value).collect()
     }
 
-    /// What was left out, for a person.
+    /// Messages for users about content that was left out.
     pub(super) fn warnings(&self) -> Vec<String> {
         let LeftOut { small_faces, absent, statements, first_statement } = &self.left_out;
         let mut warnings = Vec::new();

@@ -42,7 +42,7 @@ pub(crate) struct Positions {
     pub(crate) of_vertex: Vec<u32>,
 }
 
-/// As [`read`], with what says which of the file's positions became which vertices.
+/// As [`read`], with the position of the file that each vertex comes from.
 ///
 /// # Errors
 /// As [`read`].
@@ -63,7 +63,7 @@ fn parsed(path: &Path, shared: &SharedMaterials, budget: &Budget) -> Result<Geom
     Geometry::parse(path, &bytes, origin, budget)
 }
 
-/// What `geometry` looks like, whose triangles are taken away.
+/// Makes a frame of `geometry`, whose triangles are taken away.
 fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
     let folder = Folder::of(path, shared.allow_outside);
     let wanted = Wanted { folder, libraries: geometry.libraries.clone(), names: geometry.material_names.clone() };
@@ -110,7 +110,7 @@ impl SharedMaterials {
     }
 }
 
-/// What decides which materials a file gets.
+/// Folder, libraries and names, which decide the materials that a file gets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Wanted {
     folder: Folder,

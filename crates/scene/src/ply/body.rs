@@ -7,7 +7,7 @@ pub(super) enum Body<'a> {
     /// One row a line.
     Ascii {
         lines: Lines<'a>,
-        /// What is left of the row's line.
+        /// The rest of the row's line.
         row: &'a [u8],
     },
     Binary {
@@ -44,7 +44,7 @@ impl<'a> Body<'a> {
     /// Has `read` read each row of an element.
     ///
     /// # Errors
-    /// Says in which row, and what is wrong there.
+    /// The row's index, and the reason in words.
     pub(super) fn each_row(
         &mut self,
         element: &Element,
@@ -92,7 +92,7 @@ impl<'a> Body<'a> {
     /// The next list's length.
     ///
     /// # Errors
-    /// As [`Body::value`], and where it is no length, or longer than what is left of the file.
+    /// As [`Body::value`], and where it is no length, or longer than the rest of the file.
     pub(super) fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<usize, String> {
         let length = self.value(count)?;
         if length < 0.0 || length.fract() != 0.0 {
@@ -120,7 +120,7 @@ impl<'a> Body<'a> {
                 match self {
                     Self::Ascii { .. } => (0..length).try_for_each(|_| self.value(item).map(drop)),
                     Self::Binary { rest, .. } => {
-                        // In range: the length was compared with what is left.
+                        // In range: the length was compared with the rest of the file.
                         *rest = &rest[length * item.bytes()..];
                         Ok(())
                     }

@@ -12,7 +12,7 @@ pub(super) struct Faces {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Linear colours of the triangles, where faces have some; else empty.
     pub(super) colors: Vec<Vec4>,
-    /// What an index has to be below.
+    /// Exclusive upper bound of indices.
     vertex_count: u64,
     small_faces: u64,
     corner_tex_coords: bool,
@@ -22,7 +22,7 @@ pub(super) struct Faces {
     budget: Budget,
 }
 
-/// What a list of vertices means.
+/// Meaning of a list of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// The corners of one polygon.
@@ -40,7 +40,7 @@ impl Faces {
     /// come later in the file.
     ///
     /// # Errors
-    /// Says in which row, and what is wrong there.
+    /// The row's index, and the reason in words.
     pub(super) fn read(
         &mut self,
         form: Form,
@@ -151,7 +151,7 @@ impl Faces {
         self.budget.reserve(&mut self.triangles, count, "triangles")
     }
 
-    /// What was left out, for a person.
+    /// Messages for users about content that was left out.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.small_faces > 0 {

@@ -8,10 +8,10 @@ use crate::origin::{FarBounds, local};
 use crate::still::Vertices;
 use crate::texture::linear_from_srgb;
 
-/// What the properties of a vertex mean.
+/// Roles of a vertex's properties.
 #[derive(Debug)]
 pub(super) struct Plan {
-    /// In their order; with the index in a row of those whose numbers are kept.
+    /// In their order; with the index in a [`Row`] where their numbers are kept.
     properties: Vec<(Kind, Option<usize>)>,
     /// The types of a row's numbers; `None` for those that aren't there.
     types: [Option<Scalar>; ROLES.len()],
@@ -46,7 +46,7 @@ pub(super) fn color_part(name: &str) -> Option<usize> {
     ROLES[COLOR..].iter().position(|names| names.contains(&name))
 }
 
-/// Decides what each property of the element `vertex` is for.
+/// Assigns a role to each property of the element `vertex`.
 ///
 /// # Errors
 /// Where a coordinate is missing or is a list.
@@ -83,7 +83,7 @@ pub(super) fn origin(plan: &Plan, element: &Element, mut body: Body<'_>) -> DVec
 /// Reads all rows of the element `vertex`, whose count was compared with the bytes that are there.
 ///
 /// # Errors
-/// Says in which row, and what is wrong there.
+/// The row's index, and the reason in words.
 pub(super) fn read(
     plan: &Plan,
     element: &Element,

@@ -1,4 +1,4 @@
-//! What is in point caches, by their two formats.
+//! Contents of point caches, in their two formats.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use crate::memory::Budget;
 use crate::origin::{FarBounds, local};
 use crate::{Error, folder};
 
-/// What PC2 files begin with.
+/// First bytes of PC2 files.
 const MAGIC: &[u8] = b"POINTCACHE2\0";
 /// Bytes of a point: three coordinates.
 const POINT_BYTES: usize = 12;
 
-/// Where each point is at some moments, of which there is at least one, as is of points.
+/// Positions of points at some moments; there is at least one point and one moment.
 #[derive(Debug)]
 pub(super) struct Samples {
     /// The seconds of each sample; rising, from 0.
@@ -39,8 +39,8 @@ pub(super) struct Moment<'a> {
 }
 
 impl Samples {
-    /// Reads a cache: in big-endian order, times in seconds (`.mdd`), or else in little-endian order, times in frames of which
-    /// `fps` make a second (`.pc2`). The first sample is second 0, whatever the file says of when that is.
+    /// Reads a cache: in big-endian order, times in seconds (`.mdd`), or else in little-endian order, times in frames of
+    /// which `fps` make a second (`.pc2`). The first sample is at second 0, regardless of the file's own time.
     ///
     /// # Errors
     /// Where the file can't be read or breaks its format, or `fps` is none.
@@ -107,7 +107,7 @@ impl Moment<'_> {
     }
 }
 
-/// What a file says before its samples.
+/// A file's header, before its samples.
 #[derive(Debug)]
 struct Header {
     samples: usize,
@@ -172,7 +172,7 @@ impl CacheFile<'_> {
         })
     }
 
-    /// The times of all samples from the first one on; `time` says where in the file each is, and what it is.
+    /// The times of all samples from the first one on; `time` gives the offset of each in the file, and its seconds.
     fn times(
         &self,
         header: &Header,

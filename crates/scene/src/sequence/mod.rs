@@ -41,12 +41,12 @@ impl Recent {
 impl Sequence {
     /// The sequence that `address` means: a pattern with `%04d` or `*`, or a folder; `None` for a plain file.
     ///
-    /// In a pattern, only the file name may have wildcards, and what is not OBJ, PLY or STL doesn't match. In a
-    /// folder, the sequence is the largest set of files whose names differ in one number only.
+    /// In a pattern, only the file name may have wildcards, and only OBJ, PLY and STL files match. In a folder, the
+    /// sequence is the largest set of files whose names differ in one number only.
     ///
     /// # Errors
-    /// Where `address` is a pattern or folder that has no such files, their number a second is none, or the first file can't be
-    /// read.
+    /// Where `address` is a pattern or folder that has no such files, their number a second isn't above 0, or the first
+    /// file can't be read.
     pub(crate) fn find(address: &Path, options: &OpenOptions) -> Result<Option<Self>, Error> {
         let Some((paths, warnings)) = search::find(address)? else { return Ok(None) };
         let fps = options.sequence_fps;
@@ -56,7 +56,7 @@ impl Sequence {
         }
         let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options, Files::OnDisk) };
         let mut sequence = Self { paths, fps, warnings, origin: DVec3::ZERO, recent: Mutex::new(recent) };
-        // What the first file lacks, the others usually lack too.
+        // The others usually lack the same content as the first file.
         let first = sequence.still(0)?;
         sequence.origin = first.origin;
         let name = sequence.paths[0].display().to_string();
@@ -64,7 +64,7 @@ impl Sequence {
         Ok(Some(sequence))
     }
 
-    /// What it is read from, as far as that is known before its moments come.
+    /// The files that it is read from, as far as they are known before posing.
     ///
     /// # Errors
     /// Where the first file can't be read.

@@ -1,4 +1,4 @@
-//! What a PLY file says, in each of its encodings.
+//! Contents of PLY files, in each of their encodings.
 
 use glam::{Vec2, Vec3, Vec4};
 

@@ -1,4 +1,4 @@
-//! Numbered files as an animation: what is found, in which order, and when each shows.
+//! Numbered files as an animation: which are found, in which order, and when each shows.
 
 use std::path::Path;
 

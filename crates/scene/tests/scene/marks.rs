@@ -1,4 +1,4 @@
-//! Points and lines: what files have of them, and what becomes of it.
+//! Points and lines: those of files, and those of frames made of them.
 
 use glam::{Vec3, Vec4};
 use serde_json::json;
