@@ -1,4 +1,4 @@
-//! What the user can choose about pictures, whatever the scene.
+//! The user's choices about pictures of any scene.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,12 +8,12 @@ use umbrage::rays::Choice;
 use umbrage::spec::BackgroundSpec;
 use umbrage::{Settings, Sides, Structure, ToneMap, UnknownStructure};
 
-/// Outlives the window.
+/// Choices that outlive the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct Choices {
     pub(crate) engine: EngineChoice,
-    /// What finds triangles on the CPU.
+    /// The structure that finds triangles on the CPU.
     #[serde(with = "as_text")]
     pub(crate) structures: Structures,
     #[serde(with = "as_text")]
@@ -29,7 +29,7 @@ pub(crate) struct Choices {
     /// Of pictures that another one follows at once.
     pub(crate) samples_in_motion: u32,
     pub(crate) aperture: f32,
-    /// `None` for what is in the middle of the picture.
+    /// Depth in world units; `None` for the depth of the picture's middle.
     pub(crate) focus: Option<f32>,
     pub(crate) shutter_seconds: f64,
     pub(crate) light_radius: f32,
@@ -45,7 +45,7 @@ pub(crate) struct Choices {
     pub(crate) surroundings: BackgroundSpec,
 }
 
-/// What renders.
+/// The engine that renders.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EngineChoice {
     /// The processor.

@@ -22,13 +22,13 @@ pub struct CommandLine<'a> {
     pub seconds: f64,
     /// The camera; `None` for the scene's first.
     pub camera: Option<CameraSpec>,
-    /// What is around the scene.
+    /// The background.
     pub background: &'a BackgroundSpec,
-    /// The rest; its camera and background are passed over.
+    /// The other settings; their camera and background are ignored.
     pub settings: &'a Settings,
-    /// What is shown in place of light.
+    /// The view that is shown in place of light.
     pub show: Option<PixelView>,
-    /// What renders.
+    /// The engine.
     pub engine: &'a EngineChoice,
     /// The point of the world that the settings' lights count from.
     pub origin: [f64; 3],
@@ -37,7 +37,7 @@ pub struct CommandLine<'a> {
 /// The line, for a shell.
 ///
 /// # Errors
-/// Where the line can't say what is shown.
+/// Where no line makes the picture that is shown.
 pub(crate) fn line(app: &App) -> Result<String, String> {
     let (Some(open), Some(shown)) = (&app.open, &app.shown) else {
         return Err("There is no picture yet.".to_owned());
@@ -66,7 +66,7 @@ impl CommandLine<'_> {
     /// The line, for a POSIX shell.
     ///
     /// # Errors
-    /// Where there are no words for what it shows, with what that is.
+    /// Where the command has no flag for a part of the picture; the message names it.
     pub fn text(&self) -> Result<String, String> {
         let Self { settings, .. } = self;
         let default = Settings::default();
@@ -146,7 +146,7 @@ impl CommandLine<'_> {
     }
 }
 
-/// Whether the command's own number of samples is another because of what they are spread over.
+/// Whether soft effects change the command's default number of samples.
 fn is_drawn(settings: &Settings) -> bool {
     let lights_are_wide = settings.lights.iter().flatten().any(|light| light.shape.is_wide());
     let Settings { aperture, shutter_seconds, light_radius, ambient_occlusion, noise, .. } = *settings;
@@ -154,7 +154,7 @@ fn is_drawn(settings: &Settings) -> bool {
     is_spread || lights_are_wide || settings.sky_shadows || settings.gloss || noise > 0.0
 }
 
-/// What samples are spread over.
+/// Appends the flags of effects that samples are spread over.
 fn spread(line: &mut String, settings: &Settings) {
     let Settings { aperture, focus, shutter_seconds, light_radius, .. } = *settings;
     if aperture > 0.0 {

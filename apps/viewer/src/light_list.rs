@@ -29,7 +29,7 @@ impl LightList {
         &self.lights
     }
 
-    /// What settings have: `None` for the scene's own.
+    /// The lights for settings; `None` for the scene's own.
     pub(crate) fn chosen(&self) -> Option<Vec<Light>> {
         self.is_changed.then(|| self.lights.clone())
     }
@@ -62,8 +62,8 @@ impl LightList {
         }
     }
 
-    /// A light of each kind above what the scene is about: in view, beside those that were added before, and as bright as full
-    /// sunlight at the center.
+    /// A light of each kind above the scene's subject: in view, beside lights that were added before, and as bright as
+    /// full sunlight at the center.
     pub(crate) fn to_add(&self, Focus { center, size }: Focus) -> [Light; 4] {
         let turn = 2.4 * self.lights.len() as f32;
         let position = center + Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
@@ -92,7 +92,7 @@ impl LightList {
     }
 }
 
-/// What lights of this kind are called.
+/// Name of a light's kind.
 pub(crate) fn kind(light: &Light) -> &'static str {
     match (light.shape, light.source) {
         (LightShape::Rectangle { .. }, _) => "rectangle",

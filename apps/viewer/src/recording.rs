@@ -13,7 +13,7 @@ pub(crate) struct Recording {
     /// The next frame.
     pub(crate) frame: u32,
     pub(crate) frames: u32,
-    /// Of every frame, whatever becomes of the window.
+    /// Size of every frame in pixels, independent of the window's.
     pub(crate) size: [u32; 2],
     started: Instant,
 }

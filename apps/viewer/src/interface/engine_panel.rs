@@ -1,4 +1,4 @@
-//! What renders, and how.
+//! The panel of the engine and its options.
 
 use std::ops::RangeInclusive;
 
@@ -15,7 +15,7 @@ use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::dialogs::{Dialogs, Wanted};
 use crate::notices::Notices;
 
-/// Unit of lengths: a file says what it has.
+/// Unit of lengths: the file's own.
 pub(super) const UNITS: &str = " units";
 
 /// The name of a choice, as menus have names.
@@ -103,7 +103,7 @@ fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
     }
 }
 
-/// An option's field: what it is to be, as text.
+/// An option's field: its new value as text.
 fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that make sense.
     const DENSITIES: RangeInclusive<f64> = 0.1..=100.0;
@@ -174,7 +174,7 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     }
 }
 
-/// What samples are spread over, where there is more than one, in a scene of some size.
+/// Effects that samples are spread over, if there are several samples; `size` is the scene's, in world units.
 fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
     if choices.samples < 2 {
         return;
@@ -243,7 +243,7 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
     variant(app, ui);
 }
 
-/// What is around the scene.
+/// The choice of the background.
 fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egui::Ui) {
     let name = match chosen {
         BackgroundSpec::Sky => "Sky",
@@ -277,7 +277,7 @@ fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egu
     });
 }
 
-/// A floor under the scene, which is opened again with another one.
+/// The floor under the scene; a change opens the scene again.
 fn ground(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let before = open.scene.ground();
@@ -295,7 +295,7 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-/// Which materials the scene has, where its file has several variants; it is opened again with others.
+/// The choice of material variant, if the file has several; a change opens the scene again.
 fn variant(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let variants = open.scene.variants();

@@ -31,7 +31,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     });
 }
 
-/// What is open, or being opened.
+/// The address of the scene that is open or being opened.
 fn address(app: &App, ui: &mut egui::Ui) {
     let label = |ui: &mut egui::Ui, text: String| ui.add(egui::Label::new(text).truncate());
     match (&app.opening, app.address()) {
@@ -167,7 +167,7 @@ fn free_path(name: &str, extension: &str) -> PathBuf {
     std::iter::once(path(String::new())).chain(numbered).find(is_free).unwrap_or_else(|| path(String::new()))
 }
 
-/// What a picture of a scene is called.
+/// File stem of a picture of a scene.
 fn stem(address: Option<&Path>) -> String {
     let name = address.map_or_else(String::new, name);
     let stem = name.trim_start_matches("demo:").split(['?', '.', '%']).next().unwrap_or_default();

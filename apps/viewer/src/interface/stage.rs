@@ -1,4 +1,4 @@
-//! The picture, and what the mouse does in it.
+//! The picture, and the mouse's actions in it.
 
 use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Response, Sense, pos2, vec2};
 use glam::Vec2;

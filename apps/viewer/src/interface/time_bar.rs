@@ -66,7 +66,7 @@ fn rounded(seconds: f64) -> String {
     if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
-/// The choice of what plays, where a file has several animations.
+/// The choice of animations, where a file has several.
 fn clips(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let animations = open.scene.animations();
