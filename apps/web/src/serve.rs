@@ -176,7 +176,7 @@ impl Write for Client<'_> {
     }
 }
 
-/// What browsers must know to run it.
+/// Content type by file extension, which browsers need to run a file.
 fn content_type(path: &Path) -> &'static str {
     match path.extension().and_then(|end| end.to_str()) {
         Some("html") => "text/html; charset=utf-8",

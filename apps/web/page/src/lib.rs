@@ -1,5 +1,5 @@
-//! What the page asks of the engines, as JavaScript sees it: a [`Page`] opens scenes and renders them into pictures of
-//! RGBA. What goes in and what comes back, but for files and pixels, is JSON: [`Look`] and [`Shown`].
+//! The engines' interface for JavaScript: a [`Page`] opens scenes and renders them into pictures of RGBA. Arguments and
+//! results other than files and pixels are JSON: [`Look`] and [`Shown`].
 
 mod look;
 mod proof;
@@ -13,7 +13,7 @@ pub use look::{Engine, Look, LookAt, Opened, Shown, ShownLight};
 pub use proof::Proof;
 pub use studio::Studio;
 
-/// A scene and what renders it.
+/// A scene and its renderers.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
 pub struct Page {
@@ -53,18 +53,18 @@ impl Page {
         self.studio.open_files(name, files).map(|opened| json(&opened)).map_err(error)
     }
 
-    /// Renders a moment of the scene, as JSON of [`Look`] says. JSON of [`Shown`].
+    /// Renders a moment of the scene by a [`Look`] in JSON, and returns a [`Shown`] in JSON.
     ///
     /// # Errors
-    /// Where there is no scene, or `look` asks for what can't be.
+    /// Where there is no scene, or `look` can't be rendered.
     pub async fn render(&mut self, look: String) -> Result<String, JsError> {
         self.studio.render(&read(&look)?).await.map(|shown| json(&shown)).map_err(error)
     }
 
-    /// Opens the GPU that the browser prefers, for looks that ask for it. Its name.
+    /// Opens the GPU that the browser prefers, for looks that ask for it, and returns its name.
     ///
     /// # Errors
-    /// Where the browser has no WebGPU, or its device can't do what is needed.
+    /// Where the browser has no WebGPU, or its device lacks a needed feature.
     #[cfg(target_arch = "wasm32")]
     pub async fn open_gpu(&mut self) -> Result<String, JsError> {
         use umbrage::gpu::{DeviceLimits, Gpu};
@@ -103,7 +103,7 @@ impl Page {
         Float32Array::from(&self.studio.triangles()[..])
     }
 
-    /// What the last picture is made of, as JSON of [`Proof`]: hashes to compare with other machines'.
+    /// A [`Proof`] of the last picture in JSON: hashes to compare with other machines'.
     #[must_use]
     pub fn proof(&self) -> String {
         json(&self.studio.proof())

@@ -12,7 +12,7 @@ use crate::{Look, LookAt, Opened, Proof, Shown, ShownLight};
 
 const NO_SCENE: &str = "there is no scene yet";
 
-/// A scene, what renders it, and the last picture.
+/// A scene, its renderers, and the last picture.
 #[derive(Debug, Default)]
 pub struct Studio {
     scene: Option<Scene>,
@@ -67,7 +67,7 @@ impl Studio {
     /// Renders a moment of the scene.
     ///
     /// # Errors
-    /// Says in words what can't be rendered.
+    /// The reason why it can't be rendered, in words.
     pub async fn render(&mut self, look: &Look) -> Result<Shown, String> {
         let heat: Option<HeatKind> =
             look.heat.as_deref().map(str::parse).transpose().map_err(|error| format!("{error}"))?;
@@ -145,7 +145,7 @@ impl Studio {
         (0..triangles.len() as u32).flat_map(|id| triangles.corners(id)).flat_map(|corner| corner.to_array()).collect()
     }
 
-    /// What the last picture is made of.
+    /// Hashes of the last picture's data.
     #[must_use]
     pub fn proof(&self) -> Proof {
         let renderer = self.tracers.last();

@@ -26,7 +26,7 @@ pub(crate) struct Tracers {
 }
 
 impl Tracers {
-    /// Without what the processor's engine holds of the last scene.
+    /// Drops the CPU engine's data of the last scene.
     pub(crate) fn forget_scene(&mut self) {
         *self = Self { gpu: self.gpu.take(), ..Self::default() };
     }
@@ -35,7 +35,7 @@ impl Tracers {
         self.gpu = Some(renderer);
     }
 
-    /// Renders a moment of a scene by the engine that is asked for. The times of all stages.
+    /// Renders a moment of a scene by the look's engine, and returns the times of all stages.
     pub(crate) async fn render(&mut self, scene: &Scene, look: &Look) -> Result<Vec<Stage>, String> {
         let Self { cpu, gpu, last, changed, is_widened } = self;
         let renderer = match look.engine {
@@ -69,7 +69,7 @@ impl Tracers {
         Ok(stages)
     }
 
-    /// What rendered the last picture.
+    /// The renderer of the last picture.
     pub(crate) fn last(&self) -> &Renderer {
         match (self.last, &self.gpu) {
             (Engine::Gpu, Some(gpu)) => gpu,

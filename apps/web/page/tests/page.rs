@@ -1,4 +1,4 @@
-//! The page's studio, on this machine: looks of a scene, and what can't be opened.
+//! The page's studio, on this machine: looks of a scene, and files that can't be opened.
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use umbrage_page::{Look, LookAt, Shown, Studio};
