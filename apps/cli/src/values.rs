@@ -25,7 +25,7 @@ impl FromStr for Size {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "give width and height in pixels, such as 1280x720".to_owned();
         let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
-        // Wide enough that an absurd size is told what the limit is.
+        // Wide enough that the error for an absurd size names the limit.
         let (width, height): (u64, u64) = (width.parse().map_err(|_| wrong())?, height.parse().map_err(|_| wrong())?);
         if width == 0 || height == 0 {
             return Err("an image has at least one pixel".to_owned());

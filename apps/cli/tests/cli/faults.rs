@@ -1,4 +1,4 @@
-//! What happens when the system fails, or ends the command: no panic, nothing half-written under a final name, and no
+//! Faults of the system, and signals that end the command: no panic, nothing half-written under a final name, and no
 //! hidden file that stays.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -113,7 +113,7 @@ fn kills_leave_whole_frames_and_the_next_render_sweeps() {
             assert_eq!(decode_png(&place.path(name)).len(), 200 * 150, "{name}");
         }
     }
-    // What one leaves the next one sweeps, so that they don't add up.
+    // Each command removes the leftovers of the last one, so that they don't add up.
     assert!(place.names().iter().filter(|name| is_partial(name)).count() <= 1, "{leftovers}: {:?}", place.names());
     place.succeed(&[&render[..], &["0..40"]].concat());
     let names = place.names();

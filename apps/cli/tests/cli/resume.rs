@@ -41,7 +41,7 @@ fn frames_that_are_there_are_left_out() {
     let (_, stderr) = place.succeed(&[&RENDER[..], &frames].concat());
     assert!(stderr.contains("second 0.083 of scene.gltf") && stderr.contains("; 4 of 5 frames were there"), "{stderr}");
     assert_eq!(pictures(&place)[..4], before);
-    // What changes no picture changes nothing here.
+    // Flags that change no picture don't make frames render again.
     for flags in [&["--threads", "1"][..], &["--simd", "sse2"], &["--structure", "bvh"], &["--max-memory", "1GB"]] {
         assert_eq!(render(&place, &[&frames, flags].concat()), [0, 5], "{flags:?}");
     }
