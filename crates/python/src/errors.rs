@@ -20,12 +20,12 @@ pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
     PyValueError::new_err(message)
 }
 
-/// An argument that is not what it should be.
+/// The error for an argument other than the expected one.
 pub(crate) fn expected(name: &str, expected: &str, found: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!("{name}: expected {expected}, found {found}"))
 }
 
-/// What is wrong with a mesh that is added.
+/// The error for a mesh that can't be added.
 pub(crate) fn bad_instance(bad: BadInstance) -> PyErr {
     match bad {
         BadInstance::Index { index, vertices } => {

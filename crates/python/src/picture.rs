@@ -19,10 +19,10 @@ use crate::errors::{exception, expected};
 use crate::light;
 use crate::threads::{handle_signals, pool};
 
-/// How often a render looks whether it shall end.
+/// Interval at which a render checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What is rendered.
+/// The triangles to render.
 #[derive(Clone, Copy)]
 pub(crate) enum Subject<'a> {
     /// A scene at a moment, in seconds.
@@ -195,7 +195,7 @@ pub(crate) fn render<'py>(
                     }
                     Ok(film.develop(&settings))
                 });
-                // Whoever waits is there until this ends.
+                // The receiver exists until this thread ends.
                 let _ = done.send(());
                 image
             });

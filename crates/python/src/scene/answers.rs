@@ -12,7 +12,7 @@ use crate::arrays::{hand_over, hand_over_rows};
 /// Stands for no geometry and no triangle, as in Open3D.
 pub(crate) const INVALID_ID: u32 = Scanned::NONE;
 
-/// What t is handed over as.
+/// The type of t in results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Precision {
     Single,

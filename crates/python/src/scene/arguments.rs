@@ -1,4 +1,4 @@
-//! What several questions take as arguments.
+//! Arguments of several questions.
 
 use glam::{DAffine3, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
@@ -10,7 +10,7 @@ use crate::animated::Frame;
 use crate::arrays::{Numbers, Rows, affine, shown, world_point};
 use crate::errors::expected;
 
-/// Directions between two looks whether a call shall end.
+/// Number of directions between two checks for signals.
 const DIRECTIONS_AT_ONCE: usize = 1 << 22;
 
 /// Origins with their directions.
@@ -133,7 +133,7 @@ impl<'py> NewMesh<'py> {
 pub(super) struct Own<'py>([Numbers<'py, u32>; 2]);
 
 impl<'py> Own<'py> {
-    /// `None` where there are no points, or none says on what it is.
+    /// `None` where there are no points, or both arrays of ids are missing.
     pub(super) fn new(
         shape: Option<&[usize]>,
         geometries: Option<&Bound<'py, PyAny>>,

@@ -1,4 +1,4 @@
-//! A scene's triangles and what answers questions about them, each brought up to date when it is asked.
+//! A scene's triangles and the structures that answer questions about them, each brought up to date when it is used.
 
 use std::collections::BTreeSet;
 
@@ -103,7 +103,7 @@ impl State {
         (self.tracer.scanner(triangles), triangles)
     }
 
-    /// What any rays hit, and what answered.
+    /// The hits of any rays, and the structure that found them.
     pub(super) fn trace(&mut self, rays: Rays<'_>) -> (Scanned, TracedBy) {
         let mut traced = Scanned::default();
         let by = self.tracer.trace(&Trace::new(self.instances.triangles(), rays), &mut traced);
@@ -113,7 +113,7 @@ impl State {
     /// The ids among all triangles of triangles of geometries.
     ///
     /// # Errors
-    /// Which isn't there.
+    /// The geometry or triangle that isn't there.
     pub(super) fn ids(&self, geometries: &[u32], triangles: &[u32]) -> Result<Vec<u32>, String> {
         let all = self.instances.all();
         let id = |(&geometry, &triangle): (&u32, &u32)| {
@@ -141,7 +141,7 @@ impl State {
         self.instances.triangles().omitted()
     }
 
-    /// What directions hit.
+    /// The hits of a sweep's directions.
     pub(super) fn scan(&mut self, sweep: Sweep<'_>, [t_min, t_max]: [f64; 2], returns: usize) -> Scanned {
         let (scanner, triangles) = self.scanner();
         let mut scanned = Scanned::default();
@@ -157,7 +157,7 @@ impl State {
         spread_bits(&bits, sweep.directions.len(), hit);
     }
 
-    /// What the pixels of an image show, which are square.
+    /// The hits of an image's pixels, which are square.
     pub(super) fn see(&mut self, image: &PixelRays) -> Result<Answers, ImageTooLarge> {
         let Self { instances, grids, are_grids_current, .. } = self;
         let triangles = instances.triangles();
