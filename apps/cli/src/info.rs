@@ -27,7 +27,7 @@ struct Contents {
     vertices: usize,
     points: usize,
     lines: usize,
-    /// In the world's coordinates; `None` where nothing can be seen.
+    /// Bounds in the world's coordinates; `None` for a scene without visible content.
     bounds: Option<[WorldPoint; 2]>,
     /// Origin of the scene's coordinates in the world, where it isn't zero.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -314,7 +314,7 @@ fn quoted(name: &str) -> String {
     if name.is_empty() { "(unnamed)".to_owned() } else { format!("`{name}`") }
 }
 
-/// A point of the world: in the few digits of f32 where the scene has the world's origin.
+/// A point of the world: with the digits of f32 if the scene's origin is the world's.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum WorldPoint {

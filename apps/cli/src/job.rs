@@ -19,7 +19,7 @@ use crate::values::ExposureFlag;
 /// A validated render: only the scene or the system can still make it fail.
 #[derive(Debug)]
 pub(crate) struct Job {
-    /// As they were given; camera, lights and shares of the scene's size follow from them once the scene is open.
+    /// The flags as given; camera, lights and shares of the scene's size are resolved once the scene is open.
     pub(crate) flags: RenderFlags,
     pub(crate) scene: PathBuf,
     pub(crate) moments: Moments,
@@ -29,7 +29,7 @@ pub(crate) struct Job {
     pub(crate) settings: Settings,
 }
 
-/// Which moments are shown.
+/// The moments to render.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Moments {
     /// One, in seconds; `None` for the one that shows the scene best.
@@ -164,7 +164,7 @@ impl Schedule {
         if self.frames.len() > 1 {
             f64::from(frame - self.frames.start) / self.frames.len() as f64
         } else if self.duration_seconds > 0.0 {
-            // One moment of the circle that the whole animation would show.
+            // The part of the circle that the whole animation takes up to this moment.
             self.seconds(frame) / self.duration_seconds
         } else {
             0.0

@@ -174,7 +174,7 @@ pub(crate) fn thousands(number: u64) -> String {
     HumanCount(number).to_string()
 }
 
-/// The rays that needed the predicate, or else the tests, of how many rays.
+/// The number of rays that needed the predicate, or else of tests, and of all rays.
 fn of_rays(Settled { tests, rays, of_rays }: Settled) -> String {
     let of_rays = count(of_rays, "ray");
     rays.map_or_else(

@@ -50,15 +50,15 @@ pub struct App {
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
     pub(crate) pace: Pace,
-    /// Of pictures in motion.
+    /// The coarseness of pictures in motion.
     pub(crate) coarseness: Coarseness,
     pub(crate) notices: Notices,
     pub(crate) recording: Option<Recording>,
     pub(crate) watch: Option<Watch>,
     pub(crate) is_help_open: bool,
-    /// How many pixels the screen has for the picture.
+    /// Size of the picture's area on the screen, in pixels.
     pub(crate) screen: [u32; 2],
-    /// Chosen in a dialogue that is still open elsewhere.
+    /// The file dialogues.
     pub(crate) dialogs: Dialogs,
     /// The scene and the look of the last order.
     ordered: Option<(u64, Look)>,
@@ -100,21 +100,21 @@ pub(crate) struct OpenScene {
     number: u64,
 }
 
-/// Where the picture is seen from.
+/// The choice of camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum CameraChoice {
     /// The scene's first camera, or else one that sees everything.
     Default,
     /// One of the scene's cameras.
     OfScene(usize),
-    /// Where the user has moved it.
+    /// A camera that the user has moved.
     Free(LookAt),
 }
 
 /// The picture on the screen.
 pub(crate) struct Shown {
     pub(crate) picture: Picture,
-    /// The picture's size, were it not coarse because of motion.
+    /// The picture's full size, before it is made coarser for motion.
     pub(crate) whole: [u32; 2],
     pub(crate) texture: TextureId,
     /// The colours of its work.
@@ -145,7 +145,7 @@ pub struct Start {
 }
 
 impl App {
-    /// The most files that are remembered.
+    /// Maximum number of remembered files.
     const MOST_RECENT: usize = 12;
     /// The storage key of [`Kept`].
     pub(crate) const KEY: &'static str = "umbrage";
@@ -269,7 +269,7 @@ impl App {
             }
         }
         match &self.recording {
-            // Each frame is shown as long as it takes.
+            // Each frame is shown for the time that it takes.
             Some(recording) => self.timeline.seconds = recording.seconds(),
             None => self.timeline.advance(passed),
         }
@@ -341,7 +341,7 @@ impl App {
     }
 
     fn replace_picture(&mut self, context: &egui::Context, mut picture: Picture) {
-        // Not one of a scene that has been replaced since.
+        // Pictures of a replaced scene are dropped.
         if self.in_flight != Some(picture.number) {
             return;
         }
@@ -454,13 +454,13 @@ impl App {
         self.shown.as_ref().is_some_and(|shown| shown.picture.size() != shown.whole.map(|side| side as usize))
     }
 
-    /// Whether pictures in motion may be coarse: not where each pixel is to be looked at.
+    /// Whether pictures in motion may be coarse: false where the user inspects single pixels.
     fn may_be_coarse(&self) -> bool {
         let is_fixed = matches!(self.kept.choices.resolution, Resolution::Fixed(_));
         !is_fixed && self.show == Show::Light && !self.shows_light_grid && self.recording.is_none()
     }
 
-    /// Gives up a picture that is only to become sharper.
+    /// Stops the current picture if it only adds samples.
     pub(crate) fn stop_refining(&self) {
         if self.is_refining && self.in_flight.is_some() {
             self.worker.stop();
@@ -507,13 +507,13 @@ impl App {
         self.open.as_ref().map(|open| open.address.as_path())
     }
 
-    /// How many samples each pixel has of the picture that is shown; 0 before the first.
+    /// Samples of each pixel of the shown picture; 0 before the first.
     #[must_use]
     pub fn samples(&self) -> u32 {
         self.shown.as_ref().map_or(0, |shown| shown.picture.stats.samples)
     }
 
-    /// How many pictures were shown.
+    /// Number of pictures shown so far.
     #[must_use]
     pub fn pictures(&self) -> u64 {
         self.pictures

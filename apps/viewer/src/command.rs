@@ -16,7 +16,7 @@ use crate::choices::EngineChoice;
 pub struct CommandLine<'a> {
     /// The scene's address.
     pub scene: &'a Path,
-    /// How it is opened.
+    /// The options for opening it.
     pub options: &'a OpenOptions,
     /// The moment.
     pub seconds: f64,
@@ -80,7 +80,7 @@ impl CommandLine<'_> {
         if settings.lights.as_ref().is_some_and(Vec::is_empty) {
             return Err("The command has no way to render without any light.".to_owned());
         }
-        // One sample has everything sharp.
+        // With one sample, everything is sharp.
         let is_spread = settings.samples > 1;
         for light in settings.lights.iter().flatten() {
             let shape = if is_spread { light.shape } else { light.shape.narrowed() };
@@ -88,7 +88,7 @@ impl CommandLine<'_> {
             let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
             flag(&mut line, "light", &light.in_world(self.origin).to_string());
         }
-        // By default, stills have more samples and mirrors than settings.
+        // The command's defaults for stills have more samples and mirrors than `Settings`.
         if settings.samples != Settings::STILL_SAMPLES || is_drawn(settings) {
             flag(&mut line, "samples", &settings.samples.to_string());
         }
@@ -127,7 +127,7 @@ impl CommandLine<'_> {
         if settings.smooth_terminator {
             line.push_str(" --smooth-terminator");
         }
-        // By default, the command measures files.
+        // By default, the command measures the exposure of files.
         if settings.exposure_stops != default.exposure_stops
             || !self.scene.to_string_lossy().starts_with(gallery::PREFIX)
         {
@@ -223,7 +223,7 @@ fn structure(line: &mut String, structure: Structure) {
 }
 
 fn flag(line: &mut String, name: &str, value: &str) {
-    // Nothing is wrong with writing to a string.
+    // Writing to a string can't fail.
     write!(line, " --{name} {}", quoted(value)).ok();
 }
 

@@ -182,7 +182,7 @@ pub(crate) fn shown(shape: &[usize]) -> String {
     text
 }
 
-/// How many there are of something.
+/// A count, as text.
 pub(crate) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use umbrage::scene::BadInstance;
 
-/// `OSError`, or the kind of it that the system's word is, where a file can't be read; else `ValueError`.
+/// `OSError`, or its subclass for the system's error, where a file can't be read; else `ValueError`.
 pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
     let message = error.to_string();
     let mut cause: Option<&(dyn Error + 'static)> = Some(&error);

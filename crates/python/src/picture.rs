@@ -31,7 +31,7 @@ pub(crate) enum Subject<'a> {
     Frame(&'a Frame),
 }
 
-/// How a picture looks, as it is said.
+/// The arguments of a picture.
 pub(crate) struct Look {
     settings: Settings,
     camera: Option<CameraSpec>,
@@ -45,7 +45,7 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    /// The size of pictures where nothing says it.
+    /// The default size of pictures.
     const SIZE: [u32; 2] = [1280, 720];
 
     pub(crate) fn new(
@@ -100,7 +100,7 @@ impl Look {
         Ok(self)
     }
 
-    /// The settings for a subject, which says which cameras there are and where its middle is.
+    /// The settings for a subject, whose cameras and middle they may refer to.
     fn settings(&self, subject: Subject<'_>) -> PyResult<Settings> {
         let Self { settings, camera, own, lights, .. } = self;
         let mut settings = settings.clone();
@@ -164,7 +164,7 @@ fn camera_spec(camera: &Bound<'_, PyAny>) -> PyResult<CameraSpec> {
     text.parse().map_err(|why: String| expected("camera", &format!("words such as X,Y,Z:X,Y,Z:FOV ({why})"), &text))
 }
 
-/// Renders on a thread of its own while this one handles signals, and ends it where one of them raises.
+/// Renders on a thread of its own while this one handles signals, and stops it if a handler raises.
 pub(crate) fn render<'py>(
     py: Python<'py>,
     nthreads: usize,

@@ -1,4 +1,4 @@
-//! Which threads compute, and Python's lock while they do.
+//! The threads that compute, without Python's lock.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The most threads of a pool.
+/// Maximum threads of a pool.
 const MOST: usize = 1024;
 
 /// The number of threads given to [`set_threads`]; 0 for one a processor.

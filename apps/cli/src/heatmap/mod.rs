@@ -68,7 +68,8 @@ fn no_such_light(error: Error) -> Failure {
     }
 }
 
-/// Draws counts in rows of pixels, with a legend below. Colours end at `max`, or where few pixels go beyond.
+/// Draws counts in rows of pixels, with a legend below. The last colour is for `max`, or for a count that few pixels
+/// exceed.
 fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
     let summary = Summary::of(counts);
     let scale = max.map_or_else(|| HeatScale::of(counts), HeatScale::up_to);

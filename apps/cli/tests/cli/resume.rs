@@ -8,7 +8,7 @@ use crate::support::Workplace;
 
 const RENDER: [&str; 7] = ["render", "scene.gltf", "--size", "16x12", "-o", "f_%02d.png", "--resume"];
 
-/// Runs the render with further flags, and gives how many frames it says it has rendered, and how many it found.
+/// Runs the render with further flags, and returns its reported numbers of rendered and of found frames.
 fn render(place: &Workplace, flags: &[&str]) -> [usize; 2] {
     let (stdout, _) = place.succeed(&[&RENDER[..], &["--stats", "json"], flags].concat());
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();

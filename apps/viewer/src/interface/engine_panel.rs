@@ -105,7 +105,8 @@ fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
 
 /// An option's field: its new value as text.
 fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
-    /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that make sense.
+    /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that are
+    /// useful.
     const DENSITIES: RangeInclusive<f64> = 0.1..=100.0;
     const MOST: u32 = 4096;
     /// A rectangle of angles to begin with.
@@ -115,7 +116,7 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     match values {
         OptionValues::Names(names) => {
             let mut chosen = value.to_owned();
-            // One that takes N² time isn't for a window.
+            // A builder of O(N²) time is too slow for a window.
             let names = names().into_iter().filter(|(name, _)| *name != KdBuilder::Naive.name());
             let list = ComboBox::from_label(label).selected_text(capital(value)).width(110.0).show_ui(ui, |ui| {
                 for (name, about) in names {

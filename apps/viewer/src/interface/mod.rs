@@ -1,4 +1,4 @@
-//! Where everything is in the window.
+//! The layout of the window.
 
 mod arrows;
 mod camera_panel;

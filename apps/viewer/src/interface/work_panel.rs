@@ -1,4 +1,4 @@
-//! Where the time goes.
+//! The panel of times and work.
 
 use eframe::egui;
 use indicatif::HumanCount;

@@ -22,7 +22,7 @@ pub struct Page {
 
 #[wasm_bindgen]
 impl Page {
-    /// Without a scene.
+    /// Makes a page without a scene.
     #[wasm_bindgen(constructor)]
     #[must_use]
     pub fn new() -> Self {
@@ -35,7 +35,7 @@ impl Page {
         studio::gallery()
     }
 
-    /// Opens a scene of the gallery, `demo:NAME` or `demo:NAME?triangles=N`. JSON of [`Opened`].
+    /// Opens a scene of the gallery, `demo:NAME` or `demo:NAME?triangles=N`, and returns [`Opened`] in JSON.
     ///
     /// # Errors
     /// Where there is none; the last scene stays.
@@ -43,10 +43,10 @@ impl Page {
         self.studio.open_demo(address).map(|opened| json(&opened)).map_err(error)
     }
 
-    /// Opens the scene `name`, one of files whose paths and contents are given. JSON of [`Opened`].
+    /// Opens the scene `name`, one of files given by their paths and contents, and returns [`Opened`] in JSON.
     ///
     /// # Errors
-    /// Where the file is broken, or needs something that isn't there; the last scene stays.
+    /// Where the file is broken, or needs a missing file; the last scene stays.
     #[allow(clippy::needless_pass_by_value, reason = "JavaScript gives lists away")]
     pub fn open_files(&mut self, name: &str, paths: Vec<String>, contents: Vec<Uint8Array>) -> Result<String, JsError> {
         let files = paths.into_iter().zip(contents.iter().map(Uint8Array::to_vec));
@@ -76,8 +76,8 @@ impl Page {
         Ok(name)
     }
 
-    /// In how many pixels of the last picture, which a GPU rendered by `look`, the processor finds another triangle, or
-    /// another light's shadow.
+    /// Number of pixels of the last picture, which a GPU rendered by `look`, in which the CPU's triangle or light masks
+    /// differ.
     ///
     /// # Errors
     /// As [`Page::render`].

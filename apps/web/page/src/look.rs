@@ -2,7 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use umbrage::spec;
 
-/// How a moment of a scene is seen.
+/// The options of a picture of a scene.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields, default)]
 pub struct Look {
@@ -14,9 +14,9 @@ pub struct Look {
     pub seconds: f64,
     /// Camera rays for each pixel.
     pub samples: u32,
-    /// How many mirrors, and surfaces of glass, light may come by.
+    /// Maximum number of mirrors and glass surfaces along a path of light.
     pub bounces: u32,
-    /// From where; `None` for the scene's own camera, or one that sees all of it.
+    /// The camera; `None` for the scene's own, or one that sees all of it.
     pub camera: Option<LookAt>,
     /// New positions of lights, in world space, by their numbers; lights with `None` or beyond the list stay. Moved spots
     /// and suns face the middle of the scene.
@@ -65,7 +65,7 @@ pub enum Engine {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct LookAt {
-    /// Where it is.
+    /// Its position.
     pub position: [f32; 3],
     /// The point in the middle of its picture.
     pub target: [f32; 3],
@@ -83,7 +83,7 @@ impl From<LookAt> for spec::LookAt {
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Opened {
-    /// How long its animation takes before it starts again; zero where nothing moves.
+    /// Duration of its animation, after which it repeats; zero for a motionless scene.
     pub duration_seconds: f64,
     /// The moment of a still picture, in seconds.
     pub still_seconds: f64,
@@ -95,7 +95,7 @@ pub struct Opened {
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Shown {
-    /// How long each stage took, in the order in which they ran.
+    /// The time of each stage, in the order in which they ran.
     pub stages: Vec<umbrage::Stage>,
     /// Triangles of the scene.
     pub triangles: usize,
@@ -118,8 +118,8 @@ pub struct Shown {
 pub struct ShownLight {
     /// Its name in the file; may be empty.
     pub name: String,
-    /// Where it is; a sun is put outside of the scene.
+    /// Its position; for a sun, a point outside of the scene.
     pub position: [f32; 3],
-    /// The value of the command's `--light`; `None` where that can't say it.
+    /// The value of the command's `--light`; `None` for lights that the flag can't describe.
     pub spec: Option<String>,
 }

@@ -35,7 +35,7 @@ impl RaycastingScene {
     }
 }
 
-/// A geometry, where there is such a one.
+/// The geometry with an id, if it exists.
 pub(super) fn geometry_of(state: &State, geometry: usize) -> PyResult<&Instance> {
     let all = state.instances.all();
     let count = all.len();

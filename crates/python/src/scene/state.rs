@@ -13,7 +13,7 @@ use umbrage::scene::{BadInstance, Instance, Instances};
 use super::answers::Answers;
 use crate::camera::PixelRays;
 
-/// All of a scene.
+/// The state of a scene.
 #[derive(Debug, Default)]
 pub(super) struct State {
     pub(super) instances: Instances,
@@ -21,7 +21,7 @@ pub(super) struct State {
     pub(super) removed: BTreeSet<usize>,
     tracer: Tracer,
     grids: DirectGrids,
-    /// Whether the grids are of the triangles as they are.
+    /// Whether the grids are up to date.
     are_grids_current: bool,
     /// The structures that answered the pieces of the last `cast_rays`.
     pub(super) answered: Vec<TracedBy>,
@@ -40,7 +40,7 @@ impl State {
         &mut self.instances
     }
 
-    /// Adds a mesh, and puts it somewhere.
+    /// Adds a mesh with a transform.
     ///
     /// # Errors
     /// As [`Instances::add`].
@@ -57,12 +57,12 @@ impl State {
         Ok(id)
     }
 
-    /// The same meshes, for which nothing has been built.
+    /// The same meshes, without built structures.
     pub(super) fn copy(&self) -> Self {
         Self { instances: self.instances.clone(), removed: self.removed.clone(), ..Self::default() }
     }
 
-    /// Leaves an id out, as that of a geometry that was removed.
+    /// Skips an id, such as that of a removed geometry.
     ///
     /// # Errors
     /// As [`Instances::add`].
@@ -71,7 +71,7 @@ impl State {
         self.add(&[], &[], None).map(drop)
     }
 
-    /// Takes a geometry out: all others are added anew, with the ids that they had.
+    /// Removes a geometry: all others are added anew, with their old ids.
     ///
     /// # Errors
     /// None, as there are fewer vertices and triangles than before.
@@ -176,7 +176,7 @@ impl State {
         Ok(answers)
     }
 
-    /// Which points lights reach: for the first light all points, then for the next one.
+    /// The points that lights reach: for the first light all points, then for the next one.
     pub(super) fn lit(&mut self, receivers: Receivers<'_>, lights: &[LightSource], lit: &mut Vec<bool>) {
         let (scanner, triangles) = self.scanner();
         let mut bits = LitBits::default();
@@ -186,14 +186,14 @@ impl State {
         }
     }
 
-    /// How much of each triangle's area lights reach.
+    /// The share of each triangle's area that lights reach.
     pub(super) fn lit_areas(&mut self, lights: &[LightSource], samples: u32, shares: &mut Vec<LitShare>) {
         let (scanner, triangles) = self.scanner();
         scanner.lit_areas(triangles, lights, samples, shares);
     }
 }
 
-/// Adds a value for each of so many bits.
+/// Appends a value for each of `count` bits.
 fn spread_bits(words: &[u64], count: usize, values: &mut Vec<bool>) {
     let end = values.len() + count;
     values.reserve(words.len() * 64);

@@ -61,7 +61,7 @@ pub(crate) struct GltfScene {
     rest: Rest,
     animations: Animations,
     rig: Arc<Rig>,
-    /// For each matrix of the rig's poses.
+    /// Source of each matrix of the rig's poses.
     matrix_sources: Vec<MatrixSource>,
     cameras: Vec<NodeCamera>,
     lights: Vec<NodeLight>,
@@ -69,7 +69,7 @@ pub(crate) struct GltfScene {
     materials: Arc<Materials>,
     /// Emission of each material at rest, where an animation changes any material.
     emissions: Vec<Emission>,
-    /// Of scenes whose nodes come and go.
+    /// For scenes whose nodes come and go.
     visibility: Option<Visibility>,
     variants: Vec<String>,
     warnings: Vec<String>,

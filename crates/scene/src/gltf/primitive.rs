@@ -192,7 +192,7 @@ fn unit_tangent(tangent: Vec4) -> Vec4 {
     }
 }
 
-/// How many triangles, points or lines a primitive of `elements` indices or vertices has.
+/// Number of triangles, points or lines of a primitive with `elements` indices or vertices.
 pub(super) fn piece_count(mode: Mode, elements: u64) -> u64 {
     match mode {
         Mode::Triangles => elements / 3,
@@ -209,12 +209,12 @@ struct Pieces {
     points: Vec<u32>,
     lines: Vec<[u32; 2]>,
     triangles: Vec<[u32; 3]>,
-    /// How many elements at the end make no whole triangle or line.
+    /// Number of elements at the end that make no whole triangle or line.
     odd: usize,
 }
 
 impl Pieces {
-    /// Those of a primitive with `vertices` vertices.
+    /// Reads the elements of a primitive with `vertices` vertices.
     fn read(document: &Document, json: &mesh::Primitive, vertices: usize, location: &str) -> Result<Self, Error> {
         let elements = elements(document, json, vertices, location)?;
         let two = |two: &[u32]| [two[0], two[1]];
@@ -266,8 +266,8 @@ fn count_u32(document: &Document, count: usize, location: impl Display) -> Resul
     u32::try_from(count).map_err(|_| document.malformed(location, format!("{count} vertices are too many")))
 }
 
-/// Renumbers the vertices, of which all that are `used` are given, so that only these remain, and says which ones these
-/// were, rising; `None` where all are.
+/// Renumbers the indices in `used`, so that only used vertices remain, and returns these, ascending; `None` if all are
+/// used.
 fn without_unused_vertices(mut used: [&mut [u32]; 3], vertices: usize) -> Option<Vec<u32>> {
     let mut are_used = vec![false; vertices];
     for &mut vertex in used.iter_mut().flat_map(|used| used.iter_mut()) {

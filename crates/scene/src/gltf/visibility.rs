@@ -22,7 +22,7 @@ pub(super) struct Visibility {
     own: Vec<bool>,
     parents: Vec<Option<u32>>,
     order: Vec<u32>,
-    /// Nodes and how many triangles they have, one after the other, of the whole mesh.
+    /// Nodes with their numbers of triangles, in the order of the whole mesh.
     triangles: Vec<(u32, usize)>,
     /// The node of each run of its points and lines.
     marks: Vec<u32>,
@@ -50,7 +50,7 @@ impl Visibility {
         }
     }
 
-    /// Whether each node, and all that it is below, is visible.
+    /// Whether each node is visible, together with all of its ancestors.
     pub(super) fn at(&self, seconds: f64) -> Vec<bool> {
         let mut visible = self.own.clone();
         for toggle in &self.toggles {

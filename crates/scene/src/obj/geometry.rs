@@ -30,7 +30,7 @@ pub(super) struct Geometry {
     line_of_corner: Vec<usize>,
     /// The first of `corners` at each position: nearly always the only one, so that most look-ups need no hash.
     corner_at_position: Vec<Option<NonZeroU32>>,
-    /// All others.
+    /// All other corners.
     further_corners: HashMap<Corner, u32>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material_of_triangle: Vec<u32>,
@@ -45,7 +45,7 @@ pub(super) struct Geometry {
     pub(super) objects: Objects,
     pub(super) marks: Marks,
     left_out: LeftOut,
-    /// Of the face that is read.
+    /// Corners of the face that is read.
     face: Vec<u32>,
     cutter: Cutter,
     budget: Budget,
@@ -80,7 +80,7 @@ impl Geometry {
         let mut joined = Vec::new();
         while let Some((line_number, line)) = lines.next() {
             let line = match line.strip_suffix(b"\\") {
-                // Names may end so, above all paths of Windows.
+                // Names may end in a backslash, above all paths of Windows.
                 Some(_) if is_named(line) => line,
                 None => line,
                 Some(start) => {
@@ -146,7 +146,7 @@ impl Geometry {
         let name = String::from_utf8_lossy(name);
         // Held twice, with an entry to look it up.
         self.budget.take(2 * name.len() as u64 + 128, "names of objects")?;
-        // The format calls a group without a name so.
+        // The format's name for groups without a name.
         let name = if name.is_empty() { "default" } else { &name };
         if self.objects.is_empty() && !self.triangles.is_empty() {
             self.objects.begin(0, "default");
@@ -215,7 +215,7 @@ impl Geometry {
         Ok(())
     }
 
-    /// Has all positions be points, in a file with nothing else.
+    /// Makes all positions points, in a file with nothing else.
     fn show_all_positions(&mut self) -> Result<(), String> {
         let positions = self.positions.len() as u32;
         if positions == 0 {

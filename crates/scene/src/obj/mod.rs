@@ -25,7 +25,7 @@ use geometry::Geometry;
 /// and groups too. Texture coordinates are turned upside down: OBJ's origin is the image's lower left corner. Vertex
 /// colours are taken as sRGB, as the common exporters write them. Smoothing groups have no effect.
 ///
-/// Libraries and textures are not read again when the last file wanted the same.
+/// Libraries and textures are not read again if the last file had the same ones.
 ///
 /// # Errors
 /// Where the OBJ file or a library can't be read, or the OBJ file breaks its format. Libraries and textures that are missing,
@@ -89,7 +89,7 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
     Ok(Still { frame, warnings, origin: geometry.origin, ..Still::default() })
 }
 
-/// The materials of the last file read, for a next one that asks for the same.
+/// The materials of the last file read, for the next one if it has the same.
 #[derive(Debug)]
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
@@ -98,12 +98,12 @@ pub(crate) struct SharedMaterials {
     pub(crate) origin: Option<DVec3>,
     /// [`OpenOptions::crease_degrees`].
     pub(crate) crease_degrees: f32,
-    /// Of each file.
+    /// Limits of each file.
     pub(crate) limits: Limits,
 }
 
 impl SharedMaterials {
-    /// None yet, of files that are opened so.
+    /// No materials yet, for files opened with `options`.
     pub(crate) fn new(options: &OpenOptions, files: Files) -> Self {
         let OpenOptions { allow_outside, crease_degrees, .. } = *options;
         Self { last: None, allow_outside, origin: None, crease_degrees, limits: options.limits(files) }

@@ -25,7 +25,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How many bytes come after the current row's line, or after the last value read.
+    /// Number of bytes after the current row's line, or after the last value read.
     pub(super) fn bytes_left(&self) -> usize {
         match self {
             Self::Ascii { lines, .. } => lines.rest().len(),
@@ -33,7 +33,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Whether nothing but white space is left of a text.
+    /// Whether the rest of a text is white space.
     pub(super) fn is_blank(&self) -> bool {
         match self {
             Self::Ascii { lines, .. } => lines.rest().trim_ascii().is_empty(),
@@ -41,7 +41,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Has `read` read each row of an element.
+    /// Calls `read` for each row of an element.
     ///
     /// # Errors
     /// The row's index, and the reason in words.
@@ -69,7 +69,7 @@ impl<'a> Body<'a> {
     /// The next value, exact for every type.
     ///
     /// # Errors
-    /// Where the row or the file ends, or a word is no number of the type.
+    /// Where the row or the file ends, or a word isn't a number of the type.
     pub(super) fn value(&mut self, scalar: Scalar) -> Result<f64, String> {
         match self {
             Self::Ascii { row, .. } => {
@@ -92,7 +92,7 @@ impl<'a> Body<'a> {
     /// The next list's length.
     ///
     /// # Errors
-    /// As [`Body::value`], and where it is no length, or longer than the rest of the file.
+    /// As [`Body::value`], and where it isn't a whole number from 0, or is longer than the rest of the file.
     pub(super) fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<usize, String> {
         let length = self.value(count)?;
         if length < 0.0 || length.fract() != 0.0 {
@@ -108,7 +108,7 @@ impl<'a> Body<'a> {
         Ok(length as usize)
     }
 
-    /// Reads past a property.
+    /// Skips a property.
     ///
     /// # Errors
     /// As [`Body::value`] and [`Body::list_length`].

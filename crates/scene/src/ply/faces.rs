@@ -16,7 +16,7 @@ pub(super) struct Faces {
     vertex_count: u64,
     small_faces: u64,
     corner_tex_coords: bool,
-    /// Of the face that is read.
+    /// Indices of the face that is read.
     face: Vec<u32>,
     cutter: Cutter,
     budget: Budget,
@@ -140,7 +140,7 @@ impl Faces {
         Ok(())
     }
 
-    /// Makes room for one triangle a face, if the bytes that are left can hold so many.
+    /// Reserves one triangle a face, if the rest of the file can hold that many.
     fn reserve(&mut self, element: &Element, body: &Body<'_>, index_type: Scalar) -> Result<(), String> {
         let least_bytes = match body {
             Body::Ascii { .. } => "3 0 1 2\n".len(),
@@ -183,7 +183,7 @@ fn index_list(properties: &[Property]) -> Option<(usize, Scalar, Scalar)> {
     })
 }
 
-/// The vertex that a value names, of so many.
+/// The vertex index of a value, below the number of vertices.
 pub(super) fn index(value: f64, vertex_count: u64) -> Result<u32, String> {
     let vertex = value as u32;
     if f64::from(vertex) == value && u64::from(vertex) < vertex_count {

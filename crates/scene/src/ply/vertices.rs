@@ -13,11 +13,11 @@ use crate::texture::linear_from_srgb;
 pub(super) struct Plan {
     /// In their order; with the index in a [`Row`] where their numbers are kept.
     properties: Vec<(Kind, Option<usize>)>,
-    /// The types of a row's numbers; `None` for those that aren't there.
+    /// The types of a row's numbers; `None` for missing ones.
     types: [Option<Scalar>; ROLES.len()],
 }
 
-/// The numbers of a vertex: where each of [`ROLES`] is.
+/// The numbers of a vertex, in the order of [`ROLES`].
 type Row = [f64; ROLES.len()];
 
 /// The names of each number that a vertex may have.
@@ -38,7 +38,7 @@ const ROLES: [&[&str]; 12] = [
 const POSITION: usize = 0;
 const NORMAL: usize = 3;
 const TEX_COORD: usize = 6;
-/// Of red, green, blue and opacity.
+/// Names of red, green, blue and opacity.
 const COLOR: usize = 8;
 
 /// Which part of a colour a property of this name is, 0 to 3 for red, green, blue and opacity.

@@ -14,14 +14,14 @@ use crate::{Animated, Error, Frame, OpenOptions, obj, scene::read_still, still::
 
 /// Numbered files, one for each frame of an animation; each may have its own topology.
 ///
-/// Frame k shows from k / fps to (k + 1) / fps. Files are read when their moment comes.
+/// Frame k shows from k / fps to (k + 1) / fps. Files are read on demand.
 #[derive(Debug)]
 pub(crate) struct Sequence {
-    /// In the order in which they show; never empty.
+    /// In display order; never empty.
     paths: Vec<PathBuf>,
     fps: f64,
     warnings: Vec<String>,
-    /// The first file's, for all of them.
+    /// Origin of all files: the first file's.
     origin: DVec3,
     recent: Mutex<Recent>,
 }
@@ -76,7 +76,7 @@ impl Sequence {
 
     /// The index of the file that shows at `seconds`.
     fn index_at(&self, seconds: f64) -> usize {
-        /// How much of a frame early its file shows, so that k / fps is always frame k, however it was rounded.
+        /// Tolerance in frames: a file shows this much early, so that k / fps is always frame k, despite rounding.
         const EARLY: f64 = 1e-6;
         // The cast keeps numbers in range and makes NaN 0.
         ((seconds * self.fps + EARLY).floor() as usize).min(self.paths.len() - 1)
@@ -103,7 +103,7 @@ impl Animated for Sequence {
         self.paths.len() as f64 / self.fps
     }
 
-    /// Sets `frame` to the file of the moment `seconds`; before the first and after the last, to that one.
+    /// Sets `frame` to the file of the moment `seconds`, clamped to the first and the last file.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         frame.copy_surfaces(&self.still(self.index_at(seconds))?.frame);
         Ok(())
