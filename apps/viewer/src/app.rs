@@ -284,7 +284,7 @@ impl App {
                 self.notices.error(why);
             }
             Done::Picture(picture) => self.replace_picture(context, *picture),
-            // The next order starts again with a first picture.
+            // Choices made meanwhile are ordered from their first picture on.
             Done::Stopped => (self.in_flight, self.ordered) = (None, None),
             Done::NoBackground(why) => {
                 (self.in_flight, self.ordered) = (None, None);

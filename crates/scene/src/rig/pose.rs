@@ -58,7 +58,7 @@ impl Rig {
 }
 
 impl Part {
-    /// Calls a function with posed positions until it returns false; returns whether it never did.
+    /// Calls `visit` with posed positions until it returns false; returns whether it never did.
     pub(crate) fn positions(&self, pose: &Pose, shape: &Shape, mut visit: impl FnMut(Vec3) -> bool) -> bool {
         const AT_ONCE: usize = 64;
         let (mut positions, mut normals, mut tangents) =
