@@ -1,4 +1,4 @@
-//! Which engine renders.
+//! Choice of the engine.
 
 use umbrage::{EngineKind, Renderer, Scene};
 
@@ -30,7 +30,7 @@ pub(crate) fn renderer(job: &Job, scene: &Scene) -> Result<(Renderer, String), F
     }
 }
 
-/// On the first GPU, or why there is none.
+/// A renderer on the first GPU, or the reason why there is none.
 fn found(job: &Job, scene: &Scene) -> Result<(Renderer, String), String> {
     if job.settings.smooth_terminator {
         return Err("it alone has smooth terminators".to_owned());

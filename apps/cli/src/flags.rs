@@ -106,7 +106,7 @@ A file appears under its name only when it is whole. Until then it is a hidden f
 Interrupting the command (Ctrl-C, SIGTERM: 130 and 143 in a shell) removes that; what killing it leaves behind, the next \
 render to the same name removes.";
 
-/// What stands below the flags in `--help`.
+/// The text below the flags in `--help`.
 fn below(examples: &[&str]) -> String {
     format!("Examples:{}\n\n{EXIT_CODES}", examples.concat())
 }
@@ -253,7 +253,7 @@ impl RenderFlags {
 }
 
 impl RenderFlags {
-    /// What pictures depend on beside the settings of the job and the scene's files, in words.
+    /// A text of all that pictures depend on beside the job's settings and the scene's files.
     pub(crate) fn beside_settings(&self) -> String {
         // Nothing is left out by `..`, so that every new flag is thought of.
         let Self {

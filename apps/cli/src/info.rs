@@ -18,7 +18,7 @@ use crate::flags::InfoFlags;
 use crate::progress::Progress;
 use crate::report::{count, thousands};
 
-/// What is in a scene at its first moment.
+/// A scene's contents at its first moment.
 #[derive(Debug, Serialize)]
 struct Contents {
     scene: String,
@@ -27,12 +27,12 @@ struct Contents {
     vertices: usize,
     points: usize,
     lines: usize,
-    /// In the world's coordinates; `None` where nothing can be seen.
+    /// Bounds in the world's coordinates; `None` for a scene without visible content.
     bounds: Option<[WorldPoint; 2]>,
     /// Origin of the scene's coordinates in the world, where it isn't zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     origin: Option<[f64; 3]>,
-    /// Of which lengths may be shares, in world units.
+    /// Size in world units, of which lengths may be shares.
     size: f32,
     duration_seconds: f64,
     objects: Vec<String>,
@@ -234,7 +234,7 @@ impl Contents {
     }
 }
 
-/// What comes of a kd-tree over the frame, as JSON and in lines.
+/// Statistics of a kd-tree over the frame, as JSON and in lines.
 fn kd_tree(frame: &Frame, options: KdTreeOptions) -> Result<(Value, String), Failure> {
     let mut tree = KdTree::default();
     tree.set_options(options).map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
@@ -276,7 +276,7 @@ fn kd_tree(frame: &Frame, options: KdTreeOptions) -> Result<(Value, String), Fai
     Ok((json, text))
 }
 
-/// What kind of scene an address means.
+/// The kind of scene at an address.
 fn kind(address: &Path) -> String {
     let text = address.to_string_lossy();
     if text.starts_with("demo:") {
@@ -293,12 +293,12 @@ fn kind(address: &Path) -> String {
     }
 }
 
-/// How many there are, and the first of them.
+/// Number of items, and the first of them.
 fn listed<T>(items: &[T], in_words: impl Fn(&T) -> String) -> String {
     few(items, 12, in_words)
 }
 
-/// How many there are, and all of them.
+/// Number of items, and all of them.
 fn all<T>(items: &[T], in_words: impl Fn(&T) -> String) -> String {
     few(items, items.len(), in_words)
 }
@@ -314,7 +314,7 @@ fn quoted(name: &str) -> String {
     if name.is_empty() { "(unnamed)".to_owned() } else { format!("`{name}`") }
 }
 
-/// A point of the world: in the few digits of f32 where the scene has the world's origin.
+/// A point of the world: with the digits of f32 if the scene's origin is the world's.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum WorldPoint {

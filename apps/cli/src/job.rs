@@ -16,10 +16,10 @@ use crate::feature::Feature;
 use crate::flags::{OpeningFlags, RenderFlags};
 use crate::values::ExposureFlag;
 
-/// A render that makes sense: what is left to go wrong is in the scene or in the system.
+/// A validated render: only the scene or the system can still make it fail.
 #[derive(Debug)]
 pub(crate) struct Job {
-    /// As they were given; camera, lights and shares of the scene's size follow from them once the scene is open.
+    /// The flags as given; camera, lights and shares of the scene's size are resolved once the scene is open.
     pub(crate) flags: RenderFlags,
     pub(crate) scene: PathBuf,
     pub(crate) moments: Moments,
@@ -29,7 +29,7 @@ pub(crate) struct Job {
     pub(crate) settings: Settings,
 }
 
-/// Which moments are shown.
+/// The moments to render.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Moments {
     /// One, in seconds; `None` for the one that shows the scene best.
@@ -94,7 +94,7 @@ impl Job {
         Ok(Self { flags, scene, moments, target, format, output_options, settings })
     }
 
-    /// How many samples soft effects want, where they have fewer.
+    /// Advice on the number of samples for soft effects, where they have fewer.
     pub(crate) fn advice(&self) -> Option<String> {
         let (flags, samples) = (&self.flags, self.settings.samples);
         let has_soft_shadows =
@@ -118,7 +118,7 @@ impl Job {
         }
     }
 
-    /// Whether the exposure is to be measured. What is shown in place of light, and radiance in files, has none.
+    /// Whether the exposure is to be measured. Views in place of light, and radiance in files, have none.
     pub(crate) fn measures_exposure(&self) -> bool {
         let is_file = !self.scene.to_string_lossy().starts_with(gallery::PREFIX);
         let is_wanted = match self.flags.exposure {
@@ -128,7 +128,7 @@ impl Job {
         is_wanted && self.flags.show.is_none() && self.format != Format::Exr
     }
 
-    /// What is shown when, of an animation that takes so many seconds and is shown best at `still_seconds`.
+    /// The frames of an animation of `duration_seconds`, whose still is at `still_seconds`.
     pub(crate) fn schedule(&self, duration_seconds: f64, still_seconds: f64) -> Schedule {
         let rate: FrameRate = self.output_options.rate;
         let (frames, single) = match &self.moments {
@@ -141,12 +141,12 @@ impl Job {
     }
 }
 
-/// Which frames there are, and what each shows.
+/// The frames of a job, and the moment of each.
 #[derive(Clone, Debug)]
 pub(crate) struct Schedule {
-    /// The numbers of all, whoever renders them.
+    /// Numbers of all frames, including other machines'.
     pub(crate) frames: Range<u32>,
-    /// Those of them that are to be rendered here.
+    /// Numbers of the frames to render here.
     pub(crate) share: Range<u32>,
     single: Option<f64>,
     rate: FrameRate,
@@ -159,12 +159,12 @@ impl Schedule {
         self.single.unwrap_or_else(|| self.rate.seconds(frame))
     }
 
-    /// How far orbiting lights have come in a frame, 1 being once round.
+    /// Angle of orbiting lights in a frame, in turns.
     pub(crate) fn turn(&self, frame: u32) -> f64 {
         if self.frames.len() > 1 {
             f64::from(frame - self.frames.start) / self.frames.len() as f64
         } else if self.duration_seconds > 0.0 {
-            // One moment of the circle that the whole animation would show.
+            // The part of the circle that the whole animation takes up to this moment.
             self.seconds(frame) / self.duration_seconds
         } else {
             0.0
@@ -184,7 +184,7 @@ pub(crate) fn with_lengths(settings: Settings, flags: &RenderFlags, scene_size: 
     }
 }
 
-/// Whether what only numbered frames can have is asked of them.
+/// Checks that flags for numbered frames are used with these only.
 fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Failure> {
     let asked = [("--shard", flags.shard.is_some()), ("--resume", flags.resume)];
     match asked.into_iter().find(|(_, is_asked)| *is_asked) {
@@ -196,7 +196,7 @@ fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Fa
     }
 }
 
-/// Whether what is asked of the engine is its to do.
+/// Checks that the engine supports the flags.
 fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     match flags.engine {
         EngineKind::Gpu if flags.smooth_terminator => {
@@ -220,7 +220,7 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
     }
 }
 
-/// How much work a picture may be for its looks.
+/// Samples and bounces of a picture.
 #[derive(Clone, Copy)]
 struct Quality {
     samples: u32,
@@ -228,12 +228,12 @@ struct Quality {
 }
 
 impl Quality {
-    /// Where nobody says how many samples there may be of which as many are taken as noise asks for.
+    /// Default maximum of samples with a noise target.
     const MOST_FOR_NOISE: u32 = 1024;
-    /// Where nobody says over how many samples what is drawn is spread.
+    /// Default number of samples with soft effects.
     const SPREAD: u32 = 64;
 
-    /// What was asked for; by default a still is smooth and shows mirrors, and frames are fast.
+    /// The quality of the flags; by default a still is smooth and shows mirrors, and frames are fast.
     fn new(flags: &RenderFlags, is_still: bool) -> Result<Self, Failure> {
         let spread = [
             ("--aperture", flags.aperture.is_positive()),
@@ -271,7 +271,7 @@ impl Quality {
     }
 }
 
-/// Refuses pictures that take more memory than may be taken.
+/// Refuses pictures that take more memory than the limit.
 pub(crate) fn check_memory(settings: &Settings, opening: &OpeningFlags) -> Result<(), Failure> {
     let [takes, most] = [settings.picture_bytes(), opening.options().max_memory];
     if takes <= most {
@@ -282,9 +282,9 @@ pub(crate) fn check_memory(settings: &Settings, opening: &OpeningFlags) -> Resul
     Err(Failure::input(message, "make it smaller (--size), or allow more (--max-memory)"))
 }
 
-/// Starts the threads that everything works on: as many as processors, or as are asked for.
+/// Starts the thread pool: `threads`, or one thread for each processor.
 ///
-/// Of these no more are started than pictures of `size` have work for, since those that find none keep others from theirs.
+/// No more threads are started than pictures of `size` have work for, since idle threads slow down the others.
 pub(crate) fn use_threads(threads: Option<u16>, size: Option<[u32; 2]>) -> Result<(), Failure> {
     const PIXELS_OF_THREAD: u64 = 1024;
     const ALWAYS_ALLOWED: usize = 16;
@@ -378,7 +378,7 @@ fn jpeg_quality(format: Format, quality: Option<u8>) -> Result<JpegQuality, Fail
     }
 }
 
-/// What is asked for beside the picture, of a format that holds it.
+/// The layers beside the picture, if the format holds them.
 fn layers(flags: &RenderFlags, format: Format) -> Result<Layers, Failure> {
     match flags.layers {
         Some(layers) if format != Format::Exr => {
@@ -501,7 +501,7 @@ mod tests {
             advice(&["--aperture", "2%", "--samples", "4"]).unwrap().starts_with("blurred outlines with 4 samples")
         );
         assert!(advice(&["--shutter", "0.1", "--samples", "63"]).unwrap().starts_with("streaks with 63"));
-        // Their directions are each pixel's own.
+        // Each pixel has directions of its own.
         assert_eq!(advice(&["--ambient-occlusion", "1", "--samples", "4"]), None);
         assert_eq!(advice(&["--sky-shadows", "--noise", "1", "--samples", "32"]), None);
     }

@@ -5,23 +5,22 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar on standard error, for a person who would otherwise wait without a sign: it comes after two seconds, and
-/// never where standard error is no terminal.
+/// A progress bar on standard error: it appears after two seconds, and only if standard error is a terminal.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    /// Dropped to say that the render is over.
+    /// Dropped at the end of the render.
     over: Option<Sender<()>>,
     patience: Option<JoinHandle<()>>,
 }
 
 const PATIENCE: Duration = Duration::from_secs(2);
 const TICK: Duration = Duration::from_millis(200);
-/// How finely the part of a single frame is told.
+/// Steps of the bar for a single frame.
 const STEPS: u64 = 1000;
 
 impl Progress {
-    /// Starts to wait for `frames` frames; a `quiet` one never shows. Of a single frame, `part` says how much of it is done
-    /// where that comes in steps.
+    /// Starts a bar for `frames` frames; a `quiet` one never shows. For a single frame, `part` is the progress within it,
+    /// if it is known.
     pub(crate) fn start(frames: u32, part: Option<umbrage::Progress>, quiet: bool) -> Self {
         let part = part.filter(|_| frames == 1);
         let steps = if part.is_some() { STEPS } else { u64::from(frames) };
@@ -34,7 +33,7 @@ impl Progress {
         Self::shown_later(bar, template, part, quiet)
     }
 
-    /// Starts to wait for a task whose parts aren't known, such as opening a scene; a `quiet` one never shows.
+    /// Starts a spinner for a task of unknown progress, such as opening a scene; a `quiet` one never shows.
     pub(crate) fn task(name: &str, scene: &Path, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         bar.set_message(format!("{name} {}", scene.display()));
@@ -63,7 +62,7 @@ impl Progress {
         Self { bar, over: Some(over), patience: Some(patience) }
     }
 
-    /// One more frame is written.
+    /// Counts a written frame.
     pub(crate) fn step(&self) {
         self.bar.inc(1);
     }
@@ -73,7 +72,7 @@ impl Drop for Progress {
     fn drop(&mut self) {
         drop(self.over.take());
         if let Some(patience) = self.patience.take() {
-            // It can't have panicked, and nothing would follow from that.
+            // The thread doesn't panic; if it did, the render would still be complete.
             let _ = patience.join();
         }
         self.bar.finish_and_clear();

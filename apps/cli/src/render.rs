@@ -67,7 +67,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     report.engine = engine;
     let in_steps = (job.settings.samples > 1).then(|| renderer.progress());
     let measured = if job.measures_exposure() && job.moments.are_several() {
-        // One of the animation's, whichever frames are rendered here.
+        // A frame of the whole animation, so that all shares have the same exposure.
         let seconds = scene.still_seconds();
         let settings = staging.settings(scene, seconds, 0.0)?;
         renderer.render(scene, seconds, &Settings::for_metering(&settings))?;
@@ -104,7 +104,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
         let writing = scope.spawn(move || writer.write_all(from_renderer));
         let mut rendered = Ok(());
         for frame in frames {
-            // Where the writer has failed, it says why.
+            // If the writer has failed, it returns the reason.
             let goes_on = render(frame, to_writer.spare()).map(|frame| to_writer.send(frame));
             if !matches!(goes_on, Ok(true)) {
                 rendered = goes_on.map(|_| ());
@@ -130,7 +130,7 @@ fn outputs(job: &Job, frames: &Range<u32>) -> Result<Vec<PathBuf>, Failure> {
     })
 }
 
-/// Says which triangles, points and lines aren't in a picture, once for each reason.
+/// Reports triangles, points and lines that are left out of a picture, once for each reason.
 fn warn_of_omitted(frame: u32, stats: &Stats, told: &mut Vec<&'static str>) {
     const CPU_ALONE: &str = "only the CPU draws them";
     if stats.omitted_marks > 0 && !told.contains(&CPU_ALONE) {
@@ -186,7 +186,7 @@ fn report_costs(job: &Job, report: &mut Report) -> Result<(), Failure> {
         StatsFlag::Json => {
             let json = serde_json::to_string_pretty(report).map_err(|error| Failure::Work(error.to_string()))?;
             match job.target {
-                // The video has standard output to itself.
+                // Standard output is used by the video alone.
                 Target::Stdout => say(json),
                 Target::Path(_) => writeln!(io::stdout(), "{json}")?,
             }

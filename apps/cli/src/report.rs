@@ -6,7 +6,7 @@ use serde::Serialize;
 use umbrage::scene::TextureTraffic;
 use umbrage::{Settings, Settled, Stage, Stats};
 
-/// What a render cost, frame by frame.
+/// The cost of a render, frame by frame.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     pub(crate) scene: String,
@@ -14,18 +14,18 @@ pub(crate) struct Report {
     pub(crate) height: u32,
     pub(crate) samples: u32,
     pub(crate) threads: usize,
-    /// What rendered.
+    /// The engine that rendered.
     pub(crate) engine: String,
     /// Wall time of reading or making the scene.
     pub(crate) open_milliseconds: f64,
-    /// How many frames were there already.
+    /// Number of frames that were there already.
     pub(crate) already_there: usize,
     /// The median of all frames.
     pub(crate) median: Costs,
     pub(crate) frames: Vec<FrameReport>,
 }
 
-/// What one frame cost.
+/// The cost of one frame.
 #[derive(Debug, Serialize)]
 pub(crate) struct FrameReport {
     pub(crate) frame: u32,
@@ -62,7 +62,7 @@ impl Report {
         }
     }
 
-    /// Computes what follows from all frames.
+    /// Computes the medians over all frames.
     pub(crate) fn complete(&mut self) {
         let median_of = |cost: &dyn Fn(&FrameReport) -> Option<f64>| median(self.frames.iter().filter_map(cost));
         // The stages of the frame that has most of them, in its order.
@@ -81,7 +81,7 @@ impl Report {
         };
     }
 
-    /// The report for a person.
+    /// The report as text.
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
             "{}: {} x {} pixels, {} a pixel, {}, {}, {}\n",
@@ -174,7 +174,7 @@ pub(crate) fn thousands(number: u64) -> String {
     HumanCount(number).to_string()
 }
 
-/// The rays that needed the predicate, or else the tests, of how many rays.
+/// The number of rays that needed the predicate, or else of tests, and of all rays.
 fn of_rays(Settled { tests, rays, of_rays }: Settled) -> String {
     let of_rays = count(of_rays, "ray");
     rays.map_or_else(
@@ -229,7 +229,7 @@ mod tests {
             settled,
             ["settled by the predicate", "camera 4,321 of 50,000 rays", "lights 1 test for 76,543 rays"]
         );
-        // Where nothing is counted, there is nothing to say.
+        // Without counts, the text has no line for them.
         let stats = &mut report.frames[2].stats;
         (stats.settled_camera_rays, stats.settled_shadow_rays) = (None, None);
         assert!(!report.text().contains("settled"));

@@ -17,19 +17,19 @@ pub(crate) struct Staging {
     orbiting: Option<OrbitingLights>,
     /// The middle of the scene over its whole animation.
     center: Vec3,
-    /// The scene at the last moment, in memory that is used again.
+    /// The scene at the last moment, in reused memory.
     frame: Frame,
 }
 
 impl Staging {
     /// # Errors
-    /// Where the scene can't be posed, lacks the camera, or has no size of which there could be a share.
+    /// Where the scene can't be posed, lacks the camera, or has no size although a length is a share of it.
     pub(crate) fn new(job: &Job, scene: &Scene, first_seconds: f64) -> Result<Self, Failure> {
         let mut frame = Frame::default();
         let size = scene.size();
         check_shares(&job.flags, size)?;
         let mut settings = with_lengths(job.settings.clone(), &job.flags, size);
-        // The frame says which cameras there are, and where the scene is.
+        // The frame has the scene's cameras, lights and bounds.
         if matches!(job.flags.camera, Some(CameraSpec::Listed(_)))
             || job.flags.orbit_light.is_some()
             || !job.flags.lights.is_empty()
@@ -53,7 +53,7 @@ impl Staging {
         Ok(Self { settings, orbiting: job.flags.orbit_light.clone(), center, frame })
     }
 
-    /// The settings for a moment; `turn` says how far orbiting lights have come, 1 being once round.
+    /// The settings for a moment; `turn` is the angle of orbiting lights, in turns.
     ///
     /// # Errors
     /// Where the scene can't be posed, or lacks a light that is to orbit.
@@ -75,7 +75,7 @@ impl Staging {
     }
 }
 
-/// Whether the scene has a size, where there are lengths that are shares of it.
+/// Checks that the scene has a size, if any length is a share of it.
 fn check_shares(flags: &RenderFlags, size: f32) -> Result<(), Failure> {
     let lengths = [Some(flags.aperture), flags.focus, Some(flags.light_radius), Some(flags.ambient_occlusion)];
     let is_asked = lengths.into_iter().flatten().any(Length::is_share) || flags.lights.iter().any(LightSpec::is_share);
@@ -85,7 +85,7 @@ fn check_shares(flags: &RenderFlags, size: f32) -> Result<(), Failure> {
     }
 }
 
-/// Which lights `--orbit-light` moves.
+/// The lights that `--orbit-light` moves.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum OrbitingLights {
     First,
@@ -110,7 +110,7 @@ impl FromStr for OrbitingLights {
 }
 
 impl OrbitingLights {
-    /// Which of so many lights. Where there are none, none moves.
+    /// The indices of moving lights among `count`; none if there are no lights.
     ///
     /// # Errors
     /// Where a numbered light isn't there.
@@ -133,7 +133,7 @@ impl OrbitingLights {
     }
 }
 
-/// The source turned round the vertical axis through `center`; `turn` is 1 for the whole circle.
+/// The source, rotated about the vertical axis through `center` by `turn` turns.
 fn orbited(source: LightSource, center: Vec3, turn: f64) -> LightSource {
     let rotation = Quat::from_rotation_y((turn.fract() * std::f64::consts::TAU) as f32);
     let moved = |position: Vec3| center + rotation * (position - center);

@@ -5,11 +5,11 @@ use std::str::FromStr;
 use umbrage::Settings;
 use umbrage::spec::Length;
 
-/// The longest side of an image, in pixels.
+/// Maximum side of an image, in pixels.
 const MAX_SIDE_PIXELS: u32 = Settings::MAX_SIDE;
-/// The most pixels of an image, which take several gigabytes.
+/// Maximum pixels of an image, which take several gigabytes.
 const MAX_PIXELS: u64 = 1 << 26;
-/// The most frames of one render.
+/// Maximum number of frames of one render.
 const MAX_FRAMES: u32 = 1_000_000;
 
 /// An image's width and height in pixels: `1280x720`.
@@ -25,7 +25,7 @@ impl FromStr for Size {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "give width and height in pixels, such as 1280x720".to_owned();
         let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
-        // Wide enough that an absurd size is told what the limit is.
+        // Wide enough that the error for an absurd size names the limit.
         let (width, height): (u64, u64) = (width.parse().map_err(|_| wrong())?, height.parse().map_err(|_| wrong())?);
         if width == 0 || height == 0 {
             return Err("an image has at least one pixel".to_owned());
@@ -74,7 +74,8 @@ pub(crate) struct Shard {
 }
 
 impl Shard {
-    /// Its share of the frames: shares differ by one frame at most, and are empty where there are fewer frames than shards.
+    /// Its share of the frames. Shares differ by one frame at most, and may be empty if there are fewer frames than
+    /// shards.
     pub(crate) fn share(self, frames: &Range<u32>) -> Range<u32> {
         let count = u64::from(frames.end.saturating_sub(frames.start));
         // No more than `count`.
@@ -124,7 +125,7 @@ pub(crate) fn from_zero(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| "give a number from 0, such as 0.1".to_owned())
 }
 
-/// A length of at most the scene's size, where it is a share of that.
+/// A length; a share of the scene's size is at most the whole size.
 pub(crate) fn length(text: &str) -> Result<Length, String> {
     match text.parse()? {
         Length::Percent(percent) if percent > 100.0 => {
@@ -159,10 +160,10 @@ pub(crate) fn crease(text: &str) -> Result<f32, String> {
     degrees.ok_or_else(|| "give degrees from 0 to 180, such as 30".to_owned())
 }
 
-/// How bright pictures are.
+/// The exposure of pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ExposureFlag {
-    /// As they are measured.
+    /// Measured exposure.
     Auto,
     Stops(f32),
 }

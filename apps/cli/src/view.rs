@@ -51,7 +51,7 @@ fn has_display() -> bool {
     cfg!(any(windows, target_os = "macos")) || ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().any(is_set)
 }
 
-/// The way to a window, where none could be opened.
+/// The remedy, where no window could be opened.
 #[cfg(feature = "view")]
 fn remedy(has_display: bool, has_adapter: bool) -> &'static str {
     match (has_display, has_adapter) {
@@ -92,9 +92,9 @@ mod tests {
         }
     }
 
-    /// The words of a line for a POSIX shell, as `umbrage` gets them.
     const ORIGIN: [f64; 3] = [0.0; 3];
 
+    /// Splits a line as a POSIX shell does, into the arguments that `umbrage` gets.
     fn words(line: &str) -> Vec<String> {
         let mut words = vec![String::new()];
         let (mut is_quoted, mut is_escaped) = (false, false);

@@ -1,4 +1,4 @@
-//! Parses the command line, and answers options that there aren't, such as those of other programs.
+//! Parses the command line, and explains unknown options, such as those of other programs.
 
 use std::ffi::{OsStr, OsString};
 
@@ -8,7 +8,7 @@ use clap::{CommandFactory, FromArgMatches};
 use crate::failure::Failure;
 use crate::flags::Flags;
 
-/// Options of other programs, and how the same is said here.
+/// Options of other programs, and hints to the equivalent ones here.
 const ELSEWHERE: &[(&[&str], &str)] = &[
     (&["--fov", "--field-of-view"], "a camera ends with its vertical field of view: --camera X,Y,Z:X,Y,Z:FOV"),
     (&["--width", "--height", "--resolution", "--res"], "width and height are one option: --size 1280x720"),
@@ -26,7 +26,7 @@ pub(crate) enum Asked {
     Flags(Box<Flags>),
     /// Help, the version, or an error of clap's.
     Said(clap::Error),
-    /// An option that there isn't, such as those of other programs.
+    /// An unknown option, such as those of other programs.
     Wrong(Failure),
 }
 
@@ -40,8 +40,8 @@ impl Asked {
     }
 }
 
-/// Has values that begin with `-` and a digit go to the option before them, which refuses them in clearer words than
-/// "unexpected argument '-4'".
+/// Joins values that begin with `-` and a digit to the option before them, whose error is clearer than "unexpected
+/// argument '-4'".
 fn with_negative_values(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     let mut are_values = false;
@@ -67,7 +67,7 @@ fn is_long_option(word: &OsStr) -> bool {
     word.to_str().is_some_and(|word| word.starts_with("--") && !word.contains('='))
 }
 
-/// The error where there is no such option, with one that was meant where that is known.
+/// The error for an unknown option, with a hint to the intended one if it is known.
 fn unknown_option(said: &clap::Error) -> Option<Failure> {
     let Some(ContextValue::String(option)) = said.get(ContextKind::InvalidArg) else { return None };
     if said.kind() != ErrorKind::UnknownArgument || !option.starts_with('-') {

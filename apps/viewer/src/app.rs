@@ -1,4 +1,4 @@
-//! The window's state: what is open, what is chosen, what is shown.
+//! The window's state: the open scene, the user's choices, and the picture on the screen.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub struct App {
     pub(crate) kept: Kept,
     pub(crate) worker: Worker,
     pub(crate) open: Option<OpenScene>,
-    /// What is being opened.
+    /// The scene that is being opened.
     pub(crate) opening: Option<PathBuf>,
     pub(crate) timeline: Timeline,
     pub(crate) camera: CameraChoice,
@@ -45,42 +45,42 @@ pub struct App {
     canvas: Canvas,
     surface: Surface,
     pub(crate) shown: Option<Shown>,
-    /// What the open scene's first picture is about: where lights are put, and how far they and the camera move.
+    /// Center and size of the open scene's subject: where lights are put, and how far they and the camera move.
     pub(crate) focus: Option<Focus>,
     pub(crate) probe: Option<Probe>,
     pub(crate) history: History,
     pub(crate) pace: Pace,
-    /// Of pictures in motion.
+    /// The coarseness of pictures in motion.
     pub(crate) coarseness: Coarseness,
     pub(crate) notices: Notices,
     pub(crate) recording: Option<Recording>,
     pub(crate) watch: Option<Watch>,
     pub(crate) is_help_open: bool,
-    /// How many pixels the screen has for the picture.
+    /// Size of the picture's area on the screen, in pixels.
     pub(crate) screen: [u32; 2],
-    /// Chosen in a dialogue that is still open elsewhere.
+    /// The file dialogues.
     pub(crate) dialogs: Dialogs,
-    /// The scene of the last order, and what it asked for.
+    /// The scene and the look of the last order.
     ordered: Option<(u64, Look)>,
     /// The number of the order that is being rendered.
     in_flight: Option<u64>,
-    /// Whether that one is what is on the screen, with more samples.
+    /// Whether that order adds samples to the picture on the screen.
     is_refining: bool,
-    /// The size of the picture that is ordered, were it not coarse.
+    /// The full size of the ordered picture, which may be coarser.
     whole: [u32; 2],
-    /// Whether nothing outlives the window.
+    /// Whether the window stores nothing when it closes.
     pub(crate) forgets: bool,
-    /// Whether the worker is to find what the camera is to see.
+    /// Whether the worker is to find the subject that the camera frames.
     pub(crate) is_framing: bool,
     orders: u64,
     pictures: u64,
     screenshot: Option<PathBuf>,
     title: String,
-    /// When time was last let pass.
+    /// When the clock last advanced.
     clock: Instant,
 }
 
-/// What outlives the window.
+/// State that outlives the window.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct Kept {
@@ -100,21 +100,21 @@ pub(crate) struct OpenScene {
     number: u64,
 }
 
-/// Where the picture is seen from.
+/// The choice of camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum CameraChoice {
     /// The scene's first camera, or else one that sees everything.
     Default,
     /// One of the scene's cameras.
     OfScene(usize),
-    /// Where the user has moved it.
+    /// A camera that the user has moved.
     Free(LookAt),
 }
 
 /// The picture on the screen.
 pub(crate) struct Shown {
     pub(crate) picture: Picture,
-    /// The picture's size, were it not coarse because of motion.
+    /// The picture's full size, before it is made coarser for motion.
     pub(crate) whole: [u32; 2],
     pub(crate) texture: TextureId,
     /// The colours of its work.
@@ -132,22 +132,22 @@ pub struct Start {
     pub options: OpenOptions,
     /// Whether files are read again when they change.
     pub watches: bool,
-    /// What renders; `None` for what was last chosen.
+    /// The engine; `None` for the last choice.
     pub engine: Option<EngineChoice>,
-    /// How large pictures are, in pixels; `None` for what was last chosen.
+    /// Size of pictures in pixels; `None` for the last choice.
     pub size: Option<[u32; 2]>,
-    /// Samples of each pixel of a picture that stays; `None` for what was last chosen.
+    /// Samples of each pixel of a picture that stays; `None` for the last choice.
     pub samples: Option<u32>,
     /// The lights; `None` for the scene's own.
     pub lights: Option<Vec<Light>>,
-    /// Whether nothing is remembered from before, nor after.
+    /// Whether stored state is neither read nor written.
     pub forgets: bool,
 }
 
 impl App {
-    /// The most files that are remembered.
+    /// Maximum number of remembered files.
     const MOST_RECENT: usize = 12;
-    /// The key of what is kept.
+    /// The storage key of [`Kept`].
     pub(crate) const KEY: &'static str = "umbrage";
 
     /// A window's state. `context` is woken whenever there is something new to show. Where `graphics` are known, pictures of
@@ -219,7 +219,7 @@ impl App {
         self.worker.open(address, options);
     }
 
-    /// Opens a file for what it is wanted.
+    /// Opens a file as a scene or as a background.
     pub(crate) fn open_as(&mut self, wanted: Wanted, path: PathBuf) {
         match wanted {
             Wanted::Scene => self.open(path, OpenOptions::for_pictures()),
@@ -249,7 +249,7 @@ impl App {
         }
     }
 
-    /// Takes over what the worker has done, and lets time pass.
+    /// Takes over the worker's results, and advances time.
     pub(crate) fn receive(&mut self, context: &egui::Context) {
         for done in self.worker.done().collect::<Vec<_>>() {
             self.take(context, done);
@@ -269,7 +269,7 @@ impl App {
             }
         }
         match &self.recording {
-            // Each frame is shown as long as it takes.
+            // Each frame is shown for the time that it takes.
             Some(recording) => self.timeline.seconds = recording.seconds(),
             None => self.timeline.advance(passed),
         }
@@ -284,7 +284,7 @@ impl App {
                 self.notices.error(why);
             }
             Done::Picture(picture) => self.replace_picture(context, *picture),
-            // What was asked for meanwhile is ordered from its first picture on.
+            // Choices made meanwhile are ordered from their first picture on.
             Done::Stopped => (self.in_flight, self.ordered) = (None, None),
             Done::NoBackground(why) => {
                 (self.in_flight, self.ordered) = (None, None);
@@ -341,7 +341,7 @@ impl App {
     }
 
     fn replace_picture(&mut self, context: &egui::Context, mut picture: Picture) {
-        // Not one of a scene that has been replaced since.
+        // Pictures of a replaced scene are dropped.
         if self.in_flight != Some(picture.number) {
             return;
         }
@@ -377,7 +377,7 @@ impl App {
         self.shown = Some(Shown { picture, whole: self.whole, texture, heat, light_grid });
     }
 
-    /// Names the window after the scene and what renders it.
+    /// Names the window after the scene and the device that renders it.
     fn entitle(&mut self, context: &egui::Context, device: &str) {
         let scene = self.address().map(|address| address.display().to_string()).unwrap_or_default();
         let title = format!("{scene} - {device} - Umbrage");
@@ -387,8 +387,8 @@ impl App {
         }
     }
 
-    /// Orders a picture of what is chosen, unless that is the last order or that one is still being rendered. A picture that
-    /// stays is followed by ones with more samples, until something changes.
+    /// Orders a picture of the user's choices, unless it equals the last order or that one is still being rendered. A
+    /// picture that stays is followed by ones with more samples, until something changes.
     pub(crate) fn order(&mut self) {
         let Some(open) = &self.open else { return };
         if self.screen.contains(&0) {
@@ -454,13 +454,13 @@ impl App {
         self.shown.as_ref().is_some_and(|shown| shown.picture.size() != shown.whole.map(|side| side as usize))
     }
 
-    /// Whether pictures in motion may be coarse: not where each pixel is to be looked at.
+    /// Whether pictures in motion may be coarse: false where the user inspects single pixels.
     fn may_be_coarse(&self) -> bool {
         let is_fixed = matches!(self.kept.choices.resolution, Resolution::Fixed(_));
         !is_fixed && self.show == Show::Light && !self.shows_light_grid && self.recording.is_none()
     }
 
-    /// Gives up a picture that is only to become sharper.
+    /// Stops the current picture if it only adds samples.
     pub(crate) fn stop_refining(&self) {
         if self.is_refining && self.in_flight.is_some() {
             self.worker.stop();
@@ -488,7 +488,7 @@ impl App {
         }
     }
 
-    /// What the scene is about.
+    /// The scene's subject.
     pub(crate) fn focus(&self) -> Focus {
         self.focus.unwrap_or_default()
     }
@@ -507,20 +507,20 @@ impl App {
         self.open.as_ref().map(|open| open.address.as_path())
     }
 
-    /// How many samples each pixel has of the picture that is shown; 0 before the first.
+    /// Samples of each pixel of the shown picture; 0 before the first.
     #[must_use]
     pub fn samples(&self) -> u32 {
         self.shown.as_ref().map_or(0, |shown| shown.picture.stats.samples)
     }
 
-    /// How many pictures were shown.
+    /// Number of pictures shown so far.
     #[must_use]
     pub fn pictures(&self) -> u64 {
         self.pictures
     }
 
-    /// Whether nothing is being opened or written, and what is chosen is on the screen, if not yet with all of its samples:
-    /// while an animation plays, its last picture.
+    /// Whether nothing is being opened or written, and the picture of the current choices is on the screen, perhaps with
+    /// some of its samples: while an animation plays, its last picture.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         let is_shown = if self.timeline.is_playing {

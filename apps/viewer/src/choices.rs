@@ -1,4 +1,4 @@
-//! What the user can choose about pictures, whatever the scene.
+//! The user's choices about pictures of any scene.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,12 +8,12 @@ use umbrage::rays::Choice;
 use umbrage::spec::BackgroundSpec;
 use umbrage::{Settings, Sides, Structure, ToneMap, UnknownStructure};
 
-/// Outlives the window.
+/// Choices that outlive the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct Choices {
     pub(crate) engine: EngineChoice,
-    /// What finds triangles on the CPU.
+    /// The structure that finds triangles on the CPU.
     #[serde(with = "as_text")]
     pub(crate) structures: Structures,
     #[serde(with = "as_text")]
@@ -21,15 +21,15 @@ pub(crate) struct Choices {
     /// On the CPU.
     pub(crate) smooth_terminator: bool,
     pub(crate) bounces: u32,
-    /// Of points and lines, in pixels.
+    /// Sizes of points and lines, in pixels.
     pub(crate) point_size: f32,
     pub(crate) line_width: f32,
-    /// Of pictures that stay, and of recordings.
+    /// Samples of pictures that stay, and of recordings.
     pub(crate) samples: u32,
-    /// Of pictures that another one follows at once.
+    /// Samples of pictures in motion.
     pub(crate) samples_in_motion: u32,
     pub(crate) aperture: f32,
-    /// `None` for what is in the middle of the picture.
+    /// Depth in world units; `None` for the depth of the picture's middle.
     pub(crate) focus: Option<f32>,
     pub(crate) shutter_seconds: f64,
     pub(crate) light_radius: f32,
@@ -45,7 +45,7 @@ pub(crate) struct Choices {
     pub(crate) surroundings: BackgroundSpec,
 }
 
-/// What renders.
+/// The engine that renders.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EngineChoice {
     /// The processor.
@@ -62,19 +62,19 @@ pub(crate) struct Structures {
     chosen: usize,
 }
 
-/// How large pictures are.
+/// The size of pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Resolution {
     /// As many pixels as the screen shows.
     #[default]
     Window,
-    /// A pixel for each block of so many by so many.
+    /// One pixel for each square of screen pixels with this side.
     Fraction(u32),
-    /// Always the same.
+    /// A fixed width and height in pixels.
     Fixed([u32; 2]),
 }
 
-/// Values are kept by their names. Those that this version doesn't know become the defaults.
+/// Stores values by their names. Unknown names become the defaults.
 mod as_text {
     use std::fmt::Display;
     use std::str::FromStr;
@@ -136,7 +136,7 @@ impl Structures {
         &mut self.all[self.chosen]
     }
 
-    /// Chooses the one of that kind, with the options that it last had.
+    /// Chooses the structure of the same kind, with its last options.
     pub(crate) fn choose(&mut self, kind: Structure) {
         self.chosen = self.all.iter().position(|known| known.name() == kind.name()).unwrap_or(self.chosen);
     }
@@ -165,7 +165,7 @@ impl FromStr for Structures {
 }
 
 impl Choices {
-    /// The settings of a picture for a screen of so many pixels, but for its camera, lights and background.
+    /// The settings of a picture for a screen of this size in pixels, without camera, lights and background.
     pub(crate) fn settings(&self, screen: [u32; 2]) -> Settings {
         let [width, height] = self.resolution.size(screen);
         // A GPU has one structure.
@@ -198,15 +198,15 @@ impl Choices {
     }
 }
 
-/// A size of points or lines that there can be.
+/// Clamps a size of points or lines to its range.
 fn in_pixels(size: f32) -> f32 {
     let (least, most) = Settings::MARK_SIZES.into_inner();
     size.clamp(least, most)
 }
 
 impl Choices {
-    /// The samples of a picture that is shown first, and of the one that follows where nothing has changed since one of so
-    /// many was shown.
+    /// The samples of the next picture: of the first one for `None`, else of the one that follows a picture with `shown`
+    /// samples.
     pub(crate) fn samples_after(&self, shown: Option<u32>) -> u32 {
         const GROWTH: u32 = 4;
         let most = self.samples.clamp(1, Settings::MAX_SAMPLES);
@@ -218,7 +218,7 @@ impl Choices {
 }
 
 impl Resolution {
-    /// The size of a picture on a screen of so many pixels; at least one pixel.
+    /// The size of a picture on a screen of this size in pixels; at least one pixel a side.
     pub(crate) fn size(self, screen: [u32; 2]) -> [u32; 2] {
         let size = match self {
             Self::Window => screen,
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(Resolution::Window.size([800, 600]), [800, 600]);
         assert_eq!(Resolution::Fraction(2).size([801, 600]), [401, 300]);
         assert_eq!(Resolution::Fixed([64, 32]).size([801, 600]), [64, 32]);
-        // A window without height has no picture of no pixels.
+        // A picture has pixels even in a window without height.
         assert_eq!(Resolution::Window.size([800, 0]), [800, 1]);
     }
 

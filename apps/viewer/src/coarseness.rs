@@ -1,9 +1,9 @@
-//! How coarse pictures in motion are.
+//! The coarseness of pictures in motion.
 
-/// By how much the sides of pictures in motion are divided, so that twenty of them a second are shown where that helps.
+/// Divisor of the sides of pictures in motion, chosen for twenty pictures a second where fewer pixels help.
 #[derive(Debug, Default)]
 pub(crate) struct Coarseness {
-    /// Sides are divided by one more than this.
+    /// The divisor of sides, minus one.
     level: usize,
     /// Milliseconds of the last picture of each level.
     milliseconds: [Option<f64>; Self::LEVELS],
@@ -11,17 +11,17 @@ pub(crate) struct Coarseness {
 
 impl Coarseness {
     const LEVELS: usize = 4;
-    /// A picture in motion should take no longer, in milliseconds.
+    /// Target time of a picture in motion, in milliseconds.
     const MOST: f64 = 50.0;
-    /// A coarser picture that takes more than this part of a finer one's time isn't worth it.
+    /// Maximum time of a useful coarser picture, relative to the finer one's.
     const HELPS: f64 = 0.8;
 
-    /// The size of the next picture in motion, of one that would have `whole` pixels along its sides.
+    /// The size of the next picture in motion, whose full size is `whole`.
     pub(crate) fn size(&self, whole: [u32; 2]) -> [u32; 2] {
         whole.map(|side| side.div_ceil(self.level as u32 + 1))
     }
 
-    /// Counts a picture of [`size`](Self::size).
+    /// Records the time of a picture of [`size`](Self::size), and adapts the level.
     pub(crate) fn add(&mut self, milliseconds: f64) {
         let level = self.level;
         self.milliseconds[level] = Some(milliseconds);
@@ -34,7 +34,7 @@ impl Coarseness {
                 self.level -= 1;
             }
         } else if level > 0 {
-            // As if all of the time were the pixels'.
+            // Assumes that time is proportional to pixels.
             let pixels = ((level + 1) as f64 / level as f64).powi(2);
             if milliseconds * pixels < 0.9 * Self::MOST {
                 self.level -= 1;
@@ -42,7 +42,7 @@ impl Coarseness {
         }
     }
 
-    /// Starts over: other pictures follow, which take other times.
+    /// Starts over, before pictures with other times.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
@@ -52,7 +52,7 @@ impl Coarseness {
 mod tests {
     use super::*;
 
-    /// The width of the last of many pictures that take some time for any picture and some for each pixel.
+    /// The width of the last of many pictures, each with a constant time and a time for each pixel.
     fn play(coarseness: &mut Coarseness, always: f64, of_pixel: f64) -> u32 {
         let whole = [1200, 800];
         for _ in 0..30 {

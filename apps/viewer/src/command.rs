@@ -16,19 +16,19 @@ use crate::choices::EngineChoice;
 pub struct CommandLine<'a> {
     /// The scene's address.
     pub scene: &'a Path,
-    /// How it is opened.
+    /// The options for opening it.
     pub options: &'a OpenOptions,
     /// The moment.
     pub seconds: f64,
     /// The camera; `None` for the scene's first.
     pub camera: Option<CameraSpec>,
-    /// What is around the scene.
+    /// The background.
     pub background: &'a BackgroundSpec,
-    /// The rest; its camera and background are passed over.
+    /// The other settings; their camera and background are ignored.
     pub settings: &'a Settings,
-    /// What is shown in place of light.
+    /// The view that is shown in place of light.
     pub show: Option<PixelView>,
-    /// What renders.
+    /// The engine.
     pub engine: &'a EngineChoice,
     /// The point of the world that the settings' lights count from.
     pub origin: [f64; 3],
@@ -37,7 +37,7 @@ pub struct CommandLine<'a> {
 /// The line, for a shell.
 ///
 /// # Errors
-/// Where the line can't say what is shown.
+/// Where no line makes the picture that is shown.
 pub(crate) fn line(app: &App) -> Result<String, String> {
     let (Some(open), Some(shown)) = (&app.open, &app.shown) else {
         return Err("There is no picture yet.".to_owned());
@@ -66,7 +66,7 @@ impl CommandLine<'_> {
     /// The line, for a POSIX shell.
     ///
     /// # Errors
-    /// Where there are no words for what it shows, with what that is.
+    /// Where the command has no flag for a part of the picture; the message names it.
     pub fn text(&self) -> Result<String, String> {
         let Self { settings, .. } = self;
         let default = Settings::default();
@@ -80,7 +80,7 @@ impl CommandLine<'_> {
         if settings.lights.as_ref().is_some_and(Vec::is_empty) {
             return Err("The command has no way to render without any light.".to_owned());
         }
-        // One sample has everything sharp.
+        // With one sample, everything is sharp.
         let is_spread = settings.samples > 1;
         for light in settings.lights.iter().flatten() {
             let shape = if is_spread { light.shape } else { light.shape.narrowed() };
@@ -88,7 +88,7 @@ impl CommandLine<'_> {
             let light = LightSpec::try_from(light).map_err(|why| format!("The command can't say this: {why}."))?;
             flag(&mut line, "light", &light.in_world(self.origin).to_string());
         }
-        // By default, stills have more samples and mirrors than settings.
+        // The command's defaults for stills have more samples and mirrors than `Settings`.
         if settings.samples != Settings::STILL_SAMPLES || is_drawn(settings) {
             flag(&mut line, "samples", &settings.samples.to_string());
         }
@@ -127,7 +127,7 @@ impl CommandLine<'_> {
         if settings.smooth_terminator {
             line.push_str(" --smooth-terminator");
         }
-        // By default, the command measures files.
+        // By default, the command measures the exposure of files.
         if settings.exposure_stops != default.exposure_stops
             || !self.scene.to_string_lossy().starts_with(gallery::PREFIX)
         {
@@ -146,7 +146,7 @@ impl CommandLine<'_> {
     }
 }
 
-/// Whether the command's own number of samples is another because of what they are spread over.
+/// Whether soft effects change the command's default number of samples.
 fn is_drawn(settings: &Settings) -> bool {
     let lights_are_wide = settings.lights.iter().flatten().any(|light| light.shape.is_wide());
     let Settings { aperture, shutter_seconds, light_radius, ambient_occlusion, noise, .. } = *settings;
@@ -154,7 +154,7 @@ fn is_drawn(settings: &Settings) -> bool {
     is_spread || lights_are_wide || settings.sky_shadows || settings.gloss || noise > 0.0
 }
 
-/// What samples are spread over.
+/// Appends the flags of effects that samples are spread over.
 fn spread(line: &mut String, settings: &Settings) {
     let Settings { aperture, focus, shutter_seconds, light_radius, .. } = *settings;
     if aperture > 0.0 {
@@ -223,7 +223,7 @@ fn structure(line: &mut String, structure: Structure) {
 }
 
 fn flag(line: &mut String, name: &str, value: &str) {
-    // Nothing is wrong with writing to a string.
+    // Writing to a string can't fail.
     write!(line, " --{name} {}", quoted(value)).ok();
 }
 

@@ -1,4 +1,4 @@
-//! The lights, as the user has changed them.
+//! The user's list of lights.
 
 use glam::Vec3;
 use umbrage::rays::LightSource;
@@ -17,10 +17,10 @@ pub(crate) struct LightList {
 }
 
 impl LightList {
-    /// The most lights that can be added.
+    /// Maximum number of lights.
     pub(crate) const MOST: usize = 256;
 
-    /// These, rather than the scene's own.
+    /// A list of these lights, in place of the scene's own.
     pub(crate) fn of(lights: Vec<Light>) -> Self {
         Self { lights, is_changed: true, selected: None }
     }
@@ -29,7 +29,7 @@ impl LightList {
         &self.lights
     }
 
-    /// What settings have: `None` for the scene's own.
+    /// The lights for settings; `None` for the scene's own.
     pub(crate) fn chosen(&self) -> Option<Vec<Light>> {
         self.is_changed.then(|| self.lights.clone())
     }
@@ -43,12 +43,12 @@ impl LightList {
         }
     }
 
-    /// Back to the scene's own.
+    /// Restores the scene's own lights.
     pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// A light to change.
+    /// A light of the list, which counts as changed.
     pub(crate) fn change(&mut self, light: usize) -> Option<&mut Light> {
         self.is_changed |= light < self.lights.len();
         self.lights.get_mut(light)
@@ -62,8 +62,8 @@ impl LightList {
         }
     }
 
-    /// A light of each kind above what the scene is about: in view, beside those that were added before, and as bright as full
-    /// sunlight at the center.
+    /// A light of each kind above the scene's subject: in view, beside lights that were added before, and as bright as
+    /// full sunlight at the center.
     pub(crate) fn to_add(&self, Focus { center, size }: Focus) -> [Light; 4] {
         let turn = 2.4 * self.lights.len() as f32;
         let position = center + Vec3::new(0.25 * turn.cos(), 0.36, 0.25 * turn.sin()) * size;
@@ -92,7 +92,7 @@ impl LightList {
     }
 }
 
-/// What lights of this kind are called.
+/// Name of a light's kind.
 pub(crate) fn kind(light: &Light) -> &'static str {
     match (light.shape, light.source) {
         (LightShape::Rectangle { .. }, _) => "rectangle",
@@ -103,7 +103,7 @@ pub(crate) fn kind(light: &Light) -> &'static str {
     }
 }
 
-/// The unit vector that `umbrage render --light` makes of itself, too.
+/// Normalizes a direction, as `umbrage render --light` does.
 pub(crate) fn unit(way: Vec3) -> Option<Vec3> {
     let mut unit = way.as_dvec3().try_normalize()?.as_vec3();
     for _ in 0..8 {
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(list.chosen().expect("changed lights"), [Light { intensity: 2.0, ..sun(Vec3::NEG_X) }]);
         list.remove(0);
         list.remove(0);
-        // No light is not the scene's own lights.
+        // An empty list differs from the scene's own lights.
         assert_eq!(list.chosen(), Some(Vec::new()));
         list.reset();
         list.follow(&[sun(Vec3::NEG_Z)]);

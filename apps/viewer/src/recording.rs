@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::timeline::Timeline;
 
-/// How far a recording has come.
+/// The progress of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Recording {
     /// A .gif, or .png files, with `%04d` for the number.
@@ -13,19 +13,19 @@ pub(crate) struct Recording {
     /// The next frame.
     pub(crate) frame: u32,
     pub(crate) frames: u32,
-    /// Of every frame, whatever becomes of the window.
+    /// Size of every frame in pixels, independent of the window's.
     pub(crate) size: [u32; 2],
     started: Instant,
 }
 
 impl Recording {
-    /// Of an animation of some length; a motionless scene is one frame.
+    /// Starts a recording of an animation of `seconds`; a motionless scene has one frame.
     pub(crate) fn new(path: PathBuf, seconds: f64, size: [u32; 2]) -> Self {
         let frames = (seconds * f64::from(Timeline::FPS)).ceil().clamp(1.0, 1e6) as u32;
         Self { path, frame: 0, frames, size, started: Instant::now() }
     }
 
-    /// How long it will go on, estimated by its frames so far; `None` before there is one.
+    /// Estimated remaining time, from the frames so far; `None` before the first frame.
     pub(crate) fn seconds_left(&self, now: Instant) -> Option<f64> {
         let seconds = now.duration_since(self.started).as_secs_f64();
         (self.frame > 0).then(|| seconds / f64::from(self.frame) * f64::from(self.frames.saturating_sub(self.frame)))

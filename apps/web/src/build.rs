@@ -10,7 +10,7 @@ const TARGET: &str = "wasm32-unknown-unknown";
 /// The page's files beside the engine: markup, styles, scripts.
 const SITE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/site");
 
-/// Makes the page in a folder.
+/// Writes the page to a folder.
 pub(crate) fn build(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("{} can't be made", folder.display()))?;
     let module = compile()?;
@@ -18,7 +18,7 @@ pub(crate) fn build(folder: &Path) -> anyhow::Result<()> {
     bindgen.input_path(&module).out_name("umbrage").typescript(false).web(true)?;
     bindgen.omit_default_module_path(false).remove_name_section(true);
     bindgen.generate(folder).context("the engine's JavaScript can't be made")?;
-    // Servers that compress it don't say how long it is.
+    // Servers that compress it don't send its length.
     let bytes = fs::metadata(folder.join("umbrage_bg.wasm")).context("the engine isn't there")?.len();
     fs::write(folder.join("engine-size.js"), format!("export default {bytes};\n"))?;
     for entry in fs::read_dir(SITE).with_context(|| SITE.to_owned())? {
@@ -31,7 +31,7 @@ pub(crate) fn build(folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Compiles the engine, and says where it is.
+/// Compiles the engine, and returns its path.
 fn compile() -> anyhow::Result<PathBuf> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -42,7 +42,7 @@ fn compile() -> anyhow::Result<PathBuf> {
         .args(["build", "--locked", "--profile", "page", "--package", "umbrage-page", "--target", TARGET])
         .arg("--target-dir")
         .arg(&target)
-        // Flags that are meant for this machine's programs aren't for browsers.
+        // Compiler flags for this machine's programs don't apply to browsers.
         .env("RUSTFLAGS", "-C target-feature=+simd128")
         .env_remove("CARGO_ENCODED_RUSTFLAGS");
     let status = command.status().context("cargo can't be run")?;
@@ -53,7 +53,7 @@ fn compile() -> anyhow::Result<PathBuf> {
     Ok(target.join(TARGET).join("page/umbrage_page.wasm"))
 }
 
-/// Whether Rust's own library is there for browsers.
+/// Whether Rust's standard library for browsers is installed.
 fn has_target() -> bool {
     let mut asked = Command::new("rustc");
     asked.args(["--print", "target-libdir", "--target", TARGET]);

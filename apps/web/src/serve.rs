@@ -10,14 +10,14 @@ use anyhow::{Context as _, anyhow, ensure};
 
 /// Connections that are answered at once; others wait for one of them to end. A browser opens six.
 const THREADS: usize = 32;
-/// The longest head of a request.
+/// Maximum length of a request's head, in bytes.
 const HEAD_BYTES: u64 = 16 << 10;
 /// The longest pause of a client, and the time for a whole request.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The time for a whole answer, in units of the patience.
 const ANSWER: u32 = 30;
 
-/// Answers browsers with the files of a folder, until the program is stopped.
+/// Serves the files of a folder to browsers, until the program is stopped.
 pub(crate) fn serve(folder: &Path, address: IpAddr, port: u16) -> anyhow::Result<()> {
     let index = folder.join("index.html");
     ensure!(index.is_file(), "{} isn't there: `web build FOLDER` makes a page", index.display());
@@ -30,7 +30,7 @@ pub(crate) fn serve(folder: &Path, address: IpAddr, port: u16) -> anyhow::Result
 }
 
 struct Site {
-    /// Its path without links.
+    /// The folder's path without links.
     folder: PathBuf,
     listener: TcpListener,
     patience: Duration,
@@ -40,11 +40,11 @@ struct Site {
 type Refusal = (&'static str, String);
 
 impl Site {
-    /// Answers, on so many threads, for ever.
+    /// Answers for ever, on this number of threads.
     fn run(&self, threads: usize) {
         let answer_all = || loop {
             match self.listener.accept() {
-                // A client that goes away, or is too slow, is its own trouble.
+                // Errors of clients that disconnect or are too slow are ignored.
                 Ok((stream, _)) => drop(self.answer(&stream)),
                 Err(_) => std::thread::sleep(Duration::from_millis(100)),
             }
@@ -88,7 +88,7 @@ impl Site {
         let headers = lines.filter_map(|line| line.split_once(':'));
         let hosts: Vec<_> =
             headers.filter(|(name, _)| name.eq_ignore_ascii_case("host")).map(|(_, host)| host.trim()).collect();
-        // A page of another site, whose name leads here for a moment, may not read this one (DNS rebinding).
+        // Pages of other sites, whose names may temporarily resolve to this server, must not read it (DNS rebinding).
         if !matches!(hosts.as_slice(), [host] if is_own(host, local)) {
             let own = SocketAddr::new(local.ip().to_canonical(), local.port());
             return Err(("421 Misdirected Request", format!("this page is at http://{own}, and at no other name\n")));
@@ -144,7 +144,7 @@ fn send(client: &mut Client<'_>, path: &Path, file: File, is_head: bool) -> io::
     Ok(())
 }
 
-/// A connection that ends at some moment, or with too long a pause.
+/// A connection with a deadline and a maximum pause.
 struct Client<'a> {
     stream: &'a TcpStream,
     pause: Duration,
@@ -176,7 +176,7 @@ impl Write for Client<'_> {
     }
 }
 
-/// What browsers must know to run it.
+/// Content type by file extension, which browsers need to run a file.
 fn content_type(path: &Path) -> &'static str {
     match path.extension().and_then(|end| end.to_str()) {
         Some("html") => "text/html; charset=utf-8",

@@ -73,7 +73,7 @@ pub(crate) fn open(
     Opened { address, clip, ground, variant, hide, sequence_fps, allow_outside }.open(py)
 }
 
-/// What a scene was opened from, as it was said.
+/// The arguments that a scene was opened with.
 #[derive(Clone, Debug, FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 struct Opened {

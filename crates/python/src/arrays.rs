@@ -11,7 +11,7 @@ use pyo3::types::PyTuple;
 
 use crate::errors::expected;
 
-/// What arrays are read as.
+/// A type of numbers that arrays are read as.
 pub(crate) trait Number: Element + Pod {
     /// numpy's name of it.
     const NAME: &'static str;
@@ -40,8 +40,8 @@ pub(crate) struct Rows<'py, T: Element, const N: usize> {
 }
 
 impl<'py, T: Number, const N: usize> Rows<'py, T, N> {
-    /// Takes what numpy makes an array of, and what has DLPack's protocol. It is copied only where it isn't contiguous, of another
-    /// type, or not aligned.
+    /// Takes any value that numpy makes an array of, or that has DLPack's protocol. It is copied only where it isn't
+    /// contiguous, of another type, or not aligned.
     pub(crate) fn new(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = contiguous(name, value)?;
         let rows = Self { array };
@@ -51,7 +51,7 @@ impl<'py, T: Number, const N: usize> Rows<'py, T, N> {
         Ok(rows)
     }
 
-    /// As [`Rows::new`], of two dimensions; `count` is what the first one is called.
+    /// As [`Rows::new`], of two dimensions; `count` is the name of the first one.
     pub(crate) fn table(name: &str, count: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = contiguous(name, value)?;
         if array.ndim() != 2 || array.shape()[1] != N {
@@ -182,7 +182,7 @@ pub(crate) fn shown(shape: &[usize]) -> String {
     text
 }
 
-/// How many there are of something.
+/// A count, as text.
 pub(crate) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }

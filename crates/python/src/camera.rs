@@ -319,8 +319,8 @@ impl Camera {
         umbrage::rays::Camera { position: self.position_from(origin).as_vec3(), ..self.camera }
     }
 
-    /// The origin from which `rays` have the position in f32. A camera with an image of its own has no target, which would say how
-    /// coarse f32 may be: a point a unit away stands for one.
+    /// The origin from which `rays` have the position in f32. A camera with an image of its own has no target to derive
+    /// the allowed rounding from: a point at distance 1 stands in for it.
     fn rays_origin(&self) -> DVec3 {
         let is_near = self.pinhole.is_some() && !is_far(self.origin, self.origin + self.camera.forward.as_dvec3());
         if is_near { DVec3::ZERO } else { self.origin }
@@ -400,9 +400,9 @@ pub(crate) struct Canvas {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelRays {
     pub(crate) view: View,
-    /// Where in the view the ray of the upper left pixel is; half a pixel from the corner where the view isn't off centre.
+    /// Position of the upper left pixel's ray in the view; half a pixel from the corner if the view is centred.
     pub(crate) offset_pixels: DVec2,
-    /// How many times as wide as high pixels are, unless they are square.
+    /// Ratio of a pixel's width to its height, unless they are equal.
     stretch: Option<f64>,
 }
 

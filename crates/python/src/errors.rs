@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use umbrage::scene::BadInstance;
 
-/// `OSError`, or the kind of it that the system's word is, where a file can't be read; else `ValueError`.
+/// `OSError`, or its subclass for the system's error, where a file can't be read; else `ValueError`.
 pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
     let message = error.to_string();
     let mut cause: Option<&(dyn Error + 'static)> = Some(&error);
@@ -20,12 +20,12 @@ pub(crate) fn exception(error: impl Error + 'static) -> PyErr {
     PyValueError::new_err(message)
 }
 
-/// An argument that is not what it should be.
+/// The error for an argument other than the expected one.
 pub(crate) fn expected(name: &str, expected: &str, found: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!("{name}: expected {expected}, found {found}"))
 }
 
-/// What is wrong with a mesh that is added.
+/// The error for a mesh that can't be added.
 pub(crate) fn bad_instance(bad: BadInstance) -> PyErr {
     match bad {
         BadInstance::Index { index, vertices } => {

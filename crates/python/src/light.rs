@@ -179,7 +179,7 @@ fn not_lights(found: &Bound<'_, PyAny>) -> PyErr {
     PyTypeError::new_err(format!("lights: expected a Light, a str or a sequence of them, found {found}"))
 }
 
-/// Where the light of lights comes from in a scene with this origin, each from one point or direction.
+/// The sources of lights in a scene with this origin, each a point or a direction.
 pub(crate) fn lights(value: &Bound<'_, PyAny>, origin: DVec3) -> PyResult<Vec<LightSource>> {
     let source = |spec: LightSpec| {
         // Strength and size make no difference.

@@ -19,10 +19,10 @@ use crate::errors::{exception, expected};
 use crate::light;
 use crate::threads::{handle_signals, pool};
 
-/// How often a render looks whether it shall end.
+/// Interval at which a render checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What is rendered.
+/// The triangles to render.
 #[derive(Clone, Copy)]
 pub(crate) enum Subject<'a> {
     /// A scene at a moment, in seconds.
@@ -31,7 +31,7 @@ pub(crate) enum Subject<'a> {
     Frame(&'a Frame),
 }
 
-/// How a picture looks, as it is said.
+/// The arguments of a picture.
 pub(crate) struct Look {
     settings: Settings,
     camera: Option<CameraSpec>,
@@ -45,7 +45,7 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    /// The size of pictures where nothing says it.
+    /// The default size of pictures.
     const SIZE: [u32; 2] = [1280, 720];
 
     pub(crate) fn new(
@@ -100,7 +100,7 @@ impl Look {
         Ok(self)
     }
 
-    /// The settings for a subject, which says which cameras there are and where its middle is.
+    /// The settings for a subject, whose cameras and middle they may refer to.
     fn settings(&self, subject: Subject<'_>) -> PyResult<Settings> {
         let Self { settings, camera, own, lights, .. } = self;
         let mut settings = settings.clone();
@@ -164,7 +164,7 @@ fn camera_spec(camera: &Bound<'_, PyAny>) -> PyResult<CameraSpec> {
     text.parse().map_err(|why: String| expected("camera", &format!("words such as X,Y,Z:X,Y,Z:FOV ({why})"), &text))
 }
 
-/// Renders on a thread of its own while this one handles signals, and ends it where one of them raises.
+/// Renders on a thread of its own while this one handles signals, and stops it if a handler raises.
 pub(crate) fn render<'py>(
     py: Python<'py>,
     nthreads: usize,
@@ -195,7 +195,7 @@ pub(crate) fn render<'py>(
                     }
                     Ok(film.develop(&settings))
                 });
-                // Whoever waits is there until this ends.
+                // The receiver exists until this thread ends.
                 let _ = done.send(());
                 image
             });

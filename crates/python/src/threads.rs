@@ -1,4 +1,4 @@
-//! Which threads compute, and Python's lock while they do.
+//! The threads that compute, without Python's lock.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,10 +9,10 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The most threads of a pool.
+/// Maximum threads of a pool.
 const MOST: usize = 1024;
 
-/// What [`set_threads`] was told; 0 for one a processor.
+/// The number of threads given to [`set_threads`]; 0 for one a processor.
 static CHOSEN: AtomicUsize = AtomicUsize::new(0);
 
 /// Pools by process and number of threads: a forked process has none of the threads of the one it came from.
@@ -92,7 +92,7 @@ impl Call {
     /// Computes a piece; on a thread without Python's lock.
     ///
     /// # Errors
-    /// What a signal's handler raises, as `KeyboardInterrupt`.
+    /// The exception that a signal's handler raises, as `KeyboardInterrupt`.
     pub(crate) fn piece<R: Send>(&self, work: impl FnOnce() -> R + Send) -> PyResult<R> {
         let done = self.pool.install(work);
         handle_signals()?;
@@ -113,7 +113,7 @@ pub(crate) fn in_pieces<R: Send>(
 /// Handles the signals that came, from a thread without Python's lock.
 ///
 /// # Errors
-/// What a signal's handler raises.
+/// The exception that a signal's handler raises.
 #[expect(clippy::redundant_closure_for_method_calls, reason = "the method itself has one lifetime only")]
 pub(crate) fn handle_signals() -> PyResult<()> {
     Python::attach(|py| py.check_signals())

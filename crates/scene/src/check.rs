@@ -1,4 +1,4 @@
-//! Whether what a frame is made of belongs together.
+//! Validation of frames: counts, indices, lights, cameras and materials.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -8,72 +8,71 @@ use umbrage_rays::{Camera, LightSource, Projection};
 
 use crate::{Frame, Light, LightShape, Material, Materials};
 
-/// What is wrong with a frame that was made by hand.
+/// An error in a frame that was made by hand.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BadFrame {
-    /// There isn't one for each.
+    /// A list has another length than the list that it belongs to.
     #[error("{count} {what} for {expected} {of_what}")]
     Count {
-        /// What there are too few or too many of.
+        /// Name of the list.
         what: &'static str,
-        /// How many.
+        /// Its length.
         count: usize,
-        /// What there should be one for each of.
+        /// Name of the list that it belongs to.
         of_what: &'static str,
-        /// How many there are of these.
+        /// Length of that list, which is the expected one.
         expected: usize,
     },
     /// The first triangle with a corner past the last vertex or a material past the last one, or the first material with a
     /// texture past the last one.
     #[error("{holder} {number} has {what} {index} of {count}")]
     Index {
-        /// What points there.
+        /// Kind of the item that holds the index.
         holder: &'static str,
-        /// Which one.
+        /// Its own index.
         number: usize,
-        /// What it points to.
+        /// Kind of the indexed item.
         what: &'static str,
-        /// Where that would be.
+        /// The index, out of range.
         index: u32,
-        /// How many there are.
+        /// Length of the indexed list.
         count: usize,
     },
-    /// The first light that is none.
+    /// The first invalid light.
     #[error("light {light}: {cause}")]
     Light {
         /// Its index.
         light: usize,
-        /// What is wrong with it.
+        /// The reason, in words.
         cause: &'static str,
     },
-    /// The first camera that is none.
+    /// The first invalid camera.
     #[error("camera {camera}: {cause}")]
     Camera {
         /// Its index.
         camera: usize,
-        /// What is wrong with it.
+        /// The reason, in words.
         cause: &'static str,
     },
-    /// The first material with a number that is none.
+    /// The first material with a number that isn't finite.
     #[error("material {material}: {cause}")]
     Material {
         /// Its index.
         material: usize,
-        /// What is wrong with it.
+        /// The reason, in words.
         cause: &'static str,
     },
 }
 
 impl Frame {
-    /// Whether the frame can be rendered: all that points at something points at something that is there, vertices and
-    /// triangles have all of what any of them has, lights and cameras are where and what their numbers say. Frames that
-    /// scenes are posed as are so.
+    /// Checks that the frame can be rendered: indices are in range, each triangle has a material, attributes of vertices
+    /// are complete or empty, and numbers of lights, cameras and materials are valid. Frames posed by scenes pass.
     ///
-    /// Positions may be no numbers: such triangles are left out.
+    /// Positions may be NaN or infinite: their triangles are left out.
     ///
     /// # Errors
-    /// What is wrong first.
+    /// The first error found.
     pub fn check(&self) -> Result<(), BadFrame> {
         self.check_lit_by(&self.lights)
     }
@@ -81,7 +80,7 @@ impl Frame {
     /// As [`Frame::check`], but lit by `lights` rather than the frame's own.
     ///
     /// # Errors
-    /// What is wrong first.
+    /// The first error found.
     pub fn check_lit_by(&self, lights: &[Light]) -> Result<(), BadFrame> {
         self.check_counts()?;
         let Materials { materials, textures } = &*self.materials;
@@ -130,7 +129,7 @@ impl Frame {
     }
 }
 
-/// Whether all that the `holders` point to is among `count` of it.
+/// Checks that all indices of `holders` are below `count`.
 fn check_indices<T: Sync, I: IntoIterator<Item = u32>>(
     [holder, what]: [&'static str; 2],
     holders: &[T],
@@ -144,10 +143,10 @@ fn check_indices<T: Sync, I: IntoIterator<Item = u32>>(
     }
 }
 
-/// Whether lights are where and what their numbers say, as [`Frame::check`] asks.
+/// Checks that numbers of lights are finite and in range, as [`Frame::check`] does.
 ///
 /// # Errors
-/// What is wrong first.
+/// The first error found.
 pub fn check_lights(lights: &[Light]) -> Result<(), BadFrame> {
     let check = |(light, of)| check_light(of).map_err(|cause| BadFrame::Light { light, cause });
     lights.iter().enumerate().try_for_each(check)
@@ -221,16 +220,16 @@ pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {
     if is_finite { Ok(()) } else { Err("one of its numbers is not finite") }
 }
 
-/// Whether a camera is one, as [`Frame::check`] asks.
+/// Checks that a camera's numbers are finite and its axes orthonormal, as [`Frame::check`] does.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// The reason, in words.
 pub fn check_camera(camera: &Camera) -> Result<(), &'static str> {
     let Camera { position, right, up, forward, projection } = *camera;
     if ![position, right, up, forward].iter().all(|vector| vector.is_finite()) {
         return Err("its position or an axis is not finite");
     }
-    // Axes that went through matrices in f32 are as good as this.
+    // Tolerance for axes that went through f32 matrices.
     const OFF: f32 = 1e-2;
     let is_unit = |axis: Vec3| (axis.length_squared() - 1.0).abs() < OFF;
     let is_upright = |a: Vec3, b: Vec3| a.dot(b).abs() < OFF;

@@ -6,7 +6,7 @@ use umbrage_rays::{Bounds, Camera, Parts, Triangles};
 
 use crate::{Light, Marks, Material, Materials, Objects, Texture};
 
-/// A scene at one moment: triangles in world space, and what lights, colours and sees them.
+/// A scene at one moment: triangles in world space, materials, lights and cameras.
 ///
 /// Keep one `Frame` and pose it again with [`Scene::pose`](crate::Scene::pose): its memory is reused. Triangles of your own
 /// become one with [`Frame::from_triangles`].
@@ -23,9 +23,9 @@ pub struct Frame {
     /// Unit tangent of each vertex and, in w, the sign of its bitangent; zero where the surface has no normal map. Empty
     /// when all are zero: a normal map then follows the texture coordinates of each triangle.
     pub tangents: Vec<Vec4>,
-    /// What vertices are joined to and painted with.
+    /// Triangles between the vertices, and their other attributes.
     pub mesh: Arc<Mesh>,
-    /// What [`Mesh::material_of_triangle`] points to.
+    /// Materials, indexed by [`Mesh::material_of_triangle`].
     pub materials: Arc<Materials>,
     /// The lights; when the file has none, one that is made ([`Scene::made_light`](crate::Scene::made_light)).
     pub lights: Vec<Light>,
@@ -33,8 +33,8 @@ pub struct Frame {
     pub light_is_made: bool,
     /// The file's cameras; may be empty, see [`Frame::camera`].
     pub cameras: Vec<NamedCamera>,
-    /// A box around the scene over the whole animation, as far as it is known without posing every moment.
-    /// Empty where that isn't known: then a camera is made for the triangles as they are.
+    /// A box around the scene over the whole animation, as far as it is known without posing every moment. Empty if
+    /// unknown: a made camera then frames the frame's own triangles.
     pub animation_bounds: Bounds,
 }
 
@@ -45,27 +45,27 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index of each triangle's material in [`Materials::materials`], in range.
     pub material_of_triangle: Vec<u32>,
-    /// The part of each triangle, for [`Parts`]: all that doesn't move is one, and so is what hangs on one animated node or mostly
-    /// follows one joint of a skin. Empty where that isn't known.
+    /// The part of each triangle, for [`Parts`]: all motionless triangles are one part, and so are those of one animated
+    /// node, or those that mostly follow one joint of a skin. Empty where that isn't known.
     pub part_of_triangle: Vec<u32>,
     /// The object of each part, for [`Parts`]: parts of one skin are of one object. Empty where each part is an object.
     pub object_of_part: Vec<u32>,
-    /// Two sets of texture coordinates for each vertex, (0, 0) being the image's upper left corner. A set that
-    /// nothing has is empty.
+    /// Two sets of texture coordinates for each vertex, (0, 0) being the image's upper left corner. An unused set is
+    /// empty.
     pub tex_coords: [Vec<Vec2>; 2],
     /// Linear colour and opacity of each vertex, which multiply the material's. Empty when all are white.
     pub colors: Vec<Vec4>,
     /// The names of objects, for layers of pictures; empty where all triangles are one without a name.
     pub objects: Objects,
-    /// How many triangles, which are the last ones, are a [`Ground`](crate::Ground) that was put under the scene.
+    /// Number of triangles, at the end, of a [`Ground`](crate::Ground) under the scene.
     pub ground_triangles: usize,
     /// Points and lines.
     pub marks: Marks,
 }
 
 impl Mesh {
-    /// The same vertices with some of the triangles: those of `runs`, in rising order, each of one object; and with
-    /// those points and lines for which `shows_marks` says so, as [`Marks::only`] asks.
+    /// The same vertices with the triangles of `runs`, in rising order, each of one object, and the points and lines that
+    /// `shows_marks` accepts, as in [`Marks::only`].
     pub(crate) fn with_only(
         &self,
         runs: impl Iterator<Item = Range<usize>>,
@@ -100,7 +100,7 @@ impl Frame {
     /// Triangles in world space, each of three indices into `positions`: flat, in [clay](Material::clay), without lights and
     /// cameras.
     ///
-    /// All fields are yours to change; [`Frame::check`] says whether they still belong together.
+    /// All fields may be changed; [`Frame::check`] validates the result.
     #[must_use]
     pub fn from_triangles(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Self {
         let material_of_triangle = vec![0; triangles.len()];
@@ -113,7 +113,7 @@ impl Frame {
         }
     }
 
-    /// Takes the vertices, mesh and materials of `other`, in the memory that is there. All else stays.
+    /// Takes the vertices, mesh and materials of `other`, in its own memory. All else stays.
     pub fn copy_surfaces(&mut self, other: &Self) {
         self.positions.clone_from(&other.positions);
         self.normals.clone_from(&other.normals);
@@ -122,26 +122,26 @@ impl Frame {
         self.materials.clone_from(&other.materials);
     }
 
-    /// The frame's triangles, as structures are built over them.
+    /// The frame's triangles, for building structures.
     #[must_use]
     pub fn triangles(&self) -> Triangles<'_> {
         Triangles { positions: &self.positions, indices: &self.mesh.triangles }
     }
 
-    /// A box around all that is seen: triangles that rays can hit, points and lines.
+    /// A box around all visible content: triangles that rays can hit, points and lines.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         self.triangles().bounds().union(Bounds::of_points(self.mark_positions()))
     }
 
-    /// Where the ends of points and lines are, as far as they are anywhere.
+    /// Positions of points and of lines' ends, if finite.
     fn mark_positions(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
         let vertices = self.mesh.marks.vertices();
         vertices
             .filter_map(|vertex| self.positions.get(vertex as usize).copied().filter(|position| position.is_finite()))
     }
 
-    /// Which of them move together, as far as is known.
+    /// Groups of triangles that move together, as far as is known.
     #[must_use]
     pub fn parts(&self) -> Parts<'_> {
         Parts { of_triangle: &self.mesh.part_of_triangle, objects: &self.mesh.object_of_part }

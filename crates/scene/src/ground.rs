@@ -1,4 +1,4 @@
-//! A floor under what has none.
+//! A floor under scenes without one.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,11 +11,10 @@ use crate::derived::Derived;
 use crate::rig::{Part, Placement, Pose, Rig, Shape};
 use crate::{Frame, Material, Materials, Mesh, Objects};
 
-/// A level floor under a scene, so that it has something to stand on and its shadows something to fall on: `shadow` or
-/// `matte`, then, if wanted, `:HEIGHT`.
+/// A level floor under a scene, which receives its shadows: `shadow` or `matte`, optionally followed by `:HEIGHT`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ground {
-    /// What it looks like.
+    /// Its appearance.
     pub surface: GroundSurface,
     /// Its world height along +Y, in world units; `None` for just below the lowest point of the scene over its animation, as
     /// far as that is known without posing every moment.
@@ -56,10 +55,10 @@ impl FromStr for GroundChoice {
     }
 }
 
-/// What a ground looks like.
+/// Appearance of a ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundSurface {
-    /// Only the shadows on it are seen: what is around the scene, darker.
+    /// A shadow catcher: shows the background, darkened by the shadows on it.
     #[default]
     Shadow,
     /// Rough and light grey.
@@ -95,11 +94,12 @@ impl FromStr for Ground {
 }
 
 impl Ground {
-    /// How far it reaches from the middle of the scene, in halves of the scene's diagonal. From where one sees the whole scene
+    /// Distance from the middle of the scene to its sides, in halves of the scene's diagonal. In views of the whole scene
     /// it ends close to the horizon, and shadows are whole until a light is 2° above it.
     const REACH: f32 = 30.0;
-    /// How far it is below the scene, in diagonals: where a floor of the scene is at its lowest point, every ray would meet both,
-    /// and to find that they are equally far is exact arithmetic: in `demo:cloth` at 1024², *see* took 131 ms instead of 16.
+    /// Distance below the scene, in diagonals. Without it, rays would hit the ground and a floor at the scene's lowest
+    /// point at equal depths, which only exact arithmetic finds: in `demo:cloth` at 1024², *see* took 131 ms instead of
+    /// 16.
     const GAP: f32 = 1e-5;
 
     fn material(self) -> Material {
@@ -107,7 +107,7 @@ impl Ground {
         Material { catches_shadows: self.surface == GroundSurface::Shadow, ..grey }
     }
 
-    /// Its corners, counterclockwise from above; `None` where there is nothing that it could be under.
+    /// Its corners, counterclockwise from above; `None` if the scene has no extent or a corner isn't finite.
     fn corners(self, scene: Bounds) -> Option<[Vec3; 4]> {
         let (center, diagonal) = (scene.center(), scene.size().length());
         let reach = 0.5 * Self::REACH * diagonal;
@@ -118,8 +118,8 @@ impl Ground {
     }
 }
 
-/// Whether a frame needs a ground to stand on: it has neither lights nor a floor, which is level triangles that face up near its
-/// lowest point, over half of what it covers from above, with something that stands on them.
+/// Whether a frame needs a ground: it has neither lights nor a floor. A floor is level triangles that face up near the
+/// frame's lowest point and cover over half of its bounds from above, with something that stands on them.
 pub(crate) fn lacks_floor(frame: &Frame) -> bool {
     /// Parts of the diagonal, and of the area.
     const NEAR: f32 = 0.02;
@@ -150,12 +150,12 @@ pub(crate) fn lacks_floor(frame: &Frame) -> bool {
     floor <= SHARE * f64::from(size.x) * f64::from(size.z)
 }
 
-/// What a ground makes of the frames of a scene: theirs with two triangles more, which come last.
+/// Adds a ground to a scene's frames: two triangles, which come last.
 #[derive(Debug)]
 pub(crate) struct Grounded {
     pub(crate) ground: Ground,
     corners: Option<[Vec3; 4]>,
-    /// What was made of a mesh and of materials last: they usually stay the same.
+    /// The last mesh and materials with a ground: they usually stay the same.
     mesh: Derived<Mesh>,
     materials: Derived<Materials>,
     rig: Derived<Rig>,
@@ -169,7 +169,7 @@ impl Grounded {
         Self { ground, corners, mesh: Derived::default(), materials: Derived::default(), rig: Derived::default() }
     }
 
-    /// Puts the ground under a frame whose vertices are there.
+    /// Puts the ground under a frame with vertices.
     pub(crate) fn put_under(&self, frame: &mut Frame) {
         let Some(corners) = self.corners else { return };
         let vertices = frame.positions.len();
@@ -183,7 +183,7 @@ impl Grounded {
         self.extend_surfaces(frame, vertices);
     }
 
-    /// Puts the ground under a frame whose vertices a rig moves, and gives the rig that moves the ground's as well.
+    /// Puts the ground under a frame whose vertices a rig moves; returns the rig with the ground's vertices added.
     pub(crate) fn put_under_rig(&self, rig: &Arc<Rig>, frame: &mut Frame, pose: &mut Pose) -> Arc<Rig> {
         let Some(corners) = self.corners else { return Arc::clone(rig) };
         self.extend_surfaces(frame, rig.vertices);

@@ -7,7 +7,7 @@ use wildmatch::WildMatch;
 use crate::Mesh;
 use crate::derived::Derived;
 
-/// Which objects of a scene aren't shown: neither seen nor in anything's light.
+/// The hidden objects of a scene, which are invisible and cast no shadows.
 #[derive(Debug)]
 pub(crate) struct Hidden {
     names: Vec<String>,
@@ -15,7 +15,7 @@ pub(crate) struct Hidden {
 }
 
 impl Hidden {
-    /// Those with some names, in which `*` stands for any characters and `?` for any one.
+    /// The objects with some names, in which `*` stands for any characters and `?` for any one.
     ///
     /// # Errors
     /// The first name that none of these objects has.
@@ -26,12 +26,12 @@ impl Hidden {
         }
     }
 
-    /// Whether an object is one of them.
+    /// Whether an object is hidden.
     pub(crate) fn has(&self, object: &str) -> bool {
         self.names.iter().any(|name| is_meant(name, object))
     }
 
-    /// Takes their triangles out of a mesh.
+    /// Removes their triangles from a mesh.
     pub(crate) fn take_out(&self, mesh: &mut Arc<Mesh>) {
         if mesh.objects.names().iter().any(|name| self.has(name)) {
             *mesh = self.mesh.of(mesh, |mesh| {
@@ -46,7 +46,7 @@ impl Hidden {
     }
 }
 
-/// Whether a name, or a pattern, means an object.
+/// Whether a name or a pattern matches an object.
 fn is_meant(name: &str, object: &str) -> bool {
     name == object || name.contains(['*', '?']) && WildMatch::new(name).matches(object)
 }
@@ -86,7 +86,7 @@ mod tests {
             assert_eq!(scene.objects(), room.objects());
             assert_eq!(scene.is_hidden("Floor"), !shown.contains(&0));
             assert_eq!(triangles(&scene), shown.iter().map(|&triangle: &usize| all[triangle]).collect::<Vec<_>>());
-            // From what was hidden, too.
+            // Also from a scene with hidden objects.
             assert_eq!(triangles(&hiding(&scene, &[]).unwrap()), all);
         }
         let mut without_floor = hiding(&room, &["Floor"]).unwrap();

@@ -9,10 +9,10 @@ use umbrage_rays::{Hit, Triangles};
 use crate::rig::{Placement, Pose, Rig};
 use crate::{Error, Frame, Objects, Scene};
 
-/// Meshes that are put somewhere, each an instance with an id: the nodes of a glTF file, or what you add.
+/// Meshes with transforms, each an instance with an id: the nodes of a glTF file, or your own.
 ///
-/// Its [triangles](Self::triangles) are those of all instances in world space, one after the other, for every structure. A hit
-/// among them is a hit of an instance: [`Instances::hit`] says of which, of which of its triangles, and where in its own space.
+/// Its [triangles](Self::triangles) are those of all instances in world space, one after the other, for every structure.
+/// [`Instances::hit`] turns a hit among them into the instance, its triangle, and the position in its own space.
 ///
 /// ```
 /// use glam::{DAffine3, DVec3, Vec3};
@@ -40,7 +40,7 @@ pub struct Instances {
     origin: DVec3,
 }
 
-/// A mesh that is put somewhere.
+/// A mesh with a transform.
 #[derive(Clone, Debug)]
 pub struct Instance {
     name: Arc<str>,
@@ -51,7 +51,7 @@ pub struct Instance {
     origin: DVec3,
 }
 
-/// Where a mesh was put.
+/// A mesh's transform to the world, and its own vertices.
 #[derive(Clone, Debug)]
 struct Placed {
     world_from_object: DAffine3,
@@ -59,15 +59,15 @@ struct Placed {
     vertices: Vec<Vec3>,
 }
 
-/// Where an instance is hit.
+/// A hit of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceHit {
     /// The instance's id.
     pub instance: u32,
     /// The triangle's number among the instance's own.
     pub triangle: u32,
-    /// Where that is in the instance's own space: the hit's weights of its own corners, not the world's point brought back, so it
-    /// is in the triangle however the instance is turned.
+    /// Position in the instance's own space, interpolated from its own corners by the hit's weights rather than
+    /// transformed back from the world, so it is in the triangle for every transform.
     pub position: DVec3,
 }
 
@@ -77,9 +77,9 @@ pub enum BadInstance {
     /// A triangle has a vertex that isn't there.
     #[error("a triangle has vertex {index}, but there are {vertices}")]
     Index {
-        /// Of the vertex.
+        /// The vertex's index.
         index: u32,
-        /// How many there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// All instances together would have more vertices or triangles than there are ids.
@@ -88,7 +88,7 @@ pub enum BadInstance {
 }
 
 impl Instance {
-    /// Its name; those of several may be the same.
+    /// Its name; several instances may have the same one.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -100,13 +100,13 @@ impl Instance {
         self.triangles.clone()
     }
 
-    /// How many vertices it has.
+    /// Number of its vertices.
     #[must_use]
     pub fn vertices(&self) -> usize {
         self.vertices.len()
     }
 
-    /// Where it was put last, in the world's coordinates; at first at the [origin](Instances::origin).
+    /// Its last transform, in the world's coordinates; at first the translation to the [origin](Instances::origin).
     #[must_use]
     pub fn world_from_object(&self) -> DAffine3 {
         let at_origin = || DAffine3::from_translation(self.origin);
@@ -126,7 +126,7 @@ impl Placed {
 }
 
 impl Instances {
-    /// None, of triangles that count from a point of the world: [`Scene::origin`] says why.
+    /// No instances; triangles count from a point of the world, for the reasons of [`Scene::origin`].
     #[must_use]
     pub fn with_origin(origin: DVec3) -> Self {
         Self { origin, ..Self::default() }
@@ -138,7 +138,7 @@ impl Instances {
         self.origin
     }
 
-    /// The instances of a scene at a moment; triangles have the order, and are where, they are in its frames.
+    /// The instances of a scene at a moment; triangles have the same order and positions as in its frames.
     ///
     /// In a glTF file each node that has a mesh is one, or each copy that it shows of one (of several materials: each copy of each
     /// part). Meshes that follow a skin or morph have no rigid place: their own space is the world's, as it is for the objects of
@@ -200,8 +200,8 @@ impl Instances {
         self.all.push(Instance { name, vertices, triangles, placed, origin: self.origin });
     }
 
-    /// Adds a mesh whose own space is the world's until it is [put elsewhere](Self::set_transform), and gives its id: how many there
-    /// were before. All is copied.
+    /// Adds a copy of a mesh, whose own space is the world's until [`set_transform`](Self::set_transform), and returns
+    /// its id: the number of earlier instances.
     ///
     /// # Errors
     /// Where a triangle has a vertex that isn't there, or there would be too many vertices or triangles.
@@ -211,7 +211,7 @@ impl Instances {
             return Err(BadInstance::Index { index, vertices: vertices.len() });
         }
         let (first, first_triangle) = (self.positions.len(), self.indices.len());
-        // The highest id stands for none.
+        // The highest id stands for no triangle.
         let most = u32::MAX as usize;
         if first + vertices.len() >= most || first_triangle + triangles.len() >= most || self.all.len() + 1 >= most {
             return Err(BadInstance::TooMany);
@@ -244,7 +244,7 @@ impl Instances {
         }
     }
 
-    /// Puts an instance elsewhere in the world, in place of where it was: computed in f64 and rounded to f32 once.
+    /// Replaces an instance's transform to the world: positions are computed in f64 and rounded to f32 once.
     ///
     /// # Panics
     /// If there is no such instance.
@@ -262,7 +262,7 @@ impl Instances {
         &self.all
     }
 
-    /// The vertices of an instance in its own space, and its triangles, whose corners are numbers among these.
+    /// The vertices of an instance in its own space, and its triangles, as indices of these.
     ///
     /// # Panics
     /// If there is no such instance.
@@ -279,19 +279,19 @@ impl Instances {
         Triangles { positions: &self.positions, indices: &self.indices }
     }
 
-    /// The instance that has a triangle, given by its id among all, and the triangle's number there.
+    /// The instance of a triangle, given by its id among all, and the triangle's number within the instance.
     ///
     /// # Panics
     /// If there is no such triangle.
     #[must_use]
     pub fn of_triangle(&self, triangle: u32) -> [u32; 2] {
         let id = triangle as usize;
-        // Those without triangles end where they begin.
+        // Instances without triangles have empty ranges.
         let instance = self.all.partition_point(|instance| instance.triangles.end <= id);
         [instance as u32, (id - self.all[instance].triangles.start) as u32]
     }
 
-    /// Which instance a hit among [triangles](Self::triangles) is of, and where.
+    /// Converts a hit among [triangles](Self::triangles) to the instance and the position in its own space.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -308,8 +308,7 @@ impl Instances {
     }
 }
 
-/// What makes triangles that follow each other an instance: the index of their object's name, and that of the matrix which moves
-/// them as they are.
+/// Key by which consecutive triangles form an instance: the index of their object's name, and that of their rigid matrix.
 #[derive(Clone, Copy, PartialEq)]
 struct Object {
     name: Option<u32>,
@@ -329,7 +328,7 @@ impl Object {
     }
 }
 
-/// The part that has a vertex: parts have no gaps.
+/// The part of a vertex; parts have no gaps.
 fn part_of(rig: &Rig, vertex: u32) -> usize {
     rig.parts.partition_point(|part| part.first_vertex <= vertex) - 1
 }

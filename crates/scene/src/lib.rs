@@ -1,4 +1,4 @@
-//! What is there at time t?
+//! Scenes at time t: readers of files, animation and frames of triangles.
 #![forbid(unsafe_code)]
 
 mod check;

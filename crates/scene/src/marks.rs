@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::memory::Budget;
 
-/// Points and lines between vertices of a [`Mesh`](crate::Mesh), which pictures show as disks and ribbons of some pixels.
+/// Points and lines between vertices of a [`Mesh`](crate::Mesh), which pictures show as disks and ribbons with a size in
+/// pixels.
 ///
 /// They have the base colour of their material times their vertices' own, without any light. Rays don't meet them: they cast no
 /// shadow and are in no mirror. 4 bytes a point, 8 a line.
@@ -15,13 +16,13 @@ pub struct Marks {
     runs: Vec<Run>,
 }
 
-/// Points and lines in a row that share a material and an object.
+/// Consecutive points and lines of one material and one object.
 #[derive(Clone, Debug)]
 struct Run {
     points: Range<usize>,
     lines: Range<usize>,
     material: u32,
-    /// As an index into the names of the mesh's objects.
+    /// Index into the names of the mesh's objects.
     object: Option<u32>,
 }
 
@@ -75,7 +76,7 @@ impl Marks {
         self.points.iter().chain(self.lines.as_flattened()).copied()
     }
 
-    /// How many points and lines there are.
+    /// Number of points and lines.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len() + self.lines.len()
@@ -93,13 +94,13 @@ impl Marks {
         size_of_val(self.points.as_slice()) + size_of_val(self.lines.as_slice()) + size_of_val(self.runs.as_slice())
     }
 
-    /// Has points and lines be of a material and an object until the next call.
+    /// Begins a run: the following points and lines have this material and object.
     pub(crate) fn begin(&mut self, material: u32, object: Option<u32>) {
         let (points, lines) = (self.points.len(), self.lines.len());
         self.runs.push(Run { points: points..points, lines: lines..lines, material, object });
     }
 
-    /// As [`begin`](Self::begin), but nothing where the last ones are of the same material and object.
+    /// As [`begin`](Self::begin), but continues the last run if it has the same material and object.
     pub(crate) fn go_on(&mut self, material: u32, object: Option<u32>) {
         if self.runs.last().is_none_or(|last| (last.material, last.object) != (material, object)) {
             self.begin(material, object);
@@ -118,17 +119,17 @@ impl Marks {
         self.runs.last_mut().into_iter().for_each(|run| run.lines.end += 1);
     }
 
-    /// Makes room for so many more points and lines.
+    /// Reserves memory for more points and lines.
     ///
     /// # Errors
-    /// Says in words that there isn't memory enough.
+    /// A message, where memory is too small.
     pub(crate) fn reserve(&mut self, points: usize, lines: usize, budget: &Budget) -> Result<(), String> {
         budget.reserve(&mut self.points, points, "points")?;
         budget.reserve(&mut self.lines, lines, "lines")?;
         budget.reserve(&mut self.runs, 1, "points and lines")
     }
 
-    /// Those runs that `is_shown` says are, given the number of each, from 0, and its object.
+    /// The runs that `is_shown` accepts, given the index of each and its object.
     pub(crate) fn only(&self, is_shown: impl Fn(usize, Option<u32>) -> bool) -> Self {
         let mut shown = Self::default();
         for (_, run) in self.runs.iter().enumerate().filter(|&(number, run)| is_shown(number, run.object)) {

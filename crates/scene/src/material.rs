@@ -6,21 +6,21 @@ use crate::{Error, Layers, Texture, TextureTraffic};
 /// Every material and texture of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Materials {
-    /// What [`Mesh::material_of_triangle`](crate::Mesh) points to.
+    /// Materials, indexed by [`Mesh::material_of_triangle`](crate::Mesh).
     pub materials: Vec<Material>,
-    /// What [`TextureUse::texture`] points to.
+    /// Textures, indexed by [`TextureUse::texture`].
     pub textures: Vec<Texture>,
 }
 
 impl Materials {
-    /// What was read so far of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) by
-    /// all who have them; `None` where all textures are in memory.
+    /// Reads of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) so far, by all
+    /// users of the textures; `None` where all textures are in memory.
     #[must_use]
     pub fn texture_traffic(&self) -> Option<TextureTraffic> {
         self.tile_pool().map(TilePool::traffic)
     }
 
-    /// Whether all that was read of the textures so far is what is in them.
+    /// Checks that all reads of textures so far have succeeded.
     ///
     /// # Errors
     /// [`Error::TextureFile`], where the file of textures on demand couldn't be read: some texels were black then.
@@ -64,11 +64,11 @@ pub struct Material {
     pub emissive: Vec3,
     /// Emitted colour (sRGB).
     pub emissive_texture: Option<TextureUse>,
-    /// What opacity does.
+    /// Effect of opacity.
     pub alpha: Alpha,
-    /// Whether triangles have a back, too; without, what shows its back isn't there, for any ray.
+    /// Whether triangles have a back, too; otherwise all rays pass through them from behind.
     pub double_sided: bool,
-    /// Shown in its base colour whatever the light (`KHR_materials_unlit`).
+    /// Shown in its base colour, unaffected by light (`KHR_materials_unlit`).
     pub unlit: bool,
     /// How much light passes through instead of being scattered, 0 … 1 (`KHR_materials_transmission`).
     pub transmission: f32,
@@ -76,14 +76,14 @@ pub struct Material {
     pub transmission_texture: Option<TextureUse>,
     /// Index of refraction (`KHR_materials_ior`).
     pub ior: f32,
-    /// How much more blue light is refracted than red, by 20 over Abbe's number (`KHR_materials_dispersion`).
+    /// Dispersion, 20 over Abbe's number: blue light is refracted more than red (`KHR_materials_dispersion`).
     pub dispersion: f32,
-    /// What is inside (`KHR_materials_volume`).
+    /// The medium inside (`KHR_materials_volume`).
     pub volume: Volume,
-    /// Whether only the shadows on it are seen: it looks like what is around the scene, darker by as much of the light as
-    /// something keeps away. Its colours then say nothing; it should be opaque.
+    /// Whether it is a shadow catcher: it shows the background, darkened by the share of light that occluders block. Its
+    /// colours are then ignored; it should be opaque.
     pub catches_shadows: bool,
-    /// What few materials have; `None` for nothing of it.
+    /// Properties that few materials have; `None` for none of them.
     pub layers: Option<Box<Layers>>,
 }
 
@@ -118,20 +118,20 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Whether its surfaces are where a volume begins and ends that light goes through, rather than thin walls. They have both
-    /// sides then, as `KHR_materials_volume` says.
+    /// Whether its surfaces bound a transmissive volume, rather than being thin walls. They are then double-sided, as
+    /// `KHR_materials_volume` says.
     #[must_use]
     pub fn bounds_volume(&self) -> bool {
         self.transmission > 0.0 && self.volume.thickness > 0.0
     }
 
-    /// Whether what is straight behind its surfaces may be seen through them.
+    /// Whether its surfaces may show objects straight behind them.
     #[must_use]
     pub fn is_see_through(&self) -> bool {
         self.alpha == Alpha::Blend || self.transmission > 0.0
     }
 
-    /// What a surface is shown in whose file says nothing of materials: rough, light grey and two-sided.
+    /// The material of files without materials: rough, light grey and two-sided.
     #[must_use]
     pub fn clay() -> Self {
         Self { base_color: Vec4::new(0.7, 0.7, 0.7, 1.0), double_sided: true, ..Self::default() }
@@ -153,21 +153,21 @@ impl Material {
     }
 }
 
-/// What a material's opacity does.
+/// Effect of a material's opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {
-    /// Nothing.
+    /// Opacity is ignored.
     Opaque,
     /// Points with an opacity below the cutoff are not there.
     Mask {
         /// Usually 0.5.
         cutoff: f32,
     },
-    /// Opacity mixes with what is behind.
+    /// Opacity blends the surface with the background.
     Blend,
 }
 
-/// What is inside a closed transmissive surface.
+/// The medium inside a closed transmissive surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// Thickness in the mesh's own units; 0 for a thin wall.

@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Which triangles have which name: nodes of glTF files, objects and groups of OBJ files, parts of built-in scenes.
+/// The named objects of triangles: nodes of glTF files, objects and groups of OBJ files, parts of built-in scenes.
 ///
 /// An object is known by its name: all triangles of one name are one object. Triangles come in runs of the same object, so this is
 /// small beside the mesh.
@@ -18,8 +18,8 @@ impl Objects {
     /// The name of the only object of a mesh that names none.
     pub const WHOLE: &str = "scene";
 
-    /// Has the triangles from `first_triangle` on be of the object `name`, until the next call says otherwise. Calls come in
-    /// the order of triangles.
+    /// Assigns the triangles from `first_triangle` on to the object `name`, up to the next call's. Calls come in the
+    /// order of triangles.
     pub fn begin(&mut self, first_triangle: usize, name: &str) {
         let number = self.number_of_name.get(name).copied().unwrap_or_else(|| {
             let (name, number) = (Arc::<str>::from(name), self.names.len() as u32);
@@ -28,7 +28,7 @@ impl Objects {
             number
         });
         let first = first_triangle as u32;
-        // The last one had no triangles.
+        // The last run had no triangles.
         if self.runs.last().is_some_and(|&(last, _)| last == first) {
             self.runs.pop();
         }
@@ -37,7 +37,7 @@ impl Objects {
         }
     }
 
-    /// Whether the mesh names no object: then all of it is one.
+    /// Whether the mesh names no object: all of it is then one object.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
@@ -62,7 +62,7 @@ impl Objects {
         self.runs.last().map(|&(_, object)| object)
     }
 
-    /// All of so many triangles in runs, each with the object that its triangles are of.
+    /// The runs of a mesh with this number of triangles, each with its object.
     pub(crate) fn runs(&self, triangles: usize) -> impl Iterator<Item = (Range<usize>, Option<u32>)> {
         let begun = self.runs.iter().map(|&(first, object)| (first as usize, Some(object)));
         let ends = begun.clone().map(|(first, _)| first).chain(std::iter::once(triangles));

@@ -37,27 +37,27 @@ impl Frame {
         a * (1.0 - v - w) + b * v + c * w
     }
 
-    /// Whether some material lets one look through it at what is behind.
+    /// Whether any material may show objects straight behind its surfaces.
     #[must_use]
     pub fn is_see_through(&self) -> bool {
         self.materials.materials.iter().any(Material::is_see_through)
     }
 
-    /// What stops camera rays: everything does, but what an alpha mask cuts away.
+    /// Opacity for camera rays: all points stop them, except those that alpha masks cut away.
     #[must_use]
     pub fn camera_opacity(&self) -> FrameOpacity<'_> {
         FrameOpacity::new(self, false)
     }
 
-    /// What keeps light off what is behind it: masked-out points don't, blended ones do where they are at least half opaque,
-    /// and materials that transmit at least half of the light don't at all.
+    /// Opacity for shadow rays: masked-out points don't stop them, blended ones do where they are at least half opaque,
+    /// and materials that transmit at least half of the light never do.
     #[must_use]
     pub fn shadow_opacity(&self) -> FrameOpacity<'_> {
         FrameOpacity::new(self, true)
     }
 
-    /// How much of the light behind a point of a triangle comes straight through, of red, green and blue: what opacity leaves
-    /// of it, and what is transmitted rather than mirrored at the front.
+    /// Share of red, green and blue light that passes straight through a point of a triangle: the part that opacity
+    /// leaves, and the part that is transmitted rather than mirrored at the front.
     #[must_use]
     pub fn passing(&self, triangle: u32, barycentric: [f32; 2]) -> Vec3 {
         let material = self.material(triangle);
@@ -87,7 +87,7 @@ impl Frame {
         Vec3::splat(1.0 - opacity) + color.truncate() * (opacity * transmission * entering)
     }
 
-    /// Opacity of a point of a triangle, read from the full-size texture: the same for every ray that asks.
+    /// Opacity of a point of a triangle, read from the full-size texture: the same for every ray.
     fn opacity(&self, triangle: u32, barycentric: [f32; 2]) -> f32 {
         let material = self.material(triangle);
         let texture = material.base_color_texture.map_or(1.0, |texture| {
@@ -98,7 +98,7 @@ impl Frame {
     }
 }
 
-/// What of a frame's triangles stops rays of one kind.
+/// Opacity of a frame's triangles for camera rays or for shadow rays.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameOpacity<'a> {
     frame: &'a Frame,
@@ -119,7 +119,7 @@ pub enum OpaquePart {
 }
 
 impl Material {
-    /// What of its triangles stops camera rays.
+    /// The part of its triangles that stops camera rays.
     #[must_use]
     pub fn camera_part(&self) -> OpaquePart {
         match self.alpha {
@@ -128,7 +128,7 @@ impl Material {
         }
     }
 
-    /// What of its triangles stops shadow rays.
+    /// The part of its triangles that stops shadow rays.
     #[must_use]
     pub fn shadow_part(&self) -> OpaquePart {
         match self.alpha {
@@ -195,34 +195,34 @@ impl Opacity for FrameOpacity<'_> {
     }
 }
 
-/// What a triangle's opacity is made of, as linear functions of the weights of its second and third vertex.
+/// Factors of a triangle's opacity, as linear functions of the weights of its second and third vertex.
 #[derive(Debug)]
 struct OpacityPlane<'a> {
     texture: Option<&'a Texture>,
     /// Texture coordinates, in texels, of the first vertex, and from there to the others.
     coords: [Vec2; 3],
-    /// How wrong they may be along each axis.
+    /// Their error bound along each axis.
     coords_error: Vec2,
     /// Vertex opacity of the first vertex, and how much more it is at the others.
     vertex: [f32; 3],
-    /// How wrong a vertex opacity may be.
+    /// Error bound of a vertex opacity.
     vertex_error: f32,
     /// The material's own opacity.
     base: f32,
 }
 
 impl<'a> OpacityPlane<'a> {
-    /// How far weights, and what they may be wrong by, are allowed to leave 0 … 1.
+    /// Maximum distance of weights outside 0 … 1, and maximum of their errors.
     const OVERHANG: f32 = 0.25;
 
     /// Roundings between two ways to interpolate three values up to one, which are linear functions of them with three
     /// steps in between; f32 ulps relative to the largest that takes part.
     ///
-    /// With weights that are at most 1/2 outside of their range, the magnitudes of three weights add up to three at
-    /// most. In half ulps, the way of [`Frame::tex_coords`] is wrong by 12.5 (3.5 for the first weight, 3 for the
-    /// products, 6 for the sums), the transform by 12 more, the product with the size by 3 and the move by half a texel
-    /// by 3.5. The way taken here is wrong by 4 for the first vertex, 25 for the differences and what makes texels of
-    /// them, 16 for products and sums, and by 14 for the reach and the bounds around it.
+    /// With weights that are at most 1/2 outside of their range, the magnitudes of three weights add up to three at most.
+    /// In half ulps, the way of [`Frame::tex_coords`] is wrong by 12.5 (3.5 for the first weight, 3 for the products, 6
+    /// for the sums), the transform by 12 more, the product with the size by 3 and the move by half a texel by 3.5. The
+    /// way taken here is wrong by 4 for the first vertex, 25 for the differences and their conversion to texels, 16 for
+    /// products and sums, and by 14 for the reach and the bounds around it.
     const ROUNDING: f32 = 64.0 * f32::EPSILON;
 
     fn new(frame: &'a Frame, triangle: u32) -> Self {
@@ -257,8 +257,7 @@ impl<'a> OpacityPlane<'a> {
         plane
     }
 
-    /// Whether the opacity of all points around one is at least `cutoff`, or that of none is; `None` where that is
-    /// undecided.
+    /// Whether the opacity of all points within `error` is at least `cutoff`, or that of none is; `None` where undecided.
     #[inline]
     fn is_above(&self, cutoff: f32, barycentric: [f32; 2], error: f32) -> Option<bool> {
         let [low, high] = self.opacity_within(barycentric, error)?;
@@ -271,7 +270,8 @@ impl<'a> OpacityPlane<'a> {
         }
     }
 
-    /// Bounds of the opacity, as [`Opacity::stops`] finds it, of all points around one; `None` where they aren't known.
+    /// Bounds of the opacity, as [`Opacity::stops`] finds it, of all points within `error`; `None` where they aren't
+    /// known.
     #[inline]
     fn opacity_within(&self, [v, w]: [f32; 2], error: f32) -> Option<[f32; 2]> {
         let least = -Self::OVERHANG;

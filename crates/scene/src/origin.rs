@@ -22,8 +22,8 @@ impl FarBounds {
     /// rounds positions by 2⁻¹⁵ of the diagonal and more, a 32nd of a pixel where the diagonal is a thousand.
     const MOST_DIAGONALS: f64 = 512.0;
 
-    /// Adds a point, unless it is no number in f32, and tells whether all points so far are far. Nearly all scenes are known
-    /// not to be after their first few points.
+    /// Adds a point, unless it isn't finite in f32, and returns whether all points so far are far. Nearly all scenes turn
+    /// out not to be far within their first few points.
     pub(crate) fn add(&mut self, point: DVec3) -> bool {
         if point.as_vec3().is_finite() {
             (self.min, self.max) = (self.min.min(point), self.max.max(point));

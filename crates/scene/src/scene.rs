@@ -19,21 +19,21 @@ use crate::survey::{Survey, begin};
 use crate::{Error, Frame, Ground, GroundChoice, Light, foreign};
 use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
 
-/// What has a look at every moment, and becomes a scene by [`Scene::new`]: the content of a file, or your own.
+/// Source of a scene's content at every moment: a file's, or your own. [`Scene::new`] makes a scene of it.
 pub trait Animated: Debug + Send + Sync {
-    /// How long the animation takes before it starts again; zero for what doesn't move.
+    /// Duration of the animation, after which it repeats; zero for motionless content.
     fn duration_seconds(&self) -> f64;
 
-    /// The moment that a single picture shows where nobody says which: the middle, unless another one shows more.
+    /// The moment of a still picture by default: the middle, unless another one shows more.
     fn still_seconds(&self) -> f64 {
         0.5 * self.duration_seconds()
     }
 
-    /// Fills `frame` with the moment `seconds`, from 0 to [`Animated::duration_seconds`]: positions, normals, tangents,
-    /// mesh and materials, which hold an earlier frame's; and lights and cameras, of which there are none before.
+    /// Fills `frame` for the moment `seconds`, from 0 to [`Animated::duration_seconds`]. Positions, normals, tangents,
+    /// mesh and materials still hold an earlier frame's; lights and cameras are empty.
     ///
     /// # Errors
-    /// Where the moment can't be had, as from a file that is gone.
+    /// Where the moment can't be posed, as from a file that is gone.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error>;
 
     /// Origin of all coordinates, as a point of the world: [`Scene::origin`].
@@ -41,13 +41,13 @@ pub trait Animated: Debug + Send + Sync {
         [0.0; 3]
     }
 
-    /// What the vertices of all moments are made from, if that is a rig.
+    /// The rig that makes the vertices of all moments, if there is one.
     fn rig(&self) -> Option<&Arc<Rig>> {
         None
     }
 
-    /// As [`Animated::pose`], but leaves the frame without vertices: `pose` says what moves those of the rig. Never called
-    /// where there is none.
+    /// As [`Animated::pose`], but leaves the frame without vertices and fills `pose` for the rig. Only called where there
+    /// is a rig.
     ///
     /// # Errors
     /// As [`Animated::pose`].
@@ -60,18 +60,18 @@ pub trait Animated: Debug + Send + Sync {
         &[]
     }
 
-    /// The names of what materials there are to choose from ([`OpenOptions::variant`]).
+    /// Names of the material variants to choose from ([`OpenOptions::variant`]).
     fn variants(&self) -> &[String] {
         &[]
     }
 
-    /// What was left out or guessed, in words.
+    /// Messages about content that was left out or guessed.
     fn warnings(&self) -> &[String] {
         &[]
     }
 }
 
-/// Something that has a look at every moment: a file, a sequence of files or a procedural scene.
+/// A scene with content at every moment: a file, a sequence of files or a procedural scene.
 #[derive(Debug)]
 pub struct Scene {
     source: Arc<dyn Animated>,
@@ -98,29 +98,29 @@ pub struct OpenOptions {
     pub clip: Clip,
     /// Which of a file's variants has its materials shown, by name; `None` for the file's default ones.
     pub variant: Option<String>,
-    /// How many files of a numbered sequence make a second, or how many frames of a PC2 point cache; 24 by default.
+    /// Files a second of a numbered sequence, or frames a second of a PC2 point cache; 24 by default.
     pub sequence_fps: f64,
     /// Whether a file may name others outside of its own folder: for files that you trust.
     pub allow_outside: bool,
-    /// How many bytes opening may take: for the bytes of all files that are read, and for what is made of them. What files
-    /// ask for is compared with what is left before it is allocated; what that takes in passing, as much again at worst,
-    /// isn't counted. Each file of a sequence may take so many.
+    /// Maximum memory for opening, in bytes: for all files that are read, and for the data made of them. Allocations that
+    /// files ask for are compared with the remainder first. Temporary memory, as much again at worst, isn't counted. Each
+    /// file of a sequence has this limit of its own.
     ///
-    /// Half of the memory that the process may have is the default, or 4 GiB where that isn't known.
+    /// The default is half of the memory that the process may have, or 4 GiB where that isn't known.
     pub max_memory: u64,
-    /// How many bytes of textures' texels may be in memory at a time, at least [`OpenOptions::MIN_TEXTURE_MEMORY`]; `None`
-    /// for all of them.
+    /// Maximum memory for texels at a time, in bytes, at least [`OpenOptions::MIN_TEXTURE_MEMORY`]; `None` for all
+    /// texels.
     ///
-    /// Then the texels, decoded one image at a time, are in a temporary file, and tiles of 32×32 of them come into memory
-    /// when they are read; colours and masks are the same. The file is in the system's folder for temporary files (`TMPDIR`,
-    /// else `/tmp` on Unix), which should be on a disk: some systems have it in memory. Four bytes a tile, a thousandth of
-    /// all texels, stay in memory. Each file of a sequence may take so many. Of [`OpenOptions::max_memory`] a texture takes its
-    /// part only while it is made.
+    /// With a limit, texels are decoded one image at a time into a temporary file, and tiles of 32×32 are loaded when
+    /// they are read; colours and masks are the same. The file is in the system's folder for temporary files (`TMPDIR`,
+    /// else `/tmp` on Unix), which should be on a disk: some systems have it in memory. Four bytes a tile, a thousandth
+    /// of all texels, stay in memory. Each file of a sequence has this limit of its own. A texture counts towards
+    /// [`OpenOptions::max_memory`] only while it is made.
     pub texture_memory: Option<u64>,
     /// The names of objects that aren't shown ([`Scene::hiding`]).
     pub hidden: Vec<String>,
-    /// The angle between neighbouring triangles, in degrees, up to which the surface between them is smooth, where a file without
-    /// normals (OBJ, PLY, STL) says nothing of it; 0 where all triangles are flat. 60 by default.
+    /// Crease angle in degrees, 0 to 180: in files without normals (OBJ, PLY, STL), the surface between neighbouring
+    /// triangles is smooth up to this angle; with 0, all triangles are flat. 60 by default.
     pub crease_degrees: f32,
     /// A floor under the scene.
     pub ground: GroundChoice,
@@ -143,7 +143,7 @@ impl Default for OpenOptions {
 }
 
 impl OpenOptions {
-    /// The options of those who look at scenes: files that need a ground have one.
+    /// Options for pictures: files that need a ground have one.
     #[must_use]
     pub fn for_pictures() -> Self {
         Self { ground: GroundChoice::Auto, ..Self::default() }
@@ -153,7 +153,7 @@ impl OpenOptions {
     pub const MIN_TEXTURE_MEMORY: u64 = 64 << 10;
 
     /// # Errors
-    /// Where they can't be had, whatever is opened.
+    /// Where an option is out of its range.
     fn check(&self, address: &Path) -> Result<(), Error> {
         if !(0.0..=180.0).contains(&self.crease_degrees) {
             let cause = format!("creases of {} degrees: give 0 to 180 (--crease)", self.crease_degrees);
@@ -221,8 +221,8 @@ impl Scene {
         }
     }
 
-    /// Opens a scene whose file is in memory, and needs no other: `name` is what messages call it, and its end says what
-    /// format it has. [`Scene::from_files`] takes several.
+    /// Opens a scene from a single file in memory. `name` stands for it in messages, and its extension gives the format.
+    /// [`Scene::from_files`] takes several files.
     ///
     /// ```
     /// let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -238,8 +238,8 @@ impl Scene {
         Self::from_files(name, [(name, bytes)], &OpenOptions::default())
     }
 
-    /// Opens the scene `name`, one of `files`, each a path and its content, among which are those that it names: where there
-    /// is none at the path that it has for them, the only one with that file name. No other file is read.
+    /// Opens the scene `name`, one of `files`, each a path and its content. A file that the scene names is looked up by
+    /// its path, or else by its file name where only one file has it. No other file is read.
     ///
     /// # Errors
     /// As [`Scene::open_with`].
@@ -253,7 +253,7 @@ impl Scene {
         Self::open_file(name.as_ref(), files, options)
     }
 
-    /// Opens one file, that isn't one of a sequence.
+    /// Opens a single file, not a sequence.
     fn open_file(path: &Path, files: Files, options: &OpenOptions) -> Result<Self, Error> {
         let format = Format::of(path);
         let mut shared = SharedMaterials::new(options, files);
@@ -273,7 +273,7 @@ impl Scene {
         Self::of_source(path, Box::new(still), files, options)
     }
 
-    /// What was opened, as `options` want it shown.
+    /// Makes a scene of an opened source, with the ground and the hidden objects of `options`.
     fn of_source(
         address: &Path,
         source: Box<dyn Animated>,
@@ -288,10 +288,10 @@ impl Scene {
         scene.hiding(&options.hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause))
     }
 
-    /// The scene of what has a look at every moment.
+    /// Makes a scene of a source.
     ///
     /// # Errors
-    /// Where one of a few moments, at which it is posed to find its bounds, can't be had.
+    /// Where the source can't be posed at one of the few moments that its bounds are found from.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
         let Survey { bounds: animation_bounds, size, objects, lacks_floor, has_marks } = Survey::of(&*source)?;
         Ok(Self {
@@ -315,9 +315,9 @@ impl Scene {
         &self.objects
     }
 
-    /// The same scene with all objects but those with these names, in which `*` stands for any characters and `?` for any one.
-    /// What isn't shown casts no shadow and is in no mirror; cameras and a ground are placed as if it were there. Both scenes
-    /// share what was read.
+    /// The same scene without the objects of these names, in which `*` stands for any characters and `?` for any one.
+    /// Hidden objects cast no shadow and are in no mirror; cameras and a ground are placed as if they were there. Both
+    /// scenes share the data that was read.
     ///
     /// ```
     /// let two = "v 0 0 0\nv 1 0 0\nv 0 1 0\no roof\nf 1 2 3\no floor\nf 1 3 2\n";
@@ -328,7 +328,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// Where a name is none of the scene's [objects](Self::objects), and which there are.
+    /// Where a name is none of the scene's [objects](Self::objects), with the names that there are.
     pub fn hiding(&self, names: &[String]) -> Result<Self, String> {
         let unknown = |unknown: &str| unknown_object(unknown, &self.objects);
         let hidden = if names.is_empty() { None } else { Some(Hidden::new(names, &self.objects).map_err(unknown)?) };
@@ -348,7 +348,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Whether there are points or lines, as far as the scene's first moment has them.
+    /// Whether the scene's first moment has points or lines.
     #[must_use]
     pub fn has_marks(&self) -> bool {
         self.has_marks
@@ -385,8 +385,8 @@ impl Scene {
     /// The scene at a moment. Moments after the end play the animation again from its start.
     ///
     /// # Errors
-    /// Where `seconds` is no number, the moment's file of a numbered sequence can't be read, or a light or a camera of the
-    /// file is nowhere at that moment.
+    /// Where `seconds` isn't finite, the moment's file of a numbered sequence can't be read, or a light or a camera of
+    /// the file is invalid at that moment.
     pub fn at(&self, seconds: f64) -> Result<Frame, Error> {
         let mut frame = Frame::default();
         self.pose(seconds, &mut frame)?;
@@ -410,10 +410,10 @@ impl Scene {
         Ok(())
     }
 
-    /// As [`Scene::pose`], but for vertices: `pose` is what moves those of the scene's rig, which stays the same, and the
-    /// frame has no positions, normals and tangents. [`Rig::pose`] would fill these in.
+    /// As [`Scene::pose`], but without vertices: fills `pose` for the scene's rig, which stays the same, and leaves the
+    /// frame without positions, normals and tangents. [`Rig::pose`] computes these.
     ///
-    /// `None`, and nothing is done, for scenes that aren't moved by a rig.
+    /// `None`, and nothing is done, for scenes without a rig.
     ///
     /// # Errors
     /// As [`Scene::at`].
@@ -431,14 +431,14 @@ impl Scene {
         }))
     }
 
-    /// The moment within the animation that looks as `seconds`.
+    /// The moment within the animation that is shown at `seconds`.
     #[must_use]
     pub fn looped(&self, seconds: f64) -> f64 {
         let duration = self.duration_seconds();
         if seconds > duration && duration > 0.0 { seconds % duration } else { seconds.max(0.0) }
     }
 
-    /// Adds to a frame what its source doesn't know.
+    /// Completes a frame with the scene's own data and a light if it has none, and takes hidden objects out.
     fn finish(&self, seconds: f64, frame: &mut Frame) {
         frame.seconds = seconds;
         frame.origin = self.origin();
@@ -452,8 +452,8 @@ impl Scene {
         }
     }
 
-    /// What lights a frame that has no light of its own: a sun above the left of the [framing camera](Frame::framing_camera), or a
-    /// lamp beside the camera that sees it where that is inside the scene's bounds, since walls would keep the sun away.
+    /// The light of frames without lights: a sun above the left of the [framing camera](Frame::framing_camera), or a lamp
+    /// beside `camera` where that is inside the scene's bounds, since walls would block the sun.
     #[must_use]
     pub fn made_light(&self, camera: Option<&Camera>) -> Light {
         let mut light = self.sun.clone();
@@ -465,14 +465,14 @@ impl Scene {
         if let Some(camera) = inside {
             let position = camera.position + (camera.up + camera.right * 0.5) * (0.03 * diagonal);
             light.source = LightSource::Point { position: somewhere(position) };
-            // Less than all light that there is, and more than none, whatever the scene's size.
+            // Finite and above zero for scenes of any size.
             light.intensity = (NEARLY_WHITE * (0.3 * diagonal).powi(2)).clamp(f32::MIN_POSITIVE, f32::MAX);
         }
         light
     }
 
-    /// How large the scene is: the length of the diagonal of its bounds at its first moment, in world units, without a
-    /// ground; zero where nothing can be hit.
+    /// Size of the scene: the diagonal of its bounds at its first moment, in world units, without a ground; zero where
+    /// nothing can be hit.
     #[must_use]
     pub fn size(&self) -> f32 {
         self.size
@@ -486,13 +486,13 @@ impl Scene {
         self.source.origin()
     }
 
-    /// How long the scene's animation takes before it starts again; zero for a motionless scene.
+    /// Duration of the scene's animation, after which it repeats; zero for a motionless scene.
     #[must_use]
     pub fn duration_seconds(&self) -> f64 {
         self.source.duration_seconds()
     }
 
-    /// The moment that a single picture shows where nobody says which: the one that shows a demo best, else the middle.
+    /// The moment of a still picture by default: the one that shows a demo best, else the middle.
     #[must_use]
     pub fn still_seconds(&self) -> f64 {
         self.source.still_seconds()
@@ -510,15 +510,15 @@ impl Scene {
         self.source.variants()
     }
 
-    /// The files that the scene was opened from, in the order of their paths: its own and those that it names. Of a numbered
-    /// sequence all of its files, those that the first one names, and material libraries that are called as a file is. Empty for
-    /// what isn't from a file.
+    /// The files that the scene was opened from, in the order of their paths: its own and those that it names. For a
+    /// numbered sequence, all of its files, those that the first one names, and material libraries with the name of a
+    /// file. Empty for scenes that aren't from files.
     #[must_use]
     pub fn files(&self) -> &[PathBuf] {
         &self.files
     }
 
-    /// What opening the scene left out or guessed, in words.
+    /// Messages about content that opening the scene left out or guessed.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         self.source.warnings()
@@ -553,7 +553,7 @@ pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<St
     })
 }
 
-/// Reads a file within limits. Where those were too low, this is what went wrong, whatever came of it.
+/// Reads a file within limits. An exceeded limit is the error, in place of the result of `read`.
 fn within<T>(path: &Path, limits: Limits, read: impl FnOnce(&Budget) -> Result<T, Error>) -> Result<T, Error> {
     let budget = Budget::new(limits);
     let result = read(&budget);
@@ -581,7 +581,7 @@ pub(crate) fn diagonal(bounds: Bounds) -> f32 {
     (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length().min(f32::MAX.into()) as f32
 }
 
-/// The nearest position that there is: scenes may be so large that a lamp beside them isn't.
+/// Clamps a position to finite coordinates: a lamp beside a huge scene may overflow.
 fn somewhere(position: Vec3) -> Vec3 {
     position.clamp(Vec3::MIN, Vec3::MAX)
 }

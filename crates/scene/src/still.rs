@@ -7,20 +7,20 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 use crate::memory::Budget;
 use crate::{Animated, Error, Frame, Materials, Mesh};
 
-/// What a reader of a motionless file gives.
+/// The result of reading a motionless file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Still {
     /// Without lights and cameras.
     pub(crate) frame: Frame,
-    /// What the reader left out or guessed, for a person.
+    /// Messages for users about content that the reader left out or guessed.
     pub(crate) warnings: Vec<String>,
     /// Origin of the frame's coordinates in the world.
     pub(crate) origin: DVec3,
-    /// What was read for it.
+    /// The files that were read.
     pub(crate) files: BTreeSet<PathBuf>,
 }
 
-/// What a frame's vertices are; lists that the file doesn't fill are empty.
+/// Attributes of a frame's vertices; lists that the file doesn't fill are empty.
 #[derive(Debug, Default)]
 pub(crate) struct Vertices {
     pub(crate) positions: Vec<Vec3>,
@@ -78,7 +78,7 @@ impl Vertices {
         Ok(())
     }
 
-    /// The frame of triangles between these, without lights and cameras.
+    /// Makes a frame of triangles between these vertices, without lights and cameras.
     pub(crate) fn into_frame(
         self,
         triangles: Vec<[u32; 3]>,

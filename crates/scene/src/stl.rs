@@ -20,10 +20,10 @@ const TRIANGLE_BYTES: usize = 50;
 
 /// Reads an STL file.
 ///
-/// Corners at exactly the same position become one vertex. The file's normals say nothing that the corners don't and
-/// are left out: the surface is flat. A binary file may have bytes after its last triangle, and a text may end without
-/// `endsolid`; both are warnings. The last two bytes of a triangle are its colour where the file says so as Viscam or as Magics
-/// writes it. Positions count from `origin`, or else from that of their [`FarBounds`].
+/// Corners at exactly the same position become one vertex. The file's normals follow from the corners and are left out:
+/// the surface is flat. A binary file may have bytes after its last triangle, and a text may end without `endsolid`; both
+/// are warnings. The last two bytes of a triangle are its colour where the file says so as Viscam or as Magics writes it.
+/// Positions count from `origin`, or else from that of their [`FarBounds`].
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
@@ -60,8 +60,8 @@ pub(crate) fn read(path: &Path, origin: Option<DVec3>, budget: &Budget) -> Resul
     Ok(Still { frame, warnings, origin, ..Still::default() })
 }
 
-/// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't just what a
-/// binary file's count asks for, and it has a facet, or an end, near its start. Comments may come before.
+/// Whether the file is a text: it begins with `solid`, as some binary files do too, but its size isn't exactly that of a
+/// binary file with its count, and it has a facet, or an end, near its start. Comments may come before.
 fn is_text(bytes: &[u8]) -> bool {
     const NEAR: usize = 1024;
     let exact = binary_count(bytes).is_some_and(|count| binary_bytes(count) == bytes.len() as u64);
@@ -119,7 +119,7 @@ fn read_binary(path: &Path, bytes: &[u8], budget: &Budget, warnings: &mut Vec<St
     Ok(soup)
 }
 
-/// How the triangles of a binary file say their colours, each with five bits of red, green and blue.
+/// Encodings of triangles' colours in a binary file, with five bits each of red, green and blue.
 #[derive(Clone, Copy, Debug)]
 enum Colors {
     /// Viscam: blue is in the lowest bits, and the highest bit is set where there is a colour.
@@ -129,7 +129,7 @@ enum Colors {
 }
 
 impl Colors {
-    /// `None` where a file, whose triangles end at byte `end`, says none.
+    /// The encoding of a file whose triangles end at byte `end`; `None` for a file without colours.
     fn of(bytes: &[u8], end: usize) -> Option<Self> {
         const MAGICS: &[u8] = b"COLOR=";
         let header = &bytes[..80];
@@ -162,13 +162,13 @@ fn attribute(triangle: &[u8]) -> u16 {
     u16::from_le_bytes([triangle[48], triangle[49]])
 }
 
-/// The positions behind each word `vertex`.
+/// The positions after each word `vertex`.
 fn text_positions(bytes: &[u8]) -> impl Iterator<Item = DVec3> {
     let mut tokens = Tokens::new(bytes);
     std::iter::from_fn(move || {
         loop {
             let is_vertex = tokens.next()?.eq_ignore_ascii_case(b"vertex");
-            // Words that are no numbers are errors later, or names.
+            // Words that aren't numbers are errors later, or names.
             if is_vertex && let Ok(position) = tokens.position::<f64>() {
                 return Some(position.into());
             }
@@ -219,7 +219,7 @@ impl<'a> Tokens<'a> {
         Ok([coordinate()?, coordinate()?, coordinate()?])
     }
 
-    /// Reads past the name behind `solid`: up to the first facet or the end, if its line has one, else the whole line.
+    /// Skips the name after `solid`: up to the first facet or the end, if its line has one, else the whole line.
     fn skip_name(&mut self) {
         let mut rest = std::mem::take(&mut self.line);
         loop {
@@ -236,7 +236,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// Reads past the name behind `endsolid`: up to the next solid, if its line has one with a facet or an end, else the whole
+    /// Skips the name after `endsolid`: up to the next solid, if its line has one with a facet or an end, else the whole
     /// line.
     fn skip_last_name(&mut self) {
         let mut rest = std::mem::take(&mut self.line);
@@ -272,7 +272,7 @@ impl<'a> Iterator for Tokens<'a> {
     }
 }
 
-/// How far the reading of a text has come.
+/// The state of reading a text.
 #[derive(Debug)]
 struct Text<'a> {
     tokens: Tokens<'a>,
@@ -319,7 +319,7 @@ impl Text<'_> {
         Ok(())
     }
 
-    /// Reads past `normal` and its numbers, which may be none.
+    /// Skips `normal` and its numbers, if any.
     fn skip_normal(&mut self) {
         const KNOWN: [&[u8]; 5] = [b"outer", b"loop", b"vertex", b"facet", b"end"];
         let is_known = |word: &[u8]| {
@@ -358,7 +358,7 @@ struct Welded {
 }
 
 impl Welded {
-    /// `count` is a number of triangles that are really there.
+    /// `count` is the actual number of triangles.
     fn with_room_for(count: usize, budget: &Budget) -> Result<Self, String> {
         let mut soup = Self { budget: budget.clone(), ..Self::default() };
         // A closed surface has about half as many vertices as triangles.

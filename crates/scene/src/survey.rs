@@ -9,15 +9,15 @@ use crate::{Animated, Error, Frame, ground};
 
 /// Facts about a scene that don't change.
 pub(crate) struct Survey {
-    /// Over a few moments, which is enough for a view that doesn't cut much off.
+    /// Bounds over a few moments, enough for a view that doesn't cut much off.
     pub(crate) bounds: Bounds,
     /// The diagonal of the bounds of the first of these moments that has any.
     pub(crate) size: f32,
-    /// The names of the objects of the first moment.
+    /// The names of the first moment's objects.
     pub(crate) objects: Vec<Arc<str>>,
-    /// Whether that has neither lights nor a floor.
+    /// Whether the first moment has neither lights nor a floor.
     pub(crate) lacks_floor: bool,
-    /// Whether it has points or lines.
+    /// Whether the first moment has points or lines.
     pub(crate) has_marks: bool,
 }
 

@@ -1,4 +1,4 @@
-//! `umbrage heatmap`: how much work each pixel is (Guntury and Narayanan 2010, Figure 2).
+//! `umbrage heatmap`: the work of each pixel (Guntury and Narayanan 2010, Figure 2).
 
 mod legend;
 
@@ -57,7 +57,7 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Says which lights there are, where one was asked for that isn't there.
+/// The error for a light that isn't there, which lists the lights that are.
 fn no_such_light(error: Error) -> Failure {
     match error {
         Error::NoSuchLight { light, lights } => {
@@ -68,7 +68,8 @@ fn no_such_light(error: Error) -> Failure {
     }
 }
 
-/// Draws counts in rows of pixels, with a legend below. Colours end at `max`, or where few pixels go beyond.
+/// Draws counts in rows of pixels, with a legend below. The last colour is for `max`, or for a count that few pixels
+/// exceed.
 fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
     let summary = Summary::of(counts);
     let scale = max.map_or_else(|| HeatScale::of(counts), HeatScale::up_to);
@@ -81,7 +82,7 @@ fn picture(counts: &[u32], size: Size, title: &str, max: Option<u32>) -> Image {
     image
 }
 
-/// What all counts come to.
+/// Statistics of all counts.
 struct Summary {
     lowest: u32,
     mean: f64,

@@ -1,4 +1,4 @@
-//! What goes wrong: the message, the exit code, and nothing half-written.
+//! Failures: the message, the exit code, and nothing half-written.
 
 use std::fs;
 use std::io::Read;

@@ -1,4 +1,4 @@
-//! What happens when the system fails, or ends the command: no panic, nothing half-written under a final name, and no
+//! Faults of the system, and signals that end the command: no panic, nothing half-written under a final name, and no
 //! hidden file that stays.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -33,7 +33,7 @@ fn waited_for(place: &Workplace, command: &mut Command) -> Child {
     child
 }
 
-/// Runs a line of a shell, in which `umbrage` is the command.
+/// Runs a shell line, in which `umbrage` is the command.
 fn shell(place: &Workplace, line: &str) -> (ExitStatus, String) {
     let line = line.replace("umbrage", env!("CARGO_BIN_EXE_umbrage"));
     let mut shell = Command::new("sh");
@@ -98,7 +98,7 @@ fn signals_end_the_encoder_before_it_writes() {
 fn kills_leave_whole_frames_and_the_next_render_sweeps() {
     let place = Workplace::new();
     let render = ["render", "scene.gltf", "--size", "200x150", "-o", "f_%06d.png", "--quiet", "--frames"];
-    // More than can be written before the kill, however slowly this process looks.
+    // More than can be written before the kill, however slowly this process polls.
     let endless = [&render[..], &["0..1000000"]].concat();
     let mut leftovers = 0;
     for turn in 0..12_u64 {
@@ -113,7 +113,7 @@ fn kills_leave_whole_frames_and_the_next_render_sweeps() {
             assert_eq!(decode_png(&place.path(name)).len(), 200 * 150, "{name}");
         }
     }
-    // What one leaves the next one sweeps, so that they don't add up.
+    // Each command removes the leftovers of the last one, so that they don't add up.
     assert!(place.names().iter().filter(|name| is_partial(name)).count() <= 1, "{leftovers}: {:?}", place.names());
     place.succeed(&[&render[..], &["0..40"]].concat());
     let names = place.names();
@@ -148,7 +148,7 @@ fn folders_that_cannot_be_written_are_failures() {
     fs::create_dir(place.path("closed")).unwrap();
     permit("", 0o755);
     permit("closed", 0o555);
-    // Nothing is closed to root, who can be somebody else.
+    // Root may write everywhere, so it becomes another user.
     let is_root = File::create(place.path("closed/probe")).is_ok();
     for name in ["closed/a.png", "closed/a.gif"] {
         let mut command = place.command(&["render", "scene.gltf", "--size", "8x8", "-o", name]);

@@ -1,4 +1,4 @@
-//! What the command says of files that aren't read, or aren't drawn as a whole.
+//! Messages about files that aren't read, or aren't drawn as a whole.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fs;

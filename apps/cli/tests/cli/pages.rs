@@ -1,4 +1,4 @@
-//! `umbrage info`, and what the command says about itself.
+//! `umbrage info`, and the command's texts about itself.
 
 use std::fs;
 
@@ -130,7 +130,7 @@ mod long {
                 arguments.extend(["--size", "16x9"]);
             }
             if words.contains(&"y4m".to_owned()) || words.contains(&"--frames".to_owned()) {
-                // The last of two is what counts.
+                // Of two values, the last one counts.
                 arguments.extend(["--frames", "0..2"]);
             }
             let output = place.run(&arguments);

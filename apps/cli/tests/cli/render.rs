@@ -1,4 +1,4 @@
-//! `umbrage render`: what it writes, and what each option changes.
+//! `umbrage render`: its files, and the effect of each option.
 
 use std::fs;
 

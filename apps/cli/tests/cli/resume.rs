@@ -8,7 +8,7 @@ use crate::support::Workplace;
 
 const RENDER: [&str; 7] = ["render", "scene.gltf", "--size", "16x12", "-o", "f_%02d.png", "--resume"];
 
-/// Runs the render with further flags, and gives how many frames it says it has rendered, and how many it found.
+/// Runs the render with further flags, and returns its reported numbers of rendered and of found frames.
 fn render(place: &Workplace, flags: &[&str]) -> [usize; 2] {
     let (stdout, _) = place.succeed(&[&RENDER[..], &["--stats", "json"], flags].concat());
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
@@ -41,7 +41,7 @@ fn frames_that_are_there_are_left_out() {
     let (_, stderr) = place.succeed(&[&RENDER[..], &frames].concat());
     assert!(stderr.contains("second 0.083 of scene.gltf") && stderr.contains("; 4 of 5 frames were there"), "{stderr}");
     assert_eq!(pictures(&place)[..4], before);
-    // What changes no picture changes nothing here.
+    // Flags that change no picture don't make frames render again.
     for flags in [&["--threads", "1"][..], &["--simd", "sse2"], &["--structure", "bvh"], &["--max-memory", "1GB"]] {
         assert_eq!(render(&place, &[&frames, flags].concat()), [0, 5], "{flags:?}");
     }

@@ -41,7 +41,7 @@ impl Workplace {
         self.command(arguments).output().unwrap()
     }
 
-    /// Runs a command that must succeed, and gives what it said on standard output and on standard error.
+    /// Runs a command that must succeed, and returns its standard output and standard error.
     pub(crate) fn succeed(&self, arguments: &[&str]) -> (String, String) {
         let output = self.run(arguments);
         let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
@@ -49,7 +49,7 @@ impl Workplace {
         (stdout, stderr)
     }
 
-    /// Runs a command that must fail with an exit code, and gives what it said on standard error.
+    /// Runs a command that must fail with an exit code, and returns its standard error.
     pub(crate) fn fail(&self, code: i32, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         let stderr = text(&output.stderr);
@@ -58,7 +58,7 @@ impl Workplace {
         stderr
     }
 
-    /// What a command that must fail for its flags says on standard error, warnings included.
+    /// Runs a command that must fail for its flags, and returns its standard error, warnings included.
     pub(crate) fn fail_said(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

@@ -1,4 +1,4 @@
-//! Where the picture is seen from.
+//! The panel of the camera.
 
 use eframe::egui::{self, DragValue};
 use glam::Vec3;
@@ -45,7 +45,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     });
 }
 
-/// Three fields that are dragged over a scene of some size.
+/// Three draggable fields, with a speed by the scene's size.
 pub(super) fn vector(ui: &mut egui::Ui, label: &str, vector: &mut Vec3, size: f32) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label(label).id;

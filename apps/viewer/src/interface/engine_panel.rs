@@ -1,4 +1,4 @@
-//! What renders, and how.
+//! The panel of the engine and its options.
 
 use std::ops::RangeInclusive;
 
@@ -15,7 +15,7 @@ use crate::choices::{Choices, EngineChoice, Resolution};
 use crate::dialogs::{Dialogs, Wanted};
 use crate::notices::Notices;
 
-/// Unit of lengths: a file says what it has.
+/// Unit of lengths: the file's own.
 pub(super) const UNITS: &str = " units";
 
 /// The name of a choice, as menus have names.
@@ -103,9 +103,10 @@ fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
     }
 }
 
-/// An option's field: what it is to be, as text.
+/// An option's field: its new value as text.
 fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
-    /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that make sense.
+    /// The least and greatest numbers of cells for each triangle, and of triangles in nested grids' cells, that are
+    /// useful.
     const DENSITIES: RangeInclusive<f64> = 0.1..=100.0;
     const MOST: u32 = 4096;
     /// A rectangle of angles to begin with.
@@ -115,7 +116,7 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     match values {
         OptionValues::Names(names) => {
             let mut chosen = value.to_owned();
-            // One that takes N² time isn't for a window.
+            // A builder of O(N²) time is too slow for a window.
             let names = names().into_iter().filter(|(name, _)| *name != KdBuilder::Naive.name());
             let list = ComboBox::from_label(label).selected_text(capital(value)).width(110.0).show_ui(ui, |ui| {
                 for (name, about) in names {
@@ -174,7 +175,7 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     }
 }
 
-/// What samples are spread over, where there is more than one, in a scene of some size.
+/// Effects that samples are spread over, if there are several samples; `size` is the scene's, in world units.
 fn spread(choices: &mut Choices, size: f32, ui: &mut egui::Ui) {
     if choices.samples < 2 {
         return;
@@ -243,7 +244,7 @@ pub(super) fn picture(app: &mut App, ui: &mut egui::Ui) {
     variant(app, ui);
 }
 
-/// What is around the scene.
+/// The choice of the background.
 fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egui::Ui) {
     let name = match chosen {
         BackgroundSpec::Sky => "Sky",
@@ -277,7 +278,7 @@ fn surroundings(chosen: &mut BackgroundSpec, dialogs: &mut Dialogs, ui: &mut egu
     });
 }
 
-/// A floor under the scene, which is opened again with another one.
+/// The floor under the scene; a change opens the scene again.
 fn ground(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let before = open.scene.ground();
@@ -295,7 +296,7 @@ fn ground(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-/// Which materials the scene has, where its file has several variants; it is opened again with others.
+/// The choice of material variant, if the file has several; a change opens the scene again.
 fn variant(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let variants = open.scene.variants();

@@ -1,4 +1,4 @@
-//! What keys do.
+//! Keys and their actions.
 
 use eframe::egui::{self, Key as Code, Modifiers};
 use glam::Vec3;
@@ -15,7 +15,7 @@ use crate::free_camera;
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 
-/// What a key is for.
+/// The action of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
     Open,
@@ -39,7 +39,7 @@ pub(super) enum Key {
     Help,
 }
 
-/// What it is for, the keys of which any does it, how they are called, and what that means.
+/// An action, the keys that trigger it, their name, and the action's description.
 type Row = (Key, &'static [(Modifiers, Code)], &'static str, &'static str);
 
 impl Key {
@@ -67,18 +67,18 @@ impl Key {
         (Self::Help, &[(NONE, Code::H), (NONE, Code::F1)], "H or F1", "Help"),
     ];
 
-    /// What it does, in words, and how it is called.
+    /// The action's description and the key's name.
     pub(super) fn words(self) -> (&'static str, &'static str) {
         Self::ALL.iter().find(|(key, ..)| *key == self).map_or(("", ""), |(_, _, name, meaning)| (meaning, name))
     }
 
-    /// Its meaning and the key.
+    /// The description and the key's name, as one text.
     pub(super) fn label(self) -> String {
         let (meaning, name) = self.words();
         format!("{meaning}  ({name})")
     }
 
-    /// A button that does what the key is for, with its meaning as text.
+    /// A button with the action of the key, labelled with its description.
     pub(super) fn button(self, app: &mut App, ui: &mut egui::Ui) {
         if ui.button(self.label()).clicked() {
             self.press(app, ui);
@@ -123,7 +123,7 @@ impl Key {
     }
 }
 
-/// Does what the keys that are pressed are for, unless they are typed into a field.
+/// Performs the actions of the pressed keys, unless they are typed into a field.
 pub(super) fn press(app: &mut App, ui: &egui::Ui) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;

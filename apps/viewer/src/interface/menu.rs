@@ -31,7 +31,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     });
 }
 
-/// What is open, or being opened.
+/// The address of the scene that is open or being opened.
 fn address(app: &App, ui: &mut egui::Ui) {
     let label = |ui: &mut egui::Ui, text: String| ui.add(egui::Label::new(text).truncate());
     match (&app.opening, app.address()) {
@@ -48,7 +48,7 @@ fn address(app: &App, ui: &mut egui::Ui) {
     }
 }
 
-/// How fast pictures follow each other or, of one that stays, how sharp it is.
+/// The rate of pictures in motion, or the samples of a picture that stays.
 fn status(app: &App, ui: &mut egui::Ui) {
     if let Some(per_second) = app.pace.per_second(Instant::now()) {
         ui.ctx().request_repaint_after(Pace::WINDOW);
@@ -126,7 +126,7 @@ fn view(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-/// Ends a recording before its time.
+/// Stops a recording early.
 pub(super) fn stop_recording(app: &mut App) {
     app.recording = None;
     app.notices.say("The recording was stopped. An unfinished GIF is left out.");
@@ -151,12 +151,12 @@ pub(super) fn copy_command(app: &mut App, ui: &egui::Ui) {
     }
 }
 
-/// A picture's path in the current folder under which there is no file yet.
+/// A free path for a picture in the current folder.
 pub(super) fn screenshot_path(app: &App) -> PathBuf {
     free_path(&format!("{}{{}}", stem(app.address())), "png")
 }
 
-/// A path like a name, in which `{}` stands for nothing or for a number.
+/// A free path by a pattern, in which `{}` stands for nothing or for a number.
 fn free_path(name: &str, extension: &str) -> PathBuf {
     let path = |number: String| PathBuf::from(format!("{}.{extension}", name.replace("{}", &number)));
     let is_free = |path: &PathBuf| {
@@ -167,7 +167,7 @@ fn free_path(name: &str, extension: &str) -> PathBuf {
     std::iter::once(path(String::new())).chain(numbered).find(is_free).unwrap_or_else(|| path(String::new()))
 }
 
-/// What a picture of a scene is called.
+/// File stem of a picture of a scene.
 fn stem(address: Option<&Path>) -> String {
     let name = address.map_or_else(String::new, name);
     let stem = name.trim_start_matches("demo:").split(['?', '.', '%']).next().unwrap_or_default();

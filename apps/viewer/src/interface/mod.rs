@@ -1,4 +1,4 @@
-//! Where everything is in the window.
+//! The layout of the window.
 
 mod arrows;
 mod camera_panel;
@@ -41,7 +41,7 @@ impl eframe::App for App {
 }
 
 impl App {
-    /// Takes over what was rendered meanwhile, shows the whole interface and orders what was chosen in it.
+    /// Takes over new pictures, shows the whole interface, and orders a picture of the user's choices.
     pub fn show(&mut self, ui: &mut egui::Ui) {
         self.receive(ui.ctx());
         keys::press(self, ui);
@@ -80,7 +80,7 @@ impl App {
     }
 }
 
-/// A panel's widgets, narrower in a narrow one. What is still too wide is cut off, and doesn't widen the panel.
+/// A panel's widgets, narrower in a narrow one. Wider contents are cut off, and don't widen the panel.
 fn scrolled(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
     let area = ui.available_rect_before_wrap();
     let mut inner = ui.new_child(egui::UiBuilder::new().max_rect(area));

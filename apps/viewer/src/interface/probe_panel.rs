@@ -1,4 +1,4 @@
-//! What the clicked pixel shows.
+//! The panel about the clicked pixel.
 
 use eframe::egui;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! The picture, and what the mouse does in it.
+//! The picture, and the mouse's actions in it.
 
 use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Response, Sense, pos2, vec2};
 use glam::Vec2;
@@ -42,13 +42,13 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     app.notices.show(ui, area);
 }
 
-/// How many pixels there are in an area.
+/// Size of an area in pixels.
 fn pixels(area: Rect, pixels_per_point: f32) -> [u32; 2] {
     [area.width(), area.height()].map(|side| (side * pixels_per_point).round().clamp(0.0, 1e5) as u32)
 }
 
-/// Where the picture is: pixel for pixel where it is as large as the window, else as large as fits. One that is coarse is where
-/// the whole one will be.
+/// The picture's rectangle: pixel for pixel if it is as large as the window, else as large as fits. A coarse picture gets
+/// the rectangle of the full one.
 fn picture_rect(shown: &Shown, resolution: Resolution, area: Rect, pixels_per_point: f32) -> Rect {
     let size = shown.whole.map(|side| side as f32 / pixels_per_point);
     let size = vec2(size[0], size[1]);
@@ -56,7 +56,7 @@ fn picture_rect(shown: &Shown, resolution: Resolution, area: Rect, pixels_per_po
     let scale = match resolution {
         Resolution::Window => 1.0,
         Resolution::Fraction(_) => fit,
-        // Small pictures stay as they are: each of their pixels is there to be looked at.
+        // Small pictures aren't enlarged, so that each pixel can be inspected.
         Resolution::Fixed(_) => fit.min(1.0),
     };
     let corner = match resolution {
@@ -113,6 +113,6 @@ fn navigate(app: &mut App, ui: &egui::Ui, response: &Response, rect: Rect) {
             free_camera::turn_around(camera, position);
         }
     }
-    // A camera of the scene's can't be moved itself.
+    // The scene's own cameras can't be moved.
     debug_assert!(dragged == egui::Vec2::ZERO || app.shown.is_none() || matches!(app.camera, CameraChoice::Free(_)));
 }

@@ -61,12 +61,12 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     });
 }
 
-/// A time that is estimated, in words.
+/// An estimated time, as text.
 fn rounded(seconds: f64) -> String {
     if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
-/// The choice of what plays, where a file has several animations.
+/// The choice of animations, where a file has several.
 fn clips(app: &mut App, ui: &mut egui::Ui) {
     let Some(open) = &app.open else { return };
     let animations = open.scene.animations();

@@ -1,4 +1,4 @@
-//! Where the time goes.
+//! The panel of times and work.
 
 use eframe::egui;
 use indicatif::HumanCount;
@@ -82,7 +82,7 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     }
 }
 
-/// What the picture shows of each pixel.
+/// The choice of the view that the picture shows.
 fn show_list(chosen: &mut Show, ui: &mut egui::Ui) {
     egui::ComboBox::from_label("Show").selected_text(chosen.title()).height(400.0).show_ui(ui, |ui| {
         let mut entry = |ui: &mut egui::Ui, show: Show| {

@@ -1,4 +1,4 @@
-//! The interface, driven through its own widgets, asserting on what they show.
+//! The interface, driven through its own widgets, with assertions on their texts.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -35,7 +35,7 @@ fn pictures_that_stay_become_sharper() {
     let sharp = window.harness.state().as_ref().map_or(0, App::pictures);
     window.harness.run_steps(8);
     assert_eq!(window.harness.state().as_ref().map_or(0, App::pictures), sharp, "it has all of its samples");
-    // What moves is shown at once, and then becomes sharper again.
+    // Pictures in motion are shown at once, and then become sharper again.
     let (from, to) = (window.in_picture(0.0, 0.0), window.in_picture(40.0, 10.0));
     window.drag(from, to);
     wait_for(&mut window, 40);

@@ -1,5 +1,5 @@
-//! What the page asks of the engines, as JavaScript sees it: a [`Page`] opens scenes and renders them into pictures of
-//! RGBA. What goes in and what comes back, but for files and pixels, is JSON: [`Look`] and [`Shown`].
+//! The engines' interface for JavaScript: a [`Page`] opens scenes and renders them into pictures of RGBA. Arguments and
+//! results other than files and pixels are JSON: [`Look`] and [`Shown`].
 
 mod look;
 mod proof;
@@ -13,7 +13,7 @@ pub use look::{Engine, Look, LookAt, Opened, Shown, ShownLight};
 pub use proof::Proof;
 pub use studio::Studio;
 
-/// A scene and what renders it.
+/// A scene and its renderers.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
 pub struct Page {
@@ -22,7 +22,7 @@ pub struct Page {
 
 #[wasm_bindgen]
 impl Page {
-    /// Without a scene.
+    /// Makes a page without a scene.
     #[wasm_bindgen(constructor)]
     #[must_use]
     pub fn new() -> Self {
@@ -35,7 +35,7 @@ impl Page {
         studio::gallery()
     }
 
-    /// Opens a scene of the gallery, `demo:NAME` or `demo:NAME?triangles=N`. JSON of [`Opened`].
+    /// Opens a scene of the gallery, `demo:NAME` or `demo:NAME?triangles=N`, and returns [`Opened`] in JSON.
     ///
     /// # Errors
     /// Where there is none; the last scene stays.
@@ -43,28 +43,28 @@ impl Page {
         self.studio.open_demo(address).map(|opened| json(&opened)).map_err(error)
     }
 
-    /// Opens the scene `name`, one of files whose paths and contents are given. JSON of [`Opened`].
+    /// Opens the scene `name`, one of files given by their paths and contents, and returns [`Opened`] in JSON.
     ///
     /// # Errors
-    /// Where the file is broken, or needs something that isn't there; the last scene stays.
+    /// Where the file is broken, or needs a missing file; the last scene stays.
     #[allow(clippy::needless_pass_by_value, reason = "JavaScript gives lists away")]
     pub fn open_files(&mut self, name: &str, paths: Vec<String>, contents: Vec<Uint8Array>) -> Result<String, JsError> {
         let files = paths.into_iter().zip(contents.iter().map(Uint8Array::to_vec));
         self.studio.open_files(name, files).map(|opened| json(&opened)).map_err(error)
     }
 
-    /// Renders a moment of the scene, as JSON of [`Look`] says. JSON of [`Shown`].
+    /// Renders a moment of the scene by a [`Look`] in JSON, and returns a [`Shown`] in JSON.
     ///
     /// # Errors
-    /// Where there is no scene, or `look` asks for what can't be.
+    /// Where there is no scene, or `look` can't be rendered.
     pub async fn render(&mut self, look: String) -> Result<String, JsError> {
         self.studio.render(&read(&look)?).await.map(|shown| json(&shown)).map_err(error)
     }
 
-    /// Opens the GPU that the browser prefers, for looks that ask for it. Its name.
+    /// Opens the GPU that the browser prefers, for looks that ask for it, and returns its name.
     ///
     /// # Errors
-    /// Where the browser has no WebGPU, or its device can't do what is needed.
+    /// Where the browser has no WebGPU, or its device lacks a needed feature.
     #[cfg(target_arch = "wasm32")]
     pub async fn open_gpu(&mut self) -> Result<String, JsError> {
         use umbrage::gpu::{DeviceLimits, Gpu};
@@ -76,8 +76,8 @@ impl Page {
         Ok(name)
     }
 
-    /// In how many pixels of the last picture, which a GPU rendered by `look`, the processor finds another triangle, or
-    /// another light's shadow.
+    /// Number of pixels of the last picture, which a GPU rendered by `look`, in which the CPU's triangle or light masks
+    /// differ.
     ///
     /// # Errors
     /// As [`Page::render`].
@@ -103,7 +103,7 @@ impl Page {
         Float32Array::from(&self.studio.triangles()[..])
     }
 
-    /// What the last picture is made of, as JSON of [`Proof`]: hashes to compare with other machines'.
+    /// A [`Proof`] of the last picture in JSON: hashes to compare with other machines'.
     #[must_use]
     pub fn proof(&self) -> String {
         json(&self.studio.proof())

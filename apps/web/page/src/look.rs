@@ -2,7 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use umbrage::spec;
 
-/// How a moment of a scene is seen.
+/// The options of a picture of a scene.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields, default)]
 pub struct Look {
@@ -14,18 +14,18 @@ pub struct Look {
     pub seconds: f64,
     /// Camera rays for each pixel.
     pub samples: u32,
-    /// How many mirrors, and surfaces of glass, light may come by.
+    /// Maximum number of mirrors and glass surfaces along a path of light.
     pub bounces: u32,
-    /// From where; `None` for the scene's own camera, or one that sees all of it.
+    /// The camera; `None` for the scene's own, or one that sees all of it.
     pub camera: Option<LookAt>,
-    /// Where lights are moved to, in world space, by their numbers; `None`, and lights beyond the list, stay. Spots and suns that
-    /// are moved face the middle of the scene.
+    /// New positions of lights, in world space, by their numbers; lights with `None` or beyond the list stay. Moved spots
+    /// and suns face the middle of the scene.
     pub lights: Vec<Option<[f32; 3]>>,
-    /// What is behind the scene and lights it from all around: `sky`, or a colour as the command takes it.
+    /// The background, which lights the scene from all around: `sky`, or a colour as the command takes it.
     pub background: String,
-    /// Brightness in photographic stops; `None` for files' measured one, and zero for scenes of the gallery.
+    /// Exposure in photographic stops; `None` measures it for files, and is zero for scenes of the gallery.
     pub exposure_stops: Option<f32>,
-    /// What finds and shades it.
+    /// The engine that renders it.
     pub engine: Engine,
     /// The name of a [heat map](umbrage::HeatKind), in place of the picture.
     pub heat: Option<String>,
@@ -50,7 +50,7 @@ impl Default for Look {
     }
 }
 
-/// What finds and shades a picture.
+/// The engine that renders a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Engine {
@@ -65,7 +65,7 @@ pub enum Engine {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct LookAt {
-    /// Where it is.
+    /// Its position.
     pub position: [f32; 3],
     /// The point in the middle of its picture.
     pub target: [f32; 3],
@@ -83,23 +83,23 @@ impl From<LookAt> for spec::LookAt {
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Opened {
-    /// How long its animation takes before it starts again; zero where nothing moves.
+    /// Duration of its animation, after which it repeats; zero for a motionless scene.
     pub duration_seconds: f64,
-    /// The moment that shows it best.
+    /// The moment of a still picture, in seconds.
     pub still_seconds: f64,
-    /// What was left out or guessed, in words.
+    /// Messages about content that was left out or guessed.
     pub warnings: Vec<String>,
 }
 
-/// What a picture shows.
+/// Data about a rendered picture.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Shown {
-    /// How long each stage took, in the order in which they ran.
+    /// The time of each stage, in the order in which they ran.
     pub stages: Vec<umbrage::Stage>,
     /// Triangles of the scene.
     pub triangles: usize,
-    /// From where it is seen; the target is what the picture has in its middle, or as far away as the scene.
+    /// The camera; its target is the surface in the middle of the picture, or a point as far away as the scene.
     pub camera: LookAt,
     /// Whether the scene's own camera was widened for a narrow picture.
     pub is_widened: bool,
@@ -109,7 +109,7 @@ pub struct Shown {
     pub exposure_stops: f32,
     /// The box around the scene over its whole animation.
     pub bounds: [[f32; 3]; 2],
-    /// What a heat map counts, and the count that has its last colour.
+    /// The quantity of a heat map, and the count that has its last colour.
     pub heat: Option<(&'static str, u32)>,
 }
 
@@ -118,8 +118,8 @@ pub struct Shown {
 pub struct ShownLight {
     /// Its name in the file; may be empty.
     pub name: String,
-    /// Where it is; a sun is put outside of the scene.
+    /// Its position; for a sun, a point outside of the scene.
     pub position: [f32; 3],
-    /// The value of the command's `--light`; `None` where that can't say it.
+    /// The value of the command's `--light`; `None` for lights that the flag can't describe.
     pub spec: Option<String>,
 }

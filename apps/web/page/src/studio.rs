@@ -12,7 +12,7 @@ use crate::{Look, LookAt, Opened, Proof, Shown, ShownLight};
 
 const NO_SCENE: &str = "there is no scene yet";
 
-/// A scene, what renders it, and the last picture.
+/// A scene, its renderers, and the last picture.
 #[derive(Debug, Default)]
 pub struct Studio {
     scene: Option<Scene>,
@@ -29,7 +29,7 @@ impl Studio {
     /// Opens a scene of the gallery.
     ///
     /// # Errors
-    /// Says in words why there is no such scene; the last one stays.
+    /// The reason why there is no such scene, in words; the last one stays.
     pub fn open_demo(&mut self, address: &str) -> Result<Opened, String> {
         self.show(gallery::open(address).map_err(|error| error.to_string())?, Some(0.0))
     }
@@ -37,7 +37,7 @@ impl Studio {
     /// Opens the scene `name`, one of `files`, each a path and its content.
     ///
     /// # Errors
-    /// Says in words why it can't be read; the last scene stays.
+    /// The reason why it can't be read, in words; the last scene stays.
     pub fn open_files(
         &mut self,
         name: &str,
@@ -59,7 +59,7 @@ impl Studio {
         Ok(opened)
     }
 
-    /// Has a renderer on a GPU for looks that ask for it.
+    /// Sets the renderer of looks that ask for a GPU.
     pub fn use_gpu(&mut self, renderer: Renderer) {
         self.tracers.use_gpu(renderer);
     }
@@ -67,7 +67,7 @@ impl Studio {
     /// Renders a moment of the scene.
     ///
     /// # Errors
-    /// Says in words what can't be rendered.
+    /// The reason why it can't be rendered, in words.
     pub async fn render(&mut self, look: &Look) -> Result<Shown, String> {
         let heat: Option<HeatKind> =
             look.heat.as_deref().map(str::parse).transpose().map_err(|error| format!("{error}"))?;
@@ -117,8 +117,8 @@ impl Studio {
         })
     }
 
-    /// In how many pixels the processor finds another triangle or another light's shadow than the GPU, which rendered the
-    /// last picture by the same `look`.
+    /// Number of pixels in which the CPU's triangle or light masks differ from the GPU's, which rendered the last picture
+    /// by the same `look`.
     ///
     /// # Errors
     /// As [`Studio::render`].
@@ -145,7 +145,7 @@ impl Studio {
         (0..triangles.len() as u32).flat_map(|id| triangles.corners(id)).flat_map(|corner| corner.to_array()).collect()
     }
 
-    /// What the last picture is made of.
+    /// Hashes of the last picture's data.
     #[must_use]
     pub fn proof(&self) -> Proof {
         let renderer = self.tracers.last();
@@ -162,7 +162,7 @@ pub(crate) fn gallery() -> String {
     serde_json::Value::from_iter(scenes).to_string()
 }
 
-/// Colours each pixel by its count, and gives the count that has the last colour.
+/// Colours each pixel by its count, and returns the count of the last colour.
 fn paint(kind: HeatKind, of_light: bool, counts: &WorkCounts, look: &Look, picture: &mut [[u8; 4]]) -> u32 {
     let pixels = (0..look.height).flat_map(|y| (0..look.width).map(move |x| (x, y)));
     let count = |(x, y)| match kind {
@@ -179,7 +179,7 @@ fn paint(kind: HeatKind, of_light: bool, counts: &WorkCounts, look: &Look, pictu
 }
 
 fn shown(light: &Light, bounds: Bounds, samples: u32) -> ShownLight {
-    // One sample has everything sharp.
+    // With one sample, everything is sharp.
     let shape = if samples > 1 { light.shape } else { light.shape.narrowed() };
     ShownLight {
         name: light.name.to_string(),
@@ -188,7 +188,7 @@ fn shown(light: &Light, bounds: Bounds, samples: u32) -> ShownLight {
     }
 }
 
-/// Where a light is; one without a place is as far from the middle of the scene as that is large.
+/// Position of a light; a sun is one scene size from the middle of the scene.
 fn light_position(source: &LightSource, bounds: Bounds) -> Vec3 {
     match *source {
         LightSource::Point { position } | LightSource::Spot { position, .. } => position,

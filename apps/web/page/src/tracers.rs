@@ -7,18 +7,18 @@ use web_time::Instant;
 
 use crate::{Engine, Look};
 
-/// A scene's own camera shows at least as much to the sides as a picture with this ratio of width and height does.
+/// Minimum ratio of width to height that a scene's own camera shows: in narrower pictures it is widened.
 const LEAST_ASPECT: f32 = 1.25;
 
-/// Least height of a picture whose exposure is measured, in pixels.
+/// Minimum height of the picture that measures exposure, in pixels.
 const LEAST_METERED: u32 = 180;
 
-/// Both engines, and the moment that they were shown last.
+/// Both engines, and the last moment rendered.
 #[derive(Debug, Default)]
 pub(crate) struct Tracers {
     cpu: Renderer,
     gpu: Option<Renderer>,
-    /// Which one rendered the last picture.
+    /// The engine of the last picture.
     last: Engine,
     /// The moment, if its lights or its camera were changed.
     changed: Option<Frame>,
@@ -26,7 +26,7 @@ pub(crate) struct Tracers {
 }
 
 impl Tracers {
-    /// Without what the processor's engine holds of the last scene.
+    /// Drops the CPU engine's data of the last scene.
     pub(crate) fn forget_scene(&mut self) {
         *self = Self { gpu: self.gpu.take(), ..Self::default() };
     }
@@ -35,7 +35,7 @@ impl Tracers {
         self.gpu = Some(renderer);
     }
 
-    /// Renders a moment of a scene by the engine that is asked for. The times of all stages.
+    /// Renders a moment of a scene by the look's engine, and returns the times of all stages.
     pub(crate) async fn render(&mut self, scene: &Scene, look: &Look) -> Result<Vec<Stage>, String> {
         let Self { cpu, gpu, last, changed, is_widened } = self;
         let renderer = match look.engine {
@@ -69,7 +69,7 @@ impl Tracers {
         Ok(stages)
     }
 
-    /// What rendered the last picture.
+    /// The renderer of the last picture.
     pub(crate) fn last(&self) -> &Renderer {
         match (self.last, &self.gpu) {
             (Engine::Gpu, Some(gpu)) => gpu,
@@ -90,7 +90,7 @@ impl Tracers {
     /// The exposure that suits the scene, measured as the command does for animations: at its best moment, by its own camera and
     /// lights.
     pub(crate) async fn metered_stops(&mut self, scene: &Scene, look: &Look) -> Result<f32, String> {
-        // However small the first picture is.
+        // At this height at least, however small the first picture is.
         let height = look.height.max(LEAST_METERED);
         let width =
             (u64::from(look.width) * u64::from(height) / u64::from(look.height.max(1))).clamp(1, 1 << 14) as u32;
@@ -102,8 +102,8 @@ impl Tracers {
         Ok(renderer.film().metered_stops(renderer.frame()))
     }
 
-    /// In how many pixels of a moment the GPU finds another triangle than the processor, or another light's shadow. The last
-    /// picture must be the GPU's, of the same look.
+    /// Number of pixels of a moment in which the GPU's triangle or light masks differ from the CPU's. The last picture
+    /// must be the GPU's, of the same look.
     pub(crate) async fn differing(&mut self, scene: &Scene, look: &Look) -> Result<u32, String> {
         self.render(scene, &Look { engine: Engine::Cpu, ..look.clone() }).await?;
         self.last = look.engine;
@@ -118,7 +118,7 @@ impl Tracers {
     }
 }
 
-/// How a look is rendered.
+/// The settings of a look.
 pub(crate) fn settings(look: &Look) -> Result<Settings, String> {
     Ok(Settings {
         width: look.width,
@@ -137,7 +137,7 @@ pub(crate) fn settings(look: &Look) -> Result<Settings, String> {
     })
 }
 
-/// Widens a scene's own perspective camera by a factor. Whether it has one.
+/// Widens a scene's own perspective camera by a factor; returns whether it has one.
 fn widen_camera(frame: &mut Frame, factor: f32) -> bool {
     let projection = frame.cameras.first_mut().map(|named| &mut named.camera.projection);
     let Some(Projection::Perspective { tan_half_height }) = projection else { return false };
@@ -145,7 +145,7 @@ fn widen_camera(frame: &mut Frame, factor: f32) -> bool {
     true
 }
 
-/// Moves a light; one that looks somewhere looks to the middle of the scene then.
+/// Moves a light; a light with a direction then faces the middle of the scene.
 fn move_light(frame: &mut Frame, number: usize, to: Vec3) {
     let towards = (frame.animation_bounds.center() - to).try_normalize();
     let Some(light) = frame.lights.get_mut(number) else { return };

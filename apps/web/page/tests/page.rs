@@ -1,4 +1,4 @@
-//! The page's studio, on this machine: looks of a scene, and what can't be opened.
+//! The page's studio, on this machine: looks of a scene, and files that can't be opened.
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use umbrage_page::{Look, LookAt, Shown, Studio};
@@ -46,7 +46,7 @@ fn a_light_that_stays_changes_nothing_and_one_that_moves_does() {
         let moved = render(&mut studio, &with_light([-x, y, -z])).unwrap();
         assert_eq!(studio.proof().triangles, proof.triangles);
         assert_ne!(studio.proof().masks, proof.masks);
-        // The command's words for it say where it went.
+        // The light's flag has its new position.
         assert_ne!(moved.lights[number].spec, light.spec);
         assert!(moved.lights[number].spec.is_some());
     }
@@ -58,10 +58,10 @@ fn narrow_pictures_show_as_much_to_the_sides() {
     let tall = Look { width: 48, height: 96, ..look() };
     let (wide, narrow) = (render(&mut studio, &look()).unwrap(), render(&mut studio, &tall).unwrap());
     let to_the_side = |shown: &Shown, aspect: f32| (0.5 * shown.camera.fov_degrees).to_radians().tan() * aspect;
-    // As much as a picture of 5:4.
+    // As wide as a picture of 5:4.
     let [expected, found] = [to_the_side(&wide, 1.25), to_the_side(&narrow, 0.5)];
     assert!((expected - found).abs() < 1e-3 && narrow.is_widened && !wide.is_widened, "{expected} {found}");
-    // A camera that was chosen stays as it is.
+    // A chosen camera isn't widened.
     let own = render(&mut studio, &Look { camera: Some(wide.camera), ..tall }).unwrap();
     assert!(!own.is_widened && (own.camera.fov_degrees - wide.camera.fov_degrees).abs() < 1e-3);
 }

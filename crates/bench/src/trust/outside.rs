@@ -55,7 +55,7 @@ fn obj(folder: &Path, library: &str) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Makes links in the scene's folder that lead out of it, where the system has them; what they are called before a file's
+/// Makes links in the scene's folder that lead out of it, where the system has them; returns their prefixes of a file's
 /// name.
 fn link(scene: &Path) -> Result<&'static [&'static str]> {
     #[cfg(unix)]

@@ -11,7 +11,7 @@ use anyhow::{Context as _, Result, ensure};
 use super::rays::number;
 use super::{Effort, Finding};
 
-/// What libraries do, whether they are given bytes of a file, and which they are. Those that nobody has sorted come last.
+/// Roles of libraries, whether they are given bytes of a file, and their names. Unsorted libraries come last.
 const ROLES: [(&str, &str, &str); 7] = [
     ("JPEG", "yes", "zune-jpeg zune-core"),
     (

@@ -12,7 +12,7 @@ use crate::arrays::{hand_over, hand_over_rows};
 /// Stands for no geometry and no triangle, as in Open3D.
 pub(crate) const INVALID_ID: u32 = Scanned::NONE;
 
-/// What t is handed over as.
+/// The type of t in results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Precision {
     Single,
@@ -31,13 +31,13 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    /// Room for as many hits as there will be.
+    /// Reserves memory for all hits.
     pub(super) fn with_capacity(count: usize) -> Self {
         let (t, triangle) = (Vec::with_capacity(count), Vec::with_capacity(count));
         Self { t, triangle, weights: Vec::with_capacity(count), ..Self::default() }
     }
 
-    /// Finds and adds a hit for each of so many rays.
+    /// Finds and adds a hit for each of `count` rays.
     pub(super) fn find(&mut self, count: usize, hit: impl Fn(usize) -> Option<Hit> + Sync) {
         const CHUNK: usize = 256;
         let first = self.t.len();
@@ -77,7 +77,7 @@ impl Answers {
         self.weights.extend(hits.iter().map(|hit| hit.barycentric));
     }
 
-    /// Finds geometries, and normals where they are asked for, when all hits are there.
+    /// Completes all hits with their geometries, and with normals if requested.
     pub(super) fn complete(&mut self, instances: &Instances, with_normals: bool) {
         const AT_LEAST: usize = 1 << 12;
         let triangles = instances.triangles();
@@ -95,7 +95,7 @@ impl Answers {
         .collect_into_vec(&mut self.geometry);
     }
 
-    /// The dictionary, of arrays of a shape.
+    /// The dictionary of arrays, each of this shape.
     pub(super) fn into_dict<'py>(
         self,
         py: Python<'py>,
@@ -120,7 +120,7 @@ impl Answers {
     }
 }
 
-/// Of unit length, towards where the corners are seen counterclockwise.
+/// Unit normal, on the side from which the corners are counterclockwise.
 pub(super) fn unit_normal(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a);

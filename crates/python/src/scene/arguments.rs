@@ -1,4 +1,4 @@
-//! What several questions take as arguments.
+//! Arguments of several questions.
 
 use glam::{DAffine3, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
@@ -10,7 +10,7 @@ use crate::animated::Frame;
 use crate::arrays::{Numbers, Rows, affine, shown, world_point};
 use crate::errors::expected;
 
-/// Directions between two looks whether a call shall end.
+/// Number of directions between two checks for signals.
 const DIRECTIONS_AT_ONCE: usize = 1 << 22;
 
 /// Origins with their directions.
@@ -74,7 +74,7 @@ impl<'py> Sweeps<'py> {
 }
 
 impl<'a> Pieces<'a> {
-    /// The sweeps, in pieces of so many directions.
+    /// The sweeps, in pieces of at most [`DIRECTIONS_AT_ONCE`] directions.
     pub(super) fn sweeps(self) -> impl Iterator<Item = Sweep<'a>> {
         let Self { origins, directions, each } = self;
         let of_each = if each { directions.len() / origins.len().max(1) } else { directions.len() };
@@ -86,11 +86,11 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// A mesh that is added.
+/// A mesh to add.
 pub(super) struct NewMesh<'py> {
     pub(super) vertices: Rows<'py, f32, 3>,
     pub(super) triangles: Rows<'py, u32, 3>,
-    /// Where it is put in the world; `None` where its vertices count from the scene's origin.
+    /// Its transform to the world; `None` if its vertices count from the scene's origin.
     pub(super) world_from_object: Option<DAffine3>,
 }
 
@@ -133,7 +133,7 @@ impl<'py> NewMesh<'py> {
 pub(super) struct Own<'py>([Numbers<'py, u32>; 2]);
 
 impl<'py> Own<'py> {
-    /// `None` where there are no points, or none says on what it is.
+    /// `None` where there are no points, or both arrays of ids are missing.
     pub(super) fn new(
         shape: Option<&[usize]>,
         geometries: Option<&Bound<'py, PyAny>>,
@@ -229,7 +229,7 @@ impl<'py> Targets<'py> {
         self.own.as_ref().map(Own::slices)
     }
 
-    /// The shape of answers about so many lights, and so many triangles.
+    /// The shape of answers for numbers of lights and triangles.
     pub(super) fn shape(&self, lights: usize, triangles: usize) -> Vec<usize> {
         let shape = self.points.as_ref().map_or(vec![triangles], |points| points.shape.clone());
         std::iter::once(lights).chain(shape).collect()
@@ -241,7 +241,7 @@ pub(super) fn origin_or_zero(value: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3
     value.map_or(Ok(DVec3::ZERO), |value| world_point("origin", value))
 }
 
-/// How many hits of each direction, of which there is one where that isn't said.
+/// Number of hits of each direction; one by default.
 pub(super) fn hits_of_each(returns: Option<usize>) -> PyResult<usize> {
     const MOST: usize = 1024;
     let returns = returns.unwrap_or(1);
@@ -249,7 +249,7 @@ pub(super) fn hits_of_each(returns: Option<usize>) -> PyResult<usize> {
     (1..=MOST).contains(&returns).then_some(returns).ok_or_else(error)
 }
 
-/// Checks how many points each triangle has.
+/// Checks the number of points of each triangle.
 pub(super) fn samples_of_each(samples: u32) -> PyResult<()> {
     const MOST: u32 = 1 << 16;
     let error = || expected("samples", &format!("1 to {MOST}"), samples);

@@ -1,4 +1,4 @@
-//! A scene for whoever asks: one question at a time.
+//! Access to a scene: one question at a time.
 
 use std::sync::{MutexGuard, PoisonError};
 
@@ -18,7 +18,7 @@ impl RaycastingScene {
         Ok(Self { state: State::with_origin(origin).into(), nthreads, origin })
     }
 
-    /// Waits for whoever asks now. Only without Python's lock: the one that is waited for may want that.
+    /// Waits for the current question to end. Only without Python's lock: that question may need it.
     pub(super) fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -35,7 +35,7 @@ impl RaycastingScene {
     }
 }
 
-/// A geometry, where there is such a one.
+/// The geometry with an id, if it exists.
 pub(super) fn geometry_of(state: &State, geometry: usize) -> PyResult<&Instance> {
     let all = state.instances.all();
     let count = all.len();

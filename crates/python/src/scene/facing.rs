@@ -1,4 +1,4 @@
-//! On which side of triangles lights are, and at which angles their light falls.
+//! The side of triangles that faces lights, and the angles at which light arrives.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ impl Spots<'_> {
     }
 }
 
-/// Takes from each light, in its row of `lit`, the points that are on the back of their triangle.
+/// Clears, in each light's row of `lit`, the points on the back of their triangle.
 pub(super) fn keep_facing(triangles: Triangles<'_>, spots: Spots<'_>, lights: &[LightSource], lit: &mut [bool]) {
     let rows = lit.par_chunks_mut(spots.count(triangles).max(1)).zip(lights);
     rows.for_each(|(row, light)| {

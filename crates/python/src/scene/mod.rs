@@ -1,4 +1,4 @@
-//! `umbrage.RaycastingScene`: meshes, and what rays, directions, cameras and lights find among them.
+//! `umbrage.RaycastingScene`: meshes, and queries by rays, directions, cameras and lights.
 
 mod answers;
 mod arguments;

@@ -1,4 +1,4 @@
-//! Questions in pieces, between which a call looks whether it shall end.
+//! Questions in pieces, between which a call checks for signals.
 
 use glam::{DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
@@ -86,7 +86,7 @@ impl Listed {
     }
 }
 
-/// As `scan`, with so many hits of each direction.
+/// As `scan`, with up to `returns` hits of each direction.
 pub(super) fn scan(
     call: &Call,
     state: &mut State,
@@ -111,7 +111,7 @@ pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, betwe
     Ok(hit)
 }
 
-/// As `see`. Grids are of square pixels, so rays of others are traced as any rays.
+/// As `see`. Grids have square pixels, so images of other pixels are traced as arbitrary rays.
 pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays) -> PyResult<Answers> {
     if !image.are_square() {
         let rays = call.piece(|| image.rays(DVec3::ZERO))?;
@@ -139,7 +139,7 @@ impl Receiving<'_> {
     }
 }
 
-/// As `lit`, and how many triangles there are.
+/// As `lit`, and the number of triangles.
 pub(super) fn lit(
     call: &Call,
     state: &mut State,
@@ -162,7 +162,7 @@ pub(super) fn lit(
     Ok((lit, state.instances.triangles().len()))
 }
 
-/// As `incidence`, and how many triangles there are.
+/// As `incidence`, and the number of triangles.
 pub(super) fn incidence(
     call: &Call,
     state: &State,

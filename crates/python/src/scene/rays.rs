@@ -43,7 +43,7 @@ impl<'py> RayArray<'py> {
         }
     }
 
-    /// The rays where numpy has them.
+    /// The rays, in numpy's own memory.
     pub(super) fn rays(&self) -> Rays<'_> {
         match self {
             Self::Single(rows) => Rays::Single(rows.of()),
@@ -65,7 +65,7 @@ impl<'py> RayArray<'py> {
 fn all(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray, hits: &mut Vec<Hit>) {
     hits.clear();
     let noted = RefCell::new(std::mem::take(hits));
-    // None stops the ray, so it meets them all; some of them twice.
+    // No hit stops the ray, so it meets all triangles on its line; some of them twice.
     let _ = bvh.nearest(triangles, ray, &|hit| {
         noted.borrow_mut().push(*hit);
         false
@@ -82,7 +82,7 @@ pub(super) fn any(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, [t_min, t
     hit.par_extend(found.map(|index| is_hit(&Ray { t_min, t_max, ..rays.get(index) })));
 }
 
-/// How many triangles each ray hits.
+/// The number of triangles that each ray hits.
 pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, counts: &mut Vec<i32>) {
     let found = (0..rays.len()).into_par_iter().with_min_len(64).map_init(Vec::new, |hits, index| {
         all(bvh, triangles, &rays.get(index), hits);
@@ -91,7 +91,7 @@ pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, counts:
     counts.par_extend(found);
 }
 
-/// All hits of each ray in order, and how many each has.
+/// All hits of each ray in order, and the number of each ray's hits.
 pub(super) fn list(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
     const CHUNK: usize = 1 << 10;
     let chunks = (0..rays.len().div_ceil(CHUNK)).into_par_iter();

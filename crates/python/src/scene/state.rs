@@ -1,4 +1,4 @@
-//! A scene's triangles and what answers questions about them, each brought up to date when it is asked.
+//! A scene's triangles and the structures that answer questions about them, each brought up to date when it is used.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use umbrage::scene::{BadInstance, Instance, Instances};
 use super::answers::Answers;
 use crate::camera::PixelRays;
 
-/// All of a scene.
+/// The state of a scene.
 #[derive(Debug, Default)]
 pub(super) struct State {
     pub(super) instances: Instances,
@@ -21,7 +21,7 @@ pub(super) struct State {
     pub(super) removed: BTreeSet<usize>,
     tracer: Tracer,
     grids: DirectGrids,
-    /// Whether the grids are of the triangles as they are.
+    /// Whether the grids are up to date.
     are_grids_current: bool,
     /// The structures that answered the pieces of the last `cast_rays`.
     pub(super) answered: Vec<TracedBy>,
@@ -40,7 +40,7 @@ impl State {
         &mut self.instances
     }
 
-    /// Adds a mesh, and puts it somewhere.
+    /// Adds a mesh with a transform.
     ///
     /// # Errors
     /// As [`Instances::add`].
@@ -57,12 +57,12 @@ impl State {
         Ok(id)
     }
 
-    /// The same meshes, for which nothing has been built.
+    /// The same meshes, without built structures.
     pub(super) fn copy(&self) -> Self {
         Self { instances: self.instances.clone(), removed: self.removed.clone(), ..Self::default() }
     }
 
-    /// Leaves an id out, as that of a geometry that was removed.
+    /// Skips an id, such as that of a removed geometry.
     ///
     /// # Errors
     /// As [`Instances::add`].
@@ -71,7 +71,7 @@ impl State {
         self.add(&[], &[], None).map(drop)
     }
 
-    /// Takes a geometry out: all others are added anew, with the ids that they had.
+    /// Removes a geometry: all others are added anew, with their old ids.
     ///
     /// # Errors
     /// None, as there are fewer vertices and triangles than before.
@@ -103,7 +103,7 @@ impl State {
         (self.tracer.scanner(triangles), triangles)
     }
 
-    /// What any rays hit, and what answered.
+    /// The hits of any rays, and the structure that found them.
     pub(super) fn trace(&mut self, rays: Rays<'_>) -> (Scanned, TracedBy) {
         let mut traced = Scanned::default();
         let by = self.tracer.trace(&Trace::new(self.instances.triangles(), rays), &mut traced);
@@ -113,7 +113,7 @@ impl State {
     /// The ids among all triangles of triangles of geometries.
     ///
     /// # Errors
-    /// Which isn't there.
+    /// The geometry or triangle that isn't there.
     pub(super) fn ids(&self, geometries: &[u32], triangles: &[u32]) -> Result<Vec<u32>, String> {
         let all = self.instances.all();
         let id = |(&geometry, &triangle): (&u32, &u32)| {
@@ -141,7 +141,7 @@ impl State {
         self.instances.triangles().omitted()
     }
 
-    /// What directions hit.
+    /// The hits of a sweep's directions.
     pub(super) fn scan(&mut self, sweep: Sweep<'_>, [t_min, t_max]: [f64; 2], returns: usize) -> Scanned {
         let (scanner, triangles) = self.scanner();
         let mut scanned = Scanned::default();
@@ -157,7 +157,7 @@ impl State {
         spread_bits(&bits, sweep.directions.len(), hit);
     }
 
-    /// What the pixels of an image show, which are square.
+    /// The hits of an image's pixels, which are square.
     pub(super) fn see(&mut self, image: &PixelRays) -> Result<Answers, ImageTooLarge> {
         let Self { instances, grids, are_grids_current, .. } = self;
         let triangles = instances.triangles();
@@ -176,7 +176,7 @@ impl State {
         Ok(answers)
     }
 
-    /// Which points lights reach: for the first light all points, then for the next one.
+    /// The points that lights reach: for the first light all points, then for the next one.
     pub(super) fn lit(&mut self, receivers: Receivers<'_>, lights: &[LightSource], lit: &mut Vec<bool>) {
         let (scanner, triangles) = self.scanner();
         let mut bits = LitBits::default();
@@ -186,14 +186,14 @@ impl State {
         }
     }
 
-    /// How much of each triangle's area lights reach.
+    /// The share of each triangle's area that lights reach.
     pub(super) fn lit_areas(&mut self, lights: &[LightSource], samples: u32, shares: &mut Vec<LitShare>) {
         let (scanner, triangles) = self.scanner();
         scanner.lit_areas(triangles, lights, samples, shares);
     }
 }
 
-/// Adds a value for each of so many bits.
+/// Appends a value for each of `count` bits.
 fn spread_bits(words: &[u64], count: usize, values: &mut Vec<bool>) {
     let end = values.len() + count;
     values.reserve(words.len() * 64);

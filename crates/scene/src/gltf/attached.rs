@@ -1,4 +1,4 @@
-//! Cameras and lights that hang on nodes.
+//! Cameras and lights attached to nodes.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;

@@ -24,20 +24,20 @@ use crate::text::MARK;
 #[derive(Debug)]
 pub(super) struct Document {
     pub(super) json: Root,
-    /// The channels that move something else than nodes.
+    /// The channels that animate properties other than nodes'.
     pub(super) pointers: Vec<PointerChannel>,
     path: PathBuf,
     folder: Folder,
     pub(super) budget: Budget,
-    /// The whole file, and behind it those of its buffers that are elsewhere.
+    /// The whole file, followed by its buffers from other files.
     bytes: Vec<u8>,
-    /// Where the JSON is in `bytes`.
+    /// Range of the JSON in `bytes`.
     text: Range<usize>,
-    /// Where each buffer is in `bytes`.
+    /// Range of each buffer in `bytes`.
     buffers: Vec<Range<usize>>,
-    /// The buffers behind these: what was compressed.
+    /// The decompressed buffers, which come after these.
     decompressed: Vec<Vec<u8>>,
-    /// Names of files, and of those that were read in their stead.
+    /// Names of files, and of the files that were read instead.
     renamed: Mutex<BTreeSet<[String; 2]>>,
 }
 
@@ -80,7 +80,8 @@ impl Document {
         Ok(document)
     }
 
-    /// The numbers of all nodes as the JSON spells them. None where only the [lenient parser](parse_leniently) takes the JSON.
+    /// The numbers of all nodes as the JSON spells them. Empty if only the [lenient parser](parse_leniently) accepts the
+    /// JSON.
     pub(super) fn far_nodes(&self) -> Vec<FarNode> {
         #[derive(Deserialize)]
         struct Root {
@@ -89,7 +90,7 @@ impl Document {
         serde_json::from_slice(trimmed(&self.bytes[self.text.clone()])).map_or(Vec::new(), |Root { nodes }| nodes)
     }
 
-    /// The error that `location`, a path in the JSON, is wrong for `cause`.
+    /// The error `cause` at `location`, a path in the JSON.
     pub(super) fn malformed(&self, location: impl Display, cause: impl Into<String>) -> Error {
         Error::malformed(&self.path, location.to_string(), cause)
     }
@@ -97,7 +98,7 @@ impl Document {
     /// Takes memory for `count` values of some type, for `location` in the JSON.
     ///
     /// # Errors
-    /// Where there isn't enough left.
+    /// Where too little is left.
     pub(super) fn take_for<T>(&self, count: usize, location: impl Display) -> Result<(), Error> {
         self.budget.take_for::<T>(count, &location).map_err(|cause| self.malformed(location, cause))
     }
@@ -153,7 +154,7 @@ impl Document {
         Ok(&self.bytes[range.clone()])
     }
 
-    /// Has buffer view `index` be all of these bytes.
+    /// Replaces buffer view `index` by these bytes.
     pub(super) fn replace_view(&mut self, index: usize, bytes: Vec<u8>) {
         let view = &mut self.json.buffer_views[index];
         view.buffer = Index::new((self.buffers.len() + self.decompressed.len()) as u32);
@@ -185,7 +186,7 @@ impl Document {
     /// Appends the bytes of a buffer's or an image's URI, at most `limit` of them.
     ///
     /// # Errors
-    /// Says in words why there are none.
+    /// The reason why they can't be read, in words.
     pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> Result<(), String> {
         // Bytes in base64 are shorter than that.
         budget.take(uri.len() as u64, "a URI's bytes")?;
@@ -292,7 +293,7 @@ fn glb_chunks(
     Ok((json, binary))
 }
 
-/// Takes the memory of what a JSON text says: its words, and what is made for objects and for values. The largest of
+/// Takes the memory of a parsed JSON text: its bytes, and an allowance for each object and each value. The largest of
 /// glTF's objects, nodes and materials, may be written `{}`.
 fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
     const OF_OBJECT: u64 = 1024;
@@ -305,7 +306,7 @@ fn take_for_json(text: &[u8], budget: &Budget) -> Result<(), String> {
     budget.take(bytes, "the JSON")
 }
 
-/// JSON without a byte order mark before it and zeros behind it, with which some writers fill the JSON chunk up.
+/// JSON without its byte order mark, and without the zeros with which some writers fill up the JSON chunk.
 fn trimmed(text: &[u8]) -> &[u8] {
     let text = text.strip_prefix(MARK).unwrap_or(text);
     &text[..text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)]
@@ -364,7 +365,7 @@ fn parse_leniently(
             left_out += all - channels.len();
         }
     }
-    // The first error says where; but it may be about a part that was mended.
+    // The first error has a position, but may be about a part that was mended.
     let root = serde_json::from_value(json).map_err(|second| malformed(if is_loose { &second } else { error }))?;
     if left_out > 0 {
         warnings.push(format!("{left_out} animation channels were left out, as they move something else than a node"));
@@ -372,10 +373,10 @@ fn parse_leniently(
     Ok((root, pointers))
 }
 
-/// Takes `extras` away, which may be anything, and writes whole numbers without a fraction or an exponent; whether there was
-/// any of these. No deeper than JSON is parsed.
+/// Removes `extras`, which may be anything, and writes whole numbers without a fraction or an exponent; returns whether
+/// it changed any. Goes no deeper than JSON is parsed.
 fn tighten(json: &mut Value) -> bool {
-    /// Numbers up to here are exact.
+    /// Integers up to this one are exact in f64.
     const MOST: f64 = (1_u64 << 53) as f64;
     match json {
         Value::Object(members) => {

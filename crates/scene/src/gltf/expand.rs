@@ -49,8 +49,8 @@ impl Parts {
         all
     }
 
-    /// Whether what moves a part mirrors it at rest: then its fronts are where corners are seen clockwise (glTF 2.0,
-    /// Instantiation). Of a skin the first joint says so.
+    /// Whether a part's transform mirrors it at rest: its fronts then have clockwise corners (glTF 2.0, Instantiation).
+    /// For a skin, the first joint decides.
     fn is_mirrored(&self, part: &Part, rest: &Rest) -> bool {
         let (Placement::Rigid { matrix: index } | Placement::Skinned { first_matrix: index }) = part.placement;
         let sources = if part.moves { &self.matrices.moving } else { &self.matrices.still };
@@ -61,8 +61,8 @@ impl Parts {
     }
 }
 
-/// Adds what a part's vertices, the last of those before `end`, have of their `own`, or else `missing`. Nothing is added
-/// before the first part that has any.
+/// Extends `values` to `end` vertices: a part's `own` values come last, `missing` stands for vertices without any.
+/// Nothing is added before the first part that has any.
 fn extend<T: Copy>(values: &mut Vec<T>, own: &[T], missing: T, end: usize, vertices: usize) {
     if values.is_empty() && own.is_empty() {
         return;

@@ -24,9 +24,9 @@ pub(super) struct Far {
 /// Nodes at a moment, in the world's coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct FarNodes {
-    /// For each node.
+    /// World transform of each node.
     pub(super) world_from_node: Vec<DAffine3>,
-    /// For each of the scene's animated nodes.
+    /// Local transform of each animated node.
     locals: Vec<FarTrs>,
 }
 
@@ -79,7 +79,7 @@ fn unit(rotation: DQuat) -> DQuat {
     if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY }
 }
 
-/// A transform to the world as one to coordinates from `origin`.
+/// Converts a transform to the world to one to coordinates from `origin`.
 pub(super) fn near(world_from_any: DAffine3, origin: DVec3) -> Affine3A {
     let DAffine3 { matrix3, translation } = world_from_any;
     Affine3A::from_mat3_translation(matrix3.as_mat3(), local(translation, origin))
@@ -131,7 +131,7 @@ impl Far {
         self.at_rest.clone()
     }
 
-    /// Where all nodes are at rest.
+    /// World transforms of all nodes at rest.
     pub(super) fn near_from_node(&self) -> Vec<Affine3A> {
         self.at_rest.world_from_node.iter().map(|&world_from_node| near(world_from_node, self.origin)).collect()
     }

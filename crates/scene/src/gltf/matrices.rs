@@ -1,4 +1,4 @@
-//! Which nodes the matrices of a rig's poses come from.
+//! The nodes from which the matrices of a rig's poses come.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,16 +7,16 @@ use glam::{Affine3A, DVec3};
 use super::far::{FarNodes, near, wide};
 use super::rest::Rest;
 
-/// Where a matrix of a pose comes from.
+/// The source of a pose's matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MatrixSource {
     pub(super) node: u32,
-    /// What stands between the mesh and the node: an instance's transform or a joint's inverse bind matrix.
+    /// Transform from the mesh to the node: an instance's, or a joint's inverse bind matrix.
     pub(super) node_from_mesh: Option<Affine3A>,
 }
 
 impl MatrixSource {
-    /// The matrix of nodes that are there.
+    /// The matrix for nodes with these transforms.
     pub(super) fn at(&self, world_from_node: &[Affine3A]) -> Affine3A {
         let world_from_node = world_from_node[self.node as usize];
         self.node_from_mesh.map_or(world_from_node, |node_from_mesh| world_from_node * node_from_mesh)
@@ -29,7 +29,7 @@ impl MatrixSource {
     }
 }
 
-/// The matrices of a rig's poses. Those that move will come first.
+/// The matrices of a rig's poses. Moving ones will come first.
 #[derive(Debug)]
 pub(super) struct Matrices {
     moving_nodes: HashSet<u32>,
@@ -38,10 +38,10 @@ pub(super) struct Matrices {
     of_skins: HashMap<usize, Added>,
 }
 
-/// Matrices that stay together.
+/// A range of consecutive matrices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Added {
-    /// The first one's index among those that move, or among those that don't.
+    /// The first one's index among moving matrices, or among still ones.
     pub(super) first: u32,
     pub(super) moves: bool,
 }
@@ -52,7 +52,7 @@ impl Matrices {
         Self { moving_nodes, moving: Vec::new(), still: Vec::new(), of_skins: HashMap::new() }
     }
 
-    /// Adds matrices of which all move where one does.
+    /// Adds matrices; all of them count as moving if one moves.
     pub(super) fn add(&mut self, sources: &[MatrixSource]) -> Added {
         let moves = sources.iter().any(|source| self.moving_nodes.contains(&source.node));
         let list = if moves { &mut self.moving } else { &mut self.still };

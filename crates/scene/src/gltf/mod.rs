@@ -1,10 +1,9 @@
 //! glTF 2.0: reading and posing.
 //!
 //! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
-//! read what their names say; `parts` puts meshes and nodes together and makes a rig of the result, `bodies` says what of it
-//! moves together. `pose` finds the
-//! moving nodes at a moment; the rig poses the vertices that follow them. `far` does so in f64 for scenes far from the origin
-//! of their coordinates.
+//! read the content of their names; `parts` puts meshes and nodes together and makes a rig of the result, `bodies` finds
+//! the parts of it that move together. `pose` finds the moving nodes at a moment; the rig poses the vertices that follow
+//! them. `far` does so in f64 for scenes far from the origin of their coordinates.
 
 mod accessor;
 mod animation;
@@ -62,15 +61,15 @@ pub(crate) struct GltfScene {
     rest: Rest,
     animations: Animations,
     rig: Arc<Rig>,
-    /// For each matrix of the rig's poses.
+    /// Source of each matrix of the rig's poses.
     matrix_sources: Vec<MatrixSource>,
     cameras: Vec<NodeCamera>,
     lights: Vec<NodeLight>,
     mesh: Arc<Mesh>,
     materials: Arc<Materials>,
-    /// What each of the materials emits at rest, where an animation changes any.
+    /// Emission of each material at rest, where an animation changes any material.
     emissions: Vec<Emission>,
-    /// Of scenes whose nodes come and go.
+    /// For scenes whose nodes come and go.
     visibility: Option<Visibility>,
     variants: Vec<String>,
     warnings: Vec<String>,
@@ -116,7 +115,7 @@ impl GltfScene {
         let changes_materials = animations.moved.iter().any(|moved| matches!(moved.target, Target::Material(..)));
         let emissions = document.json.materials.iter().filter(|_| changes_materials).map(Emission::of).collect();
         warnings.extend(document.warnings());
-        // The file's bytes are as large as what was made from them.
+        // The file's bytes are as large as the data made from them.
         drop(document);
         let default_material = materials.materials.len().saturating_sub(1) as u32;
         let mesh = parts.take_mesh(default_material, &rest, &object_of_part);

@@ -1,4 +1,4 @@
-//! Which primitive is shown where: every copy of a primitive is a part with triangles and vertices of its own.
+//! The parts of a scene: each copy of a primitive is a part with triangles and vertices of its own.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -21,24 +21,24 @@ use crate::origin::FarBounds;
 use crate::rig::{Influences, Part, Placement, Pose, Rig};
 use crate::{Error, Objects};
 
-/// The most triangles, points and lines that a scene may have once all copies of its meshes are made. A `u32` counts their vertices, too, of
-/// which no primitive keeps any that these don't use.
+/// Maximum number of triangles, points and lines of a scene with all copies of its meshes. Their vertices also fit into a
+/// `u32`, since primitives keep used vertices only.
 const MAX_TRIANGLES: u64 = 1 << 28;
 
-/// The parts of a scene and what they are made from.
+/// The parts of a scene and their sources.
 #[derive(Debug)]
 pub(super) struct Parts {
-    /// What parts are copies of: the rig's shapes, and what they look like.
+    /// The primitives that parts are copies of: the rig's shapes, with their meshes and materials.
     pub(super) primitives: Vec<Primitive>,
-    /// In the order of their vertices and triangles, which have no gaps. Of what moves them it is only known until
-    /// [`Parts::into_rig`] which matrix it is among those that move, or among those that don't.
+    /// In the order of their vertices and triangles, which have no gaps. Until [`Parts::into_rig`], indices of their
+    /// matrices count moving and still ones apart.
     pub(super) parts: Vec<Part>,
     pub(super) matrices: Matrices,
-    /// The node of each of `parts`, and how many triangles it has.
+    /// The node of each of `parts`, and its number of triangles.
     of_nodes: Vec<(u32, usize)>,
     pub(super) vertices: usize,
     pub(super) triangles: usize,
-    /// How many points and lines there are, and the node of each part that has some.
+    /// Number of points and lines, and the node of each part with any.
     pub(super) marks: usize,
     node_of_marks: Vec<u32>,
 }
@@ -87,7 +87,7 @@ impl Parts {
         Ok(parts)
     }
 
-    /// Reads each shown mesh's primitives once, in parallel, and says where the usable ones are.
+    /// Reads each shown mesh's primitives once, in parallel, and returns each mesh's usable ones.
     fn read_primitives(
         &mut self,
         document: &Document,
@@ -108,7 +108,7 @@ impl Parts {
                 to_read.push((location, json));
             }
         }
-        // Collected one by one, so that of several errors always the same one is told.
+        // Collected one by one, so that the same one of several errors is always reported.
         let read: Vec<Result<_, Error>> =
             to_read.par_iter().map(|(location, json)| Primitive::read(document, json, location)).collect();
         for primitive in read {
@@ -159,10 +159,10 @@ impl Parts {
             }
             (None, _) => 1,
         };
-        // What meshes and frames hold of them.
+        // Triangles and vertices of meshes and frames.
         document.take_for::<([u32; 3], [u32; 2])>(copies.saturating_mul(triangles), &location)?;
         document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
-        // Of points and lines, with what holds a run of them.
+        // Points and lines, then parts and runs of points and lines.
         document.take_for::<[u32; 2]>(copies.saturating_mul(marks), &location)?;
         document.take_for::<(Part, (u32, usize), [u64; 8])>(copies, &location)?;
         let added = match (joints, *rigid) {
@@ -191,7 +191,7 @@ impl Parts {
         Ok(())
     }
 
-    /// The scene's origin, by the positions of all vertices where nodes are at a moment.
+    /// The scene's origin, by the positions of all vertices with nodes at a moment.
     pub(super) fn origin(&self, nodes: &Scratch) -> DVec3 {
         let mut bounds = FarBounds::default();
         let mut pose = Pose { matrices: Vec::new(), weights: nodes.pose.weights.clone() };
@@ -213,13 +213,13 @@ impl Parts {
         if all_are_far { bounds.origin() } else { DVec3::ZERO }
     }
 
-    /// Nodes and how many triangles they have, in the order of the triangles; and the node of each run of points and lines.
+    /// Nodes with their numbers of triangles, in the triangles' order; and the node of each run of points and lines.
     pub(super) fn of_nodes(&self) -> (Vec<(u32, usize)>, Vec<u32>) {
         (self.of_nodes.clone(), self.node_of_marks.clone())
     }
 
-    /// The objects that triangles are of: nodes by their names, or else their meshes', or else their numbers. And that of each
-    /// part, by its number.
+    /// The objects of triangles: nodes, by their names, or else their meshes' names, or else their numbers. And the
+    /// object of each part.
     ///
     /// # Errors
     /// Where there is no memory for so many names.
@@ -244,7 +244,7 @@ impl Parts {
         Ok((objects, object_of_part))
     }
 
-    /// A rig of all parts, and where the matrices of its poses come from.
+    /// A rig of all parts, and the sources of its poses' matrices.
     pub(super) fn into_rig(mut self, rest: &Rest, animations: &Animations) -> (Rig, Vec<MatrixSource>) {
         let channels = animations.channels.iter().zip(&rest.slot_of_channel);
         let morphing = channels.filter(|(channel, _)| channel.property == Property::MorphTargetWeights);
@@ -272,7 +272,7 @@ impl Parts {
 }
 
 impl Shown<'_> {
-    /// What its mesh hangs on, where that follows no skin: the node, or each instance in it.
+    /// Sources of its mesh's matrices, where that follows no skin: the node, or each instance in it.
     fn matrices(&self, document: &Document) -> Result<Vec<MatrixSource>, Error> {
         let node = self.node as u32;
         let Some(instances) = &self.instances else { return Ok(vec![MatrixSource { node, node_from_mesh: None }]) };
@@ -319,7 +319,7 @@ fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error
     Ok(())
 }
 
-/// How many triangles, points and lines a mesh has, once and for each morph target, as far as its accessors say.
+/// Number of a mesh's triangles, points and lines, once and for each morph target, by the counts of its accessors.
 fn count_triangles(document: &Document, shown: &Shown<'_>) -> Result<(u64, u64), Error> {
     let (mut triangles, mut with_targets) = (0_u64, 0_u64);
     for (number, primitive) in shown.json.primitives.iter().enumerate() {

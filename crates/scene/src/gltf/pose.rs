@@ -1,4 +1,4 @@
-//! A glTF scene at one moment: animated nodes, then what they move.
+//! A glTF scene at one moment: animated nodes, then everything that follows them.
 
 use std::sync::{Arc, PoisonError};
 
@@ -17,12 +17,12 @@ use crate::check::{check_light, check_material};
 use crate::rig::{Pose, Rig};
 use crate::{Animated, Animation, Error, Frame, Materials, NamedCamera, check_camera};
 
-/// What a pose computes before its vertices. Kept by the scene, so that a later pose allocates nothing.
+/// Intermediate results of a pose before its vertices. Kept by the scene, so that a later pose allocates nothing.
 #[derive(Debug)]
 pub(super) struct Scratch {
-    /// For each of the scene's animated nodes.
+    /// Local transform of each animated node.
     locals: Vec<Trs>,
-    /// For each node, from the scene's origin.
+    /// World transform of each node, from the scene's origin.
     pub(super) world_from_node: Vec<Affine3A>,
     pub(super) pose: Pose,
     /// Nodes of a scene far from the origin of its coordinates.
@@ -70,10 +70,10 @@ impl Animated for GltfScene {
 }
 
 impl GltfScene {
-    /// Fills a frame but for its vertices, with which `pose_vertices` is left.
+    /// Fills a frame except for its vertices, which `pose_vertices` computes.
     ///
     /// # Errors
-    /// Where a camera or a light is nowhere: numbers that nodes multiply may overflow.
+    /// Where a camera or a light is invalid: products of nodes' transforms may overflow.
     fn at(&self, seconds: f64, frame: &mut Frame, pose_vertices: impl FnOnce(&Pose, &mut Frame)) -> Result<(), Error> {
         // Not held while posing: a thread that waits for others may be given another pose to do in the meantime.
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
@@ -138,7 +138,7 @@ impl GltfScene {
         scratch
     }
 
-    /// Fills `scratch` for a moment. What no channel moves is in it already, and stays.
+    /// Fills `scratch` for a moment. Values that no channel moves are in it already, and stay.
     fn animate(&self, seconds: f64, scratch: &mut Scratch) {
         scratch.move_nodes(&self.rest, &self.animations, seconds);
         let moving = self.matrix_sources[..self.rig.moving_matrices].iter().enumerate();
@@ -157,7 +157,7 @@ impl Scratch {
         }
     }
 
-    /// Moves all that has channels to a moment, but for matrices.
+    /// Applies all channels at a moment, without computing matrices.
     pub(super) fn move_nodes(&mut self, rest: &Rest, animations: &Animations, seconds: f64) {
         for (channel, &slot) in animations.channels.iter().zip(&rest.slot_of_channel) {
             let slot = slot as usize;
@@ -197,7 +197,7 @@ impl Scratch {
         }
     }
 
-    /// The matrix of a source where the nodes are.
+    /// The matrix of a source, with nodes where they are now.
     pub(super) fn matrix(&self, source: &MatrixSource, rest: &Rest) -> Affine3A {
         match &self.far {
             Some(nodes) => source.far(nodes, rest.origin()),

@@ -13,11 +13,11 @@ use super::material::tangent_coords;
 use crate::rig::{Deltas, Influences, MorphTarget, Shape};
 use crate::{Error, Marks, Mesh};
 
-/// A primitive, and what of it was left out or mended, in words.
+/// A primitive, with warnings about content that was left out or mended.
 #[derive(Debug, Default)]
 pub(super) struct Primitive {
     pub(super) shape: Shape,
-    /// What stays the same whatever the pose, but for materials.
+    /// The data that is the same in every pose, but for materials.
     pub(super) mesh: Mesh,
     /// Index of the file's material; `None` for glTF's default.
     pub(super) material: Option<u32>,
@@ -72,7 +72,7 @@ impl Primitive {
         }
         attributes.read_shape(count, kept, &mut primitive)?;
         if let Some(set) = tangent_coords {
-            // About what finding them takes.
+            // Approximate memory for finding them.
             document.take_for::<[Vec4; 12]>(primitive.mesh.triangles.len(), format_args!("{location}'s tangents"))?;
             primitive.add_tangents(set as usize);
         }
@@ -116,7 +116,7 @@ impl<'a> Attributes<'a> {
         } else {
             accessor.fractions(kept, Vec4::from_array)?
         };
-        // White is what a vertex without a colour has.
+        // Vertices without a colour are white.
         Ok(if colors.iter().all(|&color| color == Vec4::ONE) { Vec::new() } else { colors })
     }
 
@@ -192,7 +192,7 @@ fn unit_tangent(tangent: Vec4) -> Vec4 {
     }
 }
 
-/// How many triangles, points or lines a primitive of `elements` indices or vertices has.
+/// Number of triangles, points or lines of a primitive with `elements` indices or vertices.
 pub(super) fn piece_count(mode: Mode, elements: u64) -> u64 {
     match mode {
         Mode::Triangles => elements / 3,
@@ -203,18 +203,18 @@ pub(super) fn piece_count(mode: Mode, elements: u64) -> u64 {
     }
 }
 
-/// What a primitive is made of: of these, all but one are empty.
+/// Elements of a primitive: all lists but one are empty.
 #[derive(Debug, Default)]
 struct Pieces {
     points: Vec<u32>,
     lines: Vec<[u32; 2]>,
     triangles: Vec<[u32; 3]>,
-    /// How many elements at the end make no whole triangle or line.
+    /// Number of elements at the end that make no whole triangle or line.
     odd: usize,
 }
 
 impl Pieces {
-    /// Those of a primitive with `vertices` vertices.
+    /// Reads the elements of a primitive with `vertices` vertices.
     fn read(document: &Document, json: &mesh::Primitive, vertices: usize, location: &str) -> Result<Self, Error> {
         let elements = elements(document, json, vertices, location)?;
         let two = |two: &[u32]| [two[0], two[1]];
@@ -266,8 +266,8 @@ fn count_u32(document: &Document, count: usize, location: impl Display) -> Resul
     u32::try_from(count).map_err(|_| document.malformed(location, format!("{count} vertices are too many")))
 }
 
-/// Renumbers the vertices, of which all that are `used` are given, so that only these remain, and says which ones these
-/// were, rising; `None` where all are.
+/// Renumbers the indices in `used`, so that only used vertices remain, and returns these, ascending; `None` if all are
+/// used.
 fn without_unused_vertices(mut used: [&mut [u32]; 3], vertices: usize) -> Option<Vec<u32>> {
     let mut are_used = vec![false; vertices];
     for &mut vertex in used.iter_mut().flat_map(|used| used.iter_mut()) {

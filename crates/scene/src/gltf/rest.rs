@@ -1,4 +1,4 @@
-//! A scene before it is animated, and what of it the animation moves.
+//! A scene's rest pose, and the nodes that its animations move.
 
 use glam::{Affine3A, DVec3};
 use gltf::json::animation::Property;
@@ -9,10 +9,10 @@ use super::far::Far;
 use super::nodes::{Nodes, Trs, trs};
 use crate::Error;
 
-/// Where everything is at rest, and which nodes have to be computed for every pose.
+/// Transforms at rest, and the nodes to compute for every pose.
 #[derive(Debug)]
 pub(super) struct Rest {
-    /// Of all nodes, from the scene's origin.
+    /// World transforms of all nodes, from the scene's origin.
     pub(super) world_from_node: Vec<Affine3A>,
     /// The morph weights of all nodes, one node after the other.
     pub(super) weights: Vec<f32>,
@@ -26,7 +26,7 @@ pub(super) struct Rest {
     pub(super) far: Option<Far>,
 }
 
-/// A node that may be elsewhere in every pose.
+/// A node that may move in every pose.
 #[derive(Debug)]
 pub(super) struct Moving {
     pub(super) node: u32,
@@ -70,7 +70,7 @@ impl Rest {
 }
 
 impl Rest {
-    /// Has all that is posed count from another origin.
+    /// Changes the origin of poses.
     pub(super) fn place(&mut self, far: Far) {
         self.world_from_node = far.near_from_node();
         self.far = Some(far);
@@ -118,7 +118,7 @@ impl MorphWeights {
         Ok(read)
     }
 
-    /// How many weights node `node` has.
+    /// Number of weights of node `node`.
     pub(super) fn count(&self, node: usize) -> usize {
         (self.first_of_node[node + 1] - self.first_of_node[node]) as usize
     }

@@ -14,15 +14,15 @@ pub(super) struct Toggle {
     pub(super) curve: Curve,
 }
 
-/// What is visible when, in a scene whose nodes come and go.
+/// Visibility over time, in a scene whose nodes come and go.
 #[derive(Debug)]
 pub(super) struct Visibility {
     toggles: Vec<Toggle>,
-    /// What each node says of itself at rest.
+    /// Each node's own visibility at rest.
     own: Vec<bool>,
     parents: Vec<Option<u32>>,
     order: Vec<u32>,
-    /// Nodes and how many triangles they have, one after the other, of the whole mesh.
+    /// Nodes with their numbers of triangles, in the order of the whole mesh.
     triangles: Vec<(u32, usize)>,
     /// The node of each run of its points and lines.
     marks: Vec<u32>,
@@ -50,7 +50,7 @@ impl Visibility {
         }
     }
 
-    /// Whether each node, and all that it is below, is visible.
+    /// Whether each node is visible, together with all of its ancestors.
     pub(super) fn at(&self, seconds: f64) -> Vec<bool> {
         let mut visible = self.own.clone();
         for toggle in &self.toggles {
@@ -62,7 +62,7 @@ impl Visibility {
         visible
     }
 
-    /// The mesh of what is visible; the same one as long as that stays the same.
+    /// The mesh of the visible nodes; the same one as long as these stay the same.
     pub(super) fn mesh(&self, visible: &[bool]) -> Arc<Mesh> {
         if self.triangles.iter().all(|&(node, _)| visible[node as usize]) {
             return Arc::clone(&self.whole);

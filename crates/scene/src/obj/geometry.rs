@@ -14,7 +14,7 @@ use crate::text::{Lines, number, quoted, words};
 use crate::texture::linear_from_srgb;
 use crate::{Error, Marks, Objects, text};
 
-/// What an OBJ file says about shapes, in the file's own indices.
+/// Shapes of an OBJ file, in the file's own indices.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
     /// Origin of `positions` in the world.
@@ -30,7 +30,7 @@ pub(super) struct Geometry {
     line_of_corner: Vec<usize>,
     /// The first of `corners` at each position: nearly always the only one, so that most look-ups need no hash.
     corner_at_position: Vec<Option<NonZeroU32>>,
-    /// All others.
+    /// All other corners.
     further_corners: HashMap<Corner, u32>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material_of_triangle: Vec<u32>,
@@ -45,7 +45,7 @@ pub(super) struct Geometry {
     pub(super) objects: Objects,
     pub(super) marks: Marks,
     left_out: LeftOut,
-    /// Of the face that is read.
+    /// Corners of the face that is read.
     face: Vec<u32>,
     cutter: Cutter,
     budget: Budget,
@@ -59,7 +59,7 @@ struct Corner {
     normal: Option<NonZeroU32>,
 }
 
-/// What was understood but no frame can hold, and what wasn't understood.
+/// Counts of content that no frame can hold, and of unknown statements.
 #[derive(Debug, Default)]
 struct LeftOut {
     small_faces: usize,
@@ -80,7 +80,7 @@ impl Geometry {
         let mut joined = Vec::new();
         while let Some((line_number, line)) = lines.next() {
             let line = match line.strip_suffix(b"\\") {
-                // Names may end so, above all paths of Windows.
+                // Names may end in a backslash, above all paths of Windows.
                 Some(_) if is_named(line) => line,
                 None => line,
                 Some(start) => {
@@ -130,7 +130,7 @@ impl Geometry {
             }
             b"p" | b"l" => self.points_or_lines(rest, keyword == b"l", line_number),
             b"o" | b"g" => self.object(rest),
-            // Hints that don't change what is seen.
+            // Hints that don't change pictures.
             b"" | b"s" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" => Ok(()),
             comment if comment.starts_with(b"#") => Ok(()),
             other => {
@@ -144,9 +144,9 @@ impl Geometry {
     /// The last name counts, an object's or a group's: exporters write either, or groups as parts of objects.
     fn object(&mut self, name: &[u8]) -> Result<(), String> {
         let name = String::from_utf8_lossy(name);
-        // Held twice, with what finds it.
+        // Held twice, with an entry to look it up.
         self.budget.take(2 * name.len() as u64 + 128, "names of objects")?;
-        // The format calls a group without a name so.
+        // The format's name for groups without a name.
         let name = if name.is_empty() { "default" } else { &name };
         if self.objects.is_empty() && !self.triangles.is_empty() {
             self.objects.begin(0, "default");
@@ -215,7 +215,7 @@ impl Geometry {
         Ok(())
     }
 
-    /// Has all positions be points, in a file with nothing else.
+    /// Makes all positions points, in a file with nothing else.
     fn show_all_positions(&mut self) -> Result<(), String> {
         let positions = self.positions.len() as u32;
         if positions == 0 {
@@ -364,7 +364,7 @@ impl Geometry {
         self.corners.iter().zip(&self.line_of_corner).map(value).collect()
     }
 
-    /// What was left out, for a person.
+    /// Messages for users about content that was left out.
     pub(super) fn warnings(&self) -> Vec<String> {
         let LeftOut { small_faces, absent, statements, first_statement } = &self.left_out;
         let mut warnings = Vec::new();

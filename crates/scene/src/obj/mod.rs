@@ -25,7 +25,7 @@ use geometry::Geometry;
 /// and groups too. Texture coordinates are turned upside down: OBJ's origin is the image's lower left corner. Vertex
 /// colours are taken as sRGB, as the common exporters write them. Smoothing groups have no effect.
 ///
-/// Libraries and textures are not read again when the last file wanted the same.
+/// Libraries and textures are not read again if the last file had the same ones.
 ///
 /// # Errors
 /// Where the OBJ file or a library can't be read, or the OBJ file breaks its format. Libraries and textures that are missing,
@@ -42,7 +42,7 @@ pub(crate) struct Positions {
     pub(crate) of_vertex: Vec<u32>,
 }
 
-/// As [`read`], with what says which of the file's positions became which vertices.
+/// As [`read`], with the position of the file that each vertex comes from.
 ///
 /// # Errors
 /// As [`read`].
@@ -63,7 +63,7 @@ fn parsed(path: &Path, shared: &SharedMaterials, budget: &Budget) -> Result<Geom
     Geometry::parse(path, &bytes, origin, budget)
 }
 
-/// What `geometry` looks like, whose triangles are taken away.
+/// Makes a frame of `geometry`, whose triangles are taken away.
 fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, budget: &Budget) -> Result<Still, Error> {
     let folder = Folder::of(path, shared.allow_outside);
     let wanted = Wanted { folder, libraries: geometry.libraries.clone(), names: geometry.material_names.clone() };
@@ -89,7 +89,7 @@ fn still(path: &Path, geometry: &mut Geometry, shared: &mut SharedMaterials, bud
     Ok(Still { frame, warnings, origin: geometry.origin, ..Still::default() })
 }
 
-/// The materials of the last file read, for a next one that asks for the same.
+/// The materials of the last file read, for the next one if it has the same.
 #[derive(Debug)]
 pub(crate) struct SharedMaterials {
     last: Option<(Wanted, Arc<Materials>)>,
@@ -98,19 +98,19 @@ pub(crate) struct SharedMaterials {
     pub(crate) origin: Option<DVec3>,
     /// [`OpenOptions::crease_degrees`].
     pub(crate) crease_degrees: f32,
-    /// Of each file.
+    /// Limits of each file.
     pub(crate) limits: Limits,
 }
 
 impl SharedMaterials {
-    /// None yet, of files that are opened so.
+    /// No materials yet, for files opened with `options`.
     pub(crate) fn new(options: &OpenOptions, files: Files) -> Self {
         let OpenOptions { allow_outside, crease_degrees, .. } = *options;
         Self { last: None, allow_outside, origin: None, crease_degrees, limits: options.limits(files) }
     }
 }
 
-/// What decides which materials a file gets.
+/// Folder, libraries and names, which decide the materials that a file gets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Wanted {
     folder: Folder,

@@ -7,7 +7,7 @@ pub(super) enum Body<'a> {
     /// One row a line.
     Ascii {
         lines: Lines<'a>,
-        /// What is left of the row's line.
+        /// The rest of the row's line.
         row: &'a [u8],
     },
     Binary {
@@ -25,7 +25,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How many bytes come after the current row's line, or after the last value read.
+    /// Number of bytes after the current row's line, or after the last value read.
     pub(super) fn bytes_left(&self) -> usize {
         match self {
             Self::Ascii { lines, .. } => lines.rest().len(),
@@ -33,7 +33,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Whether nothing but white space is left of a text.
+    /// Whether the rest of a text is white space.
     pub(super) fn is_blank(&self) -> bool {
         match self {
             Self::Ascii { lines, .. } => lines.rest().trim_ascii().is_empty(),
@@ -41,10 +41,10 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Has `read` read each row of an element.
+    /// Calls `read` for each row of an element.
     ///
     /// # Errors
-    /// Says in which row, and what is wrong there.
+    /// The row's index, and the reason in words.
     pub(super) fn each_row(
         &mut self,
         element: &Element,
@@ -69,7 +69,7 @@ impl<'a> Body<'a> {
     /// The next value, exact for every type.
     ///
     /// # Errors
-    /// Where the row or the file ends, or a word is no number of the type.
+    /// Where the row or the file ends, or a word isn't a number of the type.
     pub(super) fn value(&mut self, scalar: Scalar) -> Result<f64, String> {
         match self {
             Self::Ascii { row, .. } => {
@@ -92,7 +92,7 @@ impl<'a> Body<'a> {
     /// The next list's length.
     ///
     /// # Errors
-    /// As [`Body::value`], and where it is no length, or longer than what is left of the file.
+    /// As [`Body::value`], and where it isn't a whole number from 0, or is longer than the rest of the file.
     pub(super) fn list_length(&mut self, count: Scalar, item: Scalar) -> Result<usize, String> {
         let length = self.value(count)?;
         if length < 0.0 || length.fract() != 0.0 {
@@ -108,7 +108,7 @@ impl<'a> Body<'a> {
         Ok(length as usize)
     }
 
-    /// Reads past a property.
+    /// Skips a property.
     ///
     /// # Errors
     /// As [`Body::value`] and [`Body::list_length`].
@@ -120,7 +120,7 @@ impl<'a> Body<'a> {
                 match self {
                     Self::Ascii { .. } => (0..length).try_for_each(|_| self.value(item).map(drop)),
                     Self::Binary { rest, .. } => {
-                        // In range: the length was compared with what is left.
+                        // In range: the length was compared with the rest of the file.
                         *rest = &rest[length * item.bytes()..];
                         Ok(())
                     }

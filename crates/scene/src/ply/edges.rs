@@ -4,10 +4,10 @@ use super::header::{Element, Kind};
 use crate::Marks;
 use crate::memory::Budget;
 
-/// Reads all rows of an element whose `vertex1` and `vertex2` are the ends of lines. Without these, it is read past.
+/// Reads all rows of an element whose `vertex1` and `vertex2` are the ends of lines. Without these, it is skipped.
 ///
 /// # Errors
-/// Says in which row, and what is wrong there.
+/// The row's index, and the reason in words.
 pub(super) fn read(
     element: &Element,
     body: &mut Body<'_>,

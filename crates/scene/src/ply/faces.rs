@@ -12,17 +12,17 @@ pub(super) struct Faces {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Linear colours of the triangles, where faces have some; else empty.
     pub(super) colors: Vec<Vec4>,
-    /// What an index has to be below.
+    /// Exclusive upper bound of indices.
     vertex_count: u64,
     small_faces: u64,
     corner_tex_coords: bool,
-    /// Of the face that is read.
+    /// Indices of the face that is read.
     face: Vec<u32>,
     cutter: Cutter,
     budget: Budget,
 }
 
-/// What a list of vertices means.
+/// Meaning of a list of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// The corners of one polygon.
@@ -40,7 +40,7 @@ impl Faces {
     /// come later in the file.
     ///
     /// # Errors
-    /// Says in which row, and what is wrong there.
+    /// The row's index, and the reason in words.
     pub(super) fn read(
         &mut self,
         form: Form,
@@ -140,7 +140,7 @@ impl Faces {
         Ok(())
     }
 
-    /// Makes room for one triangle a face, if the bytes that are left can hold so many.
+    /// Reserves one triangle a face, if the rest of the file can hold that many.
     fn reserve(&mut self, element: &Element, body: &Body<'_>, index_type: Scalar) -> Result<(), String> {
         let least_bytes = match body {
             Body::Ascii { .. } => "3 0 1 2\n".len(),
@@ -151,7 +151,7 @@ impl Faces {
         self.budget.reserve(&mut self.triangles, count, "triangles")
     }
 
-    /// What was left out, for a person.
+    /// Messages for users about content that was left out.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.small_faces > 0 {
@@ -183,7 +183,7 @@ fn index_list(properties: &[Property]) -> Option<(usize, Scalar, Scalar)> {
     })
 }
 
-/// The vertex that a value names, of so many.
+/// The vertex index of a value, below the number of vertices.
 pub(super) fn index(value: f64, vertex_count: u64) -> Result<u32, String> {
     let vertex = value as u32;
     if f64::from(vertex) == value && u64::from(vertex) < vertex_count {

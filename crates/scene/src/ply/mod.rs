@@ -20,11 +20,12 @@ use header::{Element, Header};
 
 /// Reads a PLY file.
 ///
-/// From `vertex`: `x y z`, `nx ny nz`, `s t` or `u v` or `texture_u texture_v` (turned upside down, as in OBJ), and
-/// `red green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
-/// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says, and colours, unless vertices have
-/// some; from `tristrips`: `vertex_indices`, -1 ending a strip; from `edge`: `vertex1 vertex2`, as lines. Where there is none
-/// of these, all vertices are points. Everything else is read past. Positions count from `origin`, or else from that of their [`FarBounds`](crate::origin::FarBounds).
+/// From `vertex`: `x y z`, `nx ny nz`, `s t` or `u v` or `texture_u texture_v` (turned upside down, as in OBJ), and `red
+/// green blue alpha`, taken as sRGB where they are whole numbers and as linear where they are not. From `face`:
+/// `vertex_indices` or `vertex_index`, polygons being cut as [`polygon`](crate::polygon) says, and colours, unless
+/// vertices have some; from `tristrips`: `vertex_indices`, -1 ending a strip; from `edge`: `vertex1 vertex2`, as lines.
+/// Without any of these, all vertices are points. Everything else is skipped. Positions count from `origin`, or else from
+/// that of their [`FarBounds`](crate::origin::FarBounds).
 ///
 /// # Errors
 /// Where the file can't be read or breaks its format.
@@ -84,7 +85,7 @@ pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> R
     let material = if vertices.colors.is_empty() {
         Material::clay()
     } else {
-        // The vertices' or the faces' own colours are all that there is.
+        // The only colours are the vertices' or the faces' own.
         Material { double_sided: true, ..Material::default() }
     };
     let materials = Arc::new(Materials { materials: vec![material], textures: Vec::new() });
@@ -96,10 +97,10 @@ pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> R
     Ok(Still { frame, warnings, origin: origin.unwrap_or_default(), ..Still::default() })
 }
 
-/// Compares an element's count with the bytes that are really there.
+/// Compares an element's count with the rest of the file.
 fn check_count(path: &Path, element: &Element, header: &Header, body: &Body<'_>) -> Result<(), Error> {
     let claimed = u128::from(element.count) * element.least_bytes(header.encoding) as u128;
-    // The last line of a text may have no end.
+    // The last line of a text may lack its newline.
     let left = body.bytes_left() as u128 + 1;
     if claimed > left {
         let (name, count) = (&element.name, element.count);
@@ -110,7 +111,7 @@ fn check_count(path: &Path, element: &Element, header: &Header, body: &Body<'_>)
     Ok(())
 }
 
-/// Reads past all rows of an element; on an error, says in which.
+/// Skips all rows of an element; an error names the row.
 fn skip(element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
     if element.properties.is_empty() {
         return Ok(());

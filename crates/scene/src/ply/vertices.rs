@@ -8,16 +8,16 @@ use crate::origin::{FarBounds, local};
 use crate::still::Vertices;
 use crate::texture::linear_from_srgb;
 
-/// What the properties of a vertex mean.
+/// Roles of a vertex's properties.
 #[derive(Debug)]
 pub(super) struct Plan {
-    /// In their order; with the index in a row of those whose numbers are kept.
+    /// In their order; with the index in a [`Row`] where their numbers are kept.
     properties: Vec<(Kind, Option<usize>)>,
-    /// The types of a row's numbers; `None` for those that aren't there.
+    /// The types of a row's numbers; `None` for missing ones.
     types: [Option<Scalar>; ROLES.len()],
 }
 
-/// The numbers of a vertex: where each of [`ROLES`] is.
+/// The numbers of a vertex, in the order of [`ROLES`].
 type Row = [f64; ROLES.len()];
 
 /// The names of each number that a vertex may have.
@@ -38,7 +38,7 @@ const ROLES: [&[&str]; 12] = [
 const POSITION: usize = 0;
 const NORMAL: usize = 3;
 const TEX_COORD: usize = 6;
-/// Of red, green, blue and opacity.
+/// Names of red, green, blue and opacity.
 const COLOR: usize = 8;
 
 /// Which part of a colour a property of this name is, 0 to 3 for red, green, blue and opacity.
@@ -46,7 +46,7 @@ pub(super) fn color_part(name: &str) -> Option<usize> {
     ROLES[COLOR..].iter().position(|names| names.contains(&name))
 }
 
-/// Decides what each property of the element `vertex` is for.
+/// Assigns a role to each property of the element `vertex`.
 ///
 /// # Errors
 /// Where a coordinate is missing or is a list.
@@ -83,7 +83,7 @@ pub(super) fn origin(plan: &Plan, element: &Element, mut body: Body<'_>) -> DVec
 /// Reads all rows of the element `vertex`, whose count was compared with the bytes that are there.
 ///
 /// # Errors
-/// Says in which row, and what is wrong there.
+/// The row's index, and the reason in words.
 pub(super) fn read(
     plan: &Plan,
     element: &Element,

@@ -1,4 +1,4 @@
-//! Point caches: where each vertex of a mesh beside them is at some moments.
+//! Point caches: sampled positions of the vertices of a mesh beside them.
 
 mod normals;
 mod samples;
@@ -21,11 +21,11 @@ const GRAIN: usize = 4096;
 
 /// An OBJ file whose vertices a cache moves.
 ///
-/// Between samples they go straight from one to the next; after the last one they stay.
+/// Positions are interpolated linearly between samples, and stay after the last one.
 #[derive(Debug)]
 pub(crate) struct PointCache {
     samples: Samples,
-    /// The OBJ file's own shape, of which mesh and materials stay.
+    /// The OBJ file's own shape, whose mesh and materials stay the same.
     rest: Frame,
     /// The point of the cache that each vertex follows.
     point_of_vertex: Vec<u32>,
@@ -51,7 +51,7 @@ impl PointCache {
         }
         let smoothed = smooth(&mut still.frame, shared.crease_degrees, FlatTriangles::Normals, budget);
         let normals = smoothed.and_then(|copied| {
-            // Copies of vertices follow the points of these.
+            // Copies of vertices follow the points of their originals.
             let of_vertex = &mut positions.of_vertex;
             budget.reserve(of_vertex, copied.len(), "positions of vertices")?;
             copied.into_iter().for_each(|vertex| of_vertex.push(of_vertex[vertex as usize]));
@@ -78,7 +78,7 @@ impl Animated for PointCache {
         self.samples.duration_seconds()
     }
 
-    /// Positions may be no numbers, as in the cache: such triangles are left out.
+    /// Positions may be NaN or infinite, as in the cache: their triangles are left out.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         frame.mesh.clone_from(&self.rest.mesh);
         frame.materials.clone_from(&self.rest.materials);

@@ -1,4 +1,4 @@
-//! What is in point caches, by their two formats.
+//! Contents of point caches, in their two formats.
 
 use std::path::Path;
 
@@ -8,23 +8,23 @@ use crate::memory::Budget;
 use crate::origin::{FarBounds, local};
 use crate::{Error, folder};
 
-/// What PC2 files begin with.
+/// First bytes of PC2 files.
 const MAGIC: &[u8] = b"POINTCACHE2\0";
 /// Bytes of a point: three coordinates.
 const POINT_BYTES: usize = 12;
 
-/// Where each point is at some moments, of which there is at least one, as is of points.
+/// Positions of points at some moments; there is at least one point and one moment.
 #[derive(Debug)]
 pub(super) struct Samples {
     /// The seconds of each sample; rising, from 0.
     times: Vec<f64>,
     points: usize,
-    /// The file, whose numbers are decoded when they are wanted: so they are in memory once.
+    /// The file; numbers are decoded on use, so they are in memory only once.
     bytes: Vec<u8>,
-    /// Where in it the first sample is.
+    /// Offset of the first sample in bytes.
     start: usize,
     big_endian: bool,
-    /// Origin of positions in the world, by the first sample.
+    /// Origin of positions in the world, from the first sample.
     origin: DVec3,
 }
 
@@ -32,18 +32,18 @@ pub(super) struct Samples {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment<'a> {
     earlier: &'a [u8],
-    /// The next sample, and how far it is on the way there; `None` at a sample.
+    /// The next sample and its weight, 0 to 1; `None` at a sample.
     later: Option<(&'a [u8], f32)>,
     big_endian: bool,
     origin: DVec3,
 }
 
 impl Samples {
-    /// Reads a cache: in big-endian order, times in seconds (`.mdd`), or else in little-endian order, times in frames of which
-    /// `fps` make a second (`.pc2`). The first sample is second 0, whatever the file says of when that is.
+    /// Reads a cache: in big-endian order, times in seconds (`.mdd`), or else in little-endian order, times in frames of
+    /// which `fps` make a second (`.pc2`). The first sample is at second 0, regardless of the file's own time.
     ///
     /// # Errors
-    /// Where the file can't be read or breaks its format, or `fps` is none.
+    /// Where the file can't be read or breaks its format, or `fps` is invalid.
     pub(super) fn read(path: &Path, fps: f64, budget: &Budget, warnings: &mut Vec<String>) -> Result<Self, Error> {
         let bytes = folder::read(path, budget).map_err(|source| Error::read(path, source))?;
         let big_endian = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("mdd"));
@@ -75,7 +75,7 @@ impl Samples {
         self.times.last().copied().unwrap_or(0.0)
     }
 
-    /// The moment `seconds`, or the first or last one there is.
+    /// The moment `seconds`, clamped to the first and last sample.
     pub(super) fn at(&self, seconds: f64) -> Moment<'_> {
         let next = self.times.partition_point(|&time| time <= seconds).max(1);
         let begin = self.times[next - 1];
@@ -107,16 +107,16 @@ impl Moment<'_> {
     }
 }
 
-/// What a file says before its samples.
+/// A file's header, before its samples.
 #[derive(Debug)]
 struct Header {
     samples: usize,
     points: usize,
-    /// Where the samples begin: perhaps past the end of the file.
+    /// Offset of the samples in bytes, perhaps past the end of the file.
     start: u64,
 }
 
-/// A file whose header is read.
+/// A file while its header is read.
 #[derive(Clone, Copy, Debug)]
 struct CacheFile<'a> {
     path: &'a Path,
@@ -144,7 +144,7 @@ impl CacheFile<'_> {
         Ok(Header { samples, points, start: 8 + 4 * samples as u64 })
     }
 
-    /// Where the last sample ends, in the file.
+    /// Offset of the end of the last sample in bytes.
     fn end(&self, header: &Header) -> Result<usize, Error> {
         let (length, sample) = (self.bytes.len() as u64, header.points as u64 * POINT_BYTES as u64);
         let end = (header.samples as u64).checked_mul(sample).and_then(|bytes| bytes.checked_add(header.start));
@@ -172,7 +172,7 @@ impl CacheFile<'_> {
         })
     }
 
-    /// The times of all samples from the first one on; `time` says where in the file each is, and what it is.
+    /// The times of all samples from the first one on; `time` gives the offset of each in the file, and its seconds.
     fn times(
         &self,
         header: &Header,

@@ -1,4 +1,4 @@
-//! What vertices are made from and what moves them, as tables for whoever poses them: [`Rig::pose`], or a GPU.
+//! Sources of posed vertices and their transforms, as tables for [`Rig::pose`] or a GPU.
 
 mod influences;
 mod morph;
@@ -11,10 +11,10 @@ use glam::{Affine3A, Vec3, Vec4};
 pub use self::influences::Influences;
 pub use self::morph::{Deltas, MorphTarget};
 
-/// What a scene's vertices are made from, which stays the same in every pose.
+/// Sources of a scene's vertices, the same in every pose.
 #[derive(Clone, Debug)]
 pub struct Rig {
-    /// What parts are copies of.
+    /// The shapes that parts are copies of.
     pub shapes: Vec<Arc<Shape>>,
     /// In the order of their vertices, which have no gaps.
     pub parts: Vec<Part>,
@@ -24,7 +24,7 @@ pub struct Rig {
     pub has_normals: bool,
     /// Whether any shape has tangents. Vertices of others then have the tangent zero.
     pub has_tangents: bool,
-    /// How many of a pose's matrices, from the first on, may be others in the next pose.
+    /// Number of a pose's matrices, from the first on, that may change in the next pose.
     pub moving_matrices: usize,
 }
 
@@ -35,15 +35,15 @@ pub struct Part {
     pub shape: u32,
     /// Index of its first vertex among those of all parts.
     pub first_vertex: u32,
-    /// Index in [`Pose::weights`] of its first morph target's.
+    /// Index in [`Pose::weights`] of its first morph target's weight.
     pub first_weight: u32,
-    /// What moves it, once its targets are added.
+    /// Its transform, applied after its morph targets.
     pub placement: Placement,
-    /// Whether it may look otherwise in the next pose.
+    /// Whether it may change in the next pose.
     pub moves: bool,
 }
 
-/// What moves a part. Indices are into [`Pose::matrices`].
+/// Transform of a part. Indices are into [`Pose::matrices`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placement {
     /// One matrix moves all vertices.
@@ -53,24 +53,24 @@ pub enum Placement {
     },
     /// Each vertex follows the joints of its [`Influences`] (linear blend skinning).
     Skinned {
-        /// The index of joint 0's.
+        /// The index of joint 0's matrix.
         first_matrix: u32,
     },
 }
 
-/// What moves a rig's vertices at a moment.
+/// Matrices and weights of a rig at a moment.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
-    /// From the space of meshes to the world, from the scene's origin; first those that move (see [`Rig::moving_matrices`]).
+    /// From the space of meshes to the world, from the scene's origin; moving ones first (see [`Rig::moving_matrices`]).
     pub matrices: Vec<Affine3A>,
-    /// Of morph targets.
+    /// Weights of morph targets.
     pub weights: Vec<f32>,
 }
 
-/// What posed vertices are made from, in a mesh's own space.
+/// Vertices before posing, in a mesh's own space.
 #[derive(Debug, Default)]
 pub struct Shape {
-    /// Of vertices before anything moves them.
+    /// Positions before morph targets and transforms.
     pub positions: Vec<Vec3>,
     /// Of unit length, or zero where the file's is unusable; empty, or one for each position.
     pub normals: Vec<Vec3>,
@@ -78,6 +78,6 @@ pub struct Shape {
     pub tangents: Vec<Vec4>,
     /// Sets of four influences for each position; none where the shape has no joints.
     pub influences: Vec<Vec<Influences>>,
-    /// What weights add to vertices.
+    /// Offsets that are added to vertices, scaled by weights.
     pub morph_targets: Vec<MorphTarget>,
 }

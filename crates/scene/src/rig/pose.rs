@@ -58,7 +58,7 @@ impl Rig {
 }
 
 impl Part {
-    /// Calls with the positions of its vertices in a pose, until that says no; whether it never did.
+    /// Calls `visit` with posed positions until it returns false; returns whether it never did.
     pub(crate) fn positions(&self, pose: &Pose, shape: &Shape, mut visit: impl FnMut(Vec3) -> bool) -> bool {
         const AT_ONCE: usize = 64;
         let (mut positions, mut normals, mut tangents) =
@@ -160,7 +160,7 @@ impl Vertices<'_> {
     }
 }
 
-/// Turns normals as a transform turns the planes that they stand on.
+/// Transforms normals like the planes that they are perpendicular to.
 struct NormalTransform {
     /// The inverse transpose times the determinant's absolute value. Unlike the inverse it exists for flattening
     /// transforms too.

@@ -14,14 +14,14 @@ use crate::{Animated, Error, Frame, OpenOptions, obj, scene::read_still, still::
 
 /// Numbered files, one for each frame of an animation; each may have its own topology.
 ///
-/// Frame k shows from k / fps to (k + 1) / fps. Files are read when their moment comes.
+/// Frame k shows from k / fps to (k + 1) / fps. Files are read on demand.
 #[derive(Debug)]
 pub(crate) struct Sequence {
-    /// In the order in which they show; never empty.
+    /// In display order; never empty.
     paths: Vec<PathBuf>,
     fps: f64,
     warnings: Vec<String>,
-    /// The first file's, for all of them.
+    /// Origin of all files: the first file's.
     origin: DVec3,
     recent: Mutex<Recent>,
 }
@@ -41,12 +41,12 @@ impl Recent {
 impl Sequence {
     /// The sequence that `address` means: a pattern with `%04d` or `*`, or a folder; `None` for a plain file.
     ///
-    /// In a pattern, only the file name may have wildcards, and what is not OBJ, PLY or STL doesn't match. In a
-    /// folder, the sequence is the largest set of files whose names differ in one number only.
+    /// In a pattern, only the file name may have wildcards, and only OBJ, PLY and STL files match. In a folder, the
+    /// sequence is the largest set of files whose names differ in one number only.
     ///
     /// # Errors
-    /// Where `address` is a pattern or folder that has no such files, their number a second is none, or the first file can't be
-    /// read.
+    /// Where `address` is a pattern or folder that has no such files, their number a second isn't above 0, or the first
+    /// file can't be read.
     pub(crate) fn find(address: &Path, options: &OpenOptions) -> Result<Option<Self>, Error> {
         let Some((paths, warnings)) = search::find(address)? else { return Ok(None) };
         let fps = options.sequence_fps;
@@ -56,7 +56,7 @@ impl Sequence {
         }
         let recent = Recent { stills: Vec::new(), materials: obj::SharedMaterials::new(options, Files::OnDisk) };
         let mut sequence = Self { paths, fps, warnings, origin: DVec3::ZERO, recent: Mutex::new(recent) };
-        // What the first file lacks, the others usually lack too.
+        // The others usually lack the same content as the first file.
         let first = sequence.still(0)?;
         sequence.origin = first.origin;
         let name = sequence.paths[0].display().to_string();
@@ -64,7 +64,7 @@ impl Sequence {
         Ok(Some(sequence))
     }
 
-    /// What it is read from, as far as that is known before its moments come.
+    /// The files that it is read from, as far as they are known before posing.
     ///
     /// # Errors
     /// Where the first file can't be read.
@@ -76,7 +76,7 @@ impl Sequence {
 
     /// The index of the file that shows at `seconds`.
     fn index_at(&self, seconds: f64) -> usize {
-        /// How much of a frame early its file shows, so that k / fps is always frame k, however it was rounded.
+        /// Tolerance in frames: a file shows this much early, so that k / fps is always frame k, despite rounding.
         const EARLY: f64 = 1e-6;
         // The cast keeps numbers in range and makes NaN 0.
         ((seconds * self.fps + EARLY).floor() as usize).min(self.paths.len() - 1)
@@ -103,7 +103,7 @@ impl Animated for Sequence {
         self.paths.len() as f64 / self.fps
     }
 
-    /// Sets `frame` to the file of the moment `seconds`; before the first and after the last, to that one.
+    /// Sets `frame` to the file of the moment `seconds`, clamped to the first and the last file.
     fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
         frame.copy_surfaces(&self.still(self.index_at(seconds))?.frame);
         Ok(())

@@ -1,4 +1,4 @@
-//! The camera of scenes that have none, and their size.
+//! The default camera, and the size of scenes.
 
 use glam::Vec3;
 use umbrage_rays::Camera;
@@ -29,7 +29,7 @@ fn sliding(camera: Option<Camera>) -> Scene {
     Scene::new(Box::new(Sliding { camera })).unwrap()
 }
 
-/// How much of half of a square picture's height or width a point is off its middle.
+/// Larger distance of a point from a square picture's middle, relative to half of its side.
 fn off_middle(camera: &Camera, point: Vec3) -> f32 {
     let [x, y, z] = [camera.right, camera.up, camera.forward].map(|axis| (point - camera.position).dot(axis));
     assert!(z > 0.0, "{point} is behind {camera:?}");

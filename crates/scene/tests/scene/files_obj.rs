@@ -1,4 +1,4 @@
-//! What an OBJ file says, vertex by vertex.
+//! Contents of OBJ files, vertex by vertex.
 
 use glam::{Vec2, Vec3};
 use umbrage_scene::Material;

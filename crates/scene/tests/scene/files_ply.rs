@@ -1,4 +1,4 @@
-//! What a PLY file says, in each of its encodings.
+//! Contents of PLY files, in each of their encodings.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -6,7 +6,7 @@ use crate::files::{
     self, C_OUTLINE, CUBE_POSITIONS, CUBE_TRIANGLES, area, corners, cube_ply_binary, frame, open, warning,
 };
 
-/// A text with one triangle whose vertices have these properties and values.
+/// A text file of one triangle with these properties and values of vertices.
 fn text(properties: &str, rows: [&str; 3]) -> Vec<u8> {
     let properties: String = properties.split(", ").map(|property| format!("property {property}\n")).collect();
     let rows = rows.join("\n");

@@ -1,4 +1,4 @@
-//! Numbered files as an animation: what is found, in which order, and when each shows.
+//! Numbered files as an animation: which are found, in which order, and when each shows.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use umbrage_scene::{Frame, OpenOptions, Scene};
 
 use crate::files::{cube_ply_text, cube_stl_binary};
 
-/// A triangle whose first vertex has x = `number`, so that a frame says which file it is.
+/// A triangle whose first vertex has x = `number`, which identifies the file of a frame.
 fn numbered_obj(number: usize) -> String {
     format!("v {number} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
 }
 
-/// A folder of OBJ files called so, each of which has its place in the list as its number.
+/// A folder of OBJ files with these names, each numbered by its index in the list.
 fn folder(names: &[&str]) -> TempDir {
     let folder = TempDir::new().expect("a temporary folder");
     for (number, name) in names.iter().enumerate() {
@@ -26,7 +26,7 @@ fn open(path: impl AsRef<Path>, fps: f64) -> Result<Scene, String> {
         .map_err(|error| error.to_string())
 }
 
-/// Which files show, in their order, found by frame times.
+/// The numbers of the files in display order, found by frame times.
 fn order(scene: &Scene, fps: f64) -> Vec<usize> {
     let count = (scene.duration_seconds() * fps).round() as usize;
     (0..count).map(|place| number(scene, place as f64 / fps)).collect()
@@ -86,7 +86,7 @@ fn patterns_match_what_printf_writes_and_what_wildcards_mean() {
         ("*a*b*", "xxaxxbxx.obj", true),
         ("*a*b", "xxaxxbxx.obj", false),
         ("é?.obj", "éü.obj", true),
-        // Takes no time that grows with the stars' combinations.
+        // The time must not grow with the stars' combinations.
         (stars.as_str(), long.as_str(), false),
     ] {
         let folder = folder(&[name]);
@@ -152,7 +152,7 @@ fn each_file_has_its_own_shape_and_format_and_is_read_when_its_moment_comes() {
     std::fs::write(folder.path().join("a3.obj"), "v 0 0\n").unwrap();
     let error = scene.at(2.5).unwrap_err().to_string();
     assert!(error.contains("a3.obj: line 1"), "{error}");
-    // A fault passes: the next moment is asked for as if nothing had happened.
+    // A fault passes: the next moment is posed as usual.
     assert_eq!(number(&scene, 1.5), 1);
     std::fs::write(folder.path().join("a3.obj"), numbered_obj(7)).unwrap();
     assert_eq!(number(&scene, 2.5), 7);

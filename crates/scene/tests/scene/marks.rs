@@ -1,4 +1,4 @@
-//! Points and lines: what files have of them, and what becomes of it.
+//! Points and lines: those of files, and those of frames made of them.
 
 use glam::{Vec3, Vec4};
 use serde_json::json;
@@ -7,7 +7,7 @@ use umbrage_scene::{Frame, MarkRun, Scene};
 use crate::builder::Builder;
 use crate::files::{frame, open};
 
-/// A PLY text with these elements and rows after five vertices, of which the x coordinate is the number.
+/// A PLY text with these elements and rows after five vertices, whose x coordinate is their index.
 fn ply(elements: &str, rows: &str) -> Vec<u8> {
     format!(
         "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
@@ -17,7 +17,7 @@ fn ply(elements: &str, rows: &str) -> Vec<u8> {
     .into_bytes()
 }
 
-/// Where points and the ends of lines are on the first axis.
+/// The x coordinates of points and of lines' ends.
 fn shown(frame: &Frame) -> (Vec<f32>, Vec<[f32; 2]>) {
     frame.check().expect("a whole frame");
     let x = |vertex: u32| frame.positions[vertex as usize].x;

@@ -9,10 +9,10 @@ use umbrage_scene::{Instances, Scene};
 
 use crate::builder::{Builder, TRIANGLE};
 
-/// Where a survey may be: f32 has steps of half a unit there.
+/// Coordinates as of a survey: f32 has steps of half a unit there.
 const AWAY: DVec3 = DVec3::new(500_000.123, 4_649_776.456, 121.5);
 
-/// An outline with a notch, whose ears are other ones where coordinates are rounded to halves, and a top above it.
+/// An outline with a notch, whose ears change if coordinates are rounded to halves, and a top above it.
 const NOTCHED: [[f64; 3]; 7] = [
     [0.0, 0.0, 0.0],
     [0.9, 0.1, 0.0],
@@ -28,7 +28,7 @@ fn obj(away: DVec3) -> String {
     format!("{}f 1 2 3 4 5\nf 1 2 7 6\n", vertices.concat())
 }
 
-/// Whether a scene has the same triangles as another one, this far away from them.
+/// Whether a scene has the same triangles as another one, displaced by a vector.
 fn assert_same_shape(far: &Scene, near: &Scene, seconds: f64, away: DVec3) {
     assert_eq!(near.origin(), [0.0; 3]);
     assert_ne!(far.origin(), [0.0; 3]);

@@ -87,7 +87,7 @@ impl Solid {
         text.into_bytes()
     }
 
-    /// As STL, where corners have nothing but positions.
+    /// As STL, whose corners have positions only.
     fn stl(&self) -> Vec<u8> {
         let fan = |polygon: &Vec<usize>| {
             let corner = |index: usize| self.positions[polygon[index]].to_array();

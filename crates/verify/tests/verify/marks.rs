@@ -178,7 +178,7 @@ fn what_is_behind_panes_is_seen_through_them() {
             assert_eq!([color(&film, -0.36, -0.36), color(&film, 0.5, 0.0)], [RED; 2], "before everything");
         }
     }
-    // What was found of triangles is as it was.
+    // The triangles' own layers stay the same.
     let layers: Layers = Layer::all().filter(|&layer| layer != Layer::Motion).collect();
     let settings = Settings { samples: 4, layers, point_size: 9.0, ..settings(PERSPECTIVE) };
     let (with, without) = (film(&scene, &settings), film(&unseen, &settings));
@@ -245,7 +245,7 @@ fn any_number_of_panes_is_seen_through() {
     };
     for count in [31, 32, 40, 200, 300] {
         let mut scene = frame(&panes(count, 0.01), &[], &[]);
-        // Panes are black, and what is behind them is green.
+        // Panes are black, and the surface behind them is green.
         for material in &mut Arc::make_mut(&mut scene.materials).materials[2..] {
             material.base_color = Vec4::new(0.0, 0.0, 0.0, 0.01);
         }

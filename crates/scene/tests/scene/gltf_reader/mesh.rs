@@ -11,7 +11,7 @@ fn shown(mut file: Builder, attributes: serde_json::Value, more: serde_json::Val
     file
 }
 
-/// Five vertices of which the x coordinate is the number.
+/// Five vertices, whose x coordinate is their index.
 fn row(file: &mut Builder) -> usize {
     file.floats(&[0.0, 1.0, 2.0, 3.0, 4.0].map(|x| [x, 0.0, 0.0]))
 }
