@@ -13,7 +13,7 @@ use umbrage_scene::{Frame, MarkRun};
 
 use super::hit_of;
 use super::onward::{Onward, Queue};
-use super::shade::{Flat, Shaded, Strip};
+use super::strip::{Flat, Shaded, Strip};
 use crate::engine::Staged;
 use crate::sampling::{Sample, Samples};
 use crate::shade::Block;

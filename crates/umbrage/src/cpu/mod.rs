@@ -11,6 +11,7 @@ mod samples;
 mod see;
 mod shade;
 mod shadow;
+mod strip;
 mod terminator;
 mod tint;
 

@@ -10,8 +10,9 @@ use umbrage_scene::Material;
 
 use super::marks::{MarkStrip, Marks};
 use super::met::Ways;
-use super::shade::{Shading, Strip};
+use super::shade::Shading;
 use super::stops;
+use super::strip::Strip;
 use crate::points::pair_of_pixel;
 use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
 use crate::shade::gloss::{Facets, Gloss, scattered};

@@ -1,8 +1,6 @@
-use std::array;
-
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use rayon::iter::Either;
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
@@ -14,6 +12,7 @@ use super::marks::{MarkStrip, Marks};
 use super::met::Met;
 use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
+use super::strip::{Flat, Shaded, Strip};
 use super::terminator::smooth_point;
 use super::{Cpu, Follows, hit_of};
 use crate::Film;
@@ -21,7 +20,7 @@ use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::sampling::Samples;
 use crate::shade::glass::Media;
-use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, put, vector_of};
+use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
@@ -121,27 +120,6 @@ pub(super) enum AroundLight {
     Near,
     /// Through sky lights.
     Lights,
-}
-
-/// Radiance that is shown without exposure and tone map.
-pub(super) struct Flat {
-    pub(super) color: [Each<f32>; 3],
-    /// Share of the pixel.
-    pub(super) part: Each<f32>,
-}
-
-/// Shading of a block's camera rays.
-pub(super) struct Shaded {
-    /// Radiance, without that of secondary rays.
-    pub(super) color: [Each<f32>; 3],
-    pub(super) flat: Option<Flat>,
-    /// Coverage: the hidden part of the background.
-    pub(super) coverage: Each<f32>,
-    /// The lanes with a hit; the fields below hold nothing in the others.
-    shown: u16,
-    depth: Each<f32>,
-    normal: [Each<f32>; 3],
-    triangle: Each<u32>,
 }
 
 impl Shading<'_> {
@@ -423,110 +401,6 @@ impl Shading<'_> {
             return radiance;
         }
         Vectors::select(mask32x16::from_bitmask(simd, surface.unlit.into()), surface.base_color, radiance)
-    }
-}
-
-impl Flat {
-    /// Clears all other lanes.
-    fn only(mut self, lanes: u16) -> Self {
-        for lane in lanes_of(!lanes) {
-            put(lane, Vec3::ZERO, &mut self.color);
-            self.part[lane] = 0.0;
-        }
-        self
-    }
-
-    fn of_lane(&self, lane: usize) -> Vec4 {
-        vector_of(lane, &self.color).extend(self.part[lane])
-    }
-}
-
-impl Shaded {
-    const NOTHING: Self = Self {
-        color: [[0.0; LANES]; 3],
-        flat: None,
-        coverage: [0.0; LANES],
-        shown: 0,
-        depth: [0.0; LANES],
-        normal: [[0.0; LANES]; 3],
-        triangle: [0; LANES],
-    };
-}
-
-/// Some rows of the film, as many as a block has.
-pub(super) struct Strip<'a> {
-    color: &'a mut [Vec4],
-    flat: Option<&'a mut [Vec4]>,
-    depth: &'a mut [f32],
-    normal: &'a mut [Vec3],
-    triangle: &'a mut [u32],
-}
-
-impl Strip<'_> {
-    fn clear(&mut self) {
-        self.color.fill(Vec4::ZERO);
-        self.flat.iter_mut().for_each(|flat| flat.fill(Vec4::ZERO));
-        self.depth.fill(f32::INFINITY);
-        self.normal.fill(Vec3::ZERO);
-        self.triangle.fill(Film::NO_TRIANGLE);
-    }
-
-    /// Adds radiance and coverage to a pixel.
-    pub(super) fn add(&mut self, pixel: u32, radiance: Vec3, coverage: f32) {
-        self.color[pixel as usize] += radiance.extend(coverage);
-    }
-
-    /// Adds to a pixel of [`Film::flat`].
-    pub(super) fn add_flat(&mut self, pixel: u32, flat: Vec4) {
-        self.flat.iter_mut().for_each(|sum| sum[pixel as usize] += flat);
-    }
-
-    /// Adds a light's contribution. Its `coverage` is 0, or negative on a surface that catches shadows.
-    pub(super) fn add_light(&mut self, pixel: u32, radiance: Vec3, coverage: f32, is_flat_around: bool) {
-        self.add(pixel, radiance, coverage);
-        if let Some(flat) = self.flat.as_mut().filter(|_| is_flat_around && coverage != 0.0) {
-            flat[pixel as usize] += radiance.extend(-coverage);
-        }
-    }
-
-    fn add_lanes(&mut self, onward: &[Onward], color: &[Each<f32>; 3], flat: Option<&Flat>, coverage: &Each<f32>) {
-        for (lane, onward) in onward.iter().enumerate() {
-            self.add(onward.path.pixel, vector_of(lane, color), coverage[lane]);
-            if let (Some(sum), Some(flat)) = (&mut self.flat, flat) {
-                sum[onward.path.pixel as usize] += flat.of_lane(lane);
-            }
-        }
-    }
-
-    fn add_block(&mut self, block: &Block<'_>, shaded: &Shaded) {
-        const COLUMNS: usize = TileOrder::BLOCK as usize;
-        let pixels: Each<usize> = array::from_fn(|lane| {
-            let [column, row] = block.pixel(lane);
-            ((row - block.corner[1]) * block.view.width + column) as usize
-        });
-        if block.pixels() == u16::MAX {
-            for first in (0..LANES).step_by(COLUMNS) {
-                let row = &mut self.color[pixels[first]..][..COLUMNS];
-                for (lane, color) in (first..).zip(row) {
-                    *color += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
-                }
-            }
-        } else {
-            for lane in lanes_of(block.pixels()) {
-                self.color[pixels[lane]] += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
-            }
-        }
-        if let (Some(sum), Some(flat)) = (&mut self.flat, &shaded.flat) {
-            lanes_of(block.pixels()).for_each(|lane| sum[pixels[lane]] += flat.of_lane(lane));
-        }
-        if block.sample.index == 0 {
-            for lane in lanes_of(shaded.shown) {
-                let pixel = pixels[lane];
-                self.depth[pixel] = shaded.depth[lane];
-                self.normal[pixel] = vector_of(lane, &shaded.normal);
-                self.triangle[pixel] = shaded.triangle[lane];
-            }
-        }
     }
 }
 
