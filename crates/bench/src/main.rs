@@ -63,9 +63,9 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Time every stage of a frame, for each scene and structure
     Frame(frame::FrameFlags),
-    /// What a GPU is, whether its answers are the CPU's, what a launch takes, and every stage of frames
+    /// Describe a GPU: its limits, the cost of a launch, answers beside the CPU's, and every stage of frames
     Gpu(gpu::GpuFlags),
-    /// What each kernel of a frame does, counted while it runs on any device, and the least that GPUs take for it
+    /// Count the work of each kernel of a frame while it runs on any device, and the least time of GPUs for it
     Roofline(gpu::RooflineFlags),
     /// Time whole pictures, from the scene to the file, by the command; of two builds of it in turn
     Picture(picture::PictureFlags),
@@ -79,9 +79,9 @@ enum Command {
     Scan(scan::ScanFlags),
     /// Which faces each of many suns reaches, through scans and through Embree
     Lit(lit::LitFlags),
-    /// Any rays, in runs from the same origin: what a scan, the hierarchy and Embree take, and what is chosen
+    /// Any rays, in runs from the same origin: times of a scan, the hierarchy and Embree, and the choice between them
     Trace(trace::TraceFlags),
-    /// What the tone maps show of grey
+    /// Levels that the tone maps give greys
     ToneMap(tone_map::ToneMapFlags),
     /// Measure some of the papers' experiments and write their tables to docs/papers
     Paper(papers::PaperFlags),
@@ -145,7 +145,7 @@ enum Command {
     Queues(experiments::QueuesFlags),
     /// Re-ordering of secondary rays: packets, runs, types, adaptive packets, streams and frusta beside single rays
     Reorder(experiments::ReorderFlags),
-    /// What can be trusted: twenty-two figures, each beside what others publish; writes docs/trust.md
+    /// Figures of trust, each beside published results of others; writes docs/trust.md
     Trust(trust::TrustFlags),
     /// How many pictures a second the window plays, and what the interface adds to each
     #[cfg(feature = "view")]
