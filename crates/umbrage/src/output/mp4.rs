@@ -41,7 +41,7 @@ fn end(child: &Mutex<Child>) {
     let _ = child.wait();
 }
 
-/// Writes H.264 video through another process, which gets raw video and writes the file itself: it seeks to the file's
+/// Writes video through ffmpeg, which gets raw video, chooses the codec and writes the file itself: it seeks to the file's
 /// start in the end.
 pub(super) struct Mp4Writer {
     /// Dropped first, so that the video isn't flushed to an encoder that nobody waits for.
