@@ -57,7 +57,7 @@ const EXAMPLES: &str = "Examples:
   umbrage-bench breakdown --plot breakdown.svg
       One of the paper's experiments, as a table and a chart
   umbrage-bench papers --files scenes
-      All of them, into docs/papers, beside what was measured the last time";
+      All of them, into crates/papers/docs/tables, beside what was measured the last time";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -83,7 +83,7 @@ enum Command {
     Trace(trace::TraceFlags),
     /// Levels that the tone maps give greys
     ToneMap(tone_map::ToneMapFlags),
-    /// Measure some of the papers' experiments and write their tables to docs/papers
+    /// Measure some of the papers' experiments and write their tables to crates/papers/docs/tables
     Paper(papers::PaperFlags),
     /// Measure all of them, and say what differs from the tables that are there
     Papers(papers::PapersFlags),

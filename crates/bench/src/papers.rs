@@ -161,7 +161,7 @@ pub(crate) struct PapersFlags {
     #[arg(long, value_name = "DIR")]
     files: Option<PathBuf>,
     /// The folder that the tables are written to, a file each; charts go to `images` beside it
-    #[arg(long, value_name = "DIR", default_value = "docs/papers")]
+    #[arg(long, value_name = "DIR", default_value = "crates/papers/docs/tables")]
     docs: PathBuf,
 }
 

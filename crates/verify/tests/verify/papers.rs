@@ -1,4 +1,4 @@
-//! Whether the paths, commands, options and tests that docs/papers.md names exist.
+//! Whether the paths, commands, options and tests that crates/papers/docs/README.md names exist.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -94,7 +94,7 @@ impl Checker {
 #[test]
 fn what_the_table_of_the_papers_names_is_there() {
     let checker = Checker::new().unwrap();
-    let document = fs::read_to_string(root().join("docs/papers.md")).unwrap();
+    let document = fs::read_to_string(root().join("crates/papers/docs/README.md")).unwrap();
     let mut faults = Vec::new();
     let mut rows = 0;
     for (number, line) in (1..).zip(document.lines()) {
@@ -117,13 +117,13 @@ fn what_the_table_of_the_papers_names_is_there() {
         row.split('`').skip(1).step_by(2).filter_map(|word| checker.fault(word)).for_each(&mut fault);
         for target in row.split("](").skip(1).filter_map(|rest| rest.split_once(')')) {
             let file = target.0.split('#').next().unwrap_or_default();
-            if !root().join("docs").join(file).exists() {
+            if !root().join("crates/papers/docs").join(file).exists() {
                 fault(format!("{file} isn't there"));
             }
         }
     }
     assert!(rows > 40, "{rows} rows");
-    assert!(faults.is_empty(), "docs/papers.md:\n{}", faults.join("\n"));
+    assert!(faults.is_empty(), "crates/papers/docs/README.md:\n{}", faults.join("\n"));
 }
 
 #[test]
