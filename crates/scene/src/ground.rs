@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, choices};
 
-use crate::derived::Derived;
+use crate::hidden::Derived;
 use crate::rig::{Part, Placement, Pose, Rig, Shape};
 use crate::{Frame, Material, Materials, Mesh, Objects};
 
