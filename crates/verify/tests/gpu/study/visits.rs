@@ -12,7 +12,7 @@ use super::{Device, Scene, device};
 
 const SIZE: u32 = 128;
 
-/// Prints the tables of `docs/gpu.md`. Run with
+/// Prints the tables of `crates/papers/docs/gpu.md`. Run with
 /// `UMBRAGE_SCENES=… cargo test --release -p umbrage-verify --test gpu visits -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
