@@ -15,6 +15,7 @@ mod long {
 }
 mod own_frames;
 mod pose;
+mod rays;
 mod shade;
 mod stages;
 mod study;

@@ -3,7 +3,7 @@
 import package::dispatch::{groups_of};
 import package::exact::double::{F64};
 import package::exact::vector::{F64Vector};
-import package::kdtree::records::{RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_LANES};
+import package::rays::records::{RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS, RECORD_LANES};
 import stage::{records};
 
 // Writes the number of records, and the workgroups for them and for packets of `packet` records.

@@ -7,14 +7,14 @@ use crate::{Buffer, Gpu, GpuError, Recorder};
 
 /// Rays or shadow questions in a GPU buffer: 80 bytes each.
 #[derive(Debug)]
-pub struct KdRecords {
+pub struct RayRecords {
     records: Buffer,
     sizes: Buffer,
     /// The last uploaded words; kept to reuse the memory.
     words: Vec<u32>,
 }
 
-impl KdRecords {
+impl RayRecords {
     /// Words of the header, as in `records.wgsl`.
     pub const HEADER: u64 = 8;
     pub(super) const WORDS: usize = 20;
@@ -25,6 +25,8 @@ impl KdRecords {
     pub const GROUPS: u32 = 1;
     /// … and of those for packets of records.
     pub(super) const PACKETS: u32 = 4;
+    /// The most bytes that a ray takes in one buffer: its record, and its share of a header.
+    pub const RAY_BYTES: u64 = 96;
     /// Stands for no triangle.
     pub const NO_TRIANGLE: u32 = u32::MAX;
 
@@ -32,8 +34,8 @@ impl KdRecords {
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         Self {
-            records: Buffer::storage(gpu, "kd-tree rays"),
-            sizes: Buffer::sizes(gpu, "kd-tree rays' dispatch sizes"),
+            records: Buffer::storage(gpu, "rays"),
+            sizes: Buffer::sizes(gpu, "rays' dispatch sizes"),
             words: Vec::new(),
         }
     }
@@ -58,7 +60,7 @@ impl KdRecords {
 
     /// Uploads rays that start at points of triangles, each with its direction. They pass through that triangle, and
     /// through all whose planes the [point is on](HitPoint::is_on), without hitting them: for a tracer of rays [from
-    /// triangles](super::KdTracerOptions::from_triangles).
+    /// triangles](super::RayTracerOptions::from_triangles).
     ///
     /// # Errors
     /// If they exceed the largest buffer of the device.

@@ -1,5 +1,5 @@
 // A light for shadow questions.
-struct KdLight {
+struct ShadowLight {
     // Its position or, if directional, its direction of travel, in bits of f32.
     vector: vec3<u32>,
     is_directional: u32,

@@ -4,7 +4,7 @@ import package::exact::double::{F64};
 import package::exact::predicate::{ExactRay};
 import package::exact::shadow::{ExactPoint, ExactShadow, exact_shadow};
 import package::exact::vector::{F64Vector};
-import package::kdtree::records::{RAY_DIRECTION, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT};
+import package::rays::records::{RAY_DIRECTION, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT};
 import stage::{records};
 
 fn read_number(word: u32) -> F64 {

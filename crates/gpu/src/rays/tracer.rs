@@ -1,39 +1,48 @@
-use umbrage_rays::{Counts, KdTraversal};
+use umbrage_rays::Counts;
 
-use super::records::KdRecords;
-use super::tree::KdNodes;
+use super::records::RayRecords;
+use super::space::Part;
 use crate::{Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
-/// How rays traverse the tree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KdTracerOptions {
-    /// The way back up the tree. A short stack has at most [`KdTracerOptions::MOST_ENTRIES`] entries; packets have no
-    /// full stack, but one of that many.
-    pub traversal: KdTraversal,
-    /// Rays of a packet: a power of two up to 64. `None` traces each ray alone.
-    pub packet: Option<u32>,
+/// The kernel that leads rays through a structure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Walk {
+    pub(crate) path: &'static str,
+    pub(crate) entry: &'static str,
+    pub(crate) constants: Vec<(&'static str, f64)>,
+    /// Rays that are traced together, if any are.
+    pub(crate) packet: Option<u32>,
+}
+
+impl Walk {
+    /// Through a [`Hierarchy`](super::Hierarchy).
+    pub const HIERARCHY: Self =
+        Self { path: "rays::hierarchy", entry: "by_hierarchy", constants: Vec::new(), packet: None };
+}
+
+/// How rays are traced.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayTracerOptions {
+    /// The way through the structure.
+    pub walk: Walk,
     /// Whether visits are counted, which takes time.
     pub counts: bool,
     /// Whether rays may start at points of triangles.
     pub from_triangles: bool,
 }
 
-impl KdTracerOptions {
-    /// Most entries of a short stack: all that fit the workgroup memory that every device has.
-    pub const MOST_ENTRIES: u8 = 15;
-
-    /// Single rays with a short stack of four entries.
-    pub const DEFAULT: Self =
-        Self { traversal: KdTraversal::ShortStack(4), packet: None, counts: false, from_triangles: false };
+impl RayTracerOptions {
+    /// Through a hierarchy, for rays that don't start at triangles.
+    pub const DEFAULT: Self = Self { walk: Walk::HIERARCHY, counts: false, from_triangles: false };
 
     /// Rays of a packet, or one.
     #[must_use]
     pub fn lanes(&self) -> u32 {
-        self.packet.map_or(1, |lanes| lanes.clamp(1, 64))
+        self.walk.packet.unwrap_or(1)
     }
 }
 
-impl Default for KdTracerOptions {
+impl Default for RayTracerOptions {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -56,8 +65,8 @@ struct PassedKernels {
 
 /// Traces rays on the GPU: the stages `line`, `nearest` or `blocked`, and `settle`.
 #[derive(Debug)]
-pub struct KdTracer {
-    options: KdTracerOptions,
+pub struct RayTracer {
+    options: RayTracerOptions,
     lines: [Kernel; 2],
     walks: [Kernel; 2],
     size_undecided: Kernel,
@@ -70,23 +79,23 @@ pub struct KdTracer {
     undecided: Buffer,
     undecided_sizes: Buffer,
     hits: Buffer,
-    /// Needs of each use since [`KdTracer::prepare`].
+    /// Needs of each use since [`RayTracer::prepare`].
     needs: Buffer,
     /// The same, for the CPU.
     fetched: Vec<Fetch>,
     asked: Vec<Question>,
     most_uses: u32,
-    work: Vec<KdTracerWork>,
+    work: Vec<RayTracerWork>,
 }
 
 /// Work of one use of the tracer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct KdTracerWork {
+pub struct RayTracerWork {
     /// Whether it was about shadows.
     pub is_shadow: bool,
     /// Hits that the predicate had to decide.
     pub undecided_hits: u32,
-    /// All zeros unless [counted](KdTracerOptions::counts). A packet counts a node once for each of its rays that may
+    /// All zeros unless [counted](RayTracerOptions::counts). A packet counts a node once for each of its rays that may
     /// still find a hit in the node's cell, and a restart for one of its rays.
     pub visits: Counts,
     /// Steps (nodes and tests) of all invocations, including the time that they wait for others. Of 32 invocations in
@@ -95,7 +104,7 @@ pub struct KdTracerWork {
     pub steps: u64,
 }
 
-impl KdTracerWork {
+impl RayTracerWork {
     /// The share of its invocations' steps, 0 to 1, in which a ray visits a node or is tested; in the others it waits
     /// (Horn et al. 2007, §5.2.1). `None` if nothing was counted.
     #[must_use]
@@ -105,7 +114,7 @@ impl KdTracerWork {
     }
 }
 
-impl KdTracer {
+impl RayTracer {
     /// Words, as in `tester.wgsl`.
     const UNDECIDED_HEADER: u64 = 16;
     const UNDECIDED_WORDS: u64 = 8;
@@ -114,24 +123,25 @@ impl KdTracer {
 
     /// Compiles the stages.
     #[must_use]
-    pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
-        let settle = |entry| Kernel::new(gpu, "kdtree::settle", entry, &[]);
-        let from_triangles = [("KD_FROM_TRIANGLES", f64::from(u8::from(options.from_triangles)))];
-        let settle_hits = Kernel::new(gpu, "kdtree::settle", "settle_hits", &from_triangles);
+    pub fn new(gpu: &Gpu, options: impl Into<RayTracerOptions>) -> Self {
+        let options = options.into();
+        let settle = |entry| Kernel::new(gpu, "rays::settle", entry, &[]);
+        let from_triangles = [("RAY_FROM_TRIANGLES", f64::from(u8::from(options.from_triangles)))];
+        let settle_hits = Kernel::new(gpu, "rays::settle", "settle_hits", &from_triangles);
         Self {
+            lines: both(|is_shadow| Kernel::new(gpu, "rays::line", "line", &[is_shadow])),
+            walks: walks(gpu, &options),
             options,
-            lines: both(|is_shadow| Kernel::new(gpu, "kdtree::line", "line", &[is_shadow])),
-            walks: walks(gpu, options),
             size_undecided: settle("size_undecided"),
             settle_undecided: [settle_hits, settle("settle_blocked")],
             settle_nearest: settle("settle_nearest"),
             passed: None,
-            line_words: Buffer::storage(gpu, "kd-tree lines"),
-            traced: Buffer::storage(gpu, "kd-tree answers"),
-            undecided: Buffer::storage(gpu, "kd-tree undecided hits"),
-            undecided_sizes: Buffer::sizes(gpu, "kd-tree undecided hits' dispatch sizes"),
-            hits: Buffer::storage(gpu, "kd-tree hits"),
-            needs: Buffer::storage(gpu, "kd-tree needs"),
+            line_words: Buffer::storage(gpu, "lines of rays"),
+            traced: Buffer::storage(gpu, "rays' answers"),
+            undecided: Buffer::storage(gpu, "rays' undecided hits"),
+            undecided_sizes: Buffer::sizes(gpu, "rays' undecided hits' dispatch sizes"),
+            hits: Buffer::storage(gpu, "rays' hits"),
+            needs: Buffer::storage(gpu, "rays' needs"),
             fetched: Vec::new(),
             asked: Vec::new(),
             most_uses: 0,
@@ -139,20 +149,20 @@ impl KdTracer {
         }
     }
 
-    /// Sets the traversal for the next uses; `from_triangles` stays.
-    pub fn set_options(&mut self, gpu: &Gpu, options: KdTracerOptions) {
-        let options = KdTracerOptions { from_triangles: self.options.from_triangles, ..options };
+    /// Sets the walk for the next uses; `from_triangles` stays.
+    pub fn set_options(&mut self, gpu: &Gpu, options: impl Into<RayTracerOptions>) {
+        let options = RayTracerOptions { from_triangles: self.options.from_triangles, ..options.into() };
         if options != self.options {
+            self.walks = walks(gpu, &options);
             self.options = options;
-            self.walks = walks(gpu, options);
             self.passed = None;
         }
     }
 
     /// The options.
     #[must_use]
-    pub fn options(&self) -> KdTracerOptions {
-        self.options
+    pub fn options(&self) -> &RayTracerOptions {
+        &self.options
     }
 
     /// Prepares one submission with up to `uses` uses of up to `rays` rays each.
@@ -176,7 +186,7 @@ impl KdTracer {
         4 * (Self::UNDECIDED_HEADER + Self::UNDECIDED_WORDS * hits)
     }
 
-    /// Records a use that finds the nearest hit of each of `rays`; [`KdTracer::hits`] has the answers.
+    /// Records a use that finds the nearest hit of each of `rays`; [`RayTracer::hits`] has the answers.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.
@@ -185,13 +195,13 @@ impl KdTracer {
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         geometry: &Geometry,
-        tree: &KdNodes,
-        rays: &KdRecords,
+        structure: &impl AsRef<[Part]>,
+        rays: &RayRecords,
     ) {
-        self.record(gpu, recorder, geometry, tree, rays, Question::Nearest);
+        self.record(gpu, recorder, geometry, structure.as_ref(), rays, Question::Nearest);
     }
 
-    /// Records a use that finds whether points are shadowed; [`KdTracer::shadows`] has the answers.
+    /// Records a use that finds whether points are shadowed; [`RayTracer::shadows`] has the answers.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.
@@ -200,14 +210,14 @@ impl KdTracer {
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         geometry: &Geometry,
-        tree: &KdNodes,
-        questions: &KdRecords,
+        structure: &impl AsRef<[Part]>,
+        questions: &RayRecords,
     ) {
-        self.record(gpu, recorder, geometry, tree, questions, Question::Blocked);
+        self.record(gpu, recorder, geometry, structure.as_ref(), questions, Question::Blocked);
     }
 
-    /// Records a use that lists the tree's triangles between points and a light. [`KdTracer::passed`] has the lists;
-    /// the second word of a point's entry in [`KdTracer::shadows`] is the index of its list's first hit.
+    /// Records a use that lists the structure's triangles between points and a light. [`RayTracer::passed`] has the lists;
+    /// the second word of a point's entry in [`RayTracer::shadows`] is the index of its list's first hit.
     ///
     /// # Panics
     /// If it is recorded more often than was prepared for.
@@ -216,15 +226,15 @@ impl KdTracer {
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         geometry: &Geometry,
-        tree: &KdNodes,
-        questions: &KdRecords,
+        structure: &impl AsRef<[Part]>,
+        questions: &RayRecords,
     ) {
-        let options = self.options;
+        let options = &self.options;
         self.passed.get_or_insert_with(|| PassedKernels {
-            walk: walk(gpu, options, &[("KD_IS_SHADOW", 1.0), ("KD_IS_PASSED", 1.0)]),
-            settle: Kernel::new(gpu, "kdtree::settle", "settle_passed", &[]),
+            walk: walk(gpu, options, &[("RAY_IS_SHADOW", 1.0), ("RAY_IS_PASSED", 1.0)]),
+            settle: Kernel::new(gpu, "rays::settle", "settle_passed", &[]),
         });
-        self.record(gpu, recorder, geometry, tree, questions, Question::Passed);
+        self.record(gpu, recorder, geometry, structure.as_ref(), questions, Question::Passed);
     }
 
     fn record(
@@ -232,8 +242,8 @@ impl KdTracer {
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         geometry: &Geometry,
-        tree: &KdNodes,
-        rays: &KdRecords,
+        structure: &[Part],
+        rays: &RayRecords,
         question: Question,
     ) {
         let use_index = self.asked.len() as u32;
@@ -245,25 +255,19 @@ impl KdTracer {
             _ => ([&self.lines[1], &self.walks[1], &self.settle_undecided[1]], "blocked"),
         };
         rays.record_sizes(recorder);
-        let groups = Groups::Indirect(rays.sizes(), KdRecords::GROUPS);
-        let packets = Groups::Indirect(rays.sizes(), KdRecords::PACKETS);
+        let groups = Groups::Indirect(rays.sizes(), RayRecords::GROUPS);
+        let packets = Groups::Indirect(rays.sizes(), RayRecords::PACKETS);
         recorder.clear_words(&self.undecided, Self::UNDECIDED_HEADER);
         // With no rays, no invocation writes the count.
         recorder.clear_words(&self.line_words, 4);
-        let buffers = [tree.shape(), rays.buffer(), &self.line_words];
-        recorder.stage("line", |pass| line.dispatch(gpu, pass, &buffers, groups));
-        let buffers = [
-            tree.shape(),
-            tree.nodes(),
-            tree.ids(),
-            geometry.triangles(),
-            geometry.positions(),
-            &self.line_words,
-            &self.traced,
-            &self.undecided,
-        ];
-        let walk_groups = if self.options.packet.is_some() { packets } else { groups };
-        recorder.stage(name, |pass| walk.dispatch(gpu, pass, &buffers, walk_groups));
+        let walk_groups = if self.options.walk.packet.is_some() { packets } else { groups };
+        for Part { space, nodes, ids } in structure {
+            let buffers = [space, rays.buffer(), &self.line_words];
+            recorder.stage("line", |pass| line.dispatch(gpu, pass, &buffers, groups));
+            let (triangles, positions) = (geometry.triangles(), geometry.positions());
+            let buffers = [space, nodes, ids, triangles, positions, &self.line_words, &self.traced, &self.undecided];
+            recorder.stage(name, |pass| walk.dispatch(gpu, pass, &buffers, walk_groups));
+        }
         let (triangles, positions, masks) = (geometry.triangles(), geometry.positions(), geometry.masks().buffer());
         let buffers = [rays.buffer(), triangles, positions, &self.traced, &self.undecided, &self.hits, masks];
         recorder.stage("settle", |pass| self.size_undecided.dispatch(gpu, pass, &buffers, Groups::Flat(1)));
@@ -293,7 +297,7 @@ impl KdTracer {
             most = most.max(needs[0]);
             let long = |word: usize| u64::from(needs[word]) | u64::from(needs[word + 1]) << 32;
             let count = |index: usize| long(8 + 2 * index);
-            self.work.push(KdTracerWork {
+            self.work.push(RayTracerWork {
                 is_shadow: *question != Question::Nearest,
                 undecided_hits: needs[0] - needs[4],
                 visits: Counts {
@@ -318,7 +322,7 @@ impl KdTracer {
     /// Work of the last finished uses, in order. Rays from mirrors come in a different order each time, so packets of
     /// them may take more or fewer steps.
     #[must_use]
-    pub fn work(&self) -> &[KdTracerWork] {
+    pub fn work(&self) -> &[RayTracerWork] {
         &self.work
     }
 
@@ -334,18 +338,18 @@ impl KdTracer {
         &self.traced
     }
 
-    /// The hits of [`KdTracer::record_passed`]: 16 words, then eight for each (`settle.wgsl`).
+    /// The hits of [`RayTracer::record_passed`]: 16 words, then eight for each (`settle.wgsl`).
     pub(crate) fn passed(&self) -> &Buffer {
         &self.undecided
     }
 
     /// Needs of each use: its header begins with the number of undecided hits.
-    pub(super) fn needs(&self) -> &Buffer {
+    pub(crate) fn needs(&self) -> &Buffer {
         &self.needs
     }
 
     /// Number of undecided hits that there is room for.
-    pub(super) fn room(&self) -> u32 {
+    pub(crate) fn room(&self) -> u32 {
         let hits = (self.undecided.bytes() / 4).saturating_sub(Self::UNDECIDED_HEADER) / Self::UNDECIDED_WORDS;
         hits.min(u64::from(u32::MAX)) as u32
     }
@@ -358,30 +362,17 @@ impl KdTracer {
 }
 
 /// The kernels for nearest hits and for shadows.
-fn walks(gpu: &Gpu, options: KdTracerOptions) -> [Kernel; 2] {
+fn walks(gpu: &Gpu, options: &RayTracerOptions) -> [Kernel; 2] {
     both(|is_shadow| walk(gpu, options, &[is_shadow]))
 }
 
 /// The kernel for a kind of question, given as constants.
-fn walk(gpu: &Gpu, options: KdTracerOptions, asked: &[(&str, f64)]) -> Kernel {
-    let (entries, pushes_down) = match options.traversal {
-        KdTraversal::Stack => (KdTracerOptions::MOST_ENTRIES, true),
-        KdTraversal::Restart => (0, false),
-        KdTraversal::PushDown => (0, true),
-        KdTraversal::ShortStack(entries) => (entries.min(KdTracerOptions::MOST_ENTRIES), true),
-    };
-    let counts = ("KD_COUNTS", f64::from(u8::from(options.counts)));
-    let short = [("KD_ENTRIES", f64::from(entries)), ("KD_PUSHES_DOWN", f64::from(u8::from(pushes_down)))];
-    let packet = [short[0], short[1], ("KD_PACKET", f64::from(options.lanes()))];
-    let (path, entry, constants): (_, _, &[_]) = match options {
-        KdTracerOptions { packet: Some(_), .. } => ("kdtree::packet", "by_packet", &packet),
-        KdTracerOptions { traversal: KdTraversal::Stack, .. } => ("kdtree::stack", "by_stack", &[]),
-        _ => ("kdtree::trail", "by_trail", &short),
-    };
-    Kernel::new(gpu, path, entry, &[constants, &[counts], asked].concat())
+fn walk(gpu: &Gpu, RayTracerOptions { walk, counts, .. }: &RayTracerOptions, asked: &[(&str, f64)]) -> Kernel {
+    let counts = ("RAY_COUNTS", f64::from(u8::from(*counts)));
+    Kernel::new(gpu, walk.path, walk.entry, &[walk.constants.as_slice(), &[counts], asked].concat())
 }
 
 /// Kernels for nearest hits and for shadows, made by `kernel` from the constant that tells them apart.
 fn both(kernel: impl Fn((&'static str, f64)) -> Kernel) -> [Kernel; 2] {
-    [0.0, 1.0].map(|is_shadow| kernel(("KD_IS_SHADOW", is_shadow)))
+    [0.0, 1.0].map(|is_shadow| kernel(("RAY_IS_SHADOW", is_shadow)))
 }

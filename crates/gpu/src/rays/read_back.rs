@@ -3,11 +3,11 @@
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, LightSource, Ray};
 
-use super::records::KdRecords;
-use super::tracer::KdTracer;
+use super::records::RayRecords;
+use super::tracer::RayTracer;
 use crate::{Gpu, GpuError};
 
-impl KdRecords {
+impl RayRecords {
     /// Reads back the buffer's rays, with their own triangles.
     ///
     /// # Errors
@@ -49,7 +49,7 @@ impl KdRecords {
     }
 }
 
-impl KdTracer {
+impl RayTracer {
     /// Reads back the first hit of each of `count` rays.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl KdTracer {
         let hits = words.chunks_exact(Self::HIT_WORDS).map(|words| {
             let barycentric = [words[4], words[5]].map(f32::from_bits);
             let hit = Hit { t: number(words, 2), triangle: words[0], barycentric };
-            (words[0] != KdRecords::NO_TRIANGLE).then_some(hit)
+            (words[0] != RayRecords::NO_TRIANGLE).then_some(hit)
         });
         Ok(hits.collect())
     }

@@ -2,25 +2,25 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{
-    F64, F64_ZERO, f64_add, f64_divide, f64_is_below_zero, f64_is_finite, f64_is_zero, f64_larger_magnitude, f64_less,
+    F64, F64_ZERO, f64_abs, f64_add, f64_divide, f64_is_below_zero, f64_is_finite, f64_is_zero, f64_larger_magnitude, f64_less,
     f64_multiply, f64_subtract, f64_to_f32_bits,
 };
 import package::exact::predicate::{ExactRay, exact_scale_to_one};
 import package::exact::vector::{
     F64Vector, f64_largest_magnitude, f64_vector_add, f64_vector_from_f32_bits, f64_vector_scale, f64_vector_turned,
 };
-import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
-import package::kdtree::records::{
+import package::rays::read::{read_number, read_point, read_ray, read_shadow};
+import package::rays::records::{
     NO_TRIANGLE, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
 };
-import package::kdtree::shape::{KdShape};
+import package::rays::space::{RaySpace};
 
-@group(0) @binding(0) var<uniform> kd_shape: KdShape;
+@group(0) @binding(0) var<uniform> ray_space: RaySpace;
 @group(0) @binding(1) var<storage, read> records: array<u32>;
 @group(0) @binding(2) var<storage, read_write> lines: array<vec4<u32>>;
 
 // Whether records are shadow questions rather than rays.
-override KD_IS_SHADOW: bool = false;
+override RAY_IS_SHADOW: bool = false;
 
 const LINE_ONE = F64(0u, 0x3ff00000u);
 // 2⁻⁴⁸ and 2⁻⁴⁹.
@@ -28,15 +28,15 @@ const LINE_DOUBT = F64(0u, 0x3cf00000u);
 const LINE_BLUR = F64(0u, 0x3ce00000u);
 // 2⁻¹⁰⁰⁰: above anything that underflows.
 const LINE_SMALLEST = F64(0u, 0x01700000u);
-// 2⁻¹⁰⁰: above anything that underflows in f32.
-const LINE_SMALLEST_BLUR = F64(0u, 0x39b00000u);
+// 2⁻⁸⁶: above anything that underflows in f32, and twice the movement across planes that a ray counts as parallel to.
+const LINE_SMALLEST_BLUR = F64(0u, 0x3a900000u);
 // 8: the interval is never longer inside the bounds.
 const LINE_FAR = F64(0u, 0x40200000u);
 const LINE_FAR_BACK = F64(0u, 0xc0200000u);
 // 64.
 const LINE_HEIGHTS = F64(0u, 0x40500000u);
-// Directions below this, beside a largest component of one to two, count as along the plane.
-const LINE_PARALLEL = 9.3132257e-10;
+// 2⁻⁹⁰: directions below this, beside a largest component of one to two, count as along the plane.
+const LINE_PARALLEL = 8.0779357e-28;
 // Blur of lines that test everything.
 const LINE_EVERYTHING = 1.0995116e12;
 const LINE_MISS = -1.0e30;
@@ -66,9 +66,9 @@ fn line_f32(a: F64) -> f32 {
 fn line_slabs(start: F64Vector, along: F64Vector, enter: F64, leave: F64, scale: F64) -> Slabs {
     var origin = start;
     var direction = along;
-    var low = f64_vector_scale(f64_vector_from_f32_bits(kd_shape.min), scale);
-    var high = f64_vector_scale(f64_vector_from_f32_bits(kd_shape.max), scale);
-    var slabs = Slabs(enter, leave, direction, kd_shape.is_empty != 0u, kd_shape.is_lost != 0u);
+    var low = f64_vector_scale(f64_vector_from_f32_bits(ray_space.min), scale);
+    var high = f64_vector_scale(f64_vector_from_f32_bits(ray_space.max), scale);
+    var slabs = Slabs(enter, leave, direction, ray_space.is_empty != 0u, ray_space.is_lost != 0u);
     for (var axis = 0u; axis < 3u; axis++) {
         var inverse = F64_ZERO;
         if f64_is_zero(direction.x) {
@@ -106,7 +106,7 @@ fn write_missed(number: u32, packed_own: u32) {
 fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, own: u32, meets_backs: bool) {
     let to = 1u + 4u * number;
     let packed_own = own << 2u;
-    let scale = F64(0u, kd_shape.scale_high);
+    let scale = F64(0u, ray_space.scale_high);
     let turn = exact_scale_to_one(ray.direction);
     let direction = f64_vector_scale(ray.direction, turn);
     let origin = f64_vector_scale(ray.origin, scale);
@@ -121,7 +121,8 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
     let enter = f64_subtract(slabs.enter, doubt);
     let leave = f64_add(slabs.leave, doubt);
 
-    let reach = f64_add(f64_largest_magnitude(origin), f64_add(magnitude, magnitude));
+    let skipped = f64_abs(enter);
+    let reach = f64_add(f64_largest_magnitude(origin), f64_add(skipped, skipped));
     let blur = f64_add(f64_multiply(reach, LINE_BLUR), LINE_SMALLEST_BLUR);
     let is_lost = slabs.is_lost || !f64_is_finite(enter) || !f64_is_finite(leave) || !f64_is_finite(blur)
         || f64_less(F64(0u, 0x3fa00000u), blur);
@@ -167,8 +168,13 @@ fn write_line(number: u32, ray: ExactRay, t_min: F64, t_max: F64, error: F64, ow
         slope_y = f64_multiply(direction.x, slabs.inverse.y);
     }
     var heights = F64_ZERO;
-    if KD_IS_SHADOW || !f64_is_zero(error) {
-        heights = f64_multiply(f64_add(blur, f64_multiply(error, scale)), LINE_HEIGHTS);
+    if RAY_IS_SHADOW || !f64_is_zero(error) {
+        heights = f64_add(blur, f64_multiply(error, scale));
+        if f64_is_finite(last_t) {
+            // A ray to a point misses it by the rounding of its direction.
+            heights = f64_add(heights, f64_multiply(last_t, LINE_BLUR));
+        }
+        heights = f64_multiply(heights, LINE_HEIGHTS);
     }
     let widest = max(abs(inverse.x), max(abs(inverse.y), abs(inverse.z)));
     let most_doubt = select((1.0e-6 + 4.0 * line_f32(blur)) * widest, LINE_EVERYTHING, any(is_parallel));
@@ -194,7 +200,7 @@ fn line(at: Invocation) {
     }
     let word = record_start(number);
     let own = records[word + RECORD_OWN];
-    if KD_IS_SHADOW {
+    if RAY_IS_SHADOW {
         let point = read_point(word);
         let shadow = read_shadow(word, point);
         // No triangle shadows a point at the light.

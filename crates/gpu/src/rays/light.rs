@@ -7,7 +7,7 @@ use crate::grid::words;
 /// A light for shadow questions, as in `light.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct KdLight {
+pub(crate) struct ShadowLight {
     vector: [u32; 3],
     is_directional: u32,
     axis: [f32; 3],
@@ -20,7 +20,7 @@ pub(crate) struct KdLight {
     unused: [u32; 2],
 }
 
-impl KdLight {
+impl ShadowLight {
     /// `None` stands for a light without shadows. Its mask starts at the word `mask`, the transmittances at the word
     /// `tints`, and a packet has `packet` questions.
     pub(crate) fn new(light: Option<&LightSource>, packet: u32, mask: u32, tints: u32) -> Self {
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn parameters_are_those_of_the_shaders() {
-        let light = layout!(KdLight {
+        let light = layout!(ShadowLight {
             vector,
             is_directional,
             axis,
@@ -60,7 +60,7 @@ mod tests {
             mask,
             tints
         });
-        for path in ["kdtree::ask", "kdtree::lit", "onward::ask", "onward::tinted"] {
+        for path in ["kdtree::ask", "rays::lit", "onward::ask", "onward::tinted"] {
             assert_eq!(differences(&module(&link(path)), &light), [""; 0], "{path}");
         }
     }

@@ -9,8 +9,8 @@ import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactEdges, exact_barycentric, exact_edges, exact_is_front, exact_t};
 import package::exact::shadow::{ExactPoint, exact_blocked_by, exact_is_on};
 import package::exact::vector::{f64_vector_from_f32_bits, f64_vector_subtract};
-import package::kdtree::read::{read_number, read_point, read_ray, read_shadow};
-import package::kdtree::records::{HIT_WORDS, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
+import package::rays::read::{read_number, read_point, read_ray, read_shadow};
+import package::rays::records::{HIT_WORDS, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORD_LANES, record_start};
 import package::mask::exact::{is_there_exactly};
 import package::mask::flags::{TRIANGLE_MASKED, TRIANGLE_ONE_SIDED, TRIANGLE_SHADOW_MASKED};
 
@@ -33,7 +33,7 @@ const NOTHING: u32 = 0xffffffffu;
 const SETTLE_INFINITE = F64(0u, 0x7ff00000u);
 
 // Whether rays may start at points of triangles.
-override KD_FROM_TRIANGLES: bool = false;
+override RAY_FROM_TRIANGLES: bool = false;
 
 // Number of listed hits, at most the room for them.
 fn undecided_count() -> u32 {
@@ -75,7 +75,7 @@ fn settle_hits(at: Invocation) {
         var terms: ExpansionTerms;
         let edges = exact_edges(&terms, ray, corner_bits(undecided_hits[base]));
         var is_hit = edges.side != 0 && is_there(undecided_hits[base], edges, false, false);
-        if KD_FROM_TRIANGLES && is_hit {
+        if RAY_FROM_TRIANGLES && is_hit {
             let error = read_number(word + RAY_ERROR);
             let corners = corner_bits(undecided_hits[base]);
             is_hit = f64_is_zero(error) || !exact_is_on(&terms, ExactPoint(ray.origin, error), corners);

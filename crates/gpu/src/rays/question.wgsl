@@ -1,12 +1,12 @@
-// Writes shadow questions for the light `kd_light` to the buffer `records`; a stage declares both.
+// Writes shadow questions for the light `shadow_light` to the buffer `records`; a stage declares both.
 
 import package::exact::cone::{exact_is_in_cone};
 import package::exact::shadow::{ExactPoint};
-import package::kdtree::records::{
+import package::rays::records::{
     NO_TRIANGLE, RECORD_OWN, RECORD_TAG, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT,
 };
-import package::kdtree::write::{put_number, put_vector};
-import stage::{kd_light, records};
+import package::rays::write::{put_number, put_vector};
+import stage::{shadow_light, records};
 
 // Writes an empty question, for a slot without a point.
 fn put_no_question(word: u32) {
@@ -18,11 +18,11 @@ fn put_no_question(word: u32) {
 fn put_question(word: u32, point: ExactPoint, triangle: u32, tag: u32) {
     records[word + RECORD_OWN] = triangle;
     records[word + RECORD_TAG] = NO_TRIANGLE;
-    if kd_light.has_cone != 0u
-        && !exact_is_in_cone(point.position, kd_light.vector, kd_light.axis, kd_light.squared_cosine) {
+    if shadow_light.has_cone != 0u
+        && !exact_is_in_cone(point.position, shadow_light.vector, shadow_light.axis, shadow_light.squared_cosine) {
         return;
     }
-    put_question_to(word, point, triangle, tag, kd_light.vector, kd_light.is_directional);
+    put_question_to(word, point, triangle, tag, shadow_light.vector, shadow_light.is_directional);
 }
 
 // Writes the question for a point of a triangle and a light of any position or direction.
