@@ -61,7 +61,7 @@ mod words;
 
 pub(crate) use light::KdLight;
 pub use records::KdRecords;
-#[doc(hidden)] // For frames in `umbrage-study`.
+#[doc(hidden)] // For frames in `umbrage-papers`.
 pub use records::light_words;
 pub use sight::KdSight;
 pub use tracer::{KdTracer, KdTracerOptions, KdTracerWork};

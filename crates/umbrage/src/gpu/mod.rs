@@ -33,7 +33,7 @@ pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample};
 use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Onward, OnwardLight, Recorder, Sight};
-use umbrage_rays::{Choice as _, LightMask, LightSource, SeenPixels};
+use umbrage_rays::{LightMask, LightSource, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 use web_time::Instant;
 
@@ -41,8 +41,9 @@ use crate::cpu::{SeenAndLit, material_mirrors};
 use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
-use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
+use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
 use finder::{Finders, Found, Question};
+pub(crate) use finder::{MakeFinder, kd_tree_finder};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use mirrors::{Mirrored, Mirrors, following, looked_around};
@@ -259,7 +260,7 @@ impl GpuEngine {
     /// Shades the first hits once their tints and ambient occlusion are known.
     async fn shade_asked(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
-        let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
+        let Some(mirrors) = mirrors else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let geometry = geometry.geometry();
         let Found { seen, lit, .. } = finders.chosen().found();
@@ -279,7 +280,7 @@ impl GpuEngine {
     /// Traces and shades a sample's secondary rays.
     async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
-        let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
+        let Some(mirrors) = mirrors else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let (geometry, seen) = (geometry.geometry(), finders.chosen().found().seen);
         let mirrored = Mirrored { staged, band, sample, geometry, seen };
@@ -374,21 +375,16 @@ impl GpuEngine {
 
 impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, output: Output) -> Result<(), Error> {
-        match settings.structure {
-            _ if !Structure::HAS_ALL && (settings.bounces > 0 || settings.ambient_occlusion > 0.0) => {
-                Err(Error::StructureLeftOut("the kd-tree for mirrors and ambient occlusion on a GPU"))
-            }
+        match settings.structure.on_gpu() {
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
             _ if settings.noise > 0.0 && output == Output::Texture => Err(Error::NoiseOfTexture),
-            Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
-            Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),
-            _ => Ok(()),
+            counterpart => counterpart.map(drop),
         }
     }
 
     fn begin(&mut self, settings: &Settings) {
         self.uploaded_before = self.gpu.uploaded_bytes();
-        self.finders.choose(&self.gpu, settings.structure);
+        self.finders.choose(&self.gpu, &settings.structure);
         if !self.is_finished {
             // Uploads of a frame that failed may be missing.
             self.geometry.forget();
@@ -448,7 +444,7 @@ impl Engine for GpuEngine {
         let pixel_bytes = self.keeps(staged).plane_bytes().max(onward_bytes);
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
-        if goes_on && Structure::HAS_ALL {
+        if goes_on {
             self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame, self.light)?;
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
