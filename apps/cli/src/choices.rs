@@ -3,11 +3,10 @@
 use std::ffi::OsStr;
 
 use clap::builder::{PossibleValue, TypedValueParser};
-use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use umbrage::rays::{Choice, UnknownChoice};
-use umbrage::{EngineKind, ImpossibleOption, Layer, Layers, OptionValues, Structure, StructureOption};
+use clap::{Arg, Command};
+use umbrage::rays::Choice;
+use umbrage::{EngineKind, Layer, Layers, Structure, Structures};
 
-use crate::failure::Failure;
 use crate::feature::Feature;
 
 /// Parses a value with `parse`, and lists the possible names.
@@ -58,138 +57,20 @@ pub(crate) fn layers() -> impl TypedValueParser<Value = Layers> {
     Named { names: Layer::names().into_iter().chain([all]).collect(), parse: str::parse::<Layers> }
 }
 
-/// The structures of each kind of command, the default first. With a single structure there is no `--structure`.
-const KNOWN: [&[&str]; 3] =
-    [&["perspective", "listed", "grid", "kdtree", "bvh"], &["listed", "perspective"], &["kdtree"]];
-/// All structures, as for rendering.
-pub(crate) const ALL: usize = 0;
-/// Structures whose work is counted per pixel.
-pub(crate) const SPECIALISED: usize = 1;
-/// The kd-tree alone.
-pub(crate) const KD_TREE: usize = 2;
-
-/// `--structure` and a flag for each option of each structure.
-#[derive(Clone, Debug)]
-pub(crate) struct StructureFlags<const K: usize> {
-    structure: Structure,
-    given: Vec<(&'static StructureOption, String)>,
+/// All structures that this command knows: those of the library, and with the feature `papers` the papers'.
+pub(crate) fn structures() -> Structures {
+    #[cfg(feature = "papers")]
+    return umbrage_papers::structures();
+    #[cfg(not(feature = "papers"))]
+    Structures::default()
 }
 
-impl<const K: usize> StructureFlags<K> {
-    /// Whether any option is given.
-    pub(crate) fn has_options(&self) -> bool {
-        !self.given.is_empty()
-    }
+/// The default structure of heat maps: the one whose cells say most.
+pub(crate) const HEATMAP_STRUCTURE: &str = if cfg!(feature = "papers") { "listed" } else { "perspective" };
 
-    /// The structure with its options.
-    ///
-    /// # Errors
-    /// If an option belongs to another structure, or excludes another option.
-    pub(crate) fn structure(&self) -> Result<Structure, Failure> {
-        let mut structure = self.structure;
-        for (option, value) in &self.given {
-            if option.structure != structure.name() {
-                let message = format!("--{} is no option of `--structure {}`", option.name, structure.name());
-                let hint = format!("leave it out, or add `--structure {}`", option.structure);
-                return Err(Failure::input(message, hint));
-            }
-            let set = structure.set_option(option.name, value);
-            set.map_err(|ImpossibleOption { option, value, why }| Failure::input(format!("--{option} {value}"), why))?;
-        }
-        Ok(structure)
-    }
-
-    fn options() -> impl Iterator<Item = &'static StructureOption> {
-        Structure::OPTIONS.iter().filter(|option| KNOWN[K].contains(&option.structure))
-    }
-}
-
-impl<const K: usize> Args for StructureFlags<K> {
-    fn augment_args(command: Command) -> Command {
-        let default = KNOWN[K][0];
-        let command = match KNOWN[K] {
-            [_] => command,
-            names => command.arg(
-                Arg::new("structure")
-                    .long("structure")
-                    .value_name("NAME")
-                    .help("What finds the triangles that rays hit; the picture is the same with each. GPUs have perspective and kdtree")
-                    .default_value(default)
-                    .value_parser(named_structure(names)),
-            ),
-        };
-        Self::options().fold(command, |command, option| {
-            let heading = match option.structure {
-                _ if KNOWN[K].len() == 1 => "Options of the kd-tree, with --structure",
-                "listed" => "Options of --structure listed",
-                "grid" => "Options of --structure grid",
-                _ => "Options of --structure kdtree",
-            };
-            command.arg(flag(option, heading))
-        })
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl<const K: usize> FromArgMatches for StructureFlags<K> {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let chosen = if KNOWN[K].len() > 1 { matches.get_one::<Structure>("structure").copied() } else { None };
-        let structure = chosen.unwrap_or_else(|| Structure::named(KNOWN[K][0]).unwrap_or_default());
-        let given = Self::options().filter_map(|option| {
-            let value = match option.values {
-                OptionValues::Switch => matches.get_flag(option.name).then(|| "true".to_owned()),
-                _ => matches.get_one::<String>(option.name).cloned(),
-            };
-            Some((option, value?))
-        });
-        Ok(Self { structure, given: given.collect() })
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-fn named_structure(names: &'static [&'static str]) -> impl TypedValueParser<Value = Structure> {
-    let is_known = move |name: &str| names.contains(&name);
-    let parse = move |name: &str| match Structure::named(name) {
-        Ok(structure) if is_known(name) => Ok(structure),
-        _ => Err(UnknownChoice::new(Structure::OPTION, name, names.iter().copied())),
-    };
-    Named { names: Structure::names().into_iter().filter(|(name, _)| is_known(name)).collect(), parse }
-}
-
-/// The flag of an option.
-fn flag(option: &'static StructureOption, heading: &'static str) -> Arg {
-    let default = Structure::named(option.structure).unwrap_or_default().option(option.name).unwrap_or_default();
-    let flag = Arg::new(option.name).long(option.name).help_heading(heading);
-    let parse = move |value: &str| {
-        let mut structure = Structure::named(option.structure).unwrap_or_default();
-        if option.name == "tracing-tiles" {
-            // The range depends on the size of sorting tiles, which may be given as well, so this checks with the
-            // widest one.
-            structure.set_option("sorting-tile", "8").map_err(|impossible| impossible.why)?;
-        }
-        structure.set_option(option.name, value).map(|()| value.to_owned()).map_err(|impossible| impossible.why)
-    };
-    let (value_name, range, names) = match &option.values {
-        OptionValues::Switch => return flag.help(option.about).action(ArgAction::SetTrue),
-        OptionValues::Names(names) => ("NAME", String::new(), names()),
-        OptionValues::Whole(range) => ("N", format!(", {} to {}", range.start(), range.end()), Vec::new()),
-        OptionValues::WholeOrAuto(_) => ("N", String::new(), Vec::new()),
-        OptionValues::Rectangle => ("DEGREES", String::new(), Vec::new()),
-        OptionValues::Positive => ("NUMBER", ", above 0".to_owned(), Vec::new()),
-        OptionValues::Share => ("NUMBER", ", 0 to 1".to_owned(), Vec::new()),
-    };
-    let is_rectangle = matches!(option.values, OptionValues::Rectangle);
-    let flag = flag.value_name(value_name).help(format!("{}{range} [default: {default}]", option.about));
-    if names.is_empty() {
-        flag.allow_negative_numbers(true).allow_hyphen_values(is_rectangle).value_parser(parse)
-    } else {
-        flag.value_parser(Named { names, parse })
-    }
+/// Parses one of the structures for which `is_wanted` holds, with its options.
+pub(crate) fn structure(is_wanted: fn(&Structure) -> bool) -> impl TypedValueParser<Value = Structure> {
+    let known = structures().only(is_wanted);
+    let names = known.iter().map(|structure| (structure.name(), structure.about())).collect();
+    Named { names, parse: move |text: &str| known.parse(text) }
 }

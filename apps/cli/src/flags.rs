@@ -7,9 +7,9 @@ use umbrage::output::{Chroma, Compression, Format, FrameRate};
 use umbrage::rays::SimdLevel;
 use umbrage::scene::{Clip, GroundChoice, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, Length, LightSpec};
-use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, ToneMap};
+use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, Structure, ToneMap};
 
-use crate::choices::{ALL, KD_TREE, SPECIALISED, StructureFlags, choice, engine, layers};
+use crate::choices::{HEATMAP_STRUCTURE, choice, engine, layers, structure};
 use crate::staging::OrbitingLights;
 use crate::values::{self, ExposureFlag, FrameRange, Shard, Size};
 
@@ -64,7 +64,7 @@ const RENDER_EXAMPLES: &str = "
       What each frame cost
   umbrage render demo:statue --engine auto --stats text
       On a GPU, where there is one; `umbrage info --devices` lists them
-  umbrage render demo:hall --structure kdtree --kd-traversal short-stack:8
+  umbrage render demo:hall --structure kdtree:traversal=short-stack:8
       The same picture through a kd-tree";
 
 const VIEW_EXAMPLES: &str = "
@@ -72,7 +72,7 @@ const VIEW_EXAMPLES: &str = "
       A window, where the command was built with it";
 
 const HEATMAP_EXAMPLES: &str = "
-  umbrage heatmap demo:forest --structure listed --sorting-tile 8 --max 200
+  umbrage heatmap demo:forest --structure listed:sorting-tile=8 --max 200
       How many triangles each pixel is tested with
   umbrage heatmap demo:glass --of points --light 1
       How many points share a cell of the second light's grid";
@@ -82,8 +82,14 @@ const INFO_EXAMPLES: &str = "
       Which scenes are built in
   umbrage info demo:cloth --json
       What is in a scene
-  umbrage info demo:cloth --structure --kd-builder presorted
+  umbrage info demo:cloth --structure kdtree:builder=presorted
       How deep its kd-tree is, and how good";
+
+const STRUCTURES_EXAMPLES: &str = "
+  umbrage structures
+      Which structures there are
+  umbrage structures kdtree
+      The options of one";
 
 const COMPLETIONS_EXAMPLES: &str = "
   umbrage completions bash > ~/.local/share/bash-completion/completions/umbrage
@@ -128,7 +134,11 @@ pub(crate) struct Flags {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render a picture, numbered frames, an animation or raw video
-    #[command(after_help = below(&[RENDER_EXAMPLES]), args_override_self = true)]
+    #[command(
+        after_help = "`umbrage render --help` has the other options, and examples",
+        after_long_help = below(&[RENDER_EXAMPLES]),
+        args_override_self = true
+    )]
     Render(Box<RenderFlags>),
     /// Open a window that plays a scene, lets its lights be dragged and shows where the time goes
     #[command(after_help = below(&[VIEW_EXAMPLES]), args_override_self = true)]
@@ -140,6 +150,13 @@ pub(crate) enum Command {
     /// Show what is in a scene, or without one which scenes are built in
     #[command(after_help = below(&[INFO_EXAMPLES]))]
     Info(Box<InfoFlags>),
+    /// List the structures that find the triangles that rays hit, or one with its paper and its options
+    #[command(after_help = below(&[STRUCTURES_EXAMPLES]))]
+    Structures {
+        /// The structure
+        #[arg(value_parser = structure(|_| true))]
+        name: Option<Structure>,
+    },
     /// Print a completion script for a shell
     #[command(after_help = below(&[COMPLETIONS_EXAMPLES]))]
     Completions {
@@ -165,11 +182,17 @@ pub(crate) struct InfoFlags {
     /// Show which GPUs there are, rather than a scene
     #[arg(long, conflicts_with = "scene")]
     pub(crate) devices: bool,
-    /// Build the kd-tree as well and say what came of it: depth, leaves, references, cost by the surface area heuristic
-    #[arg(long, conflicts_with = "devices", requires = "scene")]
-    pub(crate) structure: bool,
-    #[command(flatten)]
-    pub(crate) kd_tree: StructureFlags<KD_TREE>,
+    /// Build this kd-tree as well, and say its depth, leaves, references and cost by the surface area heuristic: kdtree, or
+    /// kdtree:OPTION=VALUE,OPTION=VALUE
+    #[cfg(feature = "papers")]
+    #[arg(
+        long,
+        value_name = "STRUCTURE",
+        conflicts_with = "devices",
+        requires = "scene",
+        value_parser = structure(|structure| structure.name() == "kdtree")
+    )]
+    pub(crate) structure: Option<Structure>,
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
 }
@@ -179,23 +202,23 @@ pub(crate) struct InfoFlags {
 pub(crate) struct OpeningFlags {
     /// Which of the file's animations play: a name or a number from 0, `all` or `none`
     /// [default: all where no two move the same thing, else the first]
-    #[arg(long, value_name = "NAME|NUMBER|all|none")]
+    #[arg(long, value_name = "NAME|NUMBER|all|none", hide_short_help = true)]
     pub(crate) animation: Option<String>,
     /// Which of the file's variants has its materials shown, as `umbrage info` lists them [default: the file's own choice]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) variant: Option<String>,
     /// Show all objects but this one, as `umbrage info` lists them; may be given several times, and * stands for any characters
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) hide: Vec<String>,
     /// How many files of a numbered sequence, or frames of a .pc2 file, make a second
-    #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps)]
+    #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps, hide_short_help = true)]
     pub(crate) sequence_fps: f64,
     /// Let the file name others outside of its own folder; for files that you trust
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub(crate) allow_outside: bool,
     /// The most memory that the scene's files, a background's and a picture may take, each: 500MB, 4GiB or bytes
     /// [default: half of what there is]
-    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    #[arg(long, value_name = "SIZE", value_parser = memory, hide_short_help = true)]
     pub(crate) max_memory: Option<ByteSize>,
     /// A floor under the scene, at its lowest point or at a height: `shadow` shows only the shadows on it, `matte` is light
     /// grey [default in pictures: `shadow` under files that have neither lights nor a floor, else `none`]
@@ -203,7 +226,7 @@ pub(crate) struct OpeningFlags {
     pub(crate) ground: Option<GroundChoice>,
     /// Up to which angle, in degrees, triangles of OBJ, PLY and STL files without normals are smooth together; 0 leaves all
     /// of them flat
-    #[arg(long, value_name = "DEGREES", default_value_t = OpenOptions::default().crease_degrees, value_parser = values::crease)]
+    #[arg(long, value_name = "DEGREES", default_value_t = OpenOptions::default().crease_degrees, value_parser = values::crease, hide_short_help = true)]
     pub(crate) crease: f32,
 }
 
@@ -322,7 +345,7 @@ pub(crate) struct SceneFlags {
     #[command(flatten)]
     pub(crate) opening: OpeningFlags,
     /// Threads to work with [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), hide_short_help = true)]
     pub(crate) threads: Option<u16>,
 }
 
@@ -340,7 +363,7 @@ pub(crate) struct RenderFlags {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// The file's format, whatever its name
-    #[arg(long, value_parser = choice::<Format>())]
+    #[arg(long, value_parser = choice::<Format>(), hide_short_help = true)]
     pub(crate) format: Option<Format>,
     /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
     /// middle of the animation]
@@ -351,15 +374,15 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
     /// Show only one of N even shares of the frames, counted from 1, as on machine I of N; for numbered frames
-    #[arg(long, value_name = "I/N")]
+    #[arg(long, value_name = "I/N", hide_short_help = true)]
     pub(crate) shard: Option<Shard>,
     /// Leave out frames that this very command has written before: those whose picture is as it was, made from the same scene
     /// with the same settings by this version. Records of that are in a folder .umbrage beside the pictures. For numbered
     /// frames
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub(crate) resume: bool,
     /// Frames a second, such as 24, 29.97 or 30000/1001
-    #[arg(long, default_value = "24")]
+    #[arg(long, default_value = "24", hide_short_help = true)]
     pub(crate) fps: FrameRate,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
@@ -370,25 +393,25 @@ pub(crate) struct RenderFlags {
     pub(crate) samples: Option<u32>,
     /// Take only as many of --samples (16, 32, 64 ...) as it needs for a noise of so many levels of 255, in the mean over the
     /// picture. There are 1024 unless you say otherwise
-    #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero)]
+    #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero, hide_short_help = true)]
     pub(crate) noise: f32,
     /// Diameter of the camera's lens, in world units (0.1) or as a share of the scene's size (2%), as `umbrage info` says it: the
     /// diagonal of its bounds at its first moment. With 0, everything is sharp
-    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length, hide_short_help = true)]
     pub(crate) aperture: Length,
     /// Depth at which the lens has everything sharp, in world units (2.5) or as a share of the scene's size (80%) [default: that
     /// of what the middle of the picture shows]
-    #[arg(long, value_name = "LENGTH", value_parser = values::distance, requires = "aperture")]
+    #[arg(long, value_name = "LENGTH", value_parser = values::distance, requires = "aperture", hide_short_help = true)]
     pub(crate) focus: Option<Length>,
     /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak
-    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds, hide_short_help = true)]
     pub(crate) shutter: f64,
     /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units (0.1) or as a share of the
     /// scene's size (2%), of suns in degrees (the sun's is 0.27). Shadows have soft edges
-    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length, hide_short_help = true)]
     pub(crate) light_radius: Length,
     /// Light from all around (--background) casts shadows, too: each sample has one direction of it
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub(crate) sky_shadows: bool,
     /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another point, with
     /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
@@ -409,7 +432,8 @@ pub(crate) struct RenderFlags {
         value_name = "first|all|N,N",
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = "first"
+        default_missing_value = "first",
+        hide_short_help = true
     )]
     pub(crate) orbit_light: Option<OrbitingLights>,
     /// What is behind and around the scene: sky, a colour (its name in CSS, #rrggbb or linear R,G,B), or a latitude-longitude
@@ -418,37 +442,39 @@ pub(crate) struct RenderFlags {
     pub(crate) background: BackgroundSpec,
     /// Brightness: each stop doubles it, and `auto` measures what the picture has, of an animation one picture. Unlit materials
     /// and a background of one colour stay as they are [default: auto for files, 0 for built-in scenes]
-    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true, hide_short_help = true)]
     pub(crate) exposure: Option<ExposureFlag>,
     /// What renders: triangles and shadows are the same, colours differ by rounding
     #[arg(long, default_value = "cpu", value_parser = engine())]
     pub(crate) engine: EngineKind,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) device: Option<String>,
-    #[command(flatten)]
-    pub(crate) structure: StructureFlags<ALL>,
+    /// Acceleration structure, by name or as NAME:OPTION=VALUE,OPTION=VALUE; the picture is the same with each. `umbrage
+    /// structures` lists them with their options. GPUs have perspective, listed and kdtree
+    #[arg(long, value_name = "STRUCTURE", default_value = "perspective", value_parser = structure(|_| true))]
+    pub(crate) structure: Structure,
     /// Which sides of triangles there are; what shows another is seen through, and lets light through
-    #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>())]
+    #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>(), hide_short_help = true)]
     pub(crate) sides: Sides,
     /// Light ends on round surfaces where their vertices' normals say, instead of at whole triangles. On the CPU
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub(crate) smooth_terminator: bool,
     /// Diameter of the scene's points, in pixels; on the CPU
-    #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size)]
+    #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size, hide_short_help = true)]
     pub(crate) point_size: f32,
     /// Width of the scene's lines, in pixels; on the CPU
-    #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size)]
+    #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size, hide_short_help = true)]
     pub(crate) line_width: f32,
     /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
     /// background alone, and glass refracts nothing [default: 2 for a still and with --gloss, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: Option<u32>,
     /// Less than this part of what mirrors and glass show isn't followed any further
-    #[arg(long, value_name = "PART", default_value = "0.002", value_parser = values::from_zero)]
+    #[arg(long, value_name = "PART", default_value = "0.002", value_parser = values::from_zero, hide_short_help = true)]
     pub(crate) least_contribution: f32,
     /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub(crate) gloss: bool,
     /// Light from all around doesn't come from where something is nearer than this, in world units (0.1) or as a share of the
     /// scene's size (2%): each sample looks in one direction
@@ -457,40 +483,41 @@ pub(crate) struct RenderFlags {
         value_name = "LENGTH",
         default_value = "0",
         value_parser = values::length,
-        conflicts_with = "sky_shadows"
+        conflicts_with = "sky_shadows",
+        hide_short_help = true
     )]
     pub(crate) ambient_occlusion: Length,
     /// How brightness that no screen can show becomes colours that it can. Unlit materials and a background of one colour stay
     /// as they are
-    #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>())]
+    #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>(), hide_short_help = true)]
     pub(crate) tone_map: ToneMap,
     /// What pictures show in place of light, of each pixel's first sample. Exposure and tone map leave it as it is
-    #[arg(long, value_name = "VIEW", value_parser = choice::<PixelView>())]
+    #[arg(long, value_name = "VIEW", value_parser = choice::<PixelView>(), hide_short_help = true)]
     pub(crate) show: Option<PixelView>,
     /// What an EXR file has beside radiance, depth, normals and triangle ids: names with commas between them. Motion is that
     /// until the next frame, by --fps. On the CPU
-    #[arg(long, value_name = "NAMES", value_parser = layers())]
+    #[arg(long, value_name = "NAMES", value_parser = layers(), hide_short_help = true)]
     pub(crate) layers: Option<Layers>,
     /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]
-    #[arg(long, value_name = "8|16|32")]
+    #[arg(long, value_name = "8|16|32", hide_short_help = true)]
     pub(crate) bit_depth: Option<u8>,
     /// How much of the picture a JPEG keeps, 1 to 100 [default: 92]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100), hide_short_help = true)]
     pub(crate) quality: Option<u8>,
     /// How a PNG or APNG is compressed
-    #[arg(long, default_value = "fast", value_parser = choice::<Compression>())]
+    #[arg(long, default_value = "fast", value_parser = choice::<Compression>(), hide_short_help = true)]
     pub(crate) png_compression: Compression,
     /// How many colours raw video has
-    #[arg(long, default_value = "420", value_parser = choice::<Chroma>())]
+    #[arg(long, default_value = "420", value_parser = choice::<Chroma>(), hide_short_help = true)]
     pub(crate) chroma: Chroma,
     /// The most memory that the texels of the scene's textures may take, 64KiB or more: they are in a temporary file (in
     /// TMPDIR, or else the system's folder for such files), from which they are read in tiles of 32x32 where the picture
     /// needs them. The picture is the same. For files, on the CPU [default: all textures are in memory]
-    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    #[arg(long, value_name = "SIZE", value_parser = memory, hide_short_help = true)]
     pub(crate) texture_memory: Option<ByteSize>,
     /// SIMD instructions for the grids: sse2, avx2 or avx512, as far as this machine has them; the picture is
     /// the same [default: the widest]
-    #[arg(long, value_name = "LEVEL")]
+    #[arg(long, value_name = "LEVEL", hide_short_help = true)]
     pub(crate) simd: Option<SimdLevel>,
     /// Say what each frame cost: `text` on standard error, or `json` on standard output (on standard error when the
     /// video goes to standard output)
@@ -514,8 +541,15 @@ pub(crate) struct HeatmapFlags {
     /// The light whose grid `--of points` shows, by number from 0; `umbrage info` lists them [default: 0]
     #[arg(long, value_name = "N")]
     pub(crate) light: Option<usize>,
-    #[command(flatten)]
-    pub(crate) structure: StructureFlags<SPECIALISED>,
+    /// Acceleration structure whose work is counted, by name or as NAME:OPTION=VALUE,OPTION=VALUE; `umbrage structures`
+    /// lists the options
+    #[arg(
+        long,
+        value_name = "STRUCTURE",
+        default_value = HEATMAP_STRUCTURE,
+        value_parser = structure(Structure::is_specialised)
+    )]
+    pub(crate) structure: Structure,
     /// The count that has the last colour [default: one that few pixels exceed]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) max: Option<u32>,

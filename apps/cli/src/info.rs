@@ -1,15 +1,22 @@
 use std::fmt::{self, Write as _};
 use std::io::{self, Write as _};
 use std::path::Path;
+#[cfg(feature = "papers")]
 use std::time::Instant;
 
 use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Value, json};
+#[cfg(feature = "papers")]
+use umbrage::Structure;
 use umbrage::gallery::{DEMOS, DemoScene};
-use umbrage::rays::{KdRebuild, KdTree, KdTreeCounts, KdTreeOptions, LightSource, Structure as _};
+use umbrage::rays::LightSource;
+#[cfg(feature = "papers")]
+use umbrage::rays::{KdRebuild, KdTree, KdTreeCounts, Structure as _};
 use umbrage::scene::Frame;
-use umbrage::{OmittedTriangles, Scene, Structure};
+use umbrage::{OmittedTriangles, Scene};
+#[cfg(feature = "papers")]
+use umbrage_papers::KdTrees;
 
 use crate::engine;
 use crate::failure::Failure;
@@ -85,20 +92,14 @@ pub(crate) fn run(flags: &InfoFlags) -> Result<(), Failure> {
     let opening = Progress::task("opening", address, false);
     let scene = umbrage::open_with(address, &flags.opening.options())?;
     drop(opening);
-    if flags.kd_tree.has_options() && !flags.structure {
-        return Err(Failure::input("no kd-tree is built", "add `--structure`"));
-    }
     let frame = scene.at(0.0)?;
-    let mut contents = Contents::of(address, &scene, &frame);
-    let mut text = contents.text();
-    if let (true, Structure::KdTree(options, rebuild)) = (flags.structure, flags.kd_tree.structure()?) {
-        if rebuild != KdRebuild::Whole {
-            return Err(Failure::input("the kd-tree of one frame isn't rebuilt", "leave out `--kd-rebuild`"));
-        }
-        let (structure, lines) = kd_tree(&frame, options)?;
-        contents.structure = Some(structure);
-        text.push_str(&lines);
-    }
+    #[cfg(feature = "papers")]
+    let structure = flags.structure.as_ref().and_then(Structure::kind).map(|kind| kd_tree(&frame, kind)).transpose()?;
+    #[cfg(not(feature = "papers"))]
+    let structure: Option<(Value, String)> = None;
+    let (structure, lines) = structure.unzip();
+    let contents = Contents { structure, ..Contents::of(address, &scene, &frame) };
+    let text = contents.text() + &lines.unwrap_or_default();
     let text = if flags.json { json_text(&contents)? } else { text };
     Feature::hint_at_missing(scene.warnings());
     Ok(io::stdout().write_all(text.as_bytes())?)
@@ -235,7 +236,11 @@ impl Contents {
 }
 
 /// Statistics of a kd-tree over the frame, as JSON and in lines.
-fn kd_tree(frame: &Frame, options: KdTreeOptions) -> Result<(Value, String), Failure> {
+#[cfg(feature = "papers")]
+fn kd_tree(frame: &Frame, &KdTrees { options, rebuild }: &KdTrees) -> Result<(Value, String), Failure> {
+    if rebuild != KdRebuild::Whole {
+        return Err(Failure::input("the kd-tree of one frame isn't rebuilt", "leave out `rebuild`"));
+    }
     let mut tree = KdTree::default();
     tree.set_options(options).map_err(|impossible| Failure::Input { message: impossible.to_string(), hint: None })?;
     let start = Instant::now();

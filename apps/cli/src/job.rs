@@ -9,7 +9,7 @@ use umbrage::output::{
 };
 use umbrage::rays::Choice;
 use umbrage::spec::{BackgroundSpec, Length, LightSpec};
-use umbrage::{Background, EngineKind, Layers, Scene, Settings, Structure, gallery};
+use umbrage::{Background, EngineKind, Layers, Scene, Settings, gallery};
 
 use crate::failure::{Failure, say};
 use crate::feature::Feature;
@@ -48,7 +48,7 @@ impl Moments {
 
 impl Job {
     pub(crate) fn new(flags: RenderFlags) -> Result<Self, Failure> {
-        let structure = flags.structure.structure()?;
+        let structure = flags.structure.clone();
         let scene = flags.scene.address();
         let (target, format) = target(flags.output.clone(), flags.format, flags.frames.is_some())?;
         let moments = match (&flags.frames, flags.time) {
@@ -57,7 +57,7 @@ impl Job {
             (None, seconds) => Moments::Single(seconds),
         };
         let quality = Quality::new(&flags, !moments.are_several())?;
-        engine(&flags, structure)?;
+        engine(&flags)?;
         let are_numbered = moments.are_several() && !format.is_animation() && is_numbered(&target)?;
         for_numbered_frames(&flags, are_numbered)?;
         let (bit_depth, float_depth) = bit_depths(format, flags.bit_depth)?;
@@ -197,7 +197,7 @@ fn for_numbered_frames(flags: &RenderFlags, are_numbered: bool) -> Result<(), Fa
 }
 
 /// Checks that the engine supports the flags.
-fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
+fn engine(flags: &RenderFlags) -> Result<(), Failure> {
     match flags.engine {
         EngineKind::Gpu if flags.smooth_terminator => {
             Err(Failure::input("smooth terminators are the CPU's alone", "leave out --engine or --smooth-terminator"))
@@ -209,7 +209,8 @@ fn engine(flags: &RenderFlags, structure: Structure) -> Result<(), Failure> {
             Err(Failure::input("a GPU has no choice of SIMD level", "leave out --engine or --simd"))
         }
         EngineKind::Gpu => {
-            structure.check_on_gpu().map_err(|error| Failure::input(error.to_string(), "leave it out, or --engine"))?;
+            let checked = flags.structure.check_on_gpu();
+            checked.map_err(|error| Failure::input(error.to_string(), "leave it out, or --engine"))?;
             Feature::Gpu.check()
         }
         EngineKind::Cpu if flags.device.is_some() => {

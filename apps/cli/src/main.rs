@@ -19,6 +19,7 @@ mod report;
 mod shorthand;
 mod signals;
 mod staging;
+mod structures;
 mod values;
 mod view;
 mod words;
@@ -51,6 +52,7 @@ fn run(flags: Flags) -> Result<(), Failure> {
         Command::View(flags) => view::run(*flags),
         Command::Heatmap(flags) => heatmap::run(&flags),
         Command::Info(flags) => info::run(&flags),
+        Command::Structures { name } => structures::run(name.as_ref()),
         Command::Completions { shell } => pages::completions(shell),
         Command::Man { folder } => pages::man(folder.as_deref()),
     }

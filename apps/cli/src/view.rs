@@ -73,7 +73,7 @@ mod tests {
     use umbrage::rays::{Choice, LightSource};
     use umbrage::scene::{Clip, Ground, GroundChoice, OpenOptions};
     use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec, WorldLookAt};
-    use umbrage::{EngineKind, OptionValues, Settings, Structure, ToneMap};
+    use umbrage::{EngineKind, OptionValues, Settings, ToneMap};
     use umbrage_viewer::{CommandLine, EngineChoice};
 
     use crate::flags::{Command, Flags};
@@ -145,8 +145,8 @@ mod tests {
     #[test]
     fn every_choice_of_every_option_is_copied_as_it_is_shown() {
         let on_cpu = |settings: Settings| assert_copied(&settings, &EngineChoice::Cpu);
-        for structure in Structure::all() {
-            on_cpu(Settings { structure, ..Settings::default() });
+        for structure in crate::choices::structures().iter() {
+            on_cpu(Settings { structure: structure.clone(), ..Settings::default() });
             for option in structure.options() {
                 let values: Vec<String> = match &option.values {
                     OptionValues::Names(names) => names().iter().map(|(name, _)| (*name).to_owned()).collect(),
@@ -158,7 +158,7 @@ mod tests {
                     OptionValues::Switch => vec!["true".to_owned(), "false".to_owned()],
                 };
                 for value in values {
-                    let mut structure = structure;
+                    let mut structure = structure.clone();
                     if option.name == "tracing-tiles" {
                         structure.set_option("sorting-tile", "8").unwrap();
                     }

@@ -4,7 +4,9 @@ use std::ffi::{OsStr, OsString};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches};
+use umbrage::{OptionValues, Structure, StructureOption};
 
+use crate::choices::structures;
 use crate::failure::Failure;
 use crate::flags::Flags;
 
@@ -32,10 +34,11 @@ pub(crate) enum Asked {
 
 impl Asked {
     pub(crate) fn of(words: impl IntoIterator<Item = OsString>) -> Self {
-        let parsed = Flags::command().try_get_matches_from(with_negative_values(words));
+        let words = with_negative_values(words);
+        let parsed = Flags::command().try_get_matches_from(&words);
         match parsed.and_then(|matches| Flags::from_arg_matches(&matches)) {
             Ok(flags) => Self::Flags(Box::new(flags)),
-            Err(said) => unknown_option(&said).map_or(Self::Said(said), Self::Wrong),
+            Err(said) => unknown_option(&said, &words).map_or(Self::Said(said), Self::Wrong),
         }
     }
 }
@@ -68,18 +71,56 @@ fn is_long_option(word: &OsStr) -> bool {
 }
 
 /// The error for an unknown option, with a hint to the intended one if it is known.
-fn unknown_option(said: &clap::Error) -> Option<Failure> {
+fn unknown_option(said: &clap::Error, words: &[OsString]) -> Option<Failure> {
     let Some(ContextValue::String(option)) = said.get(ContextKind::InvalidArg) else { return None };
     if said.kind() != ErrorKind::UnknownArgument || !option.starts_with('-') {
         return None;
     }
     let of_others = ELSEWHERE.iter().find(|(names, _)| names.contains(&option.as_str())).map(|(_, hint)| *hint);
+    let message = format!("there is no option {option}");
+    if let Some(structure) = with_options(option, words) {
+        return Some(Failure::input(
+            message,
+            format!("options of a structure follow its name: --structure {structure}"),
+        ));
+    }
     let hint = match (of_others, said.get(ContextKind::SuggestedArg)) {
         (Some(hint), _) => hint.to_owned(),
         (None, Some(ContextValue::String(similar))) => format!("a similar option is {similar}"),
         _ => "`umbrage help COMMAND` lists a command's options".to_owned(),
     };
-    Some(Failure::input(format!("there is no option {option}"), hint))
+    Some(Failure::input(message, hint))
+}
+
+/// The value of `--structure` that stands for an unknown flag, if it names an option of a structure as earlier versions
+/// did: `--kd-builder` is `builder` of the kd-tree. It includes all such flags of the same structure.
+fn with_options(flag: &str, words: &[OsString]) -> Option<String> {
+    let structures = structures();
+    let (structure, _) = structures.iter().find_map(|structure| Some((structure, option_of(structure, flag)?)))?;
+    let words: Vec<&str> = words.iter().filter_map(|word| word.to_str()).collect();
+    let mut text = structure.name().to_owned();
+    for (index, word) in words.iter().enumerate() {
+        let (flag, value) = word.split_once('=').map_or((*word, None), |(flag, value)| (flag, Some(value)));
+        let Some(option) = option_of(structure, flag) else { continue };
+        let value = match option.values {
+            OptionValues::Switch => "true",
+            _ => value.or_else(|| words.get(index + 1).copied()).unwrap_or("VALUE"),
+        };
+        text.push(if text.contains(':') { ',' } else { ':' });
+        text.extend([option.name, "=", value]);
+    }
+    Some(text)
+}
+
+/// The option that a flag names, alone or after the first letters of the structure's name: `--packet`, `--grid-packet`.
+fn option_of(structure: &Structure, flag: &str) -> Option<&'static StructureOption> {
+    let flag = flag.strip_prefix("--")?;
+    structure.options().find(|option| {
+        let prefix = flag.strip_suffix(option.name);
+        prefix.is_some_and(|prefix| {
+            prefix.is_empty() || prefix.strip_suffix('-').is_some_and(|prefix| structure.name().starts_with(prefix))
+        })
+    })
 }
 
 #[cfg(test)]
@@ -112,6 +153,24 @@ mod tests {
             }
         }
         assert!(matches!(asked("umbrage render a.obj b.obj"), Asked::Said(_)));
+    }
+
+    #[cfg(feature = "papers")]
+    #[test]
+    fn flags_of_structures_are_told_by_their_name_here() {
+        for (line, structure) in [
+            ("render --kd-builder presorted", "kdtree:builder=presorted"),
+            ("render --kd-builder=presorted --kd-lazy 9", "kdtree:builder=presorted,lazy=9"),
+            ("render --kd-charge-twice --kd-test-cost 3", "kdtree:charge-twice=true,test-cost=3"),
+            ("render --grid-density 3 --packet 8", "grid:density=3,packet=8"),
+            ("render --packet 8", "grid:packet=8"),
+            ("heatmap --sorting-tile 8", "listed:sorting-tile=8"),
+            ("render --light-clamp -30:30:-20:20", "listed:light-clamp=-30:30:-20:20"),
+            ("render --light-map", "listed:light-map=VALUE"),
+        ] {
+            let Asked::Wrong(Failure::Input { hint, .. }) = asked(&format!("umbrage {line}")) else { panic!("{line}") };
+            assert_eq!(hint.unwrap(), format!("options of a structure follow its name: --structure {structure}"));
+        }
     }
 
     #[test]

@@ -122,13 +122,13 @@ impl Default for Choices {
 
 impl Default for Structures {
     fn default() -> Self {
-        Self { all: Structure::all().collect(), chosen: 0 }
+        Self { all: umbrage_papers::structures().iter().cloned().collect(), chosen: 0 }
     }
 }
 
 impl Structures {
-    pub(crate) fn chosen(&self) -> Structure {
-        self.all[self.chosen]
+    pub(crate) fn chosen(&self) -> &Structure {
+        &self.all[self.chosen]
     }
 
     /// The chosen one, whose options may be changed.
@@ -136,9 +136,9 @@ impl Structures {
         &mut self.all[self.chosen]
     }
 
-    /// Chooses the structure of the same kind, with its last options.
-    pub(crate) fn choose(&mut self, kind: Structure) {
-        self.chosen = self.all.iter().position(|known| known.name() == kind.name()).unwrap_or(self.chosen);
+    /// Chooses the structure of this name, with its last options.
+    pub(crate) fn choose(&mut self, name: &str) {
+        self.chosen = self.all.iter().position(|known| known.name() == name).unwrap_or(self.chosen);
     }
 }
 
@@ -154,10 +154,11 @@ impl FromStr for Structures {
     type Err = UnknownStructure;
 
     fn from_str(text: &str) -> Result<Self, UnknownStructure> {
-        let named: Vec<Structure> = text.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+        let known = umbrage_papers::structures();
+        let named: Vec<Structure> = text.split(' ').map(|text| known.parse(text)).collect::<Result<_, _>>()?;
         let mut structures = Self::default();
-        for &structure in named.iter().rev() {
-            structures.choose(structure);
+        for structure in named.into_iter().rev() {
+            structures.choose(structure.name());
             *structures.change() = structure;
         }
         Ok(structures)
@@ -170,8 +171,8 @@ impl Choices {
         let [width, height] = self.resolution.size(screen);
         // A GPU has one structure.
         let structure = match self.engine {
-            EngineChoice::Cpu => self.structures.chosen(),
-            EngineChoice::Gpu(_) => Structure::Perspective,
+            EngineChoice::Cpu => self.structures.chosen().clone(),
+            EngineChoice::Gpu(_) => Structure::default(),
         };
         let bounces = self.bounces.min(Settings::MAX_BOUNCES);
         Settings {
@@ -255,23 +256,23 @@ mod tests {
     #[test]
     fn structures_keep_their_options() {
         let mut structures = Structures::default();
-        structures.choose(Structure::KD_TREE);
-        structures.change().set_option("kd-builder", "presorted").expect("a builder");
-        let tuned = structures.chosen();
-        structures.choose(Structure::Bvh);
+        structures.choose("kdtree");
+        structures.change().set_option("builder", "presorted").expect("a builder");
+        let tuned = structures.chosen().clone();
+        structures.choose("bvh");
         assert_eq!(structures.to_string().parse(), Ok(structures.clone()));
-        structures.choose(Structure::KD_TREE);
-        assert!(structures.chosen() == tuned && tuned != Structure::KD_TREE);
+        structures.choose("kdtree");
+        assert!(*structures.chosen() == tuned && tuned != tuned.with_defaults());
         assert_eq!(structures.to_string().parse(), Ok(structures));
     }
 
     #[test]
     fn a_gpu_has_no_choice_of_structure() {
         let mut choices = Choices { bounces: 3, ..Choices::default() };
-        choices.structures.choose(Structure::Bvh);
+        choices.structures.choose("bvh");
         let on_cpu = choices.settings([8, 8]);
-        assert_eq!((on_cpu.structure, on_cpu.bounces), (Structure::Bvh, 3));
+        assert_eq!((on_cpu.structure, on_cpu.bounces), (Structure::bvh(), 3));
         let on_gpu = Choices { engine: EngineChoice::Gpu(String::new()), ..choices }.settings([8, 8]);
-        assert_eq!((on_gpu.structure, on_gpu.bounces), (Structure::Perspective, 3));
+        assert_eq!((on_gpu.structure, on_gpu.bounces), (Structure::default(), 3));
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use umbrage::rays::Choice;
 use umbrage::scene::{Clip, GroundChoice, Light, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
-use umbrage::{EngineKind, OptionValues, PixelView, Settings, Structure, gallery};
+use umbrage::{EngineKind, PixelView, Settings, Structure, gallery};
 
 use crate::app::{App, CameraChoice};
 use crate::choices::EngineChoice;
@@ -99,7 +99,7 @@ impl CommandLine<'_> {
             spread(&mut line, settings);
         }
         match self.engine {
-            EngineChoice::Cpu => structure(&mut line, settings.structure),
+            EngineChoice::Cpu => structure(&mut line, &settings.structure),
             EngineChoice::Gpu(name) => {
                 flag(&mut line, "engine", EngineKind::Gpu.name());
                 if !name.is_empty() {
@@ -210,15 +210,9 @@ fn opening(line: &mut String, options: &OpenOptions) {
     }
 }
 
-fn structure(line: &mut String, structure: Structure) {
-    if structure.name() != Structure::default().name() {
-        flag(line, "structure", structure.name());
-    }
-    for (option, value) in structure.changed_options() {
-        match option.values {
-            OptionValues::Switch => line.extend([" --", option.name]),
-            _ => flag(line, option.name, &value),
-        }
+fn structure(line: &mut String, structure: &Structure) {
+    if *structure != Structure::default() {
+        flag(line, "structure", &structure.to_string());
     }
 }
 

@@ -2,6 +2,7 @@
 
 use eframe::egui::Color32;
 use umbrage::{HeatKind, HeatScale, Renderer, Settings, Structure, WorkCounts};
+use umbrage_papers::Listed;
 
 use crate::choices::EngineChoice;
 use crate::light_grid::LightGridPicture;
@@ -115,10 +116,12 @@ impl HeatMaker {
 
 /// Settings that the CPU can count, and a note where these differ from the rendering ones.
 fn countable(order: &Order, settings: &Settings) -> (Settings, Option<&'static str>) {
-    let (structure, note) = match (&order.look.engine, settings.structure) {
-        (EngineChoice::Gpu(_), _) => (Structure::LISTED, Some("counted on the CPU, in triangles listed by cell")),
-        (_, structure) if structure.is_specialised() => (structure, None),
-        _ => (Structure::Perspective, Some("counted in the perspective grid")),
+    let (structure, note) = match (&order.look.engine, &settings.structure) {
+        (EngineChoice::Gpu(_), _) => {
+            (Structure::of::<Listed>(), Some("counted on the CPU, in triangles listed by cell"))
+        }
+        (_, structure) if structure.is_specialised() => (structure.clone(), None),
+        _ => (Structure::default(), Some("counted in the perspective grid")),
     };
     (Settings { structure, ..settings.clone() }, note)
 }

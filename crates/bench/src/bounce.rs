@@ -244,7 +244,7 @@ impl Tracer {
                 tree.nearest_of_packet(triangles, rays, |_| true, found);
             }),
             Self::GridPackets(grid) => by_packets(rays, hits, |rays, found| {
-                umbrage_study::uniform::nearest_of_packet(grid, triangles, rays, |_| true, found);
+                umbrage_papers::uniform::nearest_of_packet(grid, triangles, rays, |_| true, found);
             }),
         }
     }

@@ -1,7 +1,6 @@
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use umbrage::gpu::Adapter;
-use umbrage::rays::Choice as _;
 use umbrage::rays::SimdLevel;
 use umbrage::scene::Frame;
 use umbrage::{CameraChoice, Renderer, Settings, Structure};
@@ -66,7 +65,7 @@ const STAGES: [&str; 5] = ["animate", "build", "see", "shadow", "shade"];
 
 /// All but the paper's form, which `table1` measures.
 fn structures() -> Vec<Structure> {
-    Structure::all().filter(|structure| *structure != Structure::LISTED).collect()
+    umbrage_papers::structures().only(|structure| structure.name() != "listed").iter().cloned().collect()
 }
 
 pub(crate) fn run(flags: &FrameFlags) -> Result<()> {
@@ -148,10 +147,10 @@ fn measure(address: &str, flags: &FrameFlags, far: Option<Far>) -> Result<Vec<(R
             Ok((frame, camera.into()))
         });
         let far_frame = far_frame.transpose()?;
-        for ((renderer, times), &structure) in renderers.iter_mut().zip(&mut times).zip(&structures) {
+        for ((renderer, times), structure) in renderers.iter_mut().zip(&mut times).zip(&structures) {
             match &far_frame {
-                Some((frame, camera)) => renderer.render_frame(frame, &settings(structure, *camera))?,
-                None => renderer.render(&scene, seconds, &settings(structure, CameraChoice::Default))?,
+                Some((frame, camera)) => renderer.render_frame(frame, &settings(structure.clone(), *camera))?,
+                None => renderer.render(&scene, seconds, &settings(structure.clone(), CameraChoice::Default))?,
             };
             if is_counted {
                 times.push(STAGES.map(|name| stage_milliseconds(renderer, name)));

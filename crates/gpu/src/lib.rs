@@ -52,7 +52,7 @@ pub use operations::KernelOperations;
 pub use recorder::{Done, Fetch, Recorder, StageTime};
 pub use wgpu;
 
-/// Internals for `umbrage-study` and tests. Not part of the public API.
+/// Internals for `umbrage-papers` and tests. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
     pub use crate::link::link_with;

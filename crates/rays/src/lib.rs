@@ -85,7 +85,7 @@ pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 
-/// Internals for `umbrage-study`. Not part of the public API.
+/// Internals for `umbrage-papers`. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
     pub use crate::bvh::{

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use umbrage_rays::{ImageTooLarge, ImpossibleBackground, ImpossibleKdTreeOptions, ImpossibleUniformOptions, KdRebuild};
+use umbrage_rays::ImageTooLarge;
 use umbrage_scene::BadFrame;
 
 use crate::Settings;
@@ -94,24 +94,12 @@ pub enum Error {
     /// [`Settings::bounces`] is more than [`Settings::MAX_BOUNCES`].
     #[error("{0} bounces: there must be at most {limit}", limit = Settings::MAX_BOUNCES)]
     Bounces(u32),
-    /// The uniform grid can't be built with these options.
-    #[error(transparent)]
-    UniformOptions(#[from] ImpossibleUniformOptions),
-    /// The kd-tree can't be built with these options.
-    #[error(transparent)]
-    KdTreeOptions(#[from] ImpossibleKdTreeOptions),
-    /// The kd-tree can't be built beside tracing.
-    #[error(transparent)]
-    BackgroundKdTree(#[from] ImpossibleBackground),
-    /// This [`KdRebuild`] of a kd-tree doesn't have this option.
-    #[error("a kd-tree has no option `{0}` with `kd-rebuild` {1}")]
-    KdOptionOfRebuild(&'static str, KdRebuild),
-    /// A limit for angles was set for a light map without angles.
-    #[error("`light-clamp` divides angles, which only a spherical light map has: set `light-map` to spherical as well")]
-    LightClampOfFaces,
-    /// The library was compiled without the feature `structures`.
-    #[error("{0} was left out when this was compiled: the feature `structures` has it")]
-    StructureLeftOut(&'static str),
+    /// The structure can't have these options.
+    #[error("{0}")]
+    StructureOptions(Box<dyn std::error::Error + Send + Sync>),
+    /// The structure can't be made with any options.
+    #[error("{0}")]
+    Structure(Box<dyn std::error::Error + Send + Sync>),
     /// A call can't wait for a GPU in a browser: [`Renderer::render_async`](crate::Renderer::render_async) gives the
     /// page its turn.
     #[error("in a browser a GPU can't be waited for: await `render_async`")]
@@ -137,11 +125,6 @@ pub enum Error {
     /// A GPU was asked for a structure with an option that is the CPU's alone.
     #[error("`{0}` on a GPU has no option `{1}`")]
     OptionOnGpu(&'static str, &'static str),
-    /// A GPU was asked for other tiles than it has.
-    #[error(
-        "a GPU traces tiles of 16 pixels a side: sorting tiles have 8 or 16, and 2 or 1 of them a side make a tracing tile"
-    )]
-    TilesOnGpu,
     /// The CPU was asked for a texture.
     #[error("only a GPU renders to a texture")]
     TextureOnCpu,
@@ -184,17 +167,12 @@ impl Error {
                 | Self::LayersInBands
                 | Self::SunRadius
                 | Self::Bounces(_)
-                | Self::UniformOptions(_)
-                | Self::KdTreeOptions(_)
-                | Self::StructureLeftOut(_)
+                | Self::StructureOptions(_)
                 | Self::TerminatorOnGpu
                 | Self::NoiseInBands
                 | Self::NoiseOfTexture
                 | Self::StructureOnGpu(_)
                 | Self::OptionOnGpu(..)
-                | Self::TilesOnGpu
-                | Self::KdOptionOfRebuild(..)
-                | Self::LightClampOfFaces
                 | Self::CountsOfStructure
         )
     }

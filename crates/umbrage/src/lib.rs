@@ -99,7 +99,10 @@ pub use sampling::{Sample, Samples};
 pub use settings::{CameraChoice, Settings, ToneMap};
 pub use sides::Sides;
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
-pub use structure::{ImpossibleOption, OptionValues, Structure, StructureOption, UnknownStructure};
+pub use structure::{
+    GpuStructure, ImpossibleOption, KindOption, OptionValues, Structure, StructureKind, StructureOption, Structures,
+    UnknownStructure,
+};
 pub use umbrage_files::{open_bytes, open_files};
 pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;

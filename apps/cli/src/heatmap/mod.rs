@@ -21,7 +21,7 @@ pub(crate) fn run(flags: &HeatmapFlags) -> Result<(), Failure> {
     if flags.light.is_some() && flags.of != HeatKind::Points {
         return Err(Failure::input("camera rays know no lights", "--light says whose grid `--of points` shows"));
     }
-    let structure = flags.structure.structure()?;
+    let structure = flags.structure.clone();
     let Size { width, height } = flags.size;
     check_memory(&Settings { width, height, ..Settings::default() }, &flags.scene.opening)?;
     let address = flags.scene.address();

@@ -31,9 +31,9 @@ fn smaller_tiles_test_fewer_triangles() {
         let tested = stdout.lines().next().unwrap();
         tested.split_whitespace().nth(5).unwrap().parse::<f64>().unwrap()
     };
-    let tile = |pixels| mean(&["--whole-tiles", "--sorting-tile", pixels]);
+    let tile = |pixels: &str| mean(&["--structure", &format!("listed:whole-tiles,sorting-tile={pixels}")]);
     assert!(tile("8") < 0.7 * tile("32"));
-    assert!(mean(&["--sorting-tile", "8"]) < tile("8"));
+    assert!(mean(&["--structure", "listed:sorting-tile=8"]) < tile("8"));
 }
 
 #[test]
@@ -72,9 +72,12 @@ fn lights_that_have_no_map_are_refused() {
 fn impossible_cells_are_refused() {
     let place = Workplace::new();
     let refused = |flags: &[&str]| place.fail(2, &[&["heatmap", "scene.gltf"], flags].concat());
-    assert!(refused(&["--sorting-tile", "9"]).contains("choose one of 8, 16, 32, 64"));
-    assert!(refused(&["--sorting-tile", "0"]).contains("choose one of 8, 16, 32, 64"));
-    assert!(refused(&["--sorting-tile", "64", "--tracing-tiles", "2"]).contains("at most 64"));
-    assert!(refused(&["--slices", "65"]).contains("1 to 64"));
-    assert!(refused(&["--structure", "perspective", "--slices", "2"]).contains("--structure listed"));
+    let options = |options: &str| refused(&["--structure", &format!("listed:{options}")]);
+    assert!(options("sorting-tile=9").contains("choose one of 8, 16, 32, 64"));
+    assert!(options("sorting-tile=0").contains("choose one of 8, 16, 32, 64"));
+    assert!(options("sorting-tile=64,tracing-tiles=2").contains("at most 64"));
+    assert!(options("slices=65").contains("1 to 64"));
+    assert!(refused(&["--structure", "perspective:slices=2"]).contains("has no options"));
+    assert!(refused(&["--structure", "kdtree"]).contains("choose one of perspective, listed"));
+    assert!(refused(&["--slices", "2"]).contains("--structure listed:slices=2"));
 }

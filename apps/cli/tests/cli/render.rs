@@ -388,14 +388,15 @@ fn blocks_of_light_rays_change_no_pixel() {
         place.succeed(&[&fixed, flags].concat());
         decode_png(&place.path(name))
     };
-    let listed = ["--structure", "listed"];
-    let first = render("a.png", &listed);
-    let blocks = ["--light-cells", "9", "--light-rays", "16", "--light-triangles", "3"];
-    assert_eq!(render("b.png", &[&listed[..], &blocks].concat()), first);
+    let first = render("a.png", &["--structure", "listed"]);
+    let blocks = "listed:light-cells=9,light-rays=16,light-triangles=3";
+    assert_eq!(render("b.png", &["--structure", blocks]), first);
     let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
-    assert!(refused(&["--light-rays", "16"]).contains("--structure listed"));
-    assert!(refused(&["--structure", "listed", "--light-cells", "0"]).contains("1 to 2048"));
-    assert!(refused(&["--structure", "listed", "--light-rays", "5000"]).contains("1 to 4096"));
+    assert!(refused(&["--light-rays", "16"]).contains("--structure listed:light-rays=16"));
+    assert!(refused(&["--structure", "listed:light-cells=0"]).contains("1 to 2048"));
+    assert!(refused(&["--structure", "listed:light-rays=5000"]).contains("1 to 4096"));
+    assert!(refused(&["--structure", "lisetd"]).contains("did you mean `listed`?"));
+    assert!(refused(&["--structure", "listed:light-cell=9"]).contains("did you mean `light-cells`?"));
 }
 
 #[test]
@@ -407,40 +408,37 @@ fn kd_trees_change_no_pixel() {
         decode_png(&place.path("a.png"))
     };
     let first = render(&[]);
-    let tree = ["--structure", "kdtree"];
-    for flags in [
-        &["--kd-builder", "naive", "--kd-layout", "subtrees"][..],
-        &["--kd-traversal", "short-stack:3", "--kd-lazy", "100"],
-        &["--kd-traversal", "restart", "--kd-packet", "8", "--kd-mailbox", "ring", "--kd-clipping", "boxes"],
-        &[
-            "--kd-packet",
-            "4",
-            "--kd-step-cost",
-            "3",
-            "--kd-test-cost",
-            "0.5",
-            "--kd-empty-cost",
-            "0",
-            "--kd-charge-twice",
-        ],
+    for options in [
+        "builder=naive,layout=subtrees",
+        "traversal=short-stack:3,lazy=100",
+        "traversal=restart,packet=8,mailbox=ring,clipping=boxes",
+        "packet=4,step-cost=3,test-cost=0.5,empty-cost=0,charge-twice",
     ] {
-        assert_eq!(render(&[&tree, flags].concat()), first, "{flags:?}");
+        assert_eq!(render(&["--structure", &format!("kdtree:{options}")]), first, "{options}");
     }
     let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
-    assert!(refused(&["--kd-traversal", "restart"]).contains("--structure kdtree"));
-    assert!(refused(&["--structure", "kdtree", "--kd-builder", "best"]).contains("presorted"));
-    assert!(refused(&["--structure", "kdtree", "--kd-traversal", "short-stack:0"]).contains("1 to 48"));
-    assert!(refused(&["--structure", "kdtree", "--kd-lazy", "5000"]).contains("4096"));
-    assert!(refused(&["--structure", "kdtree", "--kd-packet", "5"]).contains("16"));
-    assert!(refused(&["--structure", "kdtree", "--kd-empty-cost", "1.1"]).contains("0 to 1"));
-    assert!(refused(&["--structure", "kdtree", "--kd-test-cost", "inf"]).contains("above 0"));
-    let on_gpu = |flags: &[&str]| refused(&[&["--engine", "gpu", "--structure"], flags].concat());
-    assert!(on_gpu(&["grid"]).contains("not `grid`"));
-    assert!(on_gpu(&["listed", "--light-rays", "16"]).contains("no option `light-rays`"));
-    assert!(on_gpu(&["listed", "--sorting-tile", "32"]).contains("8 or 16"));
-    assert!(on_gpu(&["listed", "--tracing-tiles", "2"]).contains("16 pixels a side"));
-    assert!(on_gpu(&["kdtree", "--kd-lazy", "9"]).contains("no option `kd-lazy`"));
-    assert!(on_gpu(&["kdtree", "--kd-mailbox", "none"]).contains("no option `kd-mailbox`"));
+    let earlier = refused(&["--kd-traversal", "restart", "--kd-lazy=9"]);
+    assert!(earlier.contains("--structure kdtree:traversal=restart,lazy=9"), "{earlier}");
+    for (options, why) in [
+        ("builder=best", "presorted"),
+        ("traversal=short-stack:0", "1 to 48"),
+        ("lazy=5000", "4096"),
+        ("packet=5", "16"),
+        ("empty-cost=1.1", "0 to 1"),
+        ("test-cost=inf", "above 0"),
+    ] {
+        assert!(refused(&["--structure", &format!("kdtree:{options}")]).contains(why), "{options}");
+    }
+    for (structure, why) in [
+        ("grid", "not `grid`"),
+        ("listed:light-rays=16", "no option `light-rays`"),
+        ("listed:sorting-tile=32", "8 or 16"),
+        ("listed:tracing-tiles=2", "16 pixels a side"),
+        ("kdtree:lazy=9", "no option `lazy`"),
+        ("kdtree:mailbox=none", "no option `mailbox`"),
+    ] {
+        assert!(refused(&["--engine", "gpu", "--structure", structure]).contains(why), "{structure}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use umbrage::gpu::Adapter;
 use umbrage::rays::{Choice, KdBuilder};
 use umbrage::scene::{Ground, GroundChoice, GroundSurface, Light, OpenOptions};
 use umbrage::spec::BackgroundSpec;
-use umbrage::{OptionValues, Settings, Sides, Structure, StructureOption, ToneMap};
+use umbrage::{OptionValues, Settings, Sides, StructureOption, ToneMap};
 
 use crate::app::App;
 use crate::choices::{Choices, EngineChoice, Resolution};
@@ -82,9 +82,10 @@ fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
     let structures = &mut choices.structures;
     let chosen = structures.chosen().name();
     ComboBox::from_label("Structure").selected_text(capital(chosen)).show_ui(ui, |ui| {
-        for &(name, structure, about) in Structure::CHOICES {
+        for structure in umbrage_papers::structures().iter() {
+            let (name, about) = (structure.name(), structure.about());
             if ui.selectable_label(name == chosen, capital(name)).on_hover_text(about).clicked() {
-                structures.choose(structure);
+                structures.choose(name);
             }
         }
     });
@@ -99,7 +100,7 @@ fn structure(choices: &mut Choices, notices: &mut Notices, ui: &mut egui::Ui) {
         }
     }
     if structure.options().next().is_some() && ui.button("Defaults").clicked() {
-        *structure = Structure::named(structure.name()).unwrap_or_default();
+        *structure = structure.with_defaults();
     }
 }
 
@@ -112,7 +113,7 @@ fn option(option: &StructureOption, value: &str, ui: &mut egui::Ui) -> String {
     /// A rectangle of angles to begin with.
     const WIDE: [f32; 4] = [-45.0, 45.0, -45.0, 45.0];
     let StructureOption { name, about, values, .. } = option;
-    let label = capital(name.strip_prefix("kd-").unwrap_or(name));
+    let label = capital(name);
     match values {
         OptionValues::Names(names) => {
             let mut chosen = value.to_owned();

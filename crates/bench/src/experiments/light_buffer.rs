@@ -5,7 +5,7 @@ use clap::Args;
 use rayon::prelude::*;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
 use umbrage::rays::{Bvh, KdTree, KdTreeOptions, LightSource, SingleRays, Structure as _};
-use umbrage_study::light_buffer::LightBuffer;
+use umbrage_papers::light_buffer::LightBuffer;
 
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;

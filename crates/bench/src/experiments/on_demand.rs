@@ -5,7 +5,7 @@ use bytesize::ByteSize;
 use clap::Args;
 use glam::Vec3;
 use umbrage::rays::{Hit, Ray};
-use umbrage_study::on_demand::{Answers, Costs, Order, Question, Scene};
+use umbrage_papers::on_demand::{Answers, Costs, Order, Question, Scene};
 
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;

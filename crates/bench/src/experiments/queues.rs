@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use rayon::prelude::*;
 use umbrage::rays::{KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
-use umbrage_study::queue::Queue;
+use umbrage_papers::queue::Queue;
 
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use umbrage::rays::{Projection, SimdLevel};
 use umbrage::scene::Frame;
-use umbrage_study::triangle::{
+use umbrage_papers::triangle::{
     Badouel, BadouelBundle, HavelHerout, KenslerShirley, MollerTrumbore, MollerTrumboreBundle, Plucker, PluckerBundle,
     Shevtsov, Wachter,
 };

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use rayon::ThreadPoolBuilder;
-use umbrage::{Renderer, Settings, Structure};
+use umbrage::{Renderer, Settings};
 
 use super::rays::number;
 use super::surfaces::choices;
@@ -25,7 +25,7 @@ pub(super) fn bytes(effort: &Effort) -> Result<Finding> {
         for count in counts {
             let frame = umbrage::open(format!("demo:statue?triangles={count}"))?.at(0.0)?;
             let side = effort.side(1024, 32);
-            let settings = Settings { width: side, height: side, structure, ..Settings::default() };
+            let settings = Settings { width: side, height: side, structure: structure.clone(), ..Settings::default() };
             let mut renderer = Renderer::default();
             renderer.render_frame(&frame, &settings)?;
             let bytes = renderer.stats().structure_bytes as f64 / frame.triangles().len() as f64;
@@ -48,7 +48,8 @@ pub(super) fn allocations(_: &Effort) -> Result<Finding> {
     let (mut holds, mut found) = (true, Vec::new());
     for (name, structure) in choices() {
         let [one, four] = [1, 4].map(|samples| {
-            let settings = Settings { width: 256, height: 256, structure, samples, ..Settings::default() };
+            let settings =
+                Settings { width: 256, height: 256, structure: structure.clone(), samples, ..Settings::default() };
             pool.install(|| -> Result<usize> {
                 let mut renderer = Renderer::default();
                 // Patches of connected triangles are made in the second frame.
@@ -60,7 +61,7 @@ pub(super) fn allocations(_: &Effort) -> Result<Finding> {
             })
         });
         let (one, four) = (one?, four?);
-        let builds_anew = matches!(structure, Structure::KdTree(..) | Structure::Bvh);
+        let builds_anew = matches!(name, "kdtree" | "bvh");
         holds &= one == four && (builds_anew || one == 0);
         found.push(format!("{name} {one}"));
     }

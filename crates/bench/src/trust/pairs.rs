@@ -1,7 +1,6 @@
 //! Options of structures, two at a time.
 
 use anyhow::Result;
-use umbrage::rays::Choice as _;
 use umbrage::{OptionValues, Structure, StructureOption};
 use umbrage_verify::referee::{self, KeptRenderers, random_case};
 
@@ -9,7 +8,7 @@ use super::rays::number;
 use super::{Effort, Finding};
 
 /// Values of an option that its structure can have: all names, or a few numbers.
-fn values(structure: Structure, option: &StructureOption) -> Vec<String> {
+fn values(structure: &Structure, option: &StructureOption) -> Vec<String> {
     let words = |words: &[&str]| words.iter().map(ToString::to_string).collect();
     let numbers = |first: u32, last: u32| {
         let numbers = [first, first.saturating_add(2), 16, 64].map(|number| number.clamp(first, last).to_string());
@@ -27,7 +26,7 @@ fn values(structure: Structure, option: &StructureOption) -> Vec<String> {
     values.extend(structure.option(option.name));
     values.sort_unstable();
     values.dedup();
-    values.retain(|value| { structure }.set_option(option.name, value).is_ok());
+    values.retain(|value| structure.clone().set_option(option.name, value).is_ok());
     values
 }
 
@@ -35,14 +34,14 @@ fn values(structure: Structure, option: &StructureOption) -> Vec<String> {
 /// can't be set.
 fn pairs() -> Vec<Option<Structure>> {
     let mut pairs = Vec::new();
-    for &(_, structure, _) in Structure::CHOICES {
+    for structure in umbrage_papers::structures().iter() {
         let options: Vec<_> = structure.options().map(|option| (option.name, values(structure, option))).collect();
         for (at, (later, later_values)) in options.iter().enumerate() {
             for (earlier, value) in
                 options[..at].iter().flat_map(|(name, values)| values.iter().map(move |value| (name, value)))
             {
                 pairs.extend(later_values.iter().map(|later_value| {
-                    let mut structure = structure;
+                    let mut structure = structure.clone();
                     structure.set_option(earlier, value).ok()?;
                     structure.set_option(later, later_value).ok()?;
                     Some(structure)
@@ -59,7 +58,7 @@ pub(super) fn of_options(effort: &Effort) -> Result<Finding> {
     let mut cases = Vec::with_capacity(CASES);
     for case in (effort.seed..).map(random_case) {
         let (truth, refused) = (referee::truth(&case), kept.refused);
-        kept.disagreements(Structure::default(), &case, &truth);
+        kept.disagreements(&Structure::default(), &case, &truth);
         // A camera or a light that isn't finite says nothing of options.
         if kept.refused == refused {
             cases.push((case, truth));
@@ -78,7 +77,7 @@ pub(super) fn of_options(effort: &Effort) -> Result<Finding> {
     for (at, structure) in pairs[..asked].iter().enumerate() {
         let before = kept.refused;
         for (case, truth) in [at, at + 5].map(|at| &cases[at % CASES]) {
-            wrong.extend(structure.iter().flat_map(|structure| kept.disagreements(*structure, case, truth)));
+            wrong.extend(structure.iter().flat_map(|structure| kept.disagreements(structure, case, truth)));
         }
         refused += u64::from(structure.is_none() || kept.refused > before);
     }
@@ -103,10 +102,10 @@ mod tests {
     #[test]
     fn pairs_have_all_names() {
         let texts: Vec<_> = pairs().iter().flatten().map(ToString::to_string).collect();
-        for (a, b) in [("kd-layout=subtrees", "kd-packet=4"), ("light-map=spherical", "sorting-tile=8")] {
+        for (a, b) in [("layout=subtrees", "packet=4"), ("light-map=spherical", "sorting-tile=8")] {
             assert!(texts.iter().any(|text| text.contains(a) && text.contains(b)), "{a} and {b}");
         }
-        assert!(texts.contains(&"grid:grid-density=0.25,packet=8".to_owned()));
+        assert!(texts.contains(&"grid:density=0.25,packet=8".to_owned()));
         assert!(pairs().contains(&None), "tiles of 64 pixels, eight a side");
     }
 }

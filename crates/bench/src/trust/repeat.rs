@@ -180,7 +180,7 @@ pub(super) fn kept_renderers(effort: &Effort) -> Result<Finding> {
     let (scenes, mut kept, mut wrong, mut frames) = (effort.of(5000), KeptRenderers::new(), Vec::new(), 0);
     for seed in effort.seed..effort.seed + scenes {
         for (number, (structure, case)) in random_sequence(seed).iter().enumerate() {
-            let found = kept.disagreements(*structure, case, &referee::truth(case));
+            let found = kept.disagreements(structure, case, &referee::truth(case));
             wrong.extend(found.first().map(|first| format!("seed {seed}, frame {number}: {first}")));
             frames += 1;
         }

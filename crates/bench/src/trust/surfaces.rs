@@ -4,9 +4,7 @@ use anyhow::Result;
 use glam::{DVec3, Vec3};
 use umbrage::Structure;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::rays::{
-    Camera, Choice as _, LightSource, Projection, Ray, SeenPixels, Shot, Sides, SingleRays, Triangles, View,
-};
+use umbrage::rays::{Camera, LightSource, Projection, Ray, SeenPixels, Shot, Sides, SingleRays, Triangles, View};
 use umbrage_verify::structures::STRUCTURES;
 use umbrage_verify::{Oracle, TestMesh};
 
@@ -164,7 +162,11 @@ pub(super) fn in_planes(effort: &Effort) -> Result<Finding> {
 
 /// The structures that users choose from, by name.
 pub(super) fn choices() -> impl Iterator<Item = (&'static str, Structure)> {
-    Structure::CHOICES.iter().map(|&(name, structure, _)| (name, structure))
+    umbrage_papers::structures()
+        .iter()
+        .map(|structure| (structure.name(), structure.clone()))
+        .collect::<Vec<_>>()
+        .into_iter()
 }
 
 pub(super) fn unsound(effort: &Effort) -> Result<Finding> {

@@ -63,7 +63,7 @@ mod tracer;
 pub use hierarchy::Hierarchy;
 pub(crate) use light::ShadowLight;
 pub use records::RayRecords;
-#[doc(hidden)] // For frames in `umbrage-study`.
+#[doc(hidden)] // For frames in `umbrage-papers`.
 pub use records::light_words;
 pub use space::Part;
 pub(crate) use space::RaySpace;

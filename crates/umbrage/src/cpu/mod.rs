@@ -113,7 +113,7 @@ impl Cpu {
     pub(crate) fn with_level(level: SimdLevel) -> Self {
         Self {
             level,
-            made_of: (Structure::Perspective, false),
+            made_of: (Structure::default(), false),
             structure: Box::new(DirectGrids::with_level(level)),
             copies: Copies::default(),
             bvh: Bvh::default(),
@@ -135,10 +135,10 @@ impl Cpu {
 
     /// Applies the settings. With `sends_rays_onward`, single rays go through the structure as well.
     fn choose(&mut self, settings: &Settings, sends_rays_onward: bool) -> Result<(), Error> {
-        let made_of = (settings.structure, sends_rays_onward);
-        if self.made_of != made_of {
-            self.structure = settings.structure.make(self.level, sends_rays_onward)?;
-            self.made_of = made_of;
+        let Settings { structure, .. } = settings;
+        if self.made_of.0 != *structure || self.made_of.1 != sends_rays_onward {
+            self.structure = structure.make(self.level, sends_rays_onward)?;
+            self.made_of = (structure.clone(), sends_rays_onward);
         }
         self.follows = Follows::new(settings);
         if settings.smooth_terminator {

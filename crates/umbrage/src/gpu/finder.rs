@@ -7,13 +7,16 @@ use umbrage_gpu::{
     Band, Buffer, CameraGrid, CameraOptions, Done, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, LightOptions,
     Recorder, Sight,
 };
-use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, SimdLevel};
+use umbrage_rays::{
+    KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, ListedLightOptions, ListedOptions, SimdLevel,
+};
 use umbrage_scene::Frame;
 
-use crate::{Settled, Structure};
+use crate::structure::GpuTree;
+use crate::{GpuStructure, Settled, Structure};
 
 /// Finds the triangles that pixels see and the lights that reach them; rebuilt for every frame.
-pub(super) trait Finder: Debug + Send + Sync {
+pub(crate) trait Finder: Debug + Send + Sync {
     /// Whether it is built from a frame's vertices on the CPU.
     fn needs_vertices(&self) -> bool {
         false
@@ -55,10 +58,16 @@ pub(super) trait Finder: Debug + Send + Sync {
     fn pixel_bytes(&self) -> u64 {
         Band::PIXEL_BYTES
     }
+
+    /// Sets the options of a kd-tree; other finders have none.
+    fn set_tree_options(&mut self, _gpu: &Gpu, _options: KdTreeOptions) {}
 }
 
+/// Makes a finder that goes through a kd-tree with these options.
+pub(crate) type MakeFinder = fn(&Gpu, KdTreeOptions) -> Box<dyn Finder>;
+
 /// The inputs of a layer.
-pub(super) struct Question<'a> {
+pub(crate) struct Question<'a> {
     pub(super) geometry: &'a Geometry,
     pub(super) band: &'a Band,
     pub(super) offset_pixels: DVec2,
@@ -70,7 +79,7 @@ pub(super) struct Question<'a> {
 }
 
 /// The results of a layer, in the order of [`TileOrder`](umbrage_rays::TileOrder).
-pub(super) struct Found<'a> {
+pub(crate) struct Found<'a> {
     /// Each slot's triangle.
     pub(super) seen: &'a Buffer,
     pub(super) slots: u64,
@@ -83,7 +92,7 @@ pub(super) struct Found<'a> {
 #[derive(Debug)]
 pub(super) struct Finders {
     grids: Grids,
-    tree: Option<TreeOfFrame>,
+    tree: Option<Box<dyn Finder>>,
     takes_tree: bool,
 }
 
@@ -92,43 +101,40 @@ impl Finders {
         Self { grids: Grids::new(gpu), tree: None, takes_tree: false }
     }
 
-    /// Chooses the finder for [`Settings::structure`](crate::Settings::structure) from now on: the kd-tree, or the grids for
-    /// all others.
-    pub(super) fn choose(&mut self, gpu: &Gpu, structure: Structure) {
-        self.grids.camera.set_options(gpu, camera_options(structure));
-        self.grids.lights.set_options(gpu, light_options(structure));
-        self.takes_tree = matches!(structure, Structure::KdTree(..));
-        if let Structure::KdTree(options, _) = structure
-            && Structure::HAS_ALL
-        {
-            self.tree.get_or_insert_with(|| TreeOfFrame::new(gpu, options)).set_options(gpu, options);
+    /// Chooses the finder for [`Settings::structure`](crate::Settings::structure) from now on: its counterpart on a GPU, or
+    /// the grids.
+    pub(super) fn choose(&mut self, gpu: &Gpu, structure: &Structure) {
+        // Settings are checked before anything is rendered.
+        let GpuStructure { listed, tree } = structure.on_gpu().ok().flatten().unwrap_or_else(GpuStructure::grids);
+        let (camera, lights) = listed.map(|(camera, lights)| (camera_options(camera), light_options(lights))).unzip();
+        self.grids.camera.set_options(gpu, camera.unwrap_or_default());
+        self.grids.lights.set_options(gpu, lights.unwrap_or_default());
+        self.takes_tree = tree.is_some();
+        if let Some(GpuTree { options, make }) = tree {
+            self.tree.get_or_insert_with(|| make(gpu, options)).set_tree_options(gpu, options);
         }
     }
 
     pub(super) fn chosen(&self) -> &dyn Finder {
         match &self.tree {
-            Some(tree) if self.takes_tree => tree,
+            Some(tree) if self.takes_tree => &**tree,
             _ => &self.grids,
         }
     }
 
     pub(super) fn chosen_mut(&mut self) -> &mut dyn Finder {
         match &mut self.tree {
-            Some(tree) if self.takes_tree => tree,
+            Some(tree) if self.takes_tree => &mut **tree,
             _ => &mut self.grids,
         }
     }
 }
 
-/// Options of the paper's form, from settings that were checked; the default for all other structures.
-fn camera_options(structure: Structure) -> CameraOptions {
-    let Structure::Listed { camera, .. } = structure else { return CameraOptions::default() };
-    CameraOptions { mapping: (16 / camera.cells.sorting_tile()).clamp(1, 2), slices: camera.cells.slices() }
+fn camera_options(ListedOptions { cells, .. }: ListedOptions) -> CameraOptions {
+    CameraOptions { mapping: (16 / cells.sorting_tile()).clamp(1, 2), slices: cells.slices() }
 }
 
-/// The lights' options in the paper's form; those of the default form for all other structures.
-fn light_options(structure: Structure) -> LightOptions {
-    let Structure::Listed { light, .. } = structure else { return LightOptions::default() };
+fn light_options(light: ListedLightOptions) -> LightOptions {
     LightOptions { map: light.map, clamp: light.clamp, slices: light.slices() }
 }
 
@@ -211,11 +217,11 @@ impl TreeOfFrame {
         let tree = KdTree::with_level(SimdLevel::default());
         Self { tree, options, sight: KdSight::new(gpu, tracer_options(options)) }
     }
+}
 
-    fn set_options(&mut self, gpu: &Gpu, options: KdTreeOptions) {
-        self.options = options;
-        self.sight.set_options(gpu, tracer_options(options));
-    }
+/// Makes a finder with a kd-tree that the CPU builds.
+pub(crate) fn kd_tree_finder(gpu: &Gpu, options: KdTreeOptions) -> Box<dyn Finder> {
+    Box::new(TreeOfFrame::new(gpu, options))
 }
 
 /// The same traversal and packet width as on the CPU.
@@ -288,5 +294,10 @@ impl Finder for TreeOfFrame {
 
     fn pixel_bytes(&self) -> u64 {
         KdSight::PIXEL_BYTES
+    }
+
+    fn set_tree_options(&mut self, gpu: &Gpu, options: KdTreeOptions) {
+        self.options = options;
+        self.sight.set_options(gpu, tracer_options(options));
     }
 }

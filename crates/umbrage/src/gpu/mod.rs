@@ -33,7 +33,7 @@ pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample};
 use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Onward, OnwardLight, Recorder, Sight};
-use umbrage_rays::{Choice as _, LightMask, LightSource, SeenPixels};
+use umbrage_rays::{LightMask, LightSource, SeenPixels};
 use umbrage_scene::{Frame, Light, Scene};
 use web_time::Instant;
 
@@ -41,8 +41,9 @@ use crate::cpu::{SeenAndLit, material_mirrors};
 use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
-use crate::{CameraChoice, Error, Film, Settings, Settled, Stats, Structure};
+use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
 use finder::{Finders, Found, Question};
+pub(crate) use finder::{MakeFinder, kd_tree_finder};
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use mirrors::{Mirrored, Mirrors, following, looked_around};
@@ -374,18 +375,16 @@ impl GpuEngine {
 
 impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, output: Output) -> Result<(), Error> {
-        match settings.structure {
+        match settings.structure.on_gpu() {
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
             _ if settings.noise > 0.0 && output == Output::Texture => Err(Error::NoiseOfTexture),
-            Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
-            Structure::KdTree(..) | Structure::Listed { .. } => settings.structure.check_on_gpu(),
-            _ => Ok(()),
+            counterpart => counterpart.map(drop),
         }
     }
 
     fn begin(&mut self, settings: &Settings) {
         self.uploaded_before = self.gpu.uploaded_bytes();
-        self.finders.choose(&self.gpu, settings.structure);
+        self.finders.choose(&self.gpu, &settings.structure);
         if !self.is_finished {
             // Uploads of a frame that failed may be missing.
             self.geometry.forget();

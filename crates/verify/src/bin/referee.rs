@@ -65,12 +65,12 @@ fn main() -> Result<ExitCode> {
         for (number, (structure, case)) in frames.iter().enumerate() {
             let truth = referee::truth(case);
             let mut wrong = if flags.frames {
-                kept.disagreements(*structure, case, &truth)
+                kept.disagreements(structure, case, &truth)
             } else {
                 trial.disagreements(case, &truth)
             };
             if let Some(renderer) = &mut gpu {
-                let checked = check_frame(renderer, *structure, case, &truth);
+                let checked = check_frame(renderer, structure, case, &truth);
                 wrong.extend(checked.err().map(|how| format!("gpu: {how}")));
             }
             found.extend(wrong.into_iter().map(|how| format!("frame {number}: {}: {how}", case.name)));

@@ -6,7 +6,8 @@ use glam::Vec3;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use umbrage::scene::{Frame, Light, Material, Materials, Mesh};
 use umbrage::{CameraChoice, OptionValues, Renderer, Settings, Sides, Structure, StructureOption};
-use umbrage_rays::{Choice as _, LightSource, SimdLevel};
+use umbrage_papers::structures;
+use umbrage_rays::{LightSource, SimdLevel};
 
 use super::{compare, random_case};
 use crate::{Case, MIXED_SIDES, Random, TestMesh, Truth};
@@ -18,14 +19,14 @@ use crate::{Case, MIXED_SIDES, Random, TestMesh, Truth};
 pub fn random_sequence(seed: u64) -> Vec<(Structure, Case)> {
     let random = &mut Random::new(seed ^ 0x5e9e_9ce5);
     let mut structure = random_structure(random);
-    let mut frames = vec![(structure, random_case(seed))];
+    let mut frames = vec![(structure.clone(), random_case(seed))];
     for number in 0..2 + random.below(5) as u64 {
         let (_, last) = frames.last().expect("a frame");
         let case = changed(random, last, &frames[0].1, seed.wrapping_add(number << 32));
         if random.below(2) == 0 {
             structure = random_structure(random);
         }
-        frames.push((structure, case));
+        frames.push((structure.clone(), case));
     }
     frames
 }
@@ -34,7 +35,9 @@ pub fn random_sequence(seed: u64) -> Vec<(Structure, Case)> {
 ///
 /// Options that exclude each other may be chosen: a [`Renderer`] refuses these.
 pub fn random_structure(random: &mut Random) -> Structure {
-    let (_, mut structure, _) = Structure::CHOICES[random.below(Structure::CHOICES.len())];
+    let known = structures();
+    let number = random.below(known.iter().len());
+    let mut structure = known.iter().nth(number).cloned().unwrap_or_default();
     for option in structure.options() {
         if random.below(3) == 0 {
             // Some values don't go with those set before.
@@ -165,7 +168,7 @@ impl KeptRenderers {
     }
 
     /// Compares the next frame of all renderers with its truth; returns the disagreements.
-    pub fn disagreements(&mut self, structure: Structure, case: &Case, truth: &Truth) -> Vec<String> {
+    pub fn disagreements(&mut self, structure: &Structure, case: &Case, truth: &Truth) -> Vec<String> {
         let mut wrong = Vec::new();
         for (level, pool, renderer) in &mut self.renderers {
             match pool.install(|| check_frame(renderer, structure, case, truth)) {
@@ -189,7 +192,7 @@ impl Default for KeptRenderers {
 ///
 /// # Errors
 /// With the first pixel that differs, or why there is no frame.
-pub fn check_frame(renderer: &mut Renderer, structure: Structure, case: &Case, truth: &Truth) -> Result<bool, String> {
+pub fn check_frame(renderer: &mut Renderer, structure: &Structure, case: &Case, truth: &Truth) -> Result<bool, String> {
     let mut frame = Frame::from_triangles(case.mesh.positions.clone(), case.mesh.indices.clone());
     let of_one_side = Material { double_sided: false, ..Material::clay() };
     frame.materials = Arc::new(Materials { materials: vec![of_one_side, Material::clay()], ..Materials::default() });
@@ -197,7 +200,7 @@ pub fn check_frame(renderer: &mut Renderer, structure: Structure, case: &Case, t
     frame.mesh = Arc::new(Mesh { material_of_triangle, ..(*frame.mesh).clone() });
     frame.lights = case.lights.iter().map(|&source| Light::new(source, 1.0)).collect();
     let settings = Settings {
-        structure,
+        structure: structure.clone(),
         width: case.view.width,
         height: case.view.height,
         camera: CameraChoice::Own(case.view.camera),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use umbrage::gallery::DEMOS;
 use umbrage::scene::{Light, Scene};
 use umbrage::{Film, Renderer, Settings, Structure};
+use umbrage_papers::Listed;
 use umbrage_verify::{Differences, real_scene};
 
 use crate::common::{renderer, small_renderer};
@@ -61,7 +62,7 @@ fn lights_without_shadows_reach_everything() {
     let lights: Vec<_> =
         own.iter().zip(0..).map(|(light, number)| Light { casts_shadow: number == 1, ..light.clone() }).collect();
     let settings = Settings { lights: Some(lights), ..sized(90, 60) };
-    for structure in [Structure::Perspective, Structure::LISTED, Structure::Bvh] {
+    for structure in [Structure::default(), Structure::of::<Listed>(), Structure::bvh()] {
         let settings = Settings { structure, ..settings.clone() };
         let mut cpu = Renderer::default();
         cpu.render(&scene, 0.0, &settings).expect("a frame");

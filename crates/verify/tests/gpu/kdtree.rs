@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 use umbrage::gallery::DEMOS;
-use umbrage::rays::{
-    Camera, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTreeOptions, LightSource, Projection,
-};
+use umbrage::rays::{Camera, KdPacketOptions, KdPacketWidth, KdTraversal, KdTreeOptions, LightSource, Projection};
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Texture, TextureUse, Wrap};
 use umbrage::{Renderer, Settings, Sides, Structure};
+use umbrage_papers::{KdTrees, structures};
 use umbrage_verify::{Differences, Random, real_scene};
 
 use crate::common::{renderer, small_renderer};
@@ -19,14 +18,12 @@ fn kd_tree(number: usize) -> Structure {
     let traversals = [KdTraversal::Stack, KdTraversal::ShortStack(3), KdTraversal::Restart, KdTraversal::PushDown];
     let widths = [KdPacketWidth::Sixteen, KdPacketWidth::Four, KdPacketWidth::Eight];
     let packets = KdPacketOptions { width: widths[number % 3], ..KdPacketOptions::DEFAULT };
-    Structure::KdTree(
-        KdTreeOptions { traversal: traversals[number % 4], packets, ..KdTreeOptions::FAST },
-        KdRebuild::Whole,
-    )
+    let options = KdTreeOptions { traversal: traversals[number % 4], packets, ..KdTreeOptions::FAST };
+    Structure::new(KdTrees { options, ..KdTrees::default() })
 }
 
 fn with_tree(width: u32, height: u32) -> Settings {
-    Settings { structure: Structure::KD_TREE, ..sized(width, height) }
+    Settings { structure: Structure::of::<KdTrees>(), ..sized(width, height) }
 }
 
 #[test]
@@ -123,10 +120,10 @@ fn nothing_and_much() {
 fn what_a_gpu_would_ignore_is_refused() {
     let Some(mut gpu) = renderer() else { return };
     let scene = umbrage::open("demo:cloth?triangles=500").expect("a scene of the gallery");
-    for option in ["kd-lazy=64", "kd-mailbox=ring"] {
-        let structure = format!("kdtree:{option}").parse().expect("a structure");
+    for option in ["lazy=64", "mailbox=ring"] {
+        let structure = structures().parse(&format!("kdtree:{option}")).expect("a structure");
         let error = gpu.render(&scene, 0.0, &Settings { structure, ..sized(20, 20) }).expect_err("refused");
-        assert!(error.is_of_settings() && error.to_string().contains(&option[..6]), "{error}");
+        assert!(error.is_of_settings() && error.to_string().contains(&option[..4]), "{error}");
     }
 }
 

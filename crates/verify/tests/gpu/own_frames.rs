@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 use umbrage::rays::{Camera, LightSource, Projection, View};
 use umbrage::scene::{Alpha, BadFrame, Frame, Light, Material, NamedCamera, Scene, TextureUse};
 use umbrage::{Background, CameraChoice, Error, Film, LightMask, Renderer, Seen, Settings, Settled, Stats, Structure};
+use umbrage_papers::{KdTrees, Listed, Uniform};
 use umbrage_verify::real_scene;
 
 use crate::common;
@@ -68,10 +69,10 @@ fn posed_frames_are_rendered_as_their_scenes_are() {
         ("as it is", settings()),
         ("two samples", Settings { samples: 2, sides: umbrage::Sides::Front, ..settings() }),
         ("another light", Settings { lights: Some(vec![lamp.clone(), lamp]), ..settings() }),
-        ("the paper's form", Settings { structure: Structure::LISTED, ..settings() }),
-        ("the uniform grid", Settings { structure: Structure::GRID, ..settings() }),
-        ("the kd-tree", Settings { structure: Structure::KD_TREE, ..settings() }),
-        ("the hierarchy", Settings { structure: Structure::Bvh, ..settings() }),
+        ("the paper's form", Settings { structure: Structure::of::<Listed>(), ..settings() }),
+        ("the uniform grid", Settings { structure: Structure::of::<Uniform>(), ..settings() }),
+        ("the kd-tree", Settings { structure: Structure::of::<KdTrees>(), ..settings() }),
+        ("the hierarchy", Settings { structure: Structure::bvh(), ..settings() }),
     ];
     for demo in ["shatter", "glass", "forest"] {
         let scene = umbrage::open(format!("demo:{demo}?triangles=2000")).expect("a scene of the gallery");
@@ -447,9 +448,9 @@ fn diagonal() -> (Frame, Settings) {
     (frame, Settings { width: 10, height: 10, camera: camera.into(), ..Settings::default() })
 }
 
-fn settled(renderer: &mut Renderer, structure: Structure, samples: u32) -> [Option<Settled>; 2] {
+fn settled(renderer: &mut Renderer, structure: &Structure, samples: u32) -> [Option<Settled>; 2] {
     let (frame, settings) = diagonal();
-    renderer.render_frame(&frame, &Settings { samples, structure, ..settings }).expect("a frame");
+    renderer.render_frame(&frame, &Settings { samples, structure: structure.clone(), ..settings }).expect("a frame");
     let Stats { settled_camera_rays, settled_shadow_rays, .. } = renderer.stats();
     [*settled_camera_rays, *settled_shadow_rays]
 }
@@ -457,7 +458,7 @@ fn settled(renderer: &mut Renderer, structure: Structure, samples: u32) -> [Opti
 #[test]
 fn rays_through_edges_are_settled_by_the_predicate() {
     let check = |renderer: &mut Renderer, structure: Structure, knows_rays: bool| {
-        let mut settled = |samples| settled(renderer, structure, samples).map(|settled| settled.expect("counted"));
+        let mut settled = |samples| settled(renderer, &structure, samples).map(|settled| settled.expect("counted"));
         let [of_camera, of_light] = settled(1);
         // Camera rays meet both triangles of the square; shadow rays the other one of them and the one behind the camera.
         for settled in [of_camera, of_light] {
@@ -473,13 +474,13 @@ fn rays_through_edges_are_settled_by_the_predicate() {
         assert_eq!(settled(4), [of_camera, of_light].map(twice));
         assert_eq!(settled(1), [of_camera, of_light]);
     };
-    for structure in [Structure::Perspective, Structure::LISTED] {
+    for structure in [Structure::default(), Structure::of::<Listed>()] {
         check(&mut Renderer::default(), structure, false);
     }
     if let Some(mut gpu) = common::renderer() {
-        check(&mut gpu, Structure::Perspective, true);
+        check(&mut gpu, Structure::default(), true);
     }
-    for structure in [Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
-        assert_eq!(settled(&mut Renderer::default(), structure, 1), [None, None], "{structure:?}");
+    for structure in [Structure::of::<Uniform>(), Structure::of::<KdTrees>(), Structure::bvh()] {
+        assert_eq!(settled(&mut Renderer::default(), &structure, 1), [None, None], "{structure:?}");
     }
 }

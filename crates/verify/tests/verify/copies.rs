@@ -2,9 +2,10 @@
 
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
-use umbrage::rays::{self, Camera, Choice as _, LightSource};
+use umbrage::rays::{self, Camera, LightSource};
 use umbrage::scene::{Alpha, Frame, Light, Material, Materials, Mesh};
-use umbrage::{Renderer, Settings, Sides, Structure};
+use umbrage::{Renderer, Settings, Sides};
+use umbrage_papers::structures;
 use umbrage_verify::{Case, TestMesh, Truth};
 
 const SIDE: u32 = 24;
@@ -52,12 +53,13 @@ fn copies_change_nothing_but_the_count() {
         let case = case(mesh(COPIES), of_case);
         let (truth, frame) = (case.truth(), frame(&case.mesh, &case.lights));
         let mut bytes = Vec::new();
-        for &(name, structure, _) in Structure::CHOICES {
+        for structure in structures().iter() {
+            let name = structure.name();
             let settings = Settings {
                 width: SIDE,
                 height: SIDE,
                 camera: case.view.camera.into(),
-                structure,
+                structure: structure.clone(),
                 sides,
                 ..Settings::default()
             };

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Animated, Frame, Light, LightShape, Material, Materials, Mesh, Scene, check_lights};
 use umbrage::{Background, Error, Film, Renderer, Settings, Structure};
+use umbrage_papers::structures;
 
 /// A rectangle in the plane z = `z`, white without any light.
 fn white(least: Vec2, most: Vec2, z: f32) -> Frame {
@@ -275,8 +276,8 @@ fn pictures_are_the_same_on_any_number_of_threads_and_through_every_structure() 
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         assert!(pool.install(|| render(&everything(6))) == expected, "{threads} threads");
     }
-    for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
-        assert!(render(&Settings { structure, ..everything(6) }) == expected, "{structure:?}");
+    for structure in structures().iter() {
+        assert!(render(&Settings { structure: structure.clone(), ..everything(6) }) == expected, "{structure:?}");
     }
 }
 

@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3, Vec4};
 use umbrage::rays::predicate::{HitPoint, hit};
 use umbrage::rays::{Camera, Hit, LightSource, Ray, View};
 use umbrage::scene::{Frame, Light, Material, Materials, Mesh, Volume};
-use umbrage::{Background, Renderer, Settings, Structure};
+use umbrage::{Background, Renderer, Settings};
+use umbrage_papers::structures;
 use umbrage_verify::{Random, TestMesh};
 
 const SKY: Vec3 = Vec3::new(0.3, 0.5, 0.7);
@@ -265,8 +266,8 @@ fn light_comes_through_glass_by_the_ways_that_formulas_lead_it() {
     // Shading has normals in f32: paths differ at an edge, or near the minimum throughput.
     assert!(others * 100 < shown.len(), "{others} of {} pixels show something else", shown.len());
 
-    for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
-        let others = colors(&frame, &Settings { structure, ..settings.clone() });
+    for structure in structures().iter() {
+        let others = colors(&frame, &Settings { structure: structure.clone(), ..settings.clone() });
         assert!(shown == others, "{structure:?}");
     }
 }

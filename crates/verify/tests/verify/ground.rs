@@ -6,7 +6,8 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 use umbrage::rays::{Camera, LightSource};
 use umbrage::scene::{Animated, Error, Frame, Ground, GroundSurface, Light, Material, Materials, Mesh, Scene};
-use umbrage::{Background, Film, Panorama, Renderer, Settings, Structure};
+use umbrage::{Background, Film, Panorama, Renderer, Settings};
+use umbrage_papers::structures;
 
 /// A square of 2 by 2 above y = 0, and the quads `others`.
 #[derive(Debug)]
@@ -150,8 +151,8 @@ fn panes_and_mirrors_show_the_shadows_on_a_ground() {
 #[test]
 fn all_structures_show_the_same_ground() {
     let expected = film(&scene(Vec::new()), &settings(Background::Sky));
-    for structure in [Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh] {
-        let shown = film(&scene(Vec::new()), &Settings { structure, ..settings(Background::Sky) });
+    for structure in structures().iter() {
+        let shown = film(&scene(Vec::new()), &Settings { structure: structure.clone(), ..settings(Background::Sky) });
         assert!(shown.color == expected.color, "{structure:?}");
     }
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 use umbrage::rays::{Camera, Choice as _, Projection};
 use umbrage::scene::{Alpha, Frame, Marks, Material, Materials, Mesh};
-use umbrage::{Background, Film, Layer, Layers, Renderer, Settings, Structure, ToneMap};
+use umbrage::{Background, Film, Layer, Layers, Renderer, Settings, ToneMap};
+use umbrage_papers::structures;
 
 const SIDE: u32 = 40;
 const RED: Vec3 = Vec3::new(0.8, 0.1, 0.05);
@@ -168,9 +169,9 @@ fn what_is_behind_panes_is_seen_through_them() {
     let points = [[0.5, 0.5, 0.5], [0.5, -0.5, -2.0], [-0.5, -0.5, -2.0], [0.3, 0.0, 2.0]];
     let scene = frame(&[(1.0, 0.5), (0.0, 0.5), (-1.0, 1.0)], &points, &[]);
     let unseen = frame(&[(1.0, 0.5), (0.0, 0.5), (-1.0, 1.0)], &[], &[]);
-    for structure in Structure::all() {
+    for structure in structures().iter() {
         for samples in [1, 4] {
-            let settings = Settings { samples, structure, point_size: 6.0, ..settings(PERSPECTIVE) };
+            let settings = Settings { samples, structure: structure.clone(), point_size: 6.0, ..settings(PERSPECTIVE) };
             let film = film(&scene, &settings);
             let between = color(&film, 0.5 * 5.0 / 4.5, 0.5 * 5.0 / 4.5);
             assert!(between.abs_diff_eq(GREEN.lerp(RED, 0.5), 1e-4), "{between}");
@@ -196,10 +197,10 @@ fn pictures_depend_on_neither_threads_nor_structure() {
     let scene = frame(&[(0.2, 0.6), (-0.3, 1.0)], &points, &lines);
     let plain = Settings { samples: 4, width: 70, height: 67, point_size: 3.0, bounces: 2, ..settings(PERSPECTIVE) };
     let expected = film(&scene, &plain);
-    for structure in Structure::all() {
+    for structure in structures().iter() {
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            let found = pool.install(|| film(&scene, &Settings { structure, ..plain.clone() }));
+            let found = pool.install(|| film(&scene, &Settings { structure: structure.clone(), ..plain.clone() }));
             assert_eq!(found.color, expected.color, "{structure:?} on {threads}");
             assert_eq!(found.flat, expected.flat, "{structure:?} on {threads}");
         }

@@ -6,6 +6,7 @@ use umbrage::rays::predicate::{HitPoint, ShadowRay};
 use umbrage::rays::{Opacity as _, SimdLevel, View};
 use umbrage::scene::Frame;
 use umbrage::{Film, LightMask, Renderer, Scene, Settings, Structure};
+use umbrage_papers::structures;
 use umbrage_verify::{Oracle, Random, real_scene};
 
 /// More than one tile of the grids along each axis, none of them whole.
@@ -41,11 +42,11 @@ fn render(scene: &Scene, seconds: f64, structure: Structure, threads: usize, lev
 /// Compares all of `combinations` with each other, with the hierarchy and, for `questions` pixels, with the oracle.
 fn check(name: &str, scene: &Scene, moment: f64, combinations: &[(usize, SimdLevel)], questions: usize) {
     let seconds = moment * scene.duration_seconds();
-    let (renderer, truth) = render(scene, seconds, Structure::Bvh, 2, SimdLevel::default());
+    let (renderer, truth) = render(scene, seconds, Structure::bvh(), 2, SimdLevel::default());
     ask_oracle(name, renderer.frame(), &truth, questions);
-    for structure in [Structure::Perspective, Structure::LISTED, Structure::GRID, Structure::KD_TREE] {
+    for structure in structures().only(|structure| *structure != Structure::bvh()).iter() {
         for &(threads, level) in combinations {
-            let (_, shown) = render(scene, seconds, structure, threads, level);
+            let (_, shown) = render(scene, seconds, structure.clone(), threads, level);
             let place = format!("{name} on {threads} threads with {level} through {structure:?}");
             assert!(shown.triangle == truth.triangle, "{place}: other triangles");
             assert!(shown.lit == truth.lit, "{place}: other shadows");

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
-use umbrage::rays::{Camera, KdBuilder, KdRebuild, KdTreeOptions, SimdLevel, UniformOptions};
+use umbrage::rays::{Camera, KdBuilder, KdTreeOptions, SimdLevel, UniformOptions};
 use umbrage::scene::{Frame, Material, Materials, Mesh};
 use umbrage::{Background, Error, Renderer, Settings, Structure};
+use umbrage_papers::{KdTrees, Listed, Uniform};
 use umbrage_verify::{Random, TestMesh};
 
 /// Triangles, each with the index of its material.
@@ -75,7 +76,7 @@ fn colors(frame: &Frame, settings: &Settings) -> Vec<Vec4> {
 #[test]
 fn a_mirror_shows_the_mirrored_scene() {
     let mut renderer = Renderer::default();
-    let settings = settings(Structure::Perspective, 1);
+    let settings = settings(Structure::default(), 1);
     let frame = above_mirror(false);
     let film = renderer.render_frame(&frame, &settings).expect("a frame");
     let mirrored = colors(&above_mirror(true), &settings);
@@ -95,22 +96,23 @@ fn a_mirror_shows_the_mirrored_scene() {
 
 #[test]
 fn every_structure_and_level_shows_the_same_in_mirrors() {
-    let expected = colors(&above_mirror(false), &settings(Structure::Perspective, 3));
+    let expected = colors(&above_mirror(false), &settings(Structure::default(), 3));
     let presorted = KdTreeOptions { builder: KdBuilder::Presorted, lazy_below: 20, ..KdTreeOptions::DEFAULT };
     let structures = [
-        Structure::LISTED,
-        Structure::GRID,
-        Structure::Grid(UniformOptions::NESTED),
-        Structure::KD_TREE,
-        Structure::KdTree(presorted, KdRebuild::Whole),
-        Structure::Bvh,
+        Structure::of::<Listed>(),
+        Structure::of::<Uniform>(),
+        Structure::new(Uniform(UniformOptions::NESTED)),
+        Structure::of::<KdTrees>(),
+        Structure::new(KdTrees { options: presorted, ..KdTrees::default() }),
+        Structure::bvh(),
     ];
     for structure in structures {
-        assert!(colors(&above_mirror(false), &settings(structure, 3)) == expected, "{structure:?}");
+        assert!(colors(&above_mirror(false), &settings(structure.clone(), 3)) == expected, "{structure:?}");
     }
     for level in SimdLevel::available() {
         let mut renderer = Renderer::with_simd_level(level);
-        let film = renderer.render_frame(&above_mirror(false), &settings(Structure::KD_TREE, 3)).expect("a frame");
+        let film =
+            renderer.render_frame(&above_mirror(false), &settings(Structure::of::<KdTrees>(), 3)).expect("a frame");
         assert!(film.color == expected, "{level}");
     }
 }
@@ -177,7 +179,7 @@ fn curved_mirrors_do_not_see_themselves_where_they_are_convex() {
 
 #[test]
 fn endless_bounces_are_refused() {
-    let settings = settings(Structure::Perspective, Settings::MAX_BOUNCES + 1);
+    let settings = settings(Structure::default(), Settings::MAX_BOUNCES + 1);
     let refused = Renderer::default().render_frame(&above_mirror(false), &settings).map(|_| ());
     assert!(matches!(&refused, Err(error @ Error::Bounces(1025)) if error.to_string().contains("1024")), "{refused:?}");
 }

@@ -1,8 +1,9 @@
 //! Moving scenes, through kd-trees that outlive a frame.
 
-use umbrage::rays::{Choice as _, KdMoved, KdRebuild, KdTreeOptions, TwoLevelKdTree};
+use umbrage::rays::{Choice as _, KdMoved, KdRebuild, TwoLevelKdTree};
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Scene, Settings, Structure};
+use umbrage_papers::KdTrees;
 use umbrage_verify::real_scene;
 
 /// Scenes of the gallery with parts, and files with moving nodes and a skin.
@@ -24,9 +25,9 @@ fn every_rebuild_shows_the_same() {
         for step in 0..4 {
             let seconds = f64::from(step) / 24.0 + f64::from(step / 3) * 0.4 * scene.duration_seconds();
             let expected =
-                direct.render(&scene, seconds, &settings(Structure::Perspective)).expect("a picture").color.clone();
+                direct.render(&scene, seconds, &settings(Structure::default())).expect("a picture").color.clone();
             for (rebuild_name, rebuild, renderer) in &mut others {
-                let settings = settings(Structure::KdTree(KdTreeOptions::FAST, *rebuild));
+                let settings = settings(Structure::new(KdTrees { rebuild: *rebuild, ..KdTrees::default() }));
                 let film = renderer.render(&scene, seconds, &settings).expect("a picture");
                 assert!(film.color == expected, "{name}, {rebuild_name}, frame {step}");
             }

@@ -51,9 +51,13 @@ impl Checker {
         } else if let Some((program, arguments)) = word.split_once(' ').filter(|word| word.0.starts_with("umbrage")) {
             let mut arguments = arguments.split(' ');
             let command = arguments.next().unwrap_or_default();
-            let flags = arguments.filter(|argument| argument.starts_with("--"));
-            let is_flag = |flag: &str| self.is_flag(flag);
-            matches!(program, "umbrage" | "umbrage-bench") && self.is_command(command) && flags.into_iter().all(is_flag)
+            let is_known = |word: &str| match word.split_once(':') {
+                Some((structure, option)) => is_option(structure, option),
+                None => !word.starts_with("--") || self.is_flag(word),
+            };
+            matches!(program, "umbrage" | "umbrage-bench") && self.is_command(command) && arguments.all(is_known)
+        } else if let Some((structure, option)) = word.split_once(':') {
+            is_option(structure, option)
         } else {
             word.contains('/') && root().join("crates").join(word).exists()
         };
@@ -74,12 +78,10 @@ impl Checker {
         }
     }
 
-    /// Options of structures are words of a table; others are fields.
     fn is_flag(&self, flag: &str) -> bool {
         let name = flag.trim_start_matches("--");
         let (option, field) = (format!("\"{name}\""), format!("{}:", name.replace('-', "_")));
-        let listed = ["structure", "choices"].iter().any(|file| self.sources[*file].contains(&option));
-        listed || self.commands.contains(&field) || self.commands.contains(&format!("long = {option}")) || {
+        self.commands.contains(&field) || self.commands.contains(&format!("long = {option}")) || {
             let benches = self.sources.values().filter(|text| text.contains("clap::Args"));
             benches.into_iter().any(|text| text.contains(&field))
         }
@@ -89,6 +91,11 @@ impl Checker {
         let words = name.split('-').map(|word| word[..1].to_uppercase() + &word[1..]);
         self.commands.contains(&format!("    {}(", words.collect::<String>()))
     }
+}
+
+/// Whether a structure has an option.
+fn is_option(structure: &str, option: &str) -> bool {
+    umbrage_papers::structures().named(structure).is_ok_and(|structure| structure.option(option).is_some())
 }
 
 #[test]
@@ -129,16 +136,28 @@ fn what_the_table_of_the_papers_names_is_there() {
 #[test]
 fn what_is_not_there_is_found() {
     let checker = Checker::new().unwrap();
-    for there in
-        ["rays/src/lib.rs", "--slices", "--orbit-light", "umbrage-bench table1 --lights", "umbrage render --engine"]
-            .into_iter()
-            .chain(["conformance::listed", "papers::what_is_not_there_is_found", "umbrage::rays::KdLayout"])
+    for there in [
+        "rays/src/lib.rs",
+        "listed:slices",
+        "--orbit-light",
+        "umbrage-bench table1 --lights",
+        "umbrage render --engine",
+    ]
+    .into_iter()
+    .chain(["conformance::listed", "papers::what_is_not_there_is_found", "umbrage::rays::KdLayout"])
     {
         assert_eq!(checker.fault(there), None);
     }
-    for missing in ["rays/src/no.rs", "--no-such-flag", "umbrage-bench table7", "umbrage render --no-flag", "sometimes"]
-        .into_iter()
-        .chain(["conformance::none", "papers::none", "umbrage::rays::Nothing"])
+    for missing in [
+        "rays/src/no.rs",
+        "--no-such-flag",
+        "umbrage-bench table7",
+        "umbrage render --no-flag",
+        "sometimes",
+        "grid:lazy",
+    ]
+    .into_iter()
+    .chain(["conformance::none", "papers::none", "umbrage::rays::Nothing"])
     {
         assert!(checker.fault(missing).is_some(), "{missing}");
     }

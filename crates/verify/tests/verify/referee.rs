@@ -29,7 +29,7 @@ fn kept_renderers_say_what_the_referee_says() {
     let wrong: Vec<String> = (1..=12)
         .flat_map(|seed| random_sequence(seed).into_iter().enumerate().map(move |frame| (seed, frame)))
         .flat_map(|(seed, (number, (structure, case)))| {
-            let wrong = kept.disagreements(structure, &case, &referee::truth(&case));
+            let wrong = kept.disagreements(&structure, &case, &referee::truth(&case));
             wrong.into_iter().map(move |how| format!("--seed {seed}, frame {number}: {}: {how}", case.name))
         })
         .collect();

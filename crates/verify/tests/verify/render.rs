@@ -6,6 +6,7 @@ use umbrage::rays::predicate::{HitPoint, ShadowRay, crossing};
 use umbrage::rays::{self, Hit, Opacity as _, View};
 use umbrage::scene::Frame;
 use umbrage::{Film, Renderer, Scene, Settings, Sides, Structure};
+use umbrage_papers::structures;
 use umbrage_verify::{Oracle, real_scene, stops_light};
 
 const SIDE: u32 = 40;
@@ -22,10 +23,8 @@ fn compare(scene: &Scene, seconds: f64, name: &str) -> usize {
 /// Does the same with a choice of sides.
 fn compare_with(scene: &Scene, seconds: f64, name: &str, sides: Sides) -> usize {
     let mut truth = None;
-    const STRUCTURES: [Structure; 5] =
-        [Structure::Perspective, Structure::LISTED, Structure::GRID, Structure::KD_TREE, Structure::Bvh];
-    for structure in STRUCTURES {
-        let settings = Settings { sides, ..settings(structure) };
+    for structure in structures().iter() {
+        let settings = Settings { sides, ..settings(structure.clone()) };
         let mut renderer = Renderer::default();
         renderer.render(scene, seconds, &settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         let truth = truth.get_or_insert_with(|| oracle(renderer.frame(), &settings));
@@ -135,7 +134,7 @@ fn files_in(folder: &Path) -> Vec<std::path::PathBuf> {
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let scene = umbrage::open("demo:forest?triangles=4000").expect("a scene of the gallery");
-    let settings = Settings { samples: 3, ..settings(Structure::Perspective) };
+    let settings = Settings { samples: 3, ..settings(Structure::default()) };
     let on_threads = |count: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a thread pool");
         pool.install(|| {

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DVec2, Vec3, Vec4};
-use umbrage::rays::{self, Camera, Choice as _, View};
+use umbrage::rays::{self, Camera, View};
 use umbrage::scene::{Frame, Light, Material, Materials, Mesh};
-use umbrage::{Background, Renderer, Settings, Sides, Structure};
+use umbrage::{Background, Renderer, Settings, Sides};
+use umbrage_papers::structures;
 use umbrage_verify::lights::{point, sun};
 use umbrage_verify::{Case, TestMesh, referee};
 
@@ -60,9 +61,10 @@ fn what_is_in_an_inverted_hull_is_seen_and_lit() {
         case.sides = of_case;
         let truth = referee::truth(&case);
         assert_eq!(truth, case.truth(), "{sides}");
-        for &(name, structure, _) in Structure::CHOICES {
+        for structure in structures().iter() {
+            let name = structure.name();
             let mut renderer = Renderer::default();
-            let settings = Settings { structure, sides, ..settings(&case) };
+            let settings = Settings { structure: structure.clone(), sides, ..settings(&case) };
             let film = renderer.render_frame(&frame, &settings).expect("a picture").clone();
             let compared = referee::compare(&case, &truth, renderer.seen(), renderer.light_masks());
             assert_eq!(compared, Ok(()), "{sides}, {name}");

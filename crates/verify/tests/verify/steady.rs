@@ -2,10 +2,11 @@
 
 use glam::{DVec3, Vec3};
 use umbrage::rays::{
-    Choice as _, LightSource, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner, Sweep, Trace, TracedBy, Tracer,
+    LightSource, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner, Sweep, Trace, TracedBy, Tracer,
 };
 use umbrage::scene::Frame;
-use umbrage::{Renderer, Settings, Structure};
+use umbrage::{Renderer, Settings};
+use umbrage_papers::structures;
 
 /// Number of allocations of the third of three frames, on one thread that does all the work.
 fn allocations(frame: &Frame, settings: &Settings) -> usize {
@@ -26,13 +27,15 @@ fn allocations(frame: &Frame, settings: &Settings) -> usize {
 fn steady_frames_take_nothing_from_the_heap() {
     for name in ["demo:cloth?triangles=800", "demo:shatter?triangles=800", "demo:forest?triangles=3000"] {
         let frame = umbrage::open(name).and_then(|scene| scene.at(0.25)).expect("a frame");
-        for &(structure_name, structure, _) in Structure::CHOICES {
+        for structure in structures().iter() {
+            let structure_name = structure.name();
             let of_samples = [1, 4].map(|samples| {
-                let settings = Settings { width: 70, height: 50, structure, samples, ..Settings::default() };
+                let settings =
+                    Settings { width: 70, height: 50, structure: structure.clone(), samples, ..Settings::default() };
                 allocations(&frame, &settings)
             });
             // Trees are rebuilt for a frame, in memory of their own: see, shadow and shade allocate nothing.
-            let is_tree = matches!(structure, Structure::KdTree(..) | Structure::Bvh);
+            let is_tree = matches!(structure_name, "kdtree" | "bvh");
             assert!(is_tree || of_samples[0] == 0, "{name}, {structure_name}: {of_samples:?}");
             assert_eq!(of_samples[0], of_samples[1], "{name}, {structure_name}");
         }

@@ -3,7 +3,7 @@ use clap::Args;
 use glam::Vec3;
 use umbrage::rays::{KdTraversal, KdTree, KdTreeOptions, LightSource};
 use umbrage_gpu::{Adapter, DeviceLimits, Geometry, Gpu, Recorder, StageTime};
-use umbrage_study::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions, KdTracerWork};
+use umbrage_papers::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions, KdTracerWork};
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;

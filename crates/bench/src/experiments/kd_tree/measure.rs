@@ -7,7 +7,7 @@ use umbrage::rays::{
     Counts, Hit, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles,
 };
 use umbrage::scene::Frame;
-use umbrage_study::shaft::{EntryPoint, ShaftOptions, nearest_of_shafts, nearest_of_shafts_below};
+use umbrage_papers::shaft::{EntryPoint, ShaftOptions, nearest_of_shafts, nearest_of_shafts_below};
 
 use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;

@@ -9,8 +9,8 @@ use umbrage::rays::{
     BackgroundKdTree, HierarchyKdTree, KdMoved, KdTree, KdTreeOptions, Parts, Structure, Triangles, TwoLevelKdTree,
 };
 use umbrage::scene::{Frame, Mesh};
+use umbrage_papers::clusters::{ClusterOptions, clusters};
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
-use umbrage_study::clusters::{ClusterOptions, clusters};
 
 use super::measure::KdFlags;
 use crate::grids::{Ours, Times, time};

@@ -2,7 +2,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
 use umbrage::rays::{Choice as _, KdBuilder, KdTree, KdTreeOptions};
-use umbrage_study::kd_tasks::tasks;
+use umbrage_papers::kd_tasks::tasks;
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;

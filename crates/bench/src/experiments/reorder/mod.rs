@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use umbrage::rays::{Bvh, SingleRays as _, Triangles};
-use umbrage_study::reorder::{self, Counts, Order, Reorder, Traversal};
+use umbrage_papers::reorder::{self, Counts, Order, Reorder, Traversal};
 
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;

@@ -9,7 +9,7 @@ use glam::Vec3;
 use umbrage::rays::dispatch;
 use umbrage::rays::predicate;
 use umbrage::rays::{Ray, SimdLevel, Triangles};
-use umbrage_study::triangle::{self, Bundle, BundleTest, Fans, Hits, TriangleTest};
+use umbrage_papers::triangle::{self, Bundle, BundleTest, Fans, Hits, TriangleTest};
 
 use super::pairs::{Lists, Pair, Pairs, SINGLE};
 use crate::median::median;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Args;
 use umbrage::{Renderer, Settings, Structure};
+use umbrage_papers::Uniform;
 
 use crate::flags::ImageFlags;
 use crate::shot::{moments, name};
@@ -100,7 +101,7 @@ impl ModelsFlags {
     fn measure(&self, address: &str) -> Result<(usize, usize, Vec<[f64; 2]>)> {
         let scene = umbrage::open(address)?;
         let [width, height] = self.common.size;
-        let settings = Settings { width, height, structure: Structure::GRID, ..Settings::default() };
+        let settings = Settings { width, height, structure: Structure::of::<Uniform>(), ..Settings::default() };
         let mut renderer = Renderer::with_simd_level(self.common.animation.simd.unwrap_or_default());
         let mut frames = Vec::new();
         for (seconds, is_counted) in moments(&scene, self.common.animation.frames) {

@@ -121,19 +121,17 @@ fn grids_are_cut_into_the_cells_that_are_asked_for() {
     let scene = umbrage::open("demo:hall?triangles=3000").expect("a scene of the gallery");
     let Some(mut gpu) = renderer() else { return };
     for options in ["sorting-tile=8", "slices=1", "sorting-tile=8,tracing-tiles=2,slices=32", "light-slices=8"] {
-        let settings =
-            Settings { structure: format!("listed:{options}").parse().expect("a structure"), ..sized(90, 60) };
+        let settings = Settings { structure: listed(options), ..sized(90, 60) };
         compare(options, &mut gpu, &scene, 0.0, &settings).expect_none(options);
     }
     for options in ["sorting-tile=64", "tracing-tiles=2", "whole-tiles=true", "light-cells=64"] {
-        let settings =
-            Settings { structure: format!("listed:{options}").parse().expect("a structure"), ..sized(20, 20) };
+        let settings = Settings { structure: listed(options), ..sized(20, 20) };
         assert!(gpu.render(&scene, 0.0, &settings).is_err_and(|error| error.is_of_settings()), "{options}");
     }
 }
 
 fn listed(options: &str) -> Structure {
-    format!("listed:{options}").parse().expect("a structure")
+    umbrage_papers::structures().parse(&format!("listed:{options}")).expect("a structure")
 }
 
 fn light(source: LightSource) -> Light {

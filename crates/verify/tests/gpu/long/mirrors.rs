@@ -6,6 +6,7 @@ use glam::{Vec3, Vec4};
 use umbrage::rays::Camera;
 use umbrage::scene::{Alpha, Clearcoat, Frame, Ground, GroundSurface, Layers, Material};
 use umbrage::{Background, Error, Renderer, Settings, Structure};
+use umbrage_papers::KdTrees;
 use umbrage_verify::{Differences, real_scene};
 
 use crate::common::{renderer, small_renderer};
@@ -159,13 +160,13 @@ fn moving_scenes_bands_and_the_tree() {
     }
     drop(gpu);
     let Some(mut gpu) = renderer() else { return };
-    let settings = Settings { structure: Structure::KD_TREE, ..settings };
+    let settings = Settings { structure: Structure::of::<KdTrees>(), ..settings };
     frames::compare("kd-tree", &mut gpu, &scene, 0.5, &settings).expect_none("kd-tree");
     let Some(path) = real_scene("cesium_man.glb") else { return };
     let mut scene = umbrage::open(&path).unwrap_or_else(|error| panic!("{error}"));
     scene.set_ground(Some(Ground { surface: GroundSurface::Matte, height: None }));
     for (bounces, moment) in [(0, 0.2), (1, 0.4), (0, 0.6)] {
-        let settings = Settings { bounces, structure: Structure::Perspective, ..settings.clone() };
+        let settings = Settings { bounces, structure: Structure::default(), ..settings.clone() };
         frames::compare("a rig", &mut gpu, &scene, moment, &settings).expect_none("a rig");
     }
 }

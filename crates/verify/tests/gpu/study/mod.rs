@@ -9,9 +9,9 @@ mod visits;
 use glam::DVec3;
 use support::Mesh;
 use umbrage_gpu::{Geometry, Gpu, Recorder};
+use umbrage_papers::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SingleRays as _};
-use umbrage_study::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 
 use crate::common::{self, Pool, Pooled};
 

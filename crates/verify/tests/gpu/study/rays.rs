@@ -1,9 +1,9 @@
 //! Rays of all kinds, by each traversal.
 
 use glam::{DVec3, Vec3};
+use umbrage_papers::gpu_kdtree::{KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _};
-use umbrage_study::gpu_kdtree::{KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 
 use super::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
 use super::{Device, Scene, bits, blocked, check, device, free, nearest_of, walks};

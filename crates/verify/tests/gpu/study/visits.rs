@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use umbrage_gpu::Gpu;
+use umbrage_papers::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 use umbrage_rays::{Camera, Counts, KdBuilder, KdTraversal, KdTreeOptions, LightSource, View};
-use umbrage_study::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
 use umbrage_verify::real_scene;
 
 use super::frames::{SCENERY, render, triangle};

@@ -7,6 +7,7 @@ use glam::{Quat, Vec2, Vec3};
 use umbrage::rays::{Camera, Choice as _, LightSource, Projection};
 use umbrage::scene::{Alpha, Frame, Light, LightShape, TextureUse};
 use umbrage::{Background, CameraChoice, Renderer, Scene, Settings, Sides, Structure, WorkCounts};
+use umbrage_papers::structures;
 use umbrage_verify::{Random, TestMesh};
 
 use super::{Answer, Target, check_film, files};
@@ -119,9 +120,11 @@ impl Dice<'_> {
     }
 
     fn settings(&mut self) -> Settings {
-        let mut structure = any(self.random, Structure::CHOICES).1;
+        let known: Vec<Structure> = structures().iter().cloned().collect();
+        let options: Vec<_> = known.iter().flat_map(Structure::options).collect();
+        let mut structure = any(self.random, &known).clone();
         for _ in 0..self.random.below(3) {
-            let (option, value) = (any(self.random, Structure::OPTIONS), self.random.below(70));
+            let (option, value) = (any(self.random, &options), self.random.below(70));
             structure.set_option(option.name, &value.to_string()).ok();
         }
         Settings {

@@ -8,10 +8,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail, ensure};
 use umbrage::output::{FrameRate, NumberedPath};
-use umbrage::rays::{Choice as _, SimdLevel};
+use umbrage::rays::SimdLevel;
 use umbrage::scene::check_lights;
 use umbrage::spec::{BackgroundSpec, CameraSpec, LightSpec};
 use umbrage::{OptionValues, Structure, ToneMap};
+use umbrage_papers::structures;
 use umbrage_verify::Random;
 
 use super::{Answer, Target};
@@ -22,7 +23,7 @@ use crate::worker::Workplace;
 const VALUES: &str = "\
     point:1,2,3:40:1,0.5,0 sun:-1,-2,-1 spot:0,3,0:0,0,0:40:500:noshadow 9,4,9:0,1,0:30 0 1 cpu #ff8000 0.5,0.5,0.5 sky 24 \
     30000/1001 0..2 0..=1 4x4 8 16 32 neutral clip gif exr y4m apng a.gif a_%02d.png a.exr %04d.exr - bvh grid listed \
-    kdtree:kd-lazy=64 listed:slices=3,light-rays=48 short-stack:8 444 json text all none";
+    kdtree:lazy=64 listed:slices=3,light-rays=48 short-stack:8 444 json text all none";
 
 /// A value: unchanged, changed, or a number.
 fn value(random: &mut Random) -> String {
@@ -51,16 +52,18 @@ impl Target for Options {
         let is_name = said_again::<ToneMap>(&text)?.is_some() || text.parse::<SimdLevel>().is_ok();
         let is_number = said_again::<FrameRate>(&text)?.is_some();
         let is_path = NumberedPath::parse(Path::new(&text)).is_ok_and(|path| path.is_some());
-        let mut structure = said_again(&text)?.unwrap_or(any(random, Structure::CHOICES).1);
-        let option = any(random, Structure::OPTIONS);
+        let (known, number) = (structures(), random.below(structures().iter().len()));
+        let mut structure = known.parse(&text).unwrap_or(known.iter().nth(number).cloned().unwrap_or_default());
+        let options: Vec<_> = known.iter().flat_map(Structure::options).collect();
+        let option = any(random, &options);
         let value = match &option.values {
             OptionValues::Names(names) if random.below(2) == 0 => any(random, &names()).0.to_owned(),
             _ => value(random),
         };
-        let before = structure;
+        let before = structure.clone();
         let is_set = structure.set_option(option.name, &value).is_ok();
         ensure!(is_set || structure == before, "{} is refused {value} and changes", option.name);
-        ensure!(structure.to_string().parse() == Ok(structure), "{structure} is not what it says");
+        ensure!(known.parse(&structure.to_string()).as_ref() == Ok(&structure), "{structure} is not what it says");
         let is_accepted = is_camera || is_background || is_name || is_number || is_path || is_set || light.is_some();
         Ok(if is_accepted { Answer::Accepted } else { Answer::Refused })
     }

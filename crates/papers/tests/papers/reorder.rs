@@ -1,9 +1,9 @@
 //! Batches of rays in all orders, by all methods, against the hierarchy's single rays.
 
 use glam::{DVec3, Vec3};
+use umbrage_papers::reorder::{Counts, Order, Reorder, Traversal, blocked, nearest};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, Hit, LightSource, Ray, SimdLevel, SingleRays as _, Triangles};
-use umbrage_study::reorder::{Counts, Order, Reorder, Traversal, blocked, nearest};
 
 use crate::support::{
     Mesh, Random, blocks, corners_of_cells, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene,

@@ -1,9 +1,9 @@
 //! Packets of any rays through the uniform grid against the predicate.
 
 use glam::{DVec3, Vec3};
+use umbrage_papers::uniform::{blocked_of_packet, nearest_of_packet};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Hit, LightSource, PacketSide, Ray, SingleRays as _, UniformGrid, UniformOptions};
-use umbrage_study::uniform::{blocked_of_packet, nearest_of_packet};
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest};
 

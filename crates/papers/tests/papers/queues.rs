@@ -1,7 +1,7 @@
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
-use umbrage_study::queue::Queue;
+use umbrage_papers::queue::Queue;
 
 #[test]
 fn every_group_is_done_once() {

@@ -1,7 +1,7 @@
 use glam::{DVec3, Vec3};
+use umbrage_papers::on_demand::{Answers, Costs, Error, Order, Question, Scene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Hit, LightSource, Ray};
-use umbrage_study::on_demand::{Answers, Costs, Error, Order, Question, Scene};
 
 use crate::support::{Mesh, Random, blocked_by_any, blocks, grazing_rays, nearest_of_all, random_ray, scene};
 

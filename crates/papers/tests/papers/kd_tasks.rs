@@ -1,5 +1,5 @@
+use umbrage_papers::kd_tasks::{Tasks, tasks};
 use umbrage_rays::{KdBuilder, KdTree, KdTreeOptions, Triangles};
-use umbrage_study::kd_tasks::{Tasks, tasks};
 
 #[test]
 fn threads_wait_for_what_comes_before() {

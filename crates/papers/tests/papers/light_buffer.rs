@@ -1,7 +1,7 @@
 use glam::Vec3;
+use umbrage_papers::light_buffer::LightBuffer;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{Bvh, LightSource, Ray, SingleRays as _};
-use umbrage_study::light_buffer::LightBuffer;
 
 use crate::support::{Mesh, Random, random_ray};
 

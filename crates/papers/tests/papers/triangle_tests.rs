@@ -2,13 +2,13 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use glam::{DVec3, Vec3};
-use umbrage_rays::dispatch;
-use umbrage_rays::predicate::crossing;
-use umbrage_rays::{Ray, SimdLevel, Triangles};
-use umbrage_study::triangle::{
+use umbrage_papers::triangle::{
     Badouel, BadouelBundle, Bundle, BundleTest, Fans, HavelHerout, Hits, KenslerShirley, MollerTrumbore,
     MollerTrumboreBundle, Plucker, PluckerBundle, Rays, Shevtsov, TriangleTest, Wachter,
 };
+use umbrage_rays::dispatch;
+use umbrage_rays::predicate::crossing;
+use umbrage_rays::{Ray, SimdLevel, Triangles};
 
 use crate::support::{Mesh, Random};
 

@@ -1,14 +1,14 @@
 //! Shafts through the kd-tree, with each entry, culling and mailbox, against the predicate for every triangle.
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
+use umbrage_papers::shaft::{
+    EntryPoint, KdCulling, KdEntry, ShaftLead, ShaftOptions, blocked_of_shafts, nearest_of_shafts,
+    nearest_of_shafts_below,
+};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
     Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
     SahCosts, SimdLevel, Triangles,
-};
-use umbrage_study::shaft::{
-    EntryPoint, KdCulling, KdEntry, ShaftLead, ShaftOptions, blocked_of_shafts, nearest_of_shafts,
-    nearest_of_shafts_below,
 };
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};

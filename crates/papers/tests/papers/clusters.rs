@@ -1,8 +1,8 @@
 //! Clusters of triangles that move together, and fuzzy kd-trees of these.
 
 use glam::{Quat, Vec3};
+use umbrage_papers::clusters::{ClusterOptions, clusters};
 use umbrage_rays::{KdMoved, Parts, Ray, SingleRays as _, Structure as _, TwoLevelKdTree};
-use umbrage_study::clusters::{ClusterOptions, clusters};
 
 use crate::support::{Mesh, Random, nearest_of_all};
 

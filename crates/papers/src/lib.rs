@@ -1,0 +1,35 @@
+//! The structures and experiments of the papers that Umbrage follows.
+//!
+//! [`structures`] lists all structures with their options, for command lines, windows, tests and benches. The rest needs the
+//! feature `experiments`: builders, traversals and triangle tests that no product uses. `umbrage-bench` measures these, and
+//! their tests hold them to the same predicate as the product.
+#![forbid(unsafe_code)]
+
+mod structures;
+
+pub use structures::{KdTrees, Listed, Uniform, structures};
+
+#[cfg(feature = "experiments")]
+pub mod clusters;
+#[cfg(feature = "experiments")]
+pub mod gpu_kdtree;
+#[cfg(feature = "experiments")]
+pub mod kd_tasks;
+#[cfg(all(test, feature = "experiments"))]
+#[allow(dead_code, reason = "some of it is for other tests")]
+#[path = "../../gpu/src/layout.rs"]
+mod layout;
+#[cfg(feature = "experiments")]
+pub mod light_buffer;
+#[cfg(feature = "experiments")]
+pub mod on_demand;
+#[cfg(feature = "experiments")]
+pub mod queue;
+#[cfg(feature = "experiments")]
+pub mod reorder;
+#[cfg(feature = "experiments")]
+pub mod shaft;
+#[cfg(feature = "experiments")]
+pub mod triangle;
+#[cfg(feature = "experiments")]
+pub mod uniform;

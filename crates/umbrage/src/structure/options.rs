@@ -1,0 +1,117 @@
+//! Options of structures: names, descriptions and possible values.
+
+use std::ops::RangeInclusive;
+
+use umbrage_rays::LightClamp;
+
+/// An option of a structure, for [`Structure::option`](crate::Structure::option) and
+/// [`Structure::set_option`](crate::Structure::set_option).
+#[derive(Debug)]
+pub struct StructureOption {
+    /// The name: a word without spaces, `:`, `,` and `=`.
+    pub name: &'static str,
+    /// The meaning, in a line that ends without a full stop.
+    pub about: &'static str,
+    /// The values that it can have.
+    pub values: OptionValues,
+    /// Whether a structure on a GPU has it.
+    pub is_on_gpu: bool,
+}
+
+/// The values that an option can have.
+#[derive(Debug)]
+pub enum OptionValues {
+    /// One of a few names, each with its meaning, or another value that the option's own `set` accepts.
+    Names(fn() -> Vec<(&'static str, &'static str)>),
+    /// A whole number.
+    Whole(RangeInclusive<u32>),
+    /// A whole number, or `auto`.
+    WholeOrAuto(RangeInclusive<u32>),
+    /// The four angles of a [`LightClamp`] in degrees, or `auto`.
+    Rectangle,
+    /// A finite number above 0.
+    Positive,
+    /// A number from 0 to 1.
+    Share,
+    /// `true` or `false`.
+    Switch,
+}
+
+/// An option that a structure lacks, or a value that it can't have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{structure}:{option}={value}: {why}")]
+pub struct ImpossibleOption {
+    /// The structure's name.
+    pub structure: &'static str,
+    /// The option's name.
+    pub option: String,
+    /// The refused value.
+    pub value: String,
+    /// The reason, with the possible values.
+    pub why: String,
+}
+
+impl OptionValues {
+    /// Checks that an option can have a value; the error gives the reason.
+    pub(super) fn check(&self, value: &str) -> Result<(), String> {
+        let in_range = |range: &RangeInclusive<u32>| value.parse().is_ok_and(|value| range.contains(&value));
+        let is_possible = match self {
+            Self::Names(_) => true,
+            Self::Whole(range) => in_range(range),
+            Self::WholeOrAuto(range) => value == "auto" || in_range(range),
+            Self::Rectangle => value == "auto" || value.parse::<LightClamp>().is_ok(),
+            Self::Positive => value.parse().is_ok_and(|value: f64| value > 0.0 && value.is_finite()),
+            Self::Share => value.parse().is_ok_and(|value: f64| (0.0..=1.0).contains(&value)),
+            Self::Switch => matches!(value, "true" | "false"),
+        };
+        if is_possible { Ok(()) } else { Err(format!("give {}", self.in_words())) }
+    }
+
+    /// The possible values in words: `a whole number from 1 to 64`.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Names(names) => {
+                let names: Vec<_> = names().into_iter().map(|(name, _)| name).collect();
+                format!("one of {}", names.join(", "))
+            }
+            Self::Whole(range) => format!("a whole number from {} to {}", range.start(), range.end()),
+            Self::WholeOrAuto(range) => format!("`auto` or a whole number from {} on", range.start()),
+            Self::Rectangle => "`auto`, or the lowest and highest α and β in degrees from -180 to 180, as \
+                                -30:30:-20:20"
+                .to_owned(),
+            Self::Positive => "a number above 0".to_owned(),
+            Self::Share => "a number from 0 to 1".to_owned(),
+            Self::Switch => "`true` or `false`".to_owned(),
+        }
+    }
+}
+
+/// The reason why `name` isn't one of the `known` names, with the nearest of these and all.
+pub(super) fn unknown(name: &str, known: &[&str]) -> String {
+    if known.is_empty() {
+        return "it has no options".to_owned();
+    }
+    let all = format!("choose one of {}", known.join(", "));
+    match known.iter().map(|known| (distance(name, known), known)).min() {
+        Some((changes, nearest)) if 2 * changes <= name.len().max(nearest.len()) => {
+            format!("did you mean `{nearest}`? {all}")
+        }
+        _ => all,
+    }
+}
+
+/// The number of letters to insert, remove or replace between two words (Levenshtein 1966).
+fn distance(from: &str, to: &str) -> usize {
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (index, letter) in from.bytes().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = index + 1;
+        for (column, other) in to.bytes().enumerate() {
+            let replaced = diagonal + usize::from(letter != other);
+            diagonal = row[column + 1];
+            row[column + 1] = replaced.min(diagonal + 1).min(row[column] + 1);
+        }
+    }
+    row[to.len()]
+}
