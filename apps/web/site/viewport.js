@@ -103,20 +103,15 @@ export class Viewport {
     return Math.min(devicePixelRatio, 2);
   }
 
-  /** Samples and bounces of one of STEPS: a GPU follows no mirrors here, where the kd-tree is left out. */
-  #quality(step) {
-    return { ...STEPS[step], ...(this.state.engine === 'gpu' && { bounces: 0 }) };
-  }
-
   /** Size and samples of the picture that is due. */
   #plan() {
     const { work } = this;
     if (work.step >= 0) {
-      return { ...this.#size(this.#whole), ...this.#quality(work.step) };
+      return { ...this.#size(this.#whole), ...STEPS[work.step] };
     }
     const { width, height } = this.#size(1);
     const factor = Math.sqrt(work.pace.pixels(IN_MOTION) / (width * height));
-    return { ...this.#size(Math.min(Math.max(factor, COARSEST), this.#whole)), ...this.#quality(0) };
+    return { ...this.#size(Math.min(Math.max(factor, COARSEST), this.#whole)), ...STEPS[0] };
   }
 
   /** What the engine is asked for, beside sizes and samples. */

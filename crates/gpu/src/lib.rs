@@ -29,6 +29,7 @@ mod operations;
 mod pipelines;
 pub mod pose;
 pub mod primitives;
+pub mod rays;
 mod recorder;
 pub mod shade;
 mod view;
@@ -54,7 +55,7 @@ pub use wgpu;
 /// Internals for `umbrage-study` and tests. Not part of the public API.
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::kdtree::light_words;
     pub use crate::link::link_with;
+    pub use crate::rays::light_words;
     pub use crate::view::ExactView;
 }

@@ -42,8 +42,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "camera::" in "camera/": balance nodes settle trace work;
     "exact::" in "exact/": camera cone corners double expansion mask predicate shadow single vector wide;
     "grid::" in "grid/": fixed header list project projection set_up space;
-    "kdtree::" in "kdtree/": ask fit levels light line lit packet question rays read records seen settle shape stack tester trail
-        write;
+    "kdtree::" in "kdtree/": ask fit levels node packet rays seen stack trail;
     "light::" in "light/": assign balance batches blocks cells choices choose cone depths light map points seen_point settle sort
         spread survey trace undecided;
     "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;
@@ -51,6 +50,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "onward::" in "onward/": add ask ask_around count locate media meet path points put_point send step tinted way;
     "pose::" in "pose/": pose;
     "primitives::" in "primitives/": scan workgroup_scan;
+    "rays::" in "rays/": hierarchy light line lit question read records settle space tester write;
     "shade::" in "shade/": attributes brdf coat develop drawn facet film glass gloss grooves hit irradiance layers look meeting
         meeting_words microfacet
         onward painted panorama reflected rows shade sheen shown specular_albedo surface surroundings tables texture tint
@@ -168,7 +168,6 @@ mod tests {
         ("blocks", "var<storage, read> blocks: array<u32>;"),
         ("bounds", "var<storage, read> bounds: array<u32>;"),
         ("header", "var<storage, read_write> header: array<u32>;"),
-        ("kd_light", "var<uniform> kd_light: KdLight;"),
         ("light", "var<uniform> light: Light;"),
         ("lit", "var<storage, read_write> lit: array<atomic<u32>>;"),
         ("masks", "var<storage, read> masks: array<u32>;"),
@@ -179,6 +178,7 @@ mod tests {
         ("points", "var<storage, read_write> points: array<u32>;"),
         ("positions", "var<storage, read> positions: array<u32>;"),
         ("records", "var<storage, read_write> records: array<u32>;"),
+        ("shadow_light", "var<uniform> shadow_light: ShadowLight;"),
         ("sorted", "var<storage, read> sorted: array<vec4<u32>>;"),
         ("spaces", "var<storage, read_write> spaces: array<Space>;"),
         ("triangles", "var<storage, read> triangles: array<vec4<u32>>;"),
@@ -198,11 +198,11 @@ mod tests {
     ];
     /// The modules that declare the types of these variables.
     const TYPES_OF_STAGES: &[(&str, &str)] = &[
-        ("KdLight", "kdtree::light"),
         ("Light", "light::light"),
         ("OnwardStep", "onward::step"),
         ("PointView", "point_view"),
         ("RoughPoint", "mask::filter"),
+        ("ShadowLight", "rays::light"),
         ("Space", "grid::space"),
     ];
 

@@ -152,7 +152,11 @@ pub fn check_lights(lights: &[Light]) -> Result<(), BadFrame> {
     lights.iter().enumerate().try_for_each(check)
 }
 
-pub(crate) fn check_light(light: &Light) -> Result<(), &'static str> {
+/// Checks a light's numbers, as [`Frame::check`] does.
+///
+/// # Errors
+/// The reason, in words.
+pub fn check_light(light: &Light) -> Result<(), &'static str> {
     let (position, direction, cone) = match light.source {
         LightSource::Point { position } => (Some(position), None, None),
         LightSource::Spot { position, direction, inner_radians, outer_radians } => {
@@ -195,7 +199,11 @@ pub(crate) fn check_light(light: &Light) -> Result<(), &'static str> {
     }
 }
 
-pub(crate) fn check_material(material: &Material) -> Result<(), &'static str> {
+/// Checks that a material's numbers are finite, as [`Frame::check`] does.
+///
+/// # Errors
+/// The reason, in words.
+pub fn check_material(material: &Material) -> Result<(), &'static str> {
     let Material {
         base_color,
         metallic,

@@ -32,8 +32,7 @@ pub enum Error {
         /// Advice for the file's owner.
         hint: String,
     },
-    /// Opening a file would take more memory than [`OpenOptions::max_memory`](crate::OpenOptions::max_memory), or than there
-    /// is.
+    /// Opening a file would take more memory than it may, or than there is.
     #[error("{}: {cause}", path.display())]
     Memory {
         /// The file.
@@ -41,8 +40,7 @@ pub enum Error {
         /// The part of the file, the bytes that it needs and the limit.
         cause: String,
     },
-    /// The temporary file of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) can't
-    /// be made, written or read.
+    /// The temporary file of textures on demand can't be made, written or read.
     #[error("the temporary file for textures (--texture-memory): {0}")]
     TextureFile(String),
     /// The time of a pose isn't a finite number.
@@ -59,19 +57,27 @@ pub enum Error {
 }
 
 impl Error {
-    pub(crate) fn read(path: &Path, source: std::io::Error) -> Self {
+    /// [`Error::Read`].
+    #[must_use]
+    pub fn read(path: &Path, source: std::io::Error) -> Self {
         Self::Read { path: path.to_owned(), source }
     }
 
-    pub(crate) fn malformed(path: &Path, location: impl Into<String>, cause: impl Into<String>) -> Self {
+    /// [`Error::Malformed`].
+    #[must_use]
+    pub fn malformed(path: &Path, location: impl Into<String>, cause: impl Into<String>) -> Self {
         Self::Malformed { path: path.to_owned(), location: location.into(), cause: cause.into() }
     }
 
-    pub(crate) fn unsupported(path: &Path, what: impl Into<String>, hint: impl Into<String>) -> Self {
+    /// [`Error::Unsupported`].
+    #[must_use]
+    pub fn unsupported(path: &Path, what: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::Unsupported { path: path.to_owned(), what: what.into(), hint: hint.into() }
     }
 
-    pub(crate) fn address(address: impl Into<String>, cause: impl Into<String>) -> Self {
+    /// [`Error::Address`].
+    #[must_use]
+    pub fn address(address: impl Into<String>, cause: impl Into<String>) -> Self {
         Self::Address { address: address.into(), cause: cause.into() }
     }
 }

@@ -65,8 +65,9 @@ pub struct Mesh {
 
 impl Mesh {
     /// The same vertices with the triangles of `runs`, in rising order, each of one object, and the points and lines that
-    /// `shows_marks` accepts, as in [`Marks::only`].
-    pub(crate) fn with_only(
+    /// `shows_marks` accepts, given the number of each run of these and its object.
+    #[must_use]
+    pub fn with_only(
         &self,
         runs: impl Iterator<Item = Range<usize>>,
         shows_marks: impl Fn(usize, Option<u32>) -> bool,

@@ -1,11 +1,10 @@
 //! Objects of a scene that aren't shown.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use wildmatch::WildMatch;
 
 use crate::Mesh;
-use crate::derived::Derived;
 
 /// The hidden objects of a scene, which are invisible and cast no shadows.
 #[derive(Debug)]
@@ -51,12 +50,57 @@ fn is_meant(name: &str, object: &str) -> bool {
     name == object || name.contains(['*', '?']) && WildMatch::new(name).matches(object)
 }
 
+/// The last value derived from an input that usually stays the same.
+#[derive(Debug)]
+pub(crate) struct Derived<T>(Mutex<Option<Made<T>>>);
+
+#[derive(Debug)]
+struct Made<T> {
+    /// Kept alive, so that no other input gets its address.
+    from: Arc<T>,
+    to: Arc<T>,
+}
+
+impl<T> Derived<T> {
+    /// Returns `make(from)`, which is computed again only when `from` is another allocation than last time.
+    pub(crate) fn of(&self, from: &Arc<T>, make: impl FnOnce(&T) -> T) -> Arc<T> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*last {
+            Some(last) if Arc::ptr_eq(&last.from, from) => Arc::clone(&last.to),
+            _ => {
+                let to = Arc::new(make(from));
+                *last = Some(Made { from: Arc::clone(from), to: Arc::clone(&to) });
+                to
+            }
+        }
+    }
+}
+
+impl<T> Default for Derived<T> {
+    fn default() -> Self {
+        Self(Mutex::new(None))
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::{Ground, OpenOptions, Scene};
+    use std::sync::Arc;
 
-    const ROOM: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
-        o Floor\nf 1 2 4\nf 4 2 1\no Lamp.left\nf 1 2 3\no Lamp.right\nf 2 3 4\no Floor\nf 1 3 4\n";
+    use glam::Vec3;
+
+    use crate::{Frame, Ground, Scene};
+
+    /// Triangles whose objects have these names.
+    fn scene(names: &[&str]) -> Scene {
+        let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let triangles = [[0, 1, 3], [3, 1, 0], [0, 1, 2], [1, 2, 3], [0, 2, 3]];
+        let mut frame = Frame::from_triangles(corners, triangles.to_vec());
+        let objects = &mut Arc::make_mut(&mut frame.mesh).objects;
+        names.iter().enumerate().for_each(|(triangle, name)| objects.begin(triangle, name));
+        Scene::new(Box::new(frame)).unwrap()
+    }
+
+    const ROOM: [&str; 5] = ["Floor", "Floor", "Lamp.left", "Lamp.right", "Floor"];
 
     fn triangles(scene: &Scene) -> Vec<[u32; 3]> {
         let frame = scene.at(0.0).unwrap();
@@ -70,7 +114,7 @@ mod tests {
 
     #[test]
     fn objects_are_hidden_by_name() {
-        let room = Scene::from_bytes("room.obj", ROOM).unwrap();
+        let room = scene(&ROOM);
         assert_eq!(room.objects().iter().map(|name| &**name).collect::<Vec<_>>(), ["Floor", "Lamp.left", "Lamp.right"]);
         let all = triangles(&room);
         assert_eq!(all.len(), 5);
@@ -99,13 +143,10 @@ mod tests {
 
     #[test]
     fn names_that_nothing_has_are_refused() {
-        let room = Scene::from_bytes("room.obj", ROOM).unwrap();
+        let room = scene(&ROOM);
         let refused = hiding(&room, &["Lamp*", "Roof"]).unwrap_err();
         assert!(refused.contains("`Roof`") && refused.contains("`Floor`, `Lamp.left`"), "{refused}");
-        let options = OpenOptions { hidden: vec!["roof*".into()], ..OpenOptions::default() };
-        let refused = Scene::from_files("a.obj", [("a.obj", ROOM)], &options).unwrap_err().to_string();
-        assert!(refused.starts_with("a.obj: there is no object `roof*`"), "{refused}");
-        let nameless = Scene::from_bytes("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        let nameless = scene(&[]);
         assert!(hiding(&nameless, &["a"]).unwrap_err().contains("names none"));
     }
 }

@@ -47,7 +47,8 @@ impl Layers {
         ]
     }
 
-    pub(crate) fn textures_mut(&mut self) -> [&mut Option<TextureUse>; 10] {
+    /// As [`textures`](Self::textures), to change them.
+    pub fn textures_mut(&mut self) -> [&mut Option<TextureUse>; 10] {
         let Self { specular, clearcoat, sheen, anisotropy, iridescence } = self;
         [
             &mut specular.texture,

@@ -1,8 +1,7 @@
 //! Points and lines beside the triangles of a mesh.
 
+use std::collections::TryReserveError;
 use std::ops::Range;
-
-use crate::memory::Budget;
 
 /// Points and lines between vertices of a [`Mesh`](crate::Mesh), which pictures show as disks and ribbons with a size in
 /// pixels.
@@ -94,27 +93,27 @@ impl Marks {
         size_of_val(self.points.as_slice()) + size_of_val(self.lines.as_slice()) + size_of_val(self.runs.as_slice())
     }
 
-    /// Begins a run: the following points and lines have this material and object.
-    pub(crate) fn begin(&mut self, material: u32, object: Option<u32>) {
+    /// Begins a run: the following points and lines have this material and, as an index into the mesh's
+    /// [names](crate::Objects::names), this object.
+    pub fn begin(&mut self, material: u32, object: Option<u32>) {
         let (points, lines) = (self.points.len(), self.lines.len());
         self.runs.push(Run { points: points..points, lines: lines..lines, material, object });
     }
 
-    /// As [`begin`](Self::begin), but continues the last run if it has the same material and object.
-    pub(crate) fn go_on(&mut self, material: u32, object: Option<u32>) {
-        if self.runs.last().is_none_or(|last| (last.material, last.object) != (material, object)) {
-            self.begin(material, object);
-        }
+    /// The material and the object of the last run.
+    #[must_use]
+    pub fn last_run(&self) -> Option<(u32, Option<u32>)> {
+        self.runs.last().map(|run| (run.material, run.object))
     }
 
     /// Adds a point to the last run.
-    pub(crate) fn push_point(&mut self, vertex: u32) {
+    pub fn push_point(&mut self, vertex: u32) {
         self.points.push(vertex);
         self.runs.last_mut().into_iter().for_each(|run| run.points.end += 1);
     }
 
     /// Adds a line to the last run.
-    pub(crate) fn push_line(&mut self, vertices: [u32; 2]) {
+    pub fn push_line(&mut self, vertices: [u32; 2]) {
         self.lines.push(vertices);
         self.runs.last_mut().into_iter().for_each(|run| run.lines.end += 1);
     }
@@ -122,11 +121,10 @@ impl Marks {
     /// Reserves memory for more points and lines.
     ///
     /// # Errors
-    /// A message, where memory is too small.
-    pub(crate) fn reserve(&mut self, points: usize, lines: usize, budget: &Budget) -> Result<(), String> {
-        budget.reserve(&mut self.points, points, "points")?;
-        budget.reserve(&mut self.lines, lines, "lines")?;
-        budget.reserve(&mut self.runs, 1, "points and lines")
+    /// Where the system has too little.
+    pub fn reserve(&mut self, points: usize, lines: usize) -> Result<(), TryReserveError> {
+        self.points.try_reserve(points)?;
+        self.lines.try_reserve(lines)
     }
 
     /// The runs that `is_shown` accepts, given the index of each and its object.

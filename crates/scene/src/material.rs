@@ -13,7 +13,7 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Reads of textures on demand ([`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory)) so far, by all
+    /// Reads of textures on demand ([`Texture::kept_in`]) so far, by all
     /// users of the textures; `None` where all textures are in memory.
     #[must_use]
     pub fn texture_traffic(&self) -> Option<TextureTraffic> {

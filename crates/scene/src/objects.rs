@@ -58,7 +58,8 @@ impl Objects {
     }
 
     /// The object that was begun last.
-    pub(crate) fn last(&self) -> Option<u32> {
+    #[must_use]
+    pub fn last(&self) -> Option<u32> {
         self.runs.last().map(|&(_, object)| object)
     }
 

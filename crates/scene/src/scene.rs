@@ -1,23 +1,14 @@
 use std::fmt::Debug;
-use std::mem;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use bytesize::ByteSize;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use umbrage_rays::{Bounds, Camera, LightSource};
 
-use crate::folder::Files;
-use crate::formats::{self, Format};
-use crate::gltf::{GltfScene, variants};
-use crate::ground::Grounded;
+use crate::ground::{self, Grounded};
 use crate::hidden::Hidden;
-use crate::memory::{Budget, DEFAULT_BYTES, Limits};
 use crate::rig::{Pose, Rig};
-use crate::smooth::{self, FlatTriangles};
-use crate::survey::{Survey, begin};
-use crate::{Error, Frame, Ground, GroundChoice, Light, foreign};
-use crate::{obj, obj::SharedMaterials, ply, point_cache::PointCache, sequence::Sequence, still::Still, stl};
+use crate::{Error, Frame, Ground, GroundChoice, Light};
 
 /// Source of a scene's content at every moment: a file's, or your own. [`Scene::new`] makes a scene of it.
 pub trait Animated: Debug + Send + Sync {
@@ -60,7 +51,7 @@ pub trait Animated: Debug + Send + Sync {
         &[]
     }
 
-    /// Names of the material variants to choose from ([`OpenOptions::variant`]).
+    /// Names of the material variants to choose from when the scene is opened.
     fn variants(&self) -> &[String] {
         &[]
     }
@@ -68,6 +59,26 @@ pub trait Animated: Debug + Send + Sync {
     /// Messages about content that was left out or guessed.
     fn warnings(&self) -> &[String] {
         &[]
+    }
+}
+
+/// A motionless scene, with the frame's own lights and cameras.
+impl Animated for Frame {
+    fn duration_seconds(&self) -> f64 {
+        0.0
+    }
+
+    fn pose(&self, _seconds: f64, frame: &mut Frame) -> Result<(), Error> {
+        frame.copy_surfaces(self);
+        if !self.light_is_made {
+            frame.lights.extend_from_slice(&self.lights);
+        }
+        frame.cameras.extend_from_slice(&self.cameras);
+        Ok(())
+    }
+
+    fn origin(&self) -> [f64; 3] {
+        self.origin
     }
 }
 
@@ -91,99 +102,6 @@ pub struct Scene {
     files: Vec<PathBuf>,
 }
 
-/// How a scene is opened.
-#[derive(Clone, Debug)]
-pub struct OpenOptions {
-    /// Which of a file's animations play.
-    pub clip: Clip,
-    /// Which of a file's variants has its materials shown, by name; `None` for the file's default ones.
-    pub variant: Option<String>,
-    /// Files a second of a numbered sequence, or frames a second of a PC2 point cache; 24 by default.
-    pub sequence_fps: f64,
-    /// Whether a file may name others outside of its own folder: for files that you trust.
-    pub allow_outside: bool,
-    /// Maximum memory for opening, in bytes: for all files that are read, and for the data made of them. Allocations that
-    /// files ask for are compared with the remainder first. Temporary memory, as much again at worst, isn't counted. Each
-    /// file of a sequence has this limit of its own.
-    ///
-    /// The default is half of the memory that the process may have, or 4 GiB where that isn't known.
-    pub max_memory: u64,
-    /// Maximum memory for texels at a time, in bytes, at least [`OpenOptions::MIN_TEXTURE_MEMORY`]; `None` for all
-    /// texels.
-    ///
-    /// With a limit, texels are decoded one image at a time into a temporary file, and tiles of 32×32 are loaded when
-    /// they are read; colours and masks are the same. The file is in the system's folder for temporary files (`TMPDIR`,
-    /// else `/tmp` on Unix), which should be on a disk: some systems have it in memory. Four bytes a tile, a thousandth
-    /// of all texels, stay in memory. Each file of a sequence has this limit of its own. A texture counts towards
-    /// [`OpenOptions::max_memory`] only while it is made.
-    pub texture_memory: Option<u64>,
-    /// The names of objects that aren't shown ([`Scene::hiding`]).
-    pub hidden: Vec<String>,
-    /// Crease angle in degrees, 0 to 180: in files without normals (OBJ, PLY, STL), the surface between neighbouring
-    /// triangles is smooth up to this angle; with 0, all triangles are flat. 60 by default.
-    pub crease_degrees: f32,
-    /// A floor under the scene.
-    pub ground: GroundChoice,
-}
-
-impl Default for OpenOptions {
-    fn default() -> Self {
-        Self {
-            clip: Clip::Auto,
-            variant: None,
-            sequence_fps: 24.0,
-            allow_outside: false,
-            max_memory: *DEFAULT_BYTES,
-            texture_memory: None,
-            hidden: Vec::new(),
-            crease_degrees: smooth::DEFAULT_CREASE_DEGREES,
-            ground: GroundChoice::None,
-        }
-    }
-}
-
-impl OpenOptions {
-    /// Options for pictures: files that need a ground have one.
-    #[must_use]
-    pub fn for_pictures() -> Self {
-        Self { ground: GroundChoice::Auto, ..Self::default() }
-    }
-
-    /// The fewest bytes of texels that may be in memory: fifteen tiles.
-    pub const MIN_TEXTURE_MEMORY: u64 = 64 << 10;
-
-    /// # Errors
-    /// Where an option is out of its range.
-    fn check(&self, address: &Path) -> Result<(), Error> {
-        if !(0.0..=180.0).contains(&self.crease_degrees) {
-            let cause = format!("creases of {} degrees: give 0 to 180 (--crease)", self.crease_degrees);
-            return Err(Error::address(address.display().to_string(), cause));
-        }
-        let Some(bytes) = self.texture_memory.filter(|&bytes| bytes < Self::MIN_TEXTURE_MEMORY) else { return Ok(()) };
-        let [bytes, least] = [bytes, Self::MIN_TEXTURE_MEMORY].map(ByteSize::b);
-        let cause = format!("textures in {bytes} of memory: give {least} or more (--texture-memory)");
-        Err(Error::address(address.display().to_string(), cause))
-    }
-
-    pub(crate) fn limits(&self, files: Files) -> Limits {
-        Limits { files, bytes: self.max_memory, texture_bytes: self.texture_memory }
-    }
-}
-
-/// Which of a file's animations play.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Clip {
-    /// All of them where no two move the same thing, else the first.
-    #[default]
-    Auto,
-    /// All of them, the last one winning where two move the same thing.
-    All,
-    /// None: the file's rest pose.
-    Rest,
-    /// The one with this name, or else this number, counted from 0.
-    Named(String),
-}
-
 /// One of a scene's animations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
@@ -196,98 +114,6 @@ pub struct Animation {
 }
 
 impl Scene {
-    /// Opens a scene: a file's path, or a sequence's pattern or folder.
-    ///
-    /// # Errors
-    /// Where the file can't be read, breaks its format or needs something unsupported.
-    pub fn open(address: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::open_with(address, &OpenOptions::default())
-    }
-
-    /// Opens a scene with options.
-    ///
-    /// # Errors
-    /// As [`Scene::open`], and where `options` name a clip that the file doesn't have or allow less memory than it takes, or
-    /// there is no room for textures on demand.
-    pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
-        let address = address.as_ref();
-        options.check(address)?;
-        match Sequence::find(address, options)? {
-            Some(sequence) => {
-                let files = sequence.files()?;
-                Self::of_source(address, Box::new(sequence), files, options)
-            }
-            None => Self::open_file(address, Files::OnDisk, options),
-        }
-    }
-
-    /// Opens a scene from a single file in memory. `name` stands for it in messages, and its extension gives the format.
-    /// [`Scene::from_files`] takes several files.
-    ///
-    /// ```
-    /// let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    /// let scene = umbrage_scene::Scene::from_bytes("triangle.obj", triangle)?;
-    /// assert_eq!(scene.at(0.0)?.triangles().len(), 1);
-    /// # Ok::<(), umbrage_scene::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Scene::open`].
-    pub fn from_bytes(name: impl AsRef<Path>, bytes: impl Into<Vec<u8>>) -> Result<Self, Error> {
-        let name = name.as_ref();
-        Self::from_files(name, [(name, bytes)], &OpenOptions::default())
-    }
-
-    /// Opens the scene `name`, one of `files`, each a path and its content. A file that the scene names is looked up by
-    /// its path, or else by its file name where only one file has it. No other file is read.
-    ///
-    /// # Errors
-    /// As [`Scene::open_with`].
-    pub fn from_files<P: Into<PathBuf>, B: Into<Vec<u8>>>(
-        name: impl AsRef<Path>,
-        files: impl IntoIterator<Item = (P, B)>,
-        options: &OpenOptions,
-    ) -> Result<Self, Error> {
-        options.check(name.as_ref())?;
-        let files = Files::given(files.into_iter().map(|(path, bytes)| (path.into(), bytes.into())));
-        Self::open_file(name.as_ref(), files, options)
-    }
-
-    /// Opens a single file, not a sequence.
-    fn open_file(path: &Path, files: Files, options: &OpenOptions) -> Result<Self, Error> {
-        let format = Format::of(path);
-        let mut shared = SharedMaterials::new(options, files);
-        if let Some(Format::Gltf | Format::PointCache) = format {
-            let limits = shared.limits.clone();
-            let mut read = |budget: &Budget| -> Result<Box<dyn Animated>, Error> {
-                Ok(match format {
-                    Some(Format::Gltf) => Box::new(GltfScene::open(path, options, budget)?),
-                    _ => Box::new(PointCache::read(path, options.sequence_fps, &mut shared, budget)?),
-                })
-            };
-            let (scene, files) = within(path, limits, |budget| Ok((read(budget)?, budget.files())))?;
-            return Self::of_source(path, scene, files, options);
-        }
-        let mut still = read_still(path, &mut shared)?;
-        let files = mem::take(&mut still.files);
-        Self::of_source(path, Box::new(still), files, options)
-    }
-
-    /// Makes a scene of an opened source, with the ground and the hidden objects of `options`.
-    fn of_source(
-        address: &Path,
-        source: Box<dyn Animated>,
-        files: impl IntoIterator<Item = PathBuf>,
-        options: &OpenOptions,
-    ) -> Result<Self, Error> {
-        if let Some(variant) = options.variant.as_deref().filter(|_| source.variants().is_empty()) {
-            return Err(variants::unknown(address, variant, &[]));
-        }
-        let mut scene = Self { files: files.into_iter().collect(), ..Self::new(source)? };
-        scene.choose_ground(options.ground);
-        scene.hiding(&options.hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause))
-    }
-
     /// Makes a scene of a source.
     ///
     /// # Errors
@@ -308,6 +134,12 @@ impl Scene {
         })
     }
 
+    /// The same scene, opened from these files ([`Scene::files`]), its own first.
+    #[must_use]
+    pub fn with_files(self, files: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { files: files.into_iter().collect(), ..self }
+    }
+
     /// The names of the scene's objects, as far as its first moment has them: nodes of glTF files, objects and groups of OBJ
     /// files, parts of built-in scenes. Empty where triangles are of one object without a name.
     #[must_use]
@@ -320,8 +152,16 @@ impl Scene {
     /// scenes share the data that was read.
     ///
     /// ```
-    /// let two = "v 0 0 0\nv 1 0 0\nv 0 1 0\no roof\nf 1 2 3\no floor\nf 1 3 2\n";
-    /// let house = umbrage_scene::Scene::from_bytes("house.obj", two)?;
+    /// use std::sync::Arc;
+    ///
+    /// use glam::Vec3;
+    /// use umbrage_scene::{Frame, Scene};
+    ///
+    /// let mut frame = Frame::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2], [0, 2, 1]]);
+    /// let objects = &mut Arc::make_mut(&mut frame.mesh).objects;
+    /// objects.begin(0, "roof");
+    /// objects.begin(1, "floor");
+    /// let house = Scene::new(Box::new(frame))?;
     /// let open = house.hiding(&["roof".to_owned()]).expect("there is one");
     /// assert_eq!((house.at(0.0)?.triangles().len(), open.at(0.0)?.triangles().len()), (2, 1));
     /// # Ok::<(), umbrage_scene::Error>(())
@@ -486,6 +326,32 @@ impl Scene {
         self.source.origin()
     }
 
+    /// A point of the world as frames, cameras and lights have it: from the scene's [origin](Self::origin), rounded to f32.
+    ///
+    /// ```
+    /// use glam::{DVec3, Vec3};
+    /// use umbrage_scene::{Frame, Scene};
+    ///
+    /// let corners = vec![Vec3::new(-0.75, -1.0, 0.0), Vec3::new(0.25, -1.0, 0.0), Vec3::new(-0.75, 0.5, 0.0)];
+    /// let mut survey = Frame::from_triangles(corners, vec![[0, 1, 2]]);
+    /// survey.origin = [500001.0, 4649777.0, 120.0];
+    /// let scene = Scene::new(Box::new(survey))?;
+    /// let corner = DVec3::new(500000.25, 4649776.0, 120.0);
+    /// assert_eq!(scene.local_from_world(corner), scene.at(0.0)?.positions[0]);
+    /// assert_eq!(scene.world_from_local(Vec3::new(-0.75, -1.0, 0.0)), corner);
+    /// # Ok::<(), umbrage_scene::Error>(())
+    /// ```
+    #[must_use]
+    pub fn local_from_world(&self, point: DVec3) -> Vec3 {
+        (point - DVec3::from(self.origin())).as_vec3()
+    }
+
+    /// A point of the scene's frames in the world's coordinates, the inverse of [`local_from_world`](Self::local_from_world).
+    #[must_use]
+    pub fn world_from_local(&self, point: Vec3) -> DVec3 {
+        DVec3::from(self.origin()) + point.as_dvec3()
+    }
+
     /// Duration of the scene's animation, after which it repeats; zero for a motionless scene.
     #[must_use]
     pub fn duration_seconds(&self) -> f64 {
@@ -525,6 +391,52 @@ impl Scene {
     }
 }
 
+/// Facts about a scene that don't change.
+struct Survey {
+    /// Bounds over a few moments, enough for a view that doesn't cut much off.
+    bounds: Bounds,
+    /// The diagonal of the bounds of the first of these moments that has any.
+    size: f32,
+    /// The names of the first moment's objects.
+    objects: Vec<Arc<str>>,
+    /// Whether the first moment has neither lights nor a floor.
+    lacks_floor: bool,
+    /// Whether the first moment has points or lines.
+    has_marks: bool,
+}
+
+impl Survey {
+    fn of(source: &dyn Animated) -> Result<Self, Error> {
+        const MOMENTS: u32 = 5;
+        let duration = source.duration_seconds();
+        let moments = if duration > 0.0 { MOMENTS } else { 1 };
+        let mut frame = Frame::default();
+        let mut survey =
+            Self { bounds: Bounds::EMPTY, size: 0.0, objects: Vec::new(), lacks_floor: false, has_marks: false };
+        for moment in 0..moments {
+            begin(&mut frame);
+            source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;
+            let bounds = frame.bounds();
+            survey.bounds = survey.bounds.union(bounds);
+            if survey.size == 0.0 && !bounds.is_empty() {
+                survey.size = diagonal(bounds);
+            }
+            if moment == 0 {
+                survey.objects = frame.mesh.objects.names().to_vec();
+                survey.lacks_floor = ground::lacks_floor(&frame);
+                survey.has_marks = !frame.mesh.marks.is_empty();
+            }
+        }
+        Ok(survey)
+    }
+}
+
+/// Removes lights and cameras, which sources add.
+fn begin(frame: &mut Frame) {
+    frame.lights.clear();
+    frame.cameras.clear();
+}
+
 /// Says that there is no such object.
 fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     const MOST: usize = 20;
@@ -534,36 +446,6 @@ fn unknown_object(wanted: &str, objects: &[Arc<str>]) -> String {
     let names: Vec<_> = objects.iter().take(MOST).map(|name| format!("`{name}`")).collect();
     let others = if objects.len() > MOST { format!(" and {} others", objects.len() - MOST) } else { String::new() };
     format!("there is no object `{wanted}`; the scene has {}{others}", names.join(", "))
-}
-
-/// Reads a file whose triangles don't move; its materials may be shared with the last one's.
-pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
-    let (limits, crease_degrees) = (shared.limits.clone(), shared.crease_degrees);
-    let mut read = |budget: &Budget| match Format::of(path) {
-        Some(Format::Obj) => obj::read(path, shared, budget),
-        Some(Format::Ply) => ply::read(path, shared.origin, budget),
-        Some(Format::Stl) => stl::read(path, shared.origin, budget),
-        Some(Format::Gltf | Format::PointCache) | None => Err(formats::unread(path)),
-    };
-    within(path, limits, |budget| {
-        let mut still = read(budget)?;
-        smooth::smooth(&mut still.frame, crease_degrees, FlatTriangles::Shared, budget)
-            .map_err(|cause| Error::malformed(path, "the normals", cause))?;
-        Ok(Still { files: budget.files(), ..still })
-    })
-}
-
-/// Reads a file within limits. An exceeded limit is the error, in place of the result of `read`.
-fn within<T>(path: &Path, limits: Limits, read: impl FnOnce(&Budget) -> Result<T, Error>) -> Result<T, Error> {
-    let budget = Budget::new(limits);
-    let result = read(&budget);
-    if let Some(cause) = budget.refusal() {
-        return Err(Error::Memory { path: path.to_owned(), cause: cause.to_owned() });
-    }
-    match budget.texture_failure() {
-        Some(cause) => Err(Error::TextureFile(cause.to_owned())),
-        None => result.map_err(|error| foreign::or_what_it_is(error, path, &budget)),
-    }
 }
 
 /// A sun above the viewer's left. No size and no distance changes it.
@@ -577,7 +459,7 @@ fn sun_above() -> Light {
 const NEARLY_WHITE: f32 = 0.65 * std::f32::consts::PI;
 
 /// The length of a box's diagonal, as far as a float holds it.
-pub(crate) fn diagonal(bounds: Bounds) -> f32 {
+fn diagonal(bounds: Bounds) -> f32 {
     (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length().min(f32::MAX.into()) as f32
 }
 

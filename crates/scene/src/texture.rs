@@ -3,27 +3,19 @@ use std::sync::{Arc, LazyLock, OnceLock};
 
 use glam::{Vec2, Vec4};
 
-use crate::image_file::{self, ImageFormat};
-use crate::memory::Budget;
 use level::Level;
 
-#[cfg(all(feature = "avif", not(target_family = "wasm")))]
-mod avif;
-mod ktx2;
 mod level;
 mod opacity;
 mod pool;
-mod positioned;
 mod wrap;
 
-pub use pool::TextureTraffic;
-pub(crate) use pool::TilePool;
+pub use pool::{TextureTraffic, TilePool};
 
 /// An image with its mip levels, filter and wrap modes.
 ///
-/// Takes four bytes per texel, and a third more for mip levels: in memory, or with
-/// [`OpenOptions::texture_memory`](crate::OpenOptions::texture_memory) in a file whose tiles are read on demand. Clones
-/// share the texels.
+/// Takes four bytes per texel, and a third more for mip levels: in memory, or [in a file](Texture::kept_in) whose tiles are
+/// read on demand. Clones share the texels.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// Name or path in the file; may be empty.
@@ -88,94 +80,17 @@ impl Texture {
         Self { name: name.into(), space, filter, wrap, levels, opacities: Arc::default() }
     }
 
-    /// Decodes an image file (PNG, JPEG, WebP, BMP, TGA or KTX2, and with the feature `avif` AVIF).
+    /// The same texture, with its texels in a pool's file instead of in memory.
     ///
     /// # Errors
-    /// A message, where the bytes aren't such an image or it is larger than [`Texture::MAX_SIDE`].
-    pub fn decode(
-        name: impl Into<String>,
-        bytes: &[u8],
-        space: ColorSpace,
-        filter: Filter,
-        wrap: [Wrap; 2],
-    ) -> Result<Self, String> {
-        Self::decode_within(&Budget::default(), name, bytes, space, filter, wrap)
-    }
-
-    /// As [`Texture::decode`], within a budget of memory.
-    ///
-    /// # Errors
-    /// As [`Texture::decode`], and where the budget is too small.
-    pub(crate) fn decode_within(
-        budget: &Budget,
-        name: impl Into<String>,
-        bytes: &[u8],
-        space: ColorSpace,
-        filter: Filter,
-        wrap: [Wrap; 2],
-    ) -> Result<Self, String> {
-        let (size, texels) = Self::decode_texels(bytes, budget)?;
-        Self::new(name, size, texels, space, filter, wrap).kept_by(budget)
-    }
-
-    /// Moves the texels to the budget's pool, if it has one.
-    ///
-    /// # Errors
-    /// A message why they can't be kept there.
-    pub(crate) fn kept_by(mut self, budget: &Budget) -> Result<Self, String> {
-        let Some(pool) = budget.tile_pool()? else { return Ok(self) };
+    /// A message why they can't be written there.
+    pub fn kept_in(mut self, pool: &Arc<TilePool>) -> Result<Self, String> {
         let levels = self.levels.into_iter().map(|level| level.on_demand(pool));
         self.levels = levels.collect::<Result<_, _>>()?;
-        budget.keep(self.bytes() as u64, "the tables of textures on demand")?;
         Ok(self)
     }
 
-    /// Takes memory for an image of this size: its mip levels and its opacity bounds.
-    ///
-    /// # Errors
-    /// A message, where too little is left.
-    pub(crate) fn take([width, height]: [u32; 2], budget: &Budget) -> Result<(), String> {
-        const BYTES: u64 = 8;
-        let bytes = BYTES.saturating_mul(u64::from(width)).saturating_mul(u64::from(height));
-        budget.take(bytes, format_args!("an image of {width}x{height} texels"))
-    }
-
-    /// Width and height, at least 1, and the RGBA texels of an image file, the upper row first.
-    ///
-    /// # Errors
-    /// As [`Texture::decode_within`].
-    pub(crate) fn decode_texels(bytes: &[u8], budget: &Budget) -> Result<([u32; 2], Vec<[u8; 4]>), String> {
-        if ktx2::is_ktx2(bytes) {
-            return ktx2::decode(bytes, budget);
-        }
-        if is_avif(bytes) {
-            #[cfg(all(feature = "avif", not(target_family = "wasm")))]
-            return avif::decode(bytes, budget);
-            #[cfg(not(any(feature = "avif", target_family = "wasm")))]
-            return Err(AVIF_LEFT_OUT.to_owned());
-            #[cfg(target_family = "wasm")]
-            return Err(
-                "AVIF images are not read in browsers; convert it to PNG, as with ImageMagick or GIMP".to_owned()
-            );
-        }
-        // TGA is the only format without a signature.
-        let format = image_file::format(bytes).unwrap_or(ImageFormat::Tga);
-        let image = image_file::decode(bytes, format, budget.all(), &mut |[width, height]| {
-            if width == 0 || height == 0 {
-                return Err("an image without texels".to_owned());
-            }
-            if width.max(height) > Self::MAX_SIDE {
-                return Err(format!(
-                    "not a usable image: a side of {width}x{height} texels is longer than {}",
-                    Self::MAX_SIDE
-                ));
-            }
-            Self::take([width, height], budget)
-        })?;
-        Ok((image.size, image.rgba()))
-    }
-
-    /// Longest side that [`Texture::decode`] accepts, in texels.
+    /// Longest side that decoders of image files accept, in texels.
     pub const MAX_SIDE: u32 = 16_384;
 
     /// Width and height of the full image, in texels.
@@ -282,23 +197,6 @@ impl Texture {
     }
 }
 
-/// Whether there is a decoder for AVIF.
-pub(crate) const READS_AVIF: bool = cfg!(all(feature = "avif", not(target_family = "wasm")));
-
-/// Part of every error and warning about an AVIF texture in a build without the feature `avif`.
-///
-/// A program can search [`Error`](crate::Error)s and [`Scene::warnings`](crate::Scene::warnings) for it, to tell its users
-/// how to get the feature.
-pub const AVIF_LEFT_OUT: &str = "AVIF textures need the feature `avif`, which this build leaves out";
-
-/// Whether this is an AVIF file: its first box lists file types, including AVIF.
-fn is_avif(bytes: &[u8]) -> bool {
-    let Some((length, rest)) = bytes.split_first_chunk() else { return false };
-    let length = (u32::from_be_bytes(*length) as usize).clamp(4, bytes.len()) - 4;
-    let (names, _) = rest[..length].as_chunks();
-    names.first() == Some(b"ftyp") && names.iter().any(|name| name == b"avif" || name == b"avis")
-}
-
 /// The linear value of each sRGB byte.
 static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f64 / 255.0) as f32));
@@ -322,7 +220,8 @@ fn decode(colors: &[f32; 256], texel: [u8; 4]) -> Vec4 {
 }
 
 /// Decodes an sRGB value; both are 0 … 1 (IEC 61966-2-1).
-pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
+#[must_use]
+pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
@@ -343,7 +242,8 @@ impl ColorSpace {
     }
 
     /// The linear colour and the opacity, 0 … 1, of a texel.
-    pub(crate) fn decode(self, texel: [u8; 4]) -> Vec4 {
+    #[must_use]
+    pub fn decode(self, texel: [u8; 4]) -> Vec4 {
         decode(self.values(), texel)
     }
 

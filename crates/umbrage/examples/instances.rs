@@ -11,7 +11,7 @@ use umbrage::scene::Instances;
 fn main() -> Result<(), Box<dyn Error>> {
     let (mut tracer, mut traced) = (Tracer::default(), Scanned::default());
     if let Some(path) = std::env::args_os().nth(1) {
-        let instances = Instances::of_scene(&umbrage::scene::Scene::open(path)?, 0.0)?;
+        let instances = Instances::of_scene(&umbrage::open(path)?, 0.0)?;
         print(&instances, &mut tracer, &mut traced);
         return Ok(());
     }

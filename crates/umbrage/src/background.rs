@@ -5,8 +5,8 @@ use std::sync::Arc;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 use glam::{Vec2, Vec3};
+use umbrage_files::OpenOptions;
 use umbrage_rays::{SimdLevel, dispatch};
-use umbrage_scene::OpenOptions;
 
 use crate::Error;
 use crate::panorama::Panorama;

@@ -38,8 +38,8 @@
 //! - [`PixelView`] paints the pixels' hits in place of light.
 //! - [`Sample`] is a ray of each pixel, and [`Samples`] are those traced together, for callers who trace the same ones
 //!   themselves.
-//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`]; [`scene`] has the parts
-//!   of scenes, and frames of your own.
+//! - [`open`], or [`open_with`] options, makes a [`Scene`] of a file or of one of the [`gallery`], [`open_bytes`] of a file
+//!   in memory, [`open_files`] of several; [`scene`] has the parts of scenes, and frames of your own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit. [`rays::Scanner`]
 //!   traces any directions from one origin, and lights to any points; [`rays::Tracer`] any rays, by the fastest way;
 //!   [`scene::Instances`] tells the rigid object of a hit.
@@ -100,11 +100,19 @@ pub use settings::{CameraChoice, Settings, ToneMap};
 pub use sides::Sides;
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use structure::{ImpossibleOption, OptionValues, Structure, StructureOption, UnknownStructure};
+pub use umbrage_files::{open_bytes, open_files};
 pub use umbrage_gallery as gallery;
 pub use umbrage_rays as rays;
 pub use umbrage_rays::{LightMask, Work};
-pub use umbrage_scene as scene;
 pub use umbrage_scene::Scene;
+
+/// The parts of scenes, and the options for opening one.
+pub mod scene {
+    #[doc(inline)]
+    pub use umbrage_files::{AVIF_LEFT_OUT, Clip, OpenOptions, decode_texture};
+    #[doc(inline)]
+    pub use umbrage_scene::*;
+}
 
 /// Items that `umbrage-bench` needs of the crate's inside. Not part of the public API.
 #[doc(hidden)]

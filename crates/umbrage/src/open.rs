@@ -1,7 +1,8 @@
 use std::path::Path;
 
+use umbrage_files::{Clip, OpenOptions};
 use umbrage_gallery as gallery;
-use umbrage_scene::{Clip, Error, OpenOptions, Scene};
+use umbrage_scene::{Error, Scene};
 
 /// Opens a scene: a file's path, a sequence's pattern or folder, or `demo:NAME?triangles=N` for one of the
 /// [gallery](gallery::DEMOS).
@@ -30,7 +31,7 @@ pub fn open_with(address: impl AsRef<Path>, options: &OpenOptions) -> Result<Sce
         let cause = format!("there is no variant `{variant}`: only glTF files have any");
         return Err(Error::Address { address: text.into_owned(), cause });
     }
-    let mut scene = if is_demo { gallery::open(&text)? } else { Scene::open_with(address, options)? };
+    let mut scene = if is_demo { gallery::open(&text)? } else { umbrage_files::open_with(address, options)? };
     if is_demo {
         scene.choose_ground(options.ground);
         let wrong = |cause| Error::Address { address: text.clone().into_owned(), cause };

@@ -7,7 +7,7 @@ use exr::math::Vec2 as Size;
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{Vec2, Vec3};
-use umbrage_scene::image_file::{self, ImageFormat};
+use umbrage_files::image_file::{self, ImageFormat};
 
 use crate::background::panorama_coords;
 

@@ -57,7 +57,7 @@ pub enum Engine {
     /// The processor, on one thread.
     #[default]
     Cpu,
-    /// The GPU that [`Studio::use_gpu`](crate::Studio::use_gpu) was given. It follows no mirrors.
+    /// The GPU that [`Studio::use_gpu`](crate::Studio::use_gpu) was given.
     Gpu,
 }
 

@@ -43,7 +43,8 @@ impl Studio {
         name: &str,
         files: impl IntoIterator<Item = (String, Vec<u8>)>,
     ) -> Result<Opened, String> {
-        let scene = Scene::from_files(name, files, &OpenOptions::for_pictures()).map_err(|error| error.to_string())?;
+        let scene =
+            umbrage::open_files(name, files, &OpenOptions::for_pictures()).map_err(|error| error.to_string())?;
         self.show(scene, None)
     }
 

@@ -8,9 +8,11 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
-import package::kdtree::tester::{
-    KD_BEYOND, KD_COUNTS, KdRay, KdWays, UNDECIDED_STEPS, kd_add, kd_children, kd_count, kd_finish, kd_is_empty,
-    kd_is_leaf, kd_is_missed, kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
+import package::kdtree::node::{
+    KdWays, kd_children, kd_is_empty, kd_is_leaf, kd_is_over, kd_leaf, kd_nodes, kd_start, kd_ways,
+};
+import package::rays::tester::{
+    RAY_BEYOND, RAY_COUNTS, UNDECIDED_STEPS, TracedRay, ray_add, ray_at, ray_count, ray_finish, ray_is_missed,
 };
 
 override KD_PACKET: u32 = 64u;
@@ -111,7 +113,7 @@ fn packet_return(goes_on: bool) -> u32 {
     return STEP_RESTART;
 }
 
-fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
+fn walk_in_packet(ray: ptr<function, TracedRay>, lane: u32, is_missed: bool) {
     // The packet's first ray is the first that doesn't miss the tree.
     if lane == 0u {
         atomicStore(&packet_first, KD_PACKET);
@@ -132,12 +134,13 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
     }
     // Whether the packet's order of children is this ray's own.
     let is_in_order = backward == packet.backward;
-    let empty = vec2(KD_BEYOND, -KD_BEYOND);
+    let empty = vec2(RAY_BEYOND, -RAY_BEYOND);
     var root = select(vec2(-(*ray).margin, (*ray).leave), empty, is_missed);
     var way = root;
     // t where the ray left its last leaf, and whether no waiting cell can change its result.
-    var reached = -KD_BEYOND;
+    var reached = -RAY_BEYOND;
     var is_over = is_missed;
+    kd_start();
     // Nodes and tests of the whole packet.
     var steps = 0u;
     loop {
@@ -153,7 +156,7 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
                 kd_leaf(ray, node);
             }
         } else {
-            if KD_COUNTS && is_active {
+            if RAY_COUNTS && is_active {
                 (*ray).visits.x += 1u;
             }
             if is_inside {
@@ -185,8 +188,8 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
         let decided = workgroupUniformLoad(&packet_step);
         let step = decided & 7u;
         if step == STEP_FINISHED {
-            if KD_COUNTS && lane == 0u {
-                kd_add(UNDECIDED_STEPS, KD_PACKET * steps);
+            if RAY_COUNTS && lane == 0u {
+                ray_add(UNDECIDED_STEPS, KD_PACKET * steps);
             }
             break;
         }
@@ -199,7 +202,7 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
             way = packet_ways[packet.top * KD_PACKET + lane];
         } else {
             way = root;
-            if KD_COUNTS && lane == 0u {
+            if RAY_COUNTS && lane == 0u {
                 (*ray).visits.w += 1u;
             }
         }
@@ -217,13 +220,13 @@ fn walk_in_packet(ray: ptr<function, KdRay>, lane: u32, is_missed: bool) {
 @compute @workgroup_size(KD_PACKET)
 fn by_packet(at: Invocation) {
     let number = flat_index(at, KD_PACKET);
-    var ray: KdRay;
+    var ray: TracedRay;
     ray.leave = -1.0;
-    if number < kd_count() {
-        ray = kd_ray(number);
+    if number < ray_count() {
+        ray = ray_at(number);
     }
-    walk_in_packet(&ray, at.lane, kd_is_missed(&ray));
-    if number < kd_count() {
-        kd_finish(&ray);
+    walk_in_packet(&ray, at.lane, ray_is_missed(&ray));
+    if number < ray_count() {
+        ray_finish(&ray);
     }
 }

@@ -5,10 +5,10 @@ import package::exact::corners::{corner_bits};
 import package::exact::double::{F64, F64_ZERO};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{exact_edges, exact_t};
-import package::kdtree::records::{
+import package::rays::records::{
     NO_TRIANGLE, RAY_DIRECTION, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORD_LANES, RECORD_OWN, RECORD_TAG, record_start,
 };
-import package::kdtree::write::{put_header, put_number, put_vector};
+import package::rays::write::{put_header, put_number, put_vector};
 import package::point_view::{PointView, ray_of_slot};
 import package::tile_order::{pixel_of_slot};
 

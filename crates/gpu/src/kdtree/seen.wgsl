@@ -1,7 +1,7 @@
 // Stage `seen`: writes the triangle that each slot's ray has hit, and whether any ray has hit one.
 
 import package::dispatch::{Invocation, flat_index};
-import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_LANES};
+import package::rays::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_LANES};
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
 @group(0) @binding(1) var<storage, read> hits: array<u32>;

@@ -2,10 +2,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 use umbrage_rays::{KdTree, LightSource};
 
-use super::light::KdLight;
-use super::records::KdRecords;
-use super::tracer::{KdTracer, KdTracerOptions, KdTracerWork};
+use super::options::KdTracerOptions;
 use super::tree::KdNodes;
+use crate::rays::{RayRecords, RayTracer, RayTracerWork, ShadowLight};
 use crate::view::PointView;
 use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Recorder, Sight};
 
@@ -13,7 +12,7 @@ use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, 
 /// a [`CameraGrid`](crate::CameraGrid) and a [`LightGrid`](crate::LightGrid).
 #[derive(Debug)]
 pub struct KdSight {
-    tracer: KdTracer,
+    tracer: RayTracer,
     nodes: KdNodes,
     make_rays: Kernel,
     see: Kernel,
@@ -27,7 +26,7 @@ pub struct KdSight {
     /// For each light whether triangles shadow it.
     casts_shadow: Vec<bool>,
     /// The camera's rays, then the shadow questions of one light after the other.
-    records: KdRecords,
+    records: RayRecords,
     seen: Buffer,
     /// The triangles that pixels showed before, kept for [`Sight::is_behind`].
     front: Buffer,
@@ -59,26 +58,26 @@ struct KdFit {
 }
 
 impl KdSight {
-    /// The most bytes per pixel in one buffer: a ray, and its share of a header.
-    pub const PIXEL_BYTES: u64 = 96;
+    /// The most bytes per pixel in one buffer.
+    pub const PIXEL_BYTES: u64 = RayRecords::RAY_BYTES;
 
     /// Compiles the stages; there is no tree yet.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
         Self {
-            tracer: KdTracer::new(gpu, options),
+            tracer: RayTracer::new(gpu, options),
             nodes: KdNodes::new(gpu),
             make_rays: kernel("kdtree::rays", "rays"),
             see: kernel("kdtree::seen", "see"),
             ask: kernel("kdtree::ask", "ask"),
-            light: kernel("kdtree::lit", "lit"),
+            light: kernel("rays::lit", "lit"),
             fit: kernel("kdtree::fit", "fit"),
             point_view: Buffer::uniform(gpu, "view of points"),
             ray_parameters: Buffer::uniform(gpu, "rays"),
             lights: Vec::new(),
             casts_shadow: Vec::new(),
-            records: KdRecords::new(gpu),
+            records: RayRecords::new(gpu),
             seen: Buffer::storage(gpu, "seen"),
             front: Buffer::storage(gpu, "seen before"),
             lit: Buffer::storage(gpu, "lit"),
@@ -131,7 +130,7 @@ impl KdSight {
         self.casts_shadow.clear();
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
         for ((buffer, light), number) in self.lights.iter_mut().zip(lights).zip(0..) {
-            let parameters = KdLight::new(light.as_ref(), packet, number * (slots / 32), 0);
+            let parameters = ShadowLight::new(light.as_ref(), packet, number * (slots / 32), 0);
             buffer.write(gpu, &[parameters])?;
         }
         self.records.reserve(gpu, slots)?;
@@ -201,7 +200,7 @@ impl KdSight {
 
     /// Work of the last finished frame: its camera's rays, then each light that casts shadows.
     #[must_use]
-    pub fn work(&self) -> &[KdTracerWork] {
+    pub fn work(&self) -> &[RayTracerWork] {
         self.tracer.work()
     }
 

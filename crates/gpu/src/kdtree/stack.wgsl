@@ -1,18 +1,19 @@
 // Stages `nearest` and `blocked` with a stack of all waiting far children; each invocation has a ray.
 
 import package::dispatch::{Invocation, flat_index};
-import package::kdtree::records::{RECORD_LANES};
-import package::kdtree::tester::{
-    KD_COUNTS, KdRay, kd_children, kd_count, kd_count_steps, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf,
-    kd_is_missed, kd_leaf, kd_nodes, kd_ray, kd_ways,
+import package::kdtree::node::{
+    kd_children, kd_is_backward, kd_is_empty, kd_is_leaf, kd_leaf, kd_nodes, kd_start, kd_ways,
 };
+import package::rays::records::{RECORD_LANES};
+import package::rays::tester::{RAY_COUNTS, TracedRay, ray_at, ray_count, ray_count_steps, ray_finish, ray_is_missed};
 
 // Maximum number of inner nodes above a leaf.
 const KD_DEPTH: u32 = 48u;
 
-fn walk_with_stack(ray: ptr<function, KdRay>) {
+fn walk_with_stack(ray: ptr<function, TracedRay>) {
     // Nodes and intervals.
     var stack: array<vec3<u32>, KD_DEPTH>;
+    kd_start();
     var waiting = 0u;
     var index = 0u;
     var enter = -(*ray).margin;
@@ -20,7 +21,7 @@ fn walk_with_stack(ray: ptr<function, KdRay>) {
     loop {
         let node = kd_nodes[index];
         if !kd_is_leaf(node) {
-            if KD_COUNTS {
+            if RAY_COUNTS {
                 (*ray).visits.x += 1u;
             }
             let children = kd_children(index, node);
@@ -66,13 +67,13 @@ fn walk_with_stack(ray: ptr<function, KdRay>) {
 @compute @workgroup_size(64)
 fn by_stack(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
-    var ray: KdRay;
-    if number < kd_count() {
-        ray = kd_ray(number);
-        if !kd_is_missed(&ray) {
+    var ray: TracedRay;
+    if number < ray_count() {
+        ray = ray_at(number);
+        if !ray_is_missed(&ray) {
             walk_with_stack(&ray);
         }
-        kd_finish(&ray);
+        ray_finish(&ray);
     }
-    kd_count_steps(at.lane, ray.visits);
+    ray_count_steps(at.lane, ray.visits);
 }

@@ -8,11 +8,11 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::kdtree::levels::{has_level, highest_level, level_bit, levels_below};
-import package::kdtree::records::{RECORD_LANES};
-import package::kdtree::tester::{
-    KD_COUNTS, KdRay, kd_children, kd_count, kd_count_steps, kd_finish, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_missed,
-    kd_is_over, kd_leaf, kd_nodes, kd_ray, kd_ways,
+import package::kdtree::node::{
+    kd_children, kd_is_backward, kd_is_empty, kd_is_leaf, kd_is_over, kd_leaf, kd_nodes, kd_start, kd_ways,
 };
+import package::rays::records::{RECORD_LANES};
+import package::rays::tester::{RAY_COUNTS, TracedRay, ray_at, ray_count, ray_count_steps, ray_finish, ray_is_missed};
 
 // Entries of the stack, and whether restarts push down.
 override KD_ENTRIES: u32 = 4u;
@@ -21,7 +21,8 @@ override KD_PUSHES_DOWN: bool = true;
 // A node, its level and the interval.
 var<workgroup> short_stack: array<vec4<u32>, max(KD_ENTRIES, 1u) * RECORD_LANES>;
 
-fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
+fn walk_on_trail(ray: ptr<function, TracedRay>, lane: u32) {
+    kd_start();
     // The node of the next restart: no node above it waits.
     var root_node = 0u;
     var root_level = 0u;
@@ -46,7 +47,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
                 return;
             }
         } else {
-            if KD_COUNTS {
+            if RAY_COUNTS {
                 (*ray).visits.x += 1u;
             }
             let children = kd_children(index, node);
@@ -88,7 +89,7 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
                 way = bitcast<vec2<f32>>(entry.zw);
                 is_done = way.x > (*ray).best;
             } else {
-                if KD_COUNTS {
+                if RAY_COUNTS {
                     (*ray).visits.w += 1u;
                 }
                 index = root_node;
@@ -109,13 +110,13 @@ fn walk_on_trail(ray: ptr<function, KdRay>, lane: u32) {
 @compute @workgroup_size(64)
 fn by_trail(at: Invocation) {
     let number = flat_index(at, RECORD_LANES);
-    var ray: KdRay;
-    if number < kd_count() {
-        ray = kd_ray(number);
-        if !kd_is_missed(&ray) {
+    var ray: TracedRay;
+    if number < ray_count() {
+        ray = ray_at(number);
+        if !ray_is_missed(&ray) {
             walk_on_trail(&ray, at.lane);
         }
-        kd_finish(&ray);
+        ray_finish(&ray);
     }
-    kd_count_steps(at.lane, ray.visits);
+    ray_count_steps(at.lane, ray.visits);
 }

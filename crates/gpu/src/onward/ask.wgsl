@@ -1,12 +1,12 @@
 // Stage `ask`: writes a shadow query for each point, from the point to a light.
 
 import package::dispatch::{Invocation, flat_index};
-import package::kdtree::light::{KdLight};
-import package::kdtree::question::{put_no_question, put_question};
-import package::kdtree::records::{NO_TRIANGLE, RECORDS_COUNT, record_start};
+import package::rays::light::{ShadowLight};
+import package::rays::question::{put_no_question, put_question};
+import package::rays::records::{NO_TRIANGLE, RECORDS_COUNT, record_start};
 import package::onward::points::{POINT_TRIANGLE, POINT_WORDS, read_exact_point};
 
-@group(0) @binding(0) var<uniform> kd_light: KdLight;
+@group(0) @binding(0) var<uniform> shadow_light: ShadowLight;
 @group(0) @binding(1) var<storage, read> points: array<u32>;
 @group(0) @binding(2) var<storage, read_write> records: array<u32>;
 

@@ -2,12 +2,12 @@
 
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, f64_add, f64_from_f32_bits, f64_multiply, f64_to_f32_bits};
-import package::kdtree::light::{KdLight};
-import package::kdtree::question::{put_no_question, put_question_to};
-import package::kdtree::records::{NO_TRIANGLE, RECORDS_COUNT, record_start};
+import package::rays::light::{ShadowLight};
+import package::rays::question::{put_no_question, put_question_to};
+import package::rays::records::{NO_TRIANGLE, RECORDS_COUNT, record_start};
 import package::onward::points::{POINT_TRIANGLE, POINT_WORDS, read_exact_point};
 
-@group(0) @binding(0) var<uniform> kd_light: KdLight;
+@group(0) @binding(0) var<uniform> shadow_light: ShadowLight;
 @group(0) @binding(1) var<storage, read> points: array<u32>;
 @group(0) @binding(2) var<storage, read> directions: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> records: array<u32>;
@@ -26,7 +26,7 @@ fn ask_around(at: Invocation) {
     let point = read_exact_point(number);
     let direction = bitcast<vec3<u32>>(directions[number].xyz);
     // The occlusion radius, stored in place of the light's position.
-    let reach = f64_from_f32_bits(kd_light.vector.x);
+    let reach = f64_from_f32_bits(shadow_light.vector.x);
     let end = vec3<u32>(
         ahead(point.position.x, direction.x, reach),
         ahead(point.position.y, direction.y, reach),

@@ -2,7 +2,7 @@ use glam::Vec3;
 use umbrage_rays::LightSource;
 
 use super::step::Step;
-use crate::kdtree::{KdLight, KdNodes, KdRecords, KdTracer};
+use crate::rays::{Hierarchy, RayRecords, RayTracer, ShadowLight};
 use crate::shade::Shade;
 use crate::{Buffer, Geometry, Gpu, GpuError, Kernel, Recorder};
 
@@ -13,7 +13,7 @@ pub(super) struct OnwardLights {
     ask_around: Kernel,
     light: Kernel,
     tinted: Kernel,
-    questions: KdRecords,
+    questions: RayRecords,
     /// One buffer per light, since all are used in one submission.
     lights: Vec<Buffer>,
     /// For each light, whether triangles block it.
@@ -52,9 +52,9 @@ impl OnwardLight {
 /// Inputs of the queries about lights.
 pub(super) struct Asked<'a> {
     pub(super) geometry: &'a Geometry,
-    pub(super) nodes: &'a KdNodes,
-    /// The tree of transmissive triangles.
-    pub(super) passed: &'a KdNodes,
+    pub(super) hierarchy: &'a Hierarchy,
+    /// The hierarchy of transmissive triangles.
+    pub(super) passed: &'a Hierarchy,
     pub(super) shade: &'a Shade,
     pub(super) light: OnwardLight,
     /// Shading's input about the points: the triangles of slots, or meetings.
@@ -67,9 +67,9 @@ impl OnwardLights {
         Self {
             ask: kernel("onward::ask", "ask"),
             ask_around: kernel("onward::ask_around", "ask_around"),
-            light: kernel("kdtree::lit", "lit"),
+            light: kernel("rays::lit", "lit"),
             tinted: kernel("onward::tinted", "tinted"),
-            questions: KdRecords::new(gpu),
+            questions: RayRecords::new(gpu),
             lights: Vec::new(),
             casts_shadow: Vec::new(),
             directions: Buffer::storage(gpu, "directions around points"),
@@ -108,7 +108,7 @@ impl OnwardLights {
         }
         let sources = lights.iter().map(Option::as_ref).chain([Some(&around)]);
         for ((buffer, light), number) in self.lights[..all].iter_mut().zip(sources).zip(0..) {
-            buffer.write(gpu, &[KdLight::new(light, packet, number * self.words, tints)])?;
+            buffer.write(gpu, &[ShadowLight::new(light, packet, number * self.words, tints)])?;
         }
         Ok(())
     }
@@ -127,13 +127,13 @@ impl OnwardLights {
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
-        tracer: &mut KdTracer,
+        tracer: &mut RayTracer,
         step: &Step,
         asked: &Asked<'_>,
         known: Option<&Buffer>,
     ) {
         let Self { questions, lit, directions, .. } = self;
-        let Asked { geometry, nodes, passed, shade, light: how, seen } = *asked;
+        let Asked { geometry, hierarchy, passed, shade, light: how, seen } = *asked;
         if let Some(known) = known {
             recorder.copy_words(known, lit, u64::from(self.words) * self.count as u64);
         }
@@ -154,7 +154,7 @@ impl OnwardLights {
             });
             if known.is_none() || is_around {
                 if casts_shadow {
-                    tracer.record_blocked(gpu, recorder, geometry, nodes, questions);
+                    tracer.record_blocked(gpu, recorder, geometry, hierarchy, questions);
                 }
                 let buffers = [light, questions.buffer(), tracer.shadows(), lit];
                 recorder.stage("lit", |pass| self.light.dispatch(gpu, pass, &buffers, step.groups()));

@@ -3,8 +3,8 @@
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, f64_subtract, f64_to_f32_bits};
 import package::exact::shadow::{exact_point};
-import package::kdtree::read::{read_number, read_ray};
-import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RAY_T_MIN, RECORDS_COUNT, record_start};
+import package::rays::read::{read_number, read_ray};
+import package::rays::records::{HIT_WORDS, NO_TRIANGLE, RAY_T_MIN, RECORDS_COUNT, record_start};
 import package::onward::path::{OnwardPath};
 import package::onward::points::{POINT_PIXEL, POINT_TRIANGLE, POINT_WORDS};
 import package::onward::put_point::{put_point};

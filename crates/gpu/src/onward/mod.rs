@@ -1,14 +1,14 @@
 //! Secondary rays of mirrors, of glass and straight on through transmissive surfaces, generation by generation, traced
-//! through a kd-tree. On the CPU: `umbrage/src/cpu/onward.rs`.
+//! through a hierarchy. On the CPU: `umbrage/src/cpu/onward.rs`.
 //!
 //! Shading writes planes beside the film (`way.wgsl`) with the directions and throughputs of each pixel's secondary rays.
 //! `count` and a scan number these rays in the order of their pixels; `locate` finds the camera rays' hit points, as exactly
-//! as a ray's hit; `send` writes the rays. The tracer of `kdtree` finds their hits. A ray that starts on a triangle hits
+//! as a ray's hit; `send` writes the rays. The tracer of `rays` finds their hits. A ray that starts on a triangle hits
 //! neither that nor any triangle whose plane can't be separated from the start. `meet` converts hits for lights and shading.
 //! Shading then writes planes for each ray: a colour, which `add` sums for each pixel in the order of the rays, and the next
 //! directions and throughputs.
 //!
-//! Visibility of lights (`lights`) comes from `ask`, the tracer and the kd-tree's `lit`. With transmissive surfaces, the
+//! Visibility of lights (`lights`) comes from `ask`, the tracer and `lit` of `rays`. With transmissive surfaces, the
 //! tracer lists the ones between point and light, shading's `tint` computes their transmittance, and `tinted` stores it. For
 //! the camera rays' hits, the engine's structure has found the visibility already; only transmittance is computed.
 //!
@@ -18,10 +18,10 @@ mod lights;
 mod step;
 
 use glam::DVec2;
-use umbrage_rays::{KdTree, LightSource};
+use umbrage_rays::{Bvh, LightSource};
 
-use crate::kdtree::{KdNodes, KdSight, KdTracer, KdTracerOptions};
 use crate::primitives::Scan;
+use crate::rays::{Hierarchy, RayRecords, RayTracer, RayTracerOptions, Walk};
 use crate::shade::{FilmPlanes, Shade, ShadeScene};
 use crate::view::PointView;
 use crate::{Band, Buffer, Done, Fetch, Geometry, Gpu, GpuError, Kernel, Recorder};
@@ -34,10 +34,10 @@ use step::{OnwardStep, Step};
 /// [`Shade`] and [added](Onward::record_add) to the film.
 #[derive(Debug)]
 pub struct Onward {
-    nodes: KdNodes,
-    /// The tree of transmissive triangles.
-    passed: KdNodes,
-    tracer: KdTracer,
+    hierarchy: Hierarchy,
+    /// The hierarchy of transmissive triangles.
+    passed: Hierarchy,
+    tracer: RayTracer,
     count: Kernel,
     scan: Scan,
     locate: Kernel,
@@ -69,13 +69,13 @@ impl Onward {
     pub const GLOSSY_WAYS: u32 = 7;
     const MEETING_BYTES: u64 = 80;
     const PLANE_BYTES: u64 = 16;
-    const OPTIONS: KdTracerOptions = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
+    const OPTIONS: RayTracerOptions = RayTracerOptions { walk: Walk::HIERARCHY, counts: false, from_triangles: true };
 
     /// Maximum bytes per pixel in one buffer, for generations of up to four rays per pixel if `ways` has more than mirrors.
     #[must_use]
     pub fn pixel_bytes(ways: u32) -> u64 {
         let rays = if ways > Self::MIRRORS { 4 } else { 1 };
-        rays * KdSight::PIXEL_BYTES.max(Self::PLANE_BYTES * (2 + u64::from(ways)))
+        rays * RayRecords::RAY_BYTES.max(Self::PLANE_BYTES * (2 + u64::from(ways)))
     }
 
     /// Makes the kernels and empty buffers.
@@ -83,9 +83,9 @@ impl Onward {
     pub fn new(gpu: &Gpu) -> Self {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
         Self {
-            nodes: KdNodes::new(gpu),
-            passed: KdNodes::new(gpu),
-            tracer: KdTracer::new(gpu, Self::OPTIONS),
+            hierarchy: Hierarchy::new(gpu),
+            passed: Hierarchy::new(gpu),
+            tracer: RayTracer::new(gpu, Self::OPTIONS),
             count: kernel("onward::count", "count"),
             scan: Scan::new(gpu),
             locate: kernel("onward::locate", "locate"),
@@ -106,20 +106,20 @@ impl Onward {
         }
     }
 
-    /// Uploads the tree of a frame.
+    /// Uploads the hierarchy of a frame.
     ///
     /// # Errors
     /// Where a buffer would exceed the device's limit.
-    pub fn build(&mut self, gpu: &Gpu, tree: &KdTree) -> Result<(), GpuError> {
-        self.nodes.write(gpu, tree)
+    pub fn build(&mut self, gpu: &Gpu, bvh: &Bvh) -> Result<(), GpuError> {
+        self.hierarchy.write(gpu, bvh)
     }
 
-    /// Uploads the tree of a frame's transmissive triangles; `ids` are their ids in the whole frame.
+    /// Uploads the hierarchy of a frame's transmissive triangles; `ids` are their ids in the whole frame.
     ///
     /// # Errors
     /// Where a buffer would exceed the device's limit.
-    pub fn build_passed(&mut self, gpu: &Gpu, tree: &KdTree, ids: &[u32]) -> Result<(), GpuError> {
-        self.passed.write_some(gpu, tree, ids)
+    pub fn build_passed(&mut self, gpu: &Gpu, bvh: &Bvh, ids: &[u32]) -> Result<(), GpuError> {
+        self.passed.write_some(gpu, bvh, ids)
     }
 
     /// Prepares to follow the camera rays of a band of rows, by the film's planes of ways.
@@ -186,8 +186,8 @@ impl Onward {
         shade: &Shade,
     ) {
         recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
-        let Self { nodes, passed, tracer, from, light, .. } = self;
-        let asked = Asked { geometry, nodes, passed, shade, light: *light, seen };
+        let Self { hierarchy, passed, tracer, from, light, .. } = self;
+        let asked = Asked { geometry, hierarchy, passed, shade, light: *light, seen };
         self.lights.record(gpu, recorder, tracer, from, &asked, Some(lit));
     }
 
@@ -269,7 +269,7 @@ impl Onward {
         if self.from.is_first && !self.light.is_asked_first() {
             recorder.stage("locate", |pass| self.record_locate(gpu, pass, geometry, [film, seen]));
         }
-        let Self { from, rays, starts, tracer, nodes, passed, meetings, light, .. } = self;
+        let Self { from, rays, starts, tracer, hierarchy, passed, meetings, light, .. } = self;
         let planes = if from.is_first { film } else { &self.planes };
         recorder.stage("send", |pass| {
             let [of_rays, before] = [&*rays, &*from].map(|step| [step.records.buffer(), &step.paths]);
@@ -277,10 +277,10 @@ impl Onward {
                 [&from.parameters, planes, starts, &from.points, of_rays[0], of_rays[1], before[0], before[1]];
             self.send.dispatch(gpu, pass, &buffers, from.groups());
         });
-        tracer.record_nearest(gpu, recorder, geometry, nodes, &rays.records);
+        tracer.record_nearest(gpu, recorder, geometry, hierarchy, &rays.records);
         let buffers = [rays.records.buffer(), tracer.hits(), &rays.paths, &rays.points, meetings];
         recorder.stage("meet", |pass| self.meet.dispatch(gpu, pass, &buffers, rays.groups()));
-        let asked = Asked { geometry, nodes, passed, shade, light: *light, seen: meetings };
+        let asked = Asked { geometry, hierarchy, passed, shade, light: *light, seen: meetings };
         self.lights.record(gpu, recorder, tracer, rays, &asked, None);
     }
 
@@ -346,13 +346,13 @@ impl Onward {
         &self.planes
     }
 
-    /// Bytes on the GPU for trees and for rays.
+    /// Bytes on the GPU for hierarchies and for rays.
     #[must_use]
     pub fn bytes(&self) -> [u64; 2] {
         let Self { from, rays, starts, meetings, planes, lights, .. } = self;
         let buffers = [starts, meetings, planes].into_iter().map(Buffer::bytes).sum::<u64>();
         [
-            self.nodes.bytes() + self.passed.bytes(),
+            self.hierarchy.bytes() + self.passed.bytes(),
             self.tracer.bytes() + from.bytes() + rays.bytes() + lights.bytes() + buffers,
         ]
     }

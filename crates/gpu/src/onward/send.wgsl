@@ -3,10 +3,10 @@
 import package::dispatch::{Invocation, flat_index};
 import package::exact::double::{F64, F64_ZERO};
 import package::exact::vector::{f64_vector_from_f32_bits};
-import package::kdtree::records::{
+import package::rays::records::{
     NO_TRIANGLE, RAY_DIRECTION, RAY_ERROR, RAY_T_MAX, RAY_T_MIN, RECORD_OWN, RECORD_TAG, record_start,
 };
-import package::kdtree::write::{put_number, put_vector};
+import package::rays::write::{put_number, put_vector};
 import package::onward::media::{Media, media_across};
 import package::onward::path::{OnwardPath};
 import package::onward::points::{POINT_PIXEL, POINT_T, POINT_TRIANGLE, POINT_WORDS, point_number, read_exact_point};

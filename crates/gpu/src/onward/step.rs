@@ -1,14 +1,14 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Onward;
-use crate::kdtree::KdRecords;
+use crate::rays::RayRecords;
 use crate::{Buffer, Gpu, GpuError, Groups};
 
 /// A generation of rays: the camera's, or secondary ones.
 #[derive(Debug)]
 pub(super) struct Step {
     pub(super) parameters: Buffer,
-    pub(super) records: KdRecords,
+    pub(super) records: RayRecords,
     pub(super) paths: Buffer,
     /// Their hit points.
     pub(super) points: Buffer,
@@ -38,7 +38,7 @@ impl Step {
     pub(super) fn new(gpu: &Gpu) -> Self {
         Self {
             parameters: Buffer::uniform(gpu, "generation"),
-            records: KdRecords::new(gpu),
+            records: RayRecords::new(gpu),
             paths: Buffer::storage(gpu, "paths"),
             points: Buffer::storage(gpu, "points of rays"),
             count: 0,

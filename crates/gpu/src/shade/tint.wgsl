@@ -1,7 +1,7 @@
 // Stage `tint`: transmittance of triangles on the straight path of light to a point: crates/umbrage/src/cpu/tint.rs.
 //
-// `shade_seen` has the kd-tree's lists of the surfaces between each point and its light, and `shade_lit` the start of
-// each point's list (`kdtree/settle.wgsl`). The transmittance replaces the first entry of a point's list.
+// `shade_seen` has the tracer's lists of the surfaces between each point and its light, and `shade_lit` the start of
+// each point's list (`rays/settle.wgsl`). The transmittance replaces the first entry of a point's list.
 
 import package::dispatch::{Invocation, flat_index};
 import package::shade::attributes::{material_of, tex_coords_of, vertex_color_at};
@@ -37,7 +37,7 @@ fn tint(at: Invocation) {
     while next < room {
         let base = LIST_FIRST + next * LIST_WORDS;
         next = shade_seen[base + 2u];
-        if shade_seen[base + 4u] == 0u || is_listed_before(first, base, room) {
+        if shade_seen[base + 4u] == 0u {
             continue;
         }
         let id = shade_seen[base];
@@ -61,22 +61,6 @@ fn tint(at: Invocation) {
     let base = LIST_FIRST + first * LIST_WORDS;
     shade_seen[base + 3u] = pack2x16unorm(left.xy);
     shade_seen[base + 5u] = pack2x16unorm(vec2<f32>(left.z, 0.0));
-}
-
-// Whether a triangle is listed twice: leaves of the tree share triangles.
-fn is_listed_before(first: u32, base: u32, room: u32) -> bool {
-    var next = first;
-    while next < room {
-        let other = LIST_FIRST + next * LIST_WORDS;
-        if other == base {
-            return false;
-        }
-        if shade_seen[other] == shade_seen[base] {
-            return true;
-        }
-        next = shade_seen[other + 2u];
-    }
-    return false;
 }
 
 // Straight transmittance of a triangle at a point: crates/scene/src/opacity.rs.

@@ -75,6 +75,12 @@ impl Builder {
 }
 
 impl Bvh {
+    /// Maximum number of nodes from the root to a leaf, with up to 2²⁷ triangles. The top has [`DEEP`] levels and one for
+    /// each halving from 2²⁷ items to the 2¹⁵ of a subtree; a subtree has as many and one for each halving to a single item;
+    /// that may be a patch.
+    #[doc(hidden)]
+    pub const MOST_LEVELS: usize = (DEEP + 12) + (DEEP + 15) + 1;
+
     /// Replaces the hierarchy by one over `triangles`, on all threads of the current pool. The result is the same for any
     /// number of threads.
     pub fn build(&mut self, triangles: Triangles<'_>) {

@@ -172,6 +172,12 @@ impl Bvh {
         Inside { level: *level, scale: *scale, root: *root, nodes, leaves }
     }
 
+    /// A hierarchy of its own for triangles with huge coordinates, where there are others as well.
+    #[doc(hidden)]
+    pub fn far(&self) -> Option<&Self> {
+        self.far.as_deref()
+    }
+
     /// Whether a ray can hit anything. NaN rules nothing out during traversal, so such a ray would be tested against all
     /// triangles.
     #[doc(hidden)]

@@ -90,3 +90,44 @@ impl Bvh {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The number of nodes on the longest way from a node to a leaf.
+    fn levels_below(bvh: &Bvh, node: usize) -> usize {
+        let below = bvh.nodes[node].children().map(|(child, ..)| match child.kind() {
+            Kind::Node(index) => levels_below(bvh, index),
+            Kind::Leaf { .. } => 0,
+        });
+        1 + below.max().unwrap_or(0)
+    }
+
+    /// The levels of a hierarchy over flat triangles of these sizes, all with a corner in one place.
+    fn levels(sizes: impl Iterator<Item = f32>) -> usize {
+        let positions: Vec<Vec3> =
+            sizes.flat_map(|size| [Vec3::ZERO, Vec3::new(size, 0.0, size), Vec3::new(0.0, size, size)]).collect();
+        let indices: Vec<[u32; 3]> =
+            (0..positions.len() as u32 / 3).map(|id| [3 * id, 3 * id + 1, 3 * id + 2]).collect();
+        let triangles = Triangles { positions: &positions, indices: &indices };
+        let mut bvh = Bvh::default();
+        // From triangles, and then from patches.
+        let levels = [0; 2].map(|_| {
+            bvh.build(triangles);
+            bvh.check(triangles).expect("a sound hierarchy");
+            let Kind::Node(root) = bvh.root.kind() else { panic!("the root is a leaf") };
+            levels_below(&bvh, root)
+        });
+        levels[0].max(levels[1])
+    }
+
+    #[test]
+    fn no_triangles_make_more_levels_than_walks_have_room_for() {
+        let many_in_one_place = levels(std::iter::repeat_n(1.0, 1 << 16));
+        assert!(many_in_one_place <= 10, "{many_in_one_place}");
+        // Each division of a node leaves nearly all triangles together.
+        let each_half_as_large = levels((0..6000).map(|id| f32::exp2(-(id % 100) as f32)));
+        assert!((6..=Bvh::MOST_LEVELS).contains(&each_half_as_large), "{each_half_as_large}");
+    }
+}

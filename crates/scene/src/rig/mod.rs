@@ -1,15 +1,10 @@
 //! Sources of posed vertices and their transforms, as tables for [`Rig::pose`] or a GPU.
 
-mod influences;
-mod morph;
 mod pose;
 
 use std::sync::Arc;
 
 use glam::{Affine3A, Vec3, Vec4};
-
-pub use self::influences::Influences;
-pub use self::morph::{Deltas, MorphTarget};
 
 /// Sources of a scene's vertices, the same in every pose.
 #[derive(Clone, Debug)]
@@ -17,7 +12,7 @@ pub struct Rig {
     /// The shapes that parts are copies of.
     pub shapes: Vec<Arc<Shape>>,
     /// In the order of their vertices, which have no gaps.
-    pub parts: Vec<Part>,
+    pub parts: Vec<RigPart>,
     /// How many vertices all parts have together.
     pub vertices: usize,
     /// Whether any shape has normals. Vertices of others then have the normal zero.
@@ -30,7 +25,7 @@ pub struct Rig {
 
 /// A copy of a shape.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct RigPart {
     /// Index in [`Rig::shapes`].
     pub shape: u32,
     /// Index of its first vertex among those of all parts.
@@ -80,4 +75,44 @@ pub struct Shape {
     pub influences: Vec<Vec<Influences>>,
     /// Offsets that are added to vertices, scaled by weights.
     pub morph_targets: Vec<MorphTarget>,
+}
+
+/// Four joints of a vertex and their weights: 24 bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Influences {
+    /// Indices of the skin's joints.
+    pub joints: [u16; 4],
+    /// At least zero; all weights of a vertex add up to one over all sets. Joints without weight are joint 0.
+    pub weights: [f32; 4],
+}
+
+/// The differences that a morph target adds at weight one.
+#[derive(Debug, Default)]
+pub struct MorphTarget {
+    /// To positions.
+    pub positions: Deltas,
+    /// To normals.
+    pub normals: Deltas,
+    /// To tangents' directions.
+    pub tangents: Deltas,
+}
+
+/// Differences, for all vertices or for some.
+#[derive(Debug)]
+pub enum Deltas {
+    /// One for each vertex.
+    Dense(Vec<Vec3>),
+    /// Differences of some vertices; zero for the others.
+    Sparse {
+        /// The affected vertices, ascending.
+        vertices: Vec<u32>,
+        /// One for each of `vertices`.
+        deltas: Vec<Vec3>,
+    },
+}
+
+impl Default for Deltas {
+    fn default() -> Self {
+        Self::Sparse { vertices: Vec::new(), deltas: Vec::new() }
+    }
 }

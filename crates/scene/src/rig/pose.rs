@@ -5,7 +5,7 @@ use umbrage_rays::parallel::both;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 
-use super::{Influences, Part, Placement, Pose, Rig, Shape};
+use super::{Deltas, Influences, Placement, Pose, Rig, RigPart, Shape};
 use crate::Frame;
 
 /// Vertices below which a piece of work is not worth sharing between threads.
@@ -57,9 +57,9 @@ impl Rig {
     }
 }
 
-impl Part {
+impl RigPart {
     /// Calls `visit` with posed positions until it returns false; returns whether it never did.
-    pub(crate) fn positions(&self, pose: &Pose, shape: &Shape, mut visit: impl FnMut(Vec3) -> bool) -> bool {
+    pub fn positions(&self, pose: &Pose, shape: &Shape, mut visit: impl FnMut(Vec3) -> bool) -> bool {
         const AT_ONCE: usize = 64;
         let (mut positions, mut normals, mut tangents) =
             ([Vec3::ZERO; AT_ONCE], [Vec3::ZERO; AT_ONCE], [Vec4::ZERO; AT_ONCE]);
@@ -92,7 +92,7 @@ impl Vertices<'_> {
     }
 
     /// Poses the vertices `source` of a part's shape into these.
-    fn pose(&mut self, pose: &Pose, part: &Part, shape: &Shape, source: Range<usize>) {
+    fn pose(&mut self, pose: &Pose, part: &RigPart, shape: &Shape, source: Range<usize>) {
         self.copy_from(shape, source.clone());
         let weights = pose.weights[part.first_weight as usize..].iter().zip(&shape.morph_targets);
         for (&weight, target) in weights.filter(|&(&weight, _)| weight != 0.0) {
@@ -189,4 +189,42 @@ fn apply_to_tangent(matrix: &Mat3A, side: f32, tangent: Vec4) -> Vec4 {
     let direction = Vec3::from(*matrix * Vec3A::from(tangent.truncate())).normalize_or_zero();
     // The bitangent is made from the normal and the tangent in the world, where a mirror turns their cross product.
     if direction == Vec3::ZERO { Vec4::ZERO } else { direction.extend(tangent.w * side) }
+}
+
+impl Influences {
+    /// Adds the weighted transforms of this vertex's joints to `sum`; `joints` are the skin's.
+    fn add_to(&self, sum: &mut Affine3A, joints: &[Affine3A]) {
+        for (&joint, &weight) in self.joints.iter().zip(&self.weights) {
+            let joint = &joints[usize::from(joint)];
+            let weight = Vec3A::splat(weight);
+            sum.matrix3.x_axis += joint.matrix3.x_axis * weight;
+            sum.matrix3.y_axis += joint.matrix3.y_axis * weight;
+            sum.matrix3.z_axis += joint.matrix3.z_axis * weight;
+            sum.translation += joint.translation * weight;
+        }
+    }
+}
+
+impl Deltas {
+    /// Calls `add` with each element of `values`, which belong to the vertices from `first` on, and `weight` times that
+    /// vertex's difference.
+    fn add<T>(&self, weight: f32, first: usize, values: &mut [T], add: impl Fn(&mut T, Vec3)) {
+        match self {
+            Self::Dense(deltas) => {
+                for (value, &delta) in values.iter_mut().zip(&deltas[first..]) {
+                    add(value, delta * weight);
+                }
+            }
+            Self::Sparse { vertices, deltas } => {
+                let end = first + values.len();
+                let before = vertices.partition_point(|&vertex| (vertex as usize) < first);
+                for (&vertex, &delta) in vertices[before..].iter().zip(&deltas[before..]) {
+                    if vertex as usize >= end {
+                        break;
+                    }
+                    add(&mut values[vertex as usize - first], delta * weight);
+                }
+            }
+        }
+    }
 }

@@ -10,9 +10,6 @@ use std::thread;
 use bytesize::ByteSize;
 use serde::Serialize;
 
-use super::positioned::{read_exact_at, write_all_at};
-use crate::OpenOptions;
-
 /// Texels along each side of a tile.
 pub(super) const SIDE: usize = 32;
 /// Texels of a tile, in rows.
@@ -28,7 +25,7 @@ const TILE_BYTES: usize = 4 * TEXELS;
 ///
 /// Takes 4 KiB and 64 bytes per slot. The levels keep four more bytes per tile of the file.
 #[derive(Debug)]
-pub(crate) struct TilePool {
+pub struct TilePool {
     file: File,
     /// Number of tiles in the file.
     tiles: AtomicU64,
@@ -76,7 +73,7 @@ impl Default for LastSlot {
     }
 }
 
-/// Cache statistics of textures on demand ([`OpenOptions::texture_memory`]).
+/// Cache statistics of textures on demand ([`Texture::kept_in`](super::Texture::kept_in)).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TextureTraffic {
     /// Number of tile accesses found in memory; a tile has 32×32 texels.
@@ -90,18 +87,21 @@ pub struct TextureTraffic {
 }
 
 impl TilePool {
-    /// Makes a pool of at most `bytes` in memory.
+    /// The fewest bytes in memory: fifteen tiles.
+    pub const MIN_BYTES: u64 = 64 << 10;
+
+    /// Makes a pool of at most `bytes` in memory, or [`MIN_BYTES`](Self::MIN_BYTES) if these are more.
     ///
     /// # Errors
     /// A message why the temporary file can't be made.
-    pub(crate) fn new(bytes: u64) -> Result<Self, String> {
+    pub fn new(bytes: u64) -> Result<Self, String> {
         let file = tempfile::tempfile().map_err(|error| refused("making it failed", &error))?;
         Ok(Self::with_file(file, bytes))
     }
 
     /// Makes a pool on a given file.
     pub(super) fn with_file(file: File, bytes: u64) -> Self {
-        let bytes = usize::try_from(bytes.max(OpenOptions::MIN_TEXTURE_MEMORY)).unwrap_or(usize::MAX);
+        let bytes = usize::try_from(bytes.max(Self::MIN_BYTES)).unwrap_or(usize::MAX);
         Self {
             file,
             tiles: AtomicU64::new(0),
@@ -116,7 +116,8 @@ impl TilePool {
     const BYTES_OF_SLOT: usize = TILE_BYTES + size_of::<Slot>();
 
     /// The file's first error, if there was one; some texels are then wrongly black.
-    pub(crate) fn failure(&self) -> Option<&str> {
+    #[must_use]
+    pub fn failure(&self) -> Option<&str> {
         self.failure.get().map(String::as_str)
     }
 
@@ -226,13 +227,57 @@ fn refused(what: &str, error: &io::Error) -> String {
     )
 }
 
+/// Reads at a position, so that several threads can use one file.
+#[cfg(unix)]
+fn read_exact_at(file: &File, bytes: &mut [u8], at: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::read_exact_at(file, bytes, at)
+}
+
+#[cfg(unix)]
+fn write_all_at(file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::write_all_at(file, bytes, at)
+}
+
+/// Systems without files, such as browsers.
+#[cfg(not(any(unix, windows)))]
+fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(not(any(unix, windows)))]
+fn write_all_at(_: &File, _: &[u8], _: u64) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(windows)]
+fn read_exact_at(file: &File, mut bytes: &mut [u8], mut at: u64) -> io::Result<()> {
+    while !bytes.is_empty() {
+        match std::os::windows::fs::FileExt::seek_read(file, bytes, at)? {
+            0 => return Err(io::ErrorKind::UnexpectedEof.into()),
+            read => (bytes, at) = (&mut bytes[read..], at + read as u64),
+        }
+    }
+    Ok(())
+}
+
+#[cfg(windows)]
+fn write_all_at(file: &File, mut bytes: &[u8], mut at: u64) -> io::Result<()> {
+    while !bytes.is_empty() {
+        match std::os::windows::fs::FileExt::seek_write(file, bytes, at)? {
+            0 => return Err(io::ErrorKind::WriteZero.into()),
+            written => (bytes, at) = (&bytes[written..], at + written as u64),
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// A pool of minimum size over constant tiles.
     fn pool(tiles: u8) -> (TilePool, Vec<LastSlot>) {
-        let pool = TilePool::new(OpenOptions::MIN_TEXTURE_MEMORY).unwrap();
+        let pool = TilePool::new(TilePool::MIN_BYTES).unwrap();
         assert_eq!(pool.reserve(u64::from(tiles)), 0);
         for tile in 0..tiles {
             pool.write(u64::from(tile), &[[tile; 4]; TEXELS]).unwrap();
@@ -254,7 +299,7 @@ mod tests {
         let traffic = pool.traffic();
         assert_eq!(traffic.found + traffic.loaded, 4 * 59);
         assert!((1 + 2 * 59..=2 + 2 * 59).contains(&traffic.loaded), "{traffic:?}");
-        assert!(traffic.resident_bytes <= OpenOptions::MIN_TEXTURE_MEMORY, "{traffic:?}");
+        assert!(traffic.resident_bytes <= TilePool::MIN_BYTES, "{traffic:?}");
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! The default camera, and the size of scenes.
 
 use glam::Vec3;
-use umbrage_rays::Camera;
-use umbrage_scene::{Animated, Error, Frame, Ground, NamedCamera, Scene};
+use umbrage_rays::{Camera, LightSource};
+use umbrage_scene::{Animated, Error, Frame, Ground, Light, NamedCamera, Scene};
 
 /// A triangle that moves by 10 along +X in a second, with or without a camera of its own.
 #[derive(Debug)]
@@ -54,8 +54,9 @@ fn the_default_camera_sees_the_whole_animation_from_the_front_one_side_and_above
 #[test]
 fn what_stays_is_framed_by_its_triangles_and_without_its_ground() {
     // An octahedron, whose box is wider from everywhere.
-    let octahedron = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\nf 1 3 5\nf 2 4 6\n";
-    let mut scene = Scene::from_bytes("a.obj", octahedron).unwrap();
+    let corners = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let octahedron = Frame::from_triangles(corners.to_vec(), vec![[0, 2, 4], [1, 3, 5]]);
+    let mut scene = Scene::new(Box::new(octahedron)).unwrap();
     let framed = |scene: &Scene| {
         let frame = scene.at(0.0).unwrap();
         let camera = frame.camera(1.0);
@@ -79,6 +80,29 @@ fn the_size_is_that_of_the_first_moment_without_a_ground() {
     assert_eq!(scene.size(), 5.0);
     scene.set_ground(Some(Ground::default()));
     assert_eq!(scene.size(), 5.0);
-    let empty = Scene::from_bytes("a.obj", "v 0 0 0\n").unwrap();
+    let empty = Scene::new(Box::new(Frame::from_triangles(vec![Vec3::ONE], vec![]))).unwrap();
     assert_eq!(empty.size(), 0.0);
+}
+
+#[test]
+fn a_frame_is_a_motionless_scene_with_its_own_lights_and_cameras() {
+    let own = NamedCamera { name: "own".into(), camera: Camera::look_at(Vec3::Z * 9.0, Vec3::ZERO, Vec3::Y, 1.0) };
+    let lamp = Light::new(LightSource::Point { position: Vec3::Y }, 7.0);
+    let mut still = Frame::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+    (still.lights, still.cameras, still.origin) = (vec![lamp.clone()], vec![own.clone()], [1e6, 0.0, -2e6]);
+    let scene = Scene::new(Box::new(still.clone())).unwrap();
+    assert_eq!((scene.duration_seconds(), scene.origin()), (0.0, still.origin));
+    let mut frame = scene.at(3.0).unwrap();
+    for _ in 0..2 {
+        assert_eq!(
+            (&frame.positions, &frame.lights, &frame.cameras),
+            (&still.positions, &vec![lamp.clone()], &vec![own.clone()])
+        );
+        scene.pose(0.5, &mut frame).unwrap();
+    }
+    // A light that was made is made anew.
+    still.lights.clear();
+    let made = Scene::new(Box::new(still)).unwrap().at(0.0).unwrap();
+    let again = Scene::new(Box::new(made.clone())).unwrap().at(0.0).unwrap();
+    assert!(made.light_is_made && again.light_is_made && again.lights == made.lights);
 }

@@ -1,14 +1,12 @@
 //! Rigid instances with ids and transforms, and their hits.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use serde_json::json;
 use umbrage_rays::predicate::hit;
 use umbrage_rays::{Ray, Triangles};
-use umbrage_scene::{BadInstance, Ground, Instances, Scene};
-
-use crate::builder::{Builder, TRIANGLE};
+use umbrage_scene::{BadInstance, Frame, Instances, Scene};
 
 /// The nearest hit among a few triangles, by brute force.
 fn nearest(triangles: Triangles<'_>, ray: &Ray) -> Option<umbrage_rays::Hit> {
@@ -23,71 +21,30 @@ fn above(instances: &Instances, x: f64, y: f64) -> Option<(String, u32, DVec3)> 
     Some((instances.all()[there.instance as usize].name().to_owned(), there.triangle, there.position))
 }
 
-#[test]
-fn nodes_are_instances_at_every_moment() {
-    let mut file = Builder::new();
-    let mesh = file.triangle();
-    file.push("nodes", json!({ "mesh": mesh, "name": "wheel", "translation": [10, 0, 0] }));
-    file.push("nodes", json!({ "mesh": mesh, "name": "wheel", "scale": [2, 2, 2] }));
-    file.push("nodes", json!({ "mesh": mesh, "name": "door" }));
-    file.animate(2, "translation", "LINEAR", &[0.0, 1.0], &[[0.0, 20.0, 0.0], [0.0, 40.0, 0.0]]);
-    let mut scene = file.open().unwrap();
-    for seconds in [0.0, 0.5, 1.0] {
-        let instances = Instances::of_scene(&scene, seconds).unwrap();
-        let frame = scene.at(seconds).unwrap();
-        assert_eq!(instances.triangles().positions, frame.positions);
-        assert_eq!(instances.triangles().indices, frame.mesh.triangles);
-        let at = |x: f32, y: f32| DVec3::new(f64::from(x), f64::from(y), 0.0);
-        assert_eq!(above(&instances, 10.25, 0.5), Some(("wheel".into(), 0, at(0.25, 0.5))));
-        assert_eq!(above(&instances, 0.25, 0.5), Some(("wheel".into(), 0, at(0.125, 0.25))));
-        let door = 20.0 + 20.0 * seconds;
-        assert_eq!(above(&instances, 0.25, door + 0.5), Some(("door".into(), 0, at(0.25, 0.5))));
-        assert_eq!(instances.all()[2].world_from_object(), DAffine3::from_translation(DVec3::Y * door));
-        let (vertices, triangles) = instances.mesh(2);
-        assert_eq!((vertices, triangles.collect::<Vec<_>>()), (&TRIANGLE.map(Vec3::from)[..], vec![[0, 1, 2]]));
-        assert_eq!(above(&instances, 5.0, 5.0), None);
-    }
-    // The ground's two triangles are an instance too.
-    scene.set_ground(Some(Ground::default()));
-    let instances = Instances::of_scene(&scene, 0.0).unwrap();
-    let names: Vec<_> = instances.all().iter().map(|instance| (instance.name(), instance.triangles())).collect();
-    assert_eq!(names, [("wheel", 0..1), ("wheel", 1..2), ("door", 2..3), ("ground", 3..5)]);
+/// A square of two triangles, of two objects where they have names.
+fn square(names: &[&str]) -> Scene {
+    let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
+    let mut frame = Frame::from_triangles(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+    let objects = &mut Arc::make_mut(&mut frame.mesh).objects;
+    names.iter().enumerate().for_each(|(triangle, name)| objects.begin(triangle, name));
+    Scene::new(Box::new(frame)).unwrap()
 }
 
 #[test]
-fn what_deforms_and_what_shares_vertices_is_in_the_world() {
-    // A node that morphs, before one that doesn't.
-    let mut file = Builder::new();
-    let (positions, deltas) = (file.floats(&TRIANGLE), file.floats(&[[0.0, 0.0, 1.0]; 3]));
-    let more = json!({ "targets": [{ "POSITION": deltas }] });
-    let morphing = file.mesh(json!({ "POSITION": positions }), more);
-    let rigid = file.triangle();
-    file.push("nodes", json!({ "mesh": morphing, "name": "face", "translation": [10, 0, 0], "weights": [1] }));
-    file.push("nodes", json!({ "mesh": rigid, "name": "hat", "translation": [0, 10, 0] }));
-    let instances = Instances::of_scene(&file.open().unwrap(), 0.0).unwrap();
-    assert_eq!(above(&instances, 10.25, 0.5), Some(("face".into(), 0, DVec3::new(10.25, 0.5, 1.0))));
-    assert_eq!(above(&instances, 0.25, 10.5), Some(("hat".into(), 0, DVec3::new(0.25, 0.5, 0.0))));
-    assert_eq!(instances.all()[0].world_from_object(), DAffine3::IDENTITY);
-
-    // Two objects of an OBJ file with a common edge; one is moved away.
-    let text = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\no right\nf 1 2 3\no left\nf 1 3 4\n";
-    let scene = Scene::from_bytes("two.obj", text).unwrap();
-    let mut instances = Instances::of_scene(&scene, 0.0).unwrap();
+fn what_shares_vertices_is_in_the_world() {
+    let mut instances = Instances::of_scene(&square(&["right", "left"]), 0.0).unwrap();
     assert_eq!(above(&instances, 1.0, 3.0), Some(("left".into(), 0, DVec3::new(1.0, 3.0, 0.0))));
     instances.set_transform(1, DAffine3::from_translation(DVec3::X * 100.0));
     assert_eq!(above(&instances, 3.0, 1.0), Some(("right".into(), 0, DVec3::new(3.0, 1.0, 0.0))));
     assert_eq!(above(&instances, 1.0, 3.0), None);
     assert_eq!(above(&instances, 101.0, 3.0), Some(("left".into(), 0, DVec3::new(1.0, 3.0, 0.0))));
-
-    // A mesh without objects.
-    let scene = Scene::from_bytes("one.obj", "v 0 0 0\nv 4 0 0\nv 4 4 0\nf 1 2 3\n").unwrap();
-    let instances = Instances::of_scene(&scene, 0.0).unwrap();
-    assert_eq!(above(&instances, 3.0, 1.0), Some(("scene".into(), 0, DVec3::new(3.0, 1.0, 0.0))));
+    let whole = Instances::of_scene(&square(&[]), 0.0).unwrap();
+    assert_eq!(above(&whole, 1.0, 3.0), Some(("scene".into(), 1, DVec3::new(1.0, 3.0, 0.0))));
 }
 
 #[test]
 fn added_meshes_move_as_they_are_told() {
-    let corners = TRIANGLE.map(Vec3::from);
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let mut instances = Instances::default();
     let ids = ["a", "empty", "b"].map(|name| {
         let triangles: &[[u32; 3]] = if name == "empty" { &[] } else { &[[0, 1, 2], [2, 1, 0]] };

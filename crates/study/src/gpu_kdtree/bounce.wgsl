@@ -6,8 +6,8 @@ import package::exact::double::{F64, F64_ZERO, f64_from_f32_bits, f64_to_f32_bit
 import package::exact::predicate::{exact_scale_to_one};
 import package::exact::shadow::{ExactPoint, exact_point, exact_shadow};
 import package::exact::vector::{F64Vector, f64_vector_scale};
-import package::kdtree::read::{read_ray};
-import package::kdtree::records::{
+import package::rays::read::{read_ray};
+import package::rays::records::{
     HIT_WORDS, NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORDS_COUNT, RECORDS_GROUPS, RECORDS_PACKETS,
     RECORD_LANES, RECORD_OWN, RECORD_TAG, SHADOW_COLOR, SHADOW_ERROR, SHADOW_IS_DIRECTIONAL, SHADOW_LIGHT, record_start,
 };

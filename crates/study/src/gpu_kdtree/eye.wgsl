@@ -3,10 +3,10 @@
 import package::dispatch::{Invocation, flat_group};
 import package::exact::camera::{ExactView, exact_pixel_ray};
 import package::exact::double::{F64, F64_ZERO};
-import package::kdtree::records::{
+import package::rays::records::{
     NO_TRIANGLE, RAY_DIRECTION, RAY_T_MAX, RAY_T_MIN, RECORD_OWN, RECORD_TAG, record_start,
 };
-import package::kdtree::write::{put_header, put_number, put_vector};
+import package::rays::write::{put_header, put_number, put_vector};
 
 struct KdEye {
     view: ExactView,

@@ -3,8 +3,8 @@ use glam::Vec3;
 use umbrage_rays::{LightSource, View};
 
 use super::raster::Raster;
+use super::{KdNodes, KdRecords, KdTracer, KdTracerOptions};
 use umbrage_gpu::internals::{ExactView, light_words};
-use umbrage_gpu::kdtree::{KdNodes, KdRecords, KdTracer, KdTracerOptions};
 use umbrage_gpu::{Buffer, Done, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
 
 /// A material: Lambert's, with a mirror over it.

@@ -1,7 +1,7 @@
 // Stage `lighten`: adds the light of unshadowed points to their pixels. A pixel has one path, and so one point.
 
 import package::dispatch::{Invocation, flat_index};
-import package::kdtree::records::{RECORDS_COUNT, RECORD_LANES, RECORD_TAG, SHADOW_COLOR, record_start};
+import package::rays::records::{RECORDS_COUNT, RECORD_LANES, RECORD_TAG, SHADOW_COLOR, record_start};
 
 @group(0) @binding(0) var<storage, read> records: array<u32>;
 @group(0) @binding(1) var<storage, read> traced: array<vec4<u32>>;

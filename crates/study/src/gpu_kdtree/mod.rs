@@ -12,7 +12,8 @@ use umbrage_gpu::internals::link_with;
 use umbrage_gpu::{Gpu, Kernel};
 
 pub use frame::{KdFrame, KdMaterial, KdPrimary, KdScenery};
-pub use umbrage_gpu::kdtree::{KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
+pub use umbrage_gpu::kdtree::{KdNodes, KdTracerOptions};
+pub use umbrage_gpu::rays::{RayRecords as KdRecords, RayTracer as KdTracer, RayTracerWork as KdTracerWork};
 
 /// Every module's path and text; they import those of `umbrage-gpu` as well.
 const MODULES: &[(&str, &str)] = &[

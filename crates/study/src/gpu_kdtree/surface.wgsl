@@ -6,8 +6,8 @@ import package::exact::corners::{corner_bits};
 import package::exact::double::{f64_is_above_zero, f64_is_finite};
 import package::exact::expansion::{ExpansionTerms};
 import package::exact::predicate::{ExactEdges, exact_from_corners, exact_sorted, exact_t};
-import package::kdtree::read::{read_ray};
-import package::kdtree::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_LANES, RECORD_TAG, record_start};
+import package::rays::read::{read_ray};
+import package::rays::records::{HIT_WORDS, NO_TRIANGLE, RECORDS_COUNT, RECORD_LANES, RECORD_TAG, record_start};
 
 struct KdSurface {
     width: u32,

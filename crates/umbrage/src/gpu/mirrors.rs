@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use umbrage_gpu::shade::{FilmPlanes, Shade, ShadeSample};
 use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, OnwardLight, Recorder};
-use umbrage_rays::{KdTree, LightSource, SimdLevel, Triangles};
+use umbrage_rays::{Bvh, LightSource, Triangles};
 use umbrage_scene::{Frame, Materials, Mesh, OpaquePart};
 
 use super::tables::sample_rays;
@@ -12,12 +12,12 @@ use crate::engine::Staged;
 use crate::sampling::Sample;
 use crate::{Settings, Stats};
 
-/// Traces rays from mirrors through a kd-tree that the CPU builds.
+/// Traces rays from mirrors through a hierarchy that the CPU builds.
 #[derive(Debug)]
 pub(super) struct Mirrors {
-    tree: KdTree,
-    /// A tree of the triangles that let light through.
-    passed: KdTree,
+    hierarchy: Bvh,
+    /// A hierarchy of the triangles that let light through.
+    passed: Bvh,
     /// The triangles of the last build.
     kept: Kept,
     painted: Option<(Arc<Mesh>, Arc<Materials>)>,
@@ -38,10 +38,9 @@ pub(super) struct Mirrored<'a> {
 impl Mirrors {
     /// Kernels take long to compile, so this is called only once a frame has mirrors.
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let tree = || KdTree::with_level(SimdLevel::default());
         Self {
-            tree: tree(),
-            passed: tree(),
+            hierarchy: Bvh::default(),
+            passed: Bvh::default(),
             kept: Kept::default(),
             painted: None,
             onward: Onward::new(gpu),
@@ -54,7 +53,7 @@ impl Mirrors {
         self.painted = None;
     }
 
-    /// Rebuilds the trees, unless no triangle moves.
+    /// Rebuilds the hierarchies, unless no triangle moves.
     pub(super) fn build(&mut self, gpu: &Gpu, frame: &Frame, light: OnwardLight) -> Result<(), GpuError> {
         let has_passed = self.light.takes_colors || !light.takes_colors;
         let is_painted = self.painted.as_ref().is_some_and(|(mesh, materials)| {
@@ -66,8 +65,8 @@ impl Mirrors {
         }
         // The mesh and materials are held, so that no others take their address; set only once all is uploaded.
         self.painted = None;
-        self.tree.build(frame.triangles());
-        self.onward.build(gpu, &self.tree)?;
+        self.hierarchy.build(frame.triangles());
+        self.onward.build(gpu, &self.hierarchy)?;
         if light.takes_colors {
             self.build_passed(gpu, frame)?;
         }

@@ -259,7 +259,7 @@ impl GpuEngine {
     /// Shades the first hits once their tints and ambient occlusion are known.
     async fn shade_asked(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
-        let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
+        let Some(mirrors) = mirrors else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let geometry = geometry.geometry();
         let Found { seen, lit, .. } = finders.chosen().found();
@@ -279,7 +279,7 @@ impl GpuEngine {
     /// Traces and shades a sample's secondary rays.
     async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
-        let Some(mirrors) = mirrors.as_mut().filter(|_| Structure::HAS_ALL) else { return Ok(()) };
+        let Some(mirrors) = mirrors else { return Ok(()) };
         let Turn { staged, band, sample, .. } = *turn;
         let (geometry, seen) = (geometry.geometry(), finders.chosen().found().seen);
         let mirrored = Mirrored { staged, band, sample, geometry, seen };
@@ -375,9 +375,6 @@ impl GpuEngine {
 impl Engine for GpuEngine {
     fn check(&self, settings: &Settings, output: Output) -> Result<(), Error> {
         match settings.structure {
-            _ if !Structure::HAS_ALL && (settings.bounces > 0 || settings.ambient_occlusion > 0.0) => {
-                Err(Error::StructureLeftOut("the kd-tree for mirrors and ambient occlusion on a GPU"))
-            }
             _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
             _ if settings.noise > 0.0 && output == Output::Texture => Err(Error::NoiseOfTexture),
             Structure::KdTree(..) if !Structure::HAS_ALL => Err(Error::StructureLeftOut(settings.structure.name())),
@@ -448,7 +445,7 @@ impl Engine for GpuEngine {
         let pixel_bytes = self.keeps(staged).plane_bytes().max(onward_bytes);
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
-        if goes_on && Structure::HAS_ALL {
+        if goes_on {
             self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame, self.light)?;
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();

@@ -30,7 +30,7 @@ fn failure(error: EncodingError) -> io::Error {
 
 #[cfg(test)]
 mod tests {
-    use umbrage_scene::image_file::{self, ImageFormat};
+    use umbrage_files::image_file::{self, ImageFormat};
 
     use super::*;
 

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use glam::Vec3;
-use umbrage_scene::OpenOptions;
+use umbrage_files::OpenOptions;
 
 use super::color::{color, is_name};
 use super::{Words, vector};

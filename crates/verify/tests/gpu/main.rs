@@ -1,6 +1,6 @@
 //! All tests that need a GPU, as one program: they share a device, so that each kernel is compiled once.
 
-#[path = "../../../scene/tests/scene/builder.rs"]
+#[path = "../../../files/tests/files/builder.rs"]
 #[allow(dead_code, clippy::unwrap_used, reason = "shared with the reader's tests, which use more of it")]
 mod builder;
 mod common;
@@ -15,6 +15,7 @@ mod long {
 }
 mod own_frames;
 mod pose;
+mod rays;
 mod shade;
 mod stages;
 mod study;

@@ -1,13 +1,13 @@
 //! Real OBJ scenes, read whole.
 
 use glam::Vec3;
-use umbrage_scene::{OpenOptions, Scene};
+use umbrage::scene::OpenOptions;
 use umbrage_verify::real_scene;
 
 #[test]
 fn files_sibenik_has_all_triangles_and_normals() {
     let Some(path) = real_scene("sibenik.obj") else { return };
-    let scene = Scene::open(path).unwrap();
+    let scene = umbrage::open(path).unwrap();
     let frame = scene.at(0.0).unwrap();
     assert_eq!(frame.mesh.triangles.len(), 80_479);
     assert_eq!(frame.mesh.material_of_triangle.len(), 80_479);
@@ -27,7 +27,7 @@ fn files_sibenik_has_all_triangles_and_normals() {
 fn files_bunny_keeps_its_shared_vertices() {
     let Some(path) = real_scene("stanford_bunny.obj") else { return };
     let flat = OpenOptions { crease_degrees: 0.0, ..OpenOptions::default() };
-    let scene = Scene::open_with(&path, &flat).unwrap();
+    let scene = umbrage::open_with(&path, &flat).unwrap();
     let frame = scene.at(0.0).unwrap();
     assert_eq!(frame.mesh.triangles.len(), 69_451);
     // The scan has 1,113 vertices that no face uses.
@@ -35,7 +35,7 @@ fn files_bunny_keeps_its_shared_vertices() {
     assert!(frame.normals.is_empty());
     assert_eq!(scene.warnings(), [""; 0]);
     // Smoothed, hardly any vertex is at a crease.
-    let smooth = Scene::open(path).unwrap().at(0.0).unwrap();
+    let smooth = umbrage::open(path).unwrap().at(0.0).unwrap();
     assert_eq!(smooth.normals.len(), smooth.positions.len());
     assert!((34_834..36_000).contains(&smooth.positions.len()), "{} vertices", smooth.positions.len());
 }
@@ -44,7 +44,7 @@ fn files_bunny_keeps_its_shared_vertices() {
 fn files_horse_gallops_through_48_frames() {
     const FPS: f64 = 24.0;
     let Some(path) = real_scene("horse_gallop_obj_sequence") else { return };
-    let scene = Scene::open(path).unwrap();
+    let scene = umbrage::open(path).unwrap();
     assert_eq!(scene.duration_seconds(), 48.0 / FPS);
     assert_eq!(scene.warnings(), [""; 0]);
     let mut last = Vec::new();

@@ -1,8 +1,8 @@
 //! Real glTF files: their contents, and positions of triangles from an independent implementation.
 
 use glam::Vec3;
+use umbrage::scene::{Clip, Frame, OpenOptions, Scene};
 use umbrage_rays::{Bounds, LightSource, Projection};
-use umbrage_scene::{Clip, Frame, OpenOptions, Scene};
 use umbrage_verify::real_scene;
 
 /// Contents of a file.
@@ -52,7 +52,7 @@ const CONTENTS: [Content; 28] = [
 
 fn open(file: &str, clip: Clip) -> Option<Scene> {
     let options = OpenOptions { clip, ..OpenOptions::default() };
-    Some(Scene::open_with(real_scene(file)?, &options).expect(file))
+    Some(umbrage::open_with(real_scene(file)?, &options).expect(file))
 }
 
 fn bounds(frame: &Frame) -> Bounds {

@@ -102,7 +102,7 @@ fn far_files_are_seen_and_lit_as_at_the_origin() {
     for file in [obj, ply, gltf] {
         let [near, far] = [DVec3::ZERO, AWAY].map(|away| {
             let (name, bytes) = file(away);
-            (Scene::from_bytes(name, bytes).expect("a scene"), away)
+            (umbrage::open_bytes(name, bytes).expect("a scene"), away)
         });
         assert_eq!((near.0.origin(), far.0.origin()), ([0.0; 3], AWAY.to_array()));
         let bounds = far.0.at(0.0).expect("a frame").triangles().bounds();
@@ -123,7 +123,7 @@ fn far_files_have_the_default_picture_of_near_ones() {
             let [width, height] = SIZE;
             let settings = Settings { width, height, ..Settings::default() };
             let mut renderer = Renderer::default();
-            let scene = Scene::from_bytes(name, bytes).expect("a scene");
+            let scene = umbrage::open_bytes(name, bytes).expect("a scene");
             renderer.render(&scene, 0.0, &settings).expect("a picture").clone()
         });
         assert_eq!((far.triangle, far.color), (near.triangle, near.color));

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, ensure};
 use glam::Vec2;
 use umbrage::scene::rig::Pose;
-use umbrage::scene::{ColorSpace, Filter, Frame, OpenOptions, Scene, Texture, Wrap};
+use umbrage::scene::{ColorSpace, Filter, Frame, OpenOptions, Scene, Wrap, decode_texture};
 use umbrage::{Background, Error, Renderer, Settings};
 use umbrage_verify::Random;
 
@@ -163,7 +163,7 @@ impl Target for Images {
         place.write_mutant(name, &mutant)?;
         let wrap = [*any(random, &[Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge]); 2];
         let filter = *any(random, &[Filter::Linear, Filter::Nearest]);
-        let texture = Texture::decode("", &mutant, ColorSpace::Srgb, filter, wrap);
+        let texture = decode_texture("", &mutant, ColorSpace::Srgb, filter, wrap);
         if let Ok(texture) = &texture {
             let coords = Vec2::new(*any(random, &REAL) as f32, random.unit() * 4.0 - 2.0);
             let color = texture.sample(coords, *any(random, &REAL) as f32);
@@ -194,7 +194,7 @@ impl Poses {
 pub(super) fn scenes() -> Result<Vec<Scene>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
     let files = corpus("glb")?.into_iter().map(|(name, _)| folder.join("glb").join(name));
-    let scenes = files.chain([folder.join("gltf/room.gltf")]).map(Scene::open);
+    let scenes = files.chain([folder.join("gltf/room.gltf")]).map(umbrage::open);
     // Some are refused, as the corpus intends.
     Ok(scenes.filter_map(Result::ok).collect())
 }
