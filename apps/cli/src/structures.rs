@@ -41,7 +41,7 @@ fn described(structure: &Structure) -> String {
         let value = structure.option(option.name).unwrap_or_default();
         let _ = write!(text, "\n{}={value}\n    {}", option.name, option.about);
         match &option.values {
-            OptionValues::Names(names) => {
+            OptionValues::Names(names) if names().iter().any(|(_, about)| !about.is_empty()) => {
                 let width = names().iter().map(|(name, _)| name.len()).max().unwrap_or_default();
                 text.push('\n');
                 for (name, about) in names() {

@@ -25,8 +25,10 @@
 //! - [`Settings`] define a picture: [`CameraChoice`] its camera, [`Structure`] the acceleration structure, [`Sides`] the
 //!   sides of triangles that stop rays, [`Background`] (with [`Panorama`] for images) the surroundings, [`ToneMap`] the
 //!   brightness.
-//! - [`StructureOption`] describes an option of a structure by name, and [`OptionValues`] its values; [`ImpossibleOption`]
-//!   or [`UnknownStructure`] give the reason for a refusal. [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of
+//! - [`Structures`] finds structures by name. [`StructureKind`] is the trait for a structure of your own (`own_structure`),
+//!   [`KindOption`] one of its options, and [`GpuStructure`] its counterpart on a GPU. [`StructureOption`] describes an
+//!   option by name, and [`OptionValues`] its values; [`ImpossibleOption`] or [`UnknownStructure`] give the reason for a
+//!   refusal. [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of
 //!   command lines.
 //! - [`Film`] holds each pixel's light, depth, normal and triangle, [`Image`] its colours for a screen; [`output`] writes
 //!   files of either. [`FilmLayers`] are a film's further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and

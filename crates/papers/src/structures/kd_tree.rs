@@ -129,19 +129,3 @@ impl StructureKind for KdTrees {
 fn impossible(options: ImpossibleKdTreeOptions) -> Error {
     Error::StructureOptions(options.into())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn trees_that_outlive_a_frame_are_not_lazy() {
-        for &(name, rebuild, _) in KdRebuild::CHOICES {
-            let lazy = KdTrees { options: KdTreeOptions { lazy_below: 64, ..KdTreeOptions::FAST }, rebuild };
-            let is_built_anew = matches!(rebuild, KdRebuild::Whole | KdRebuild::Hierarchy);
-            assert_eq!(lazy.check().is_ok(), is_built_anew, "{name}");
-            assert!(is_built_anew || lazy.check().unwrap_err().to_string().contains("no option `lazy`"));
-            assert!(KdTrees { rebuild, ..KdTrees::default() }.check().is_ok());
-        }
-    }
-}
