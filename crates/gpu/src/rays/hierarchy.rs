@@ -90,11 +90,12 @@ impl AsRef<[Part]> for Hierarchy {
 fn bounds(inside: &BvhInside<'_>) -> [[f32; 3]; 2] {
     let mut all = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
     if let (BvhKind::Node(root), false) = (inside.root.kind(), inside.nodes.is_empty()) {
+        let [lowest, highest] = &mut all;
         for slot in children(&inside.nodes[root]) {
-            for axis in 0..3 {
+            for (axis, (lowest, highest)) in lowest.iter_mut().zip(&mut *highest).enumerate() {
                 let [low, high] = bound(&inside.nodes[root], axis, slot, inside.scale);
-                all[0][axis] = all[0][axis].min((low / inside.scale).max(f32::MIN));
-                all[1][axis] = all[1][axis].max((high / inside.scale).min(f32::MAX));
+                *lowest = lowest.min((low / inside.scale).max(f32::MIN));
+                *highest = highest.max((high / inside.scale).min(f32::MAX));
             }
         }
     }

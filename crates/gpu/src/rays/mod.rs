@@ -1,4 +1,4 @@
-//! Rays of any kind, one or more for each invocation, through a structure that the CPU builds.
+//! Rays of any kind through a structure that the CPU builds.
 //!
 //! Rays, or shadow questions, lie in buffers (`records`). `line` prepares each for f32. A walk takes it through the
 //! structure and tests triangles with `tester`: `hierarchy` through that of [`umbrage_rays::Bvh`], those of
@@ -24,15 +24,15 @@
 //! For i = 1/0 stands a number so large that a box beside the ray is left at once, and one around it never.
 //!
 //! **Culling a triangle.** In a space sheared so that the line is an axis, a corner has coordinates (p − o)ₓ − m·(p −
-//! o)_z: four terms with no more than four roundings each, and the errors of o. With M the largest |p − o| of a corner on
-//! an axis and w the largest |o|, the terms are at most M + w, w, M + w and w, and their error is less than e = 20u(M + w)
-//! + 3 blur. So triangles near the ray's start are as certain with a vertex far away as without. With r the largest
-//! sheared coordinate, the error of an edge function a·b − c·d is at most 4er + 2e² + 6ur², and less than `bound` = 5er +
-//! 3e² + 8ur² + all that underflow loses. Signs beyond it are those of real numbers, as are the predicate's. Division may
-//! be off by 2.5 units: it is only in t, whose error is that of the corners' t, 10u(M + w) + 2 blur, plus 7 bounds over
-//! the least sum of the edge functions, plus 32u of the corners' range of t. A triangle is certainly hit if all edge
-//! functions have a certain sign and t is inside the interval by more than that. It is certainly missed if two have
-//! different certain signs, or t is certainly outside. Else it is undecided, and listed.
+//! o)_z: four terms with no more than four roundings each, and the errors of o. With M the largest |p − o| of a corner
+//! on an axis and w the largest |o|, the terms are at most M + w, w, M + w and w, and their error is less than e =
+//! 20u(M + w) + 3 blur. So triangles near the ray's start are as certain with a vertex far away as without. With r the
+//! largest sheared coordinate, the error of an edge function a·b − c·d is at most 4er + 2e² + 6ur², and less than
+//! `bound` = 5er + 3e² + 8ur² + all that underflow loses. Signs beyond it are those of real numbers, as are the
+//! predicate's. Division may be off by 2.5 units: it is only in t, whose error is that of the corners' t, 10u(M + w) +
+//! 2 blur, plus 7 bounds over the least sum of the edge functions, plus 32u of the corners' range of t. A triangle is
+//! certainly hit if all edge functions have a certain sign and t is inside the interval by more than that. It is
+//! certainly missed if two have different certain signs, or t is certainly outside. Else it is undecided, and listed.
 //!
 //! **The nearest hit.** A ray holds one hit, in a register. A hit that is certainly behind a certain one is dropped,
 //! one that is certainly nearer replaces it, and any hit that overlaps it is listed, to be compared by the predicate's

@@ -19,4 +19,6 @@ mod rays;
 mod shade;
 mod stages;
 mod study;
+#[path = "../../../rays/tests/rays/support/mod.rs"]
+mod support;
 mod texture;

@@ -2,18 +2,16 @@
 
 mod frames;
 mod rays;
-#[path = "../../../../rays/tests/rays/support/mod.rs"]
-mod support;
 mod visits;
 
 use glam::DVec3;
-use support::Mesh;
 use umbrage_gpu::{Geometry, Gpu, Recorder};
 use umbrage_papers::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
 use umbrage_rays::predicate::HitPoint;
 use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SingleRays as _};
 
 use crate::common::{self, Pool, Pooled};
+use crate::support::{self, Mesh};
 
 /// A device and a frame.
 struct Device {
