@@ -4,7 +4,6 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use umbrage::rays::Choice;
 use umbrage::spec::BackgroundSpec;
 use umbrage::{Settings, Sides, Structure, ToneMap, UnknownStructure};
 
