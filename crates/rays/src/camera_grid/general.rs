@@ -1,12 +1,11 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::pixel_space::PixelSpace;
+use crate::edge_functions::EdgeFunctions;
 use crate::shot::TileOrder;
 
-/// A triangle with its edge functions in f64: for triangles that reach behind the eye, slivers and alpha masks.
-///
-/// Edge functions of homogeneous pixel coordinates (Olano and Greer, *Triangle Scan Conversion using 2D Homogeneous
-/// Coordinates*, 1997) need no clipping at the eye plane.
+/// A triangle with its [`EdgeFunctions`] in f64, of homogeneous pixel coordinates: for triangles that reach behind the eye,
+/// slivers and alpha masks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct General {
     /// Coefficients of each edge function for x, y and one. Positive inside where `oriented`.
@@ -63,7 +62,8 @@ impl General {
             let weight = if is_perspective { point.z } else { 1.0 };
             DVec3::new(space.scale * point.x + x * weight, -space.scale * point.y + y * weight, weight)
         });
-        let mut edges = [b.cross(c), c.cross(a), a.cross(b)];
+        let functions = EdgeFunctions::new([a, b, c]);
+        let mut edges = functions.edges;
         // In an orthographic view the weight of each vertex is exactly one, and stands for r in the bound if r is below one.
         // Rays start at points that are rounded in proportion to the eye's position.
         let reach = points.map(|(_, reach)| if is_perspective { reach } else { reach.max(space.eye_reach()).max(1.0) });
@@ -73,7 +73,7 @@ impl General {
         // The determinant is the sum of all Eᵢ zᵢ. Its error is that of an edge function with a third vertex instead of the
         // sample: 2 T r for T, doubled.
         let (constant, constant_error) = if is_perspective {
-            (a.dot(edges[0]), 4.0 * edge_error * reach[0] * reach[1] * reach[2])
+            (functions.determinant, 4.0 * edge_error * reach[0] * reach[1] * reach[2])
         } else {
             (edges[0].z + edges[1].z + edges[2].z, bounds[0] + bounds[1] + bounds[2])
         };
@@ -81,17 +81,17 @@ impl General {
         if oriented && constant < 0.0 {
             edges = edges.map(|edge| -edge);
         }
+        let functions = EdgeFunctions { determinant: constant, ..functions };
         let constant = constant.abs();
         let relative_error = constant_error / constant;
         let depth = if !oriented {
             Depth::Unknown
         } else if is_perspective {
-            let plane = (edges[0] + edges[1] + edges[2]) / constant;
+            let plane = functions.through([1.0; 3]);
             let error = (bounds[0] + bounds[1] + bounds[2]) / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Inverse { plane, error })
         } else {
-            let [za, zb, zc] = points.map(|(point, _)| point.z);
-            let plane = (edges[0] * za + edges[1] * zb + edges[2] * zc) / constant;
+            let plane = functions.through(points.map(|(point, _)| point.z));
             // Twice: once for the edge functions, once for the depths, whose error is at most 2⁻⁴⁵ r.
             let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })

@@ -7,9 +7,10 @@ use super::job::{Asked, Job};
 use super::lines::Face;
 use super::slots::Slots;
 use super::spread::Tile;
-use super::test::{Beam, Found, SMALLEST, test};
+use super::test::{Beam, Found, test};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
+use crate::shear::SMALLEST;
 use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
 use crate::simd::vectors::{narrow, widen};
 use crate::vectorized;
@@ -366,7 +367,7 @@ fn lanes_of<S: Simd>(found: &Found<S>) -> (u16, u16, [f32; LANES], [f32; LANES])
 
 /// Returns a mask of the triangles, of sixteen, that all lines of a tile miss.
 ///
-/// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
+/// With [`Sheared`](crate::shear::Sheared)'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
 /// at most H. A line misses where two edge functions, or one and the sum of all, have different signs. With
 /// s = |x| + |y| + 3 H |z|, which is at least a + H z for each line, rounding of corners and lines moves E by less than
 /// 11 ε s₁ s₂, and rounding here by less than 8 ε s₁ s₂: the bound takes δ = 32 ε s₁ s₂ for both.

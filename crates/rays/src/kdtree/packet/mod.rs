@@ -142,7 +142,7 @@ impl KdTree {
         if !ray.is_sound() {
             return;
         }
-        let filter = LineFilter::new(ray.origin, ray.direction, self.extent.reach());
+        let filter = LineFilter::new(ray.origin, ray.direction);
         let _ = self.visit(triangles, ray, |id, t_max| {
             if !filter.misses(triangles.corners(id)) {
                 let mut end = [f64::INFINITY];

@@ -469,7 +469,7 @@ fn what_is_outside_shadows_nothing() {
         let mut outside = 0;
         for _ in 0..4000 {
             let corners = [0; 3].map(|_| (vector(7.0).cross(towards) * 0.25).as_vec3());
-            if let [None, _] = Plane::of(&face, corners, 0) {
+            if let [None, _] = LargeTriangle::of(&face, corners, 0) {
                 outside += 1;
                 let truth = Truth::new(&face, corners);
                 let at = precise(DVec3::new(0.1, 0.2, 0.5));

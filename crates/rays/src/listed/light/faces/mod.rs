@@ -1,6 +1,6 @@
 //! Lights that see through faces, as in the direct form: a single face, or the sides of a cube, each with its own cells.
 
-mod plane;
+mod covering;
 mod project;
 mod small;
 
@@ -30,7 +30,7 @@ use crate::simd::SimdLevel;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 use crate::{LightFace, LightSource, Triangles};
-use plane::{Plane, planes};
+use covering::{CoveringTriangle, covering};
 use small::{BATCH, Batch, Mapped};
 
 /// The faces of a light, and the points and vertices on one of them.
@@ -81,7 +81,7 @@ impl Faces {
 impl LightMap for Faces {
     type Points = FacePoints;
     type Batch = Batch;
-    type Large = Plane;
+    type Large = CoveringTriangle;
 
     fn choose(&mut self, light: &LightSource, survey: &Survey, _: &ListedLightOptions) -> Option<usize> {
         choose::choose(light, survey.rays.step_x, &survey.tiles, &mut self.all)?;
@@ -203,7 +203,7 @@ impl LightMap for Faces {
     }
 
     #[inline(always)]
-    fn test_large<S: Simd>(simd: S, large: &Plane, points: &FacePoints) -> (mask32x16<S>, mask32x16<S>) {
+    fn test_large<S: Simd>(simd: S, large: &CoveringTriangle, points: &FacePoints) -> (mask32x16<S>, mask32x16<S>) {
         large.test(simd, &points.at, points.errors)
     }
 
@@ -239,17 +239,17 @@ fn list_large(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, id: u32) {
     }
     let Faces { face, cells, .. } = listing.map;
     let margin = cells.margin;
-    for plane in planes(face, corners).into_iter().flatten() {
+    for triangle in covering(face, corners, id).into_iter().flatten() {
         let item = LARGE | range.large.len() as u32;
         let before = range.bins.unsorted.len();
-        let [low, high] = plane.bounds[1];
+        let [low, high] = triangle.bounds[1];
         for row in listing.down.cell(low - margin)..=listing.down.cell(high + margin) {
-            let Some(([left, right], nearest)) = plane.span(cells, row) else { continue };
+            let Some(([left, right], nearest)) = triangle.span(cells, row) else { continue };
             let columns = listing.across.cell(left - margin)..=listing.across.cell(right + margin);
             listing.list(&mut range.bins, &columns, row..=row, -nearest, item);
         }
         if range.bins.unsorted.len() > before {
-            range.large.push((id, plane));
+            range.large.push((id, triangle));
         }
     }
 }
