@@ -91,9 +91,9 @@ pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, 
 #[doc(hidden)]
 pub mod internals {
     pub use crate::bvh::{
-        Child as BvhChild, Found as BvhFound, Inside as BvhInside, Kind as BvhKind, LESS as BVH_LESS, Leaf as BvhLeaf,
-        Line as BvhLine, MORE as BVH_MORE, Nearest as BvhNearest, Node as BvhNode, Slabs as BvhSlabs,
-        WIDTH as BVH_WIDTH,
+        Child as BvhChild, Inside as BvhInside, Kind as BvhKind, LESS as BVH_LESS, Leaf as BvhLeaf,
+        LeafHits as BvhFound, Line as BvhLine, MORE as BVH_MORE, Nearest as BvhNearest, Node as BvhNode,
+        Slabs as BvhSlabs, WIDTH as BVH_WIDTH,
     };
     pub use crate::kdtree::{
         Ask, Extent, Filter, HALF_ULP, LANES, MOST_RAYS, Node, Nodes, Plane, Rays, Scale, Wide, fit, load,

@@ -20,7 +20,7 @@ pub struct Leaf {
 }
 
 /// Triangles of a leaf that a ray may hit.
-pub struct Found {
+pub struct LeafHits {
     /// Triangles that may be hit, a bit for each.
     pub possible: u32,
     /// Those that the line certainly meets after the ray's start.
@@ -65,7 +65,7 @@ impl Leaf {
 
     /// The triangles in some lanes that a ray may hit before `far`.
     #[inline(always)]
-    pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
+    pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<LeafHits> {
         let [i, j, k] = line.axes;
         let z = self.offsets(simd, line, k);
         let offsets = [self.offsets(simd, line, i), self.offsets(simd, line, j), z];
@@ -84,7 +84,7 @@ impl Leaf {
         if possible == 0 {
             return None;
         }
-        Some(Found { possible, certain, earliest: earliest.into(), latest: latest.into() })
+        Some(LeafHits { possible, certain, earliest: earliest.into(), latest: latest.into() })
     }
 
     /// The offsets of all corners from the line's origin along an axis.

@@ -12,7 +12,7 @@ const EPSILON: f32 = 1.0 / (1 << 24) as f32;
 /// then rounded to f32. Lines have the rest of their slopes, at most h. These are [`Sheared`]'s offsets and slopes with
 /// H = h + 2⁻²⁰: the error of both in f64 is at most 2⁻⁴⁹ z. Products don't overflow, for scenes of the size that
 /// [`scale`](super::job::scale) makes.
-pub(super) struct Found<S: Simd> {
+pub(super) struct LineTests<S: Simd> {
     /// Not missed, and not certainly outside of the line's ends.
     pub(super) possible: mask32x16<S>,
     /// Those of them certainly met, between the ends.
@@ -39,7 +39,7 @@ const OF_ENDS: f32 = 4.0 * EPSILON;
 
 /// Tests sixteen triangles against a line each; `wide` is H.
 #[inline(always)]
-pub(super) fn test<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3], beam: &Beam<S>) -> Found<S> {
+pub(super) fn test<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3], beam: &Beam<S>) -> LineTests<S> {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
     let sheared = Sheared::new([[x0, x1, x2], [y0, y1, y2], [z0, z1, z2]], [-beam.u, -beam.v], wide, 0.0);
     let largest = z0.abs().max(z1.abs()).max(z2.abs());
@@ -51,5 +51,5 @@ pub(super) fn test<S: Simd>(simd: S, wide: f32, corners: &[[f32x16<S>; 3]; 3], b
     let possible = !(sheared.is_missed() | outside);
     let certain =
         possible & sheared.is_met() & earliest.simd_gt(beam.near + of_near) & latest.simd_lt(beam.end - of_end);
-    Found { possible, certain, earliest, latest }
+    LineTests { possible, certain, earliest, latest }
 }

@@ -31,7 +31,7 @@ pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
 pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
 pub use scale::Scale;
 pub(crate) use see::{NO_RAY, PacketRays, SQUARE_PIXELS};
-use stack::{Stack, Waiting};
+use stack::{Stack, WaitingPacket};
 pub use tester::Ask;
 use tester::{MOST_PAIRS, Mailbox, Pairs, Tester};
 
@@ -192,7 +192,7 @@ impl KdTree {
     /// Leads prepared rays to leaves below the node at `root`, in packets.
     #[doc(hidden)]
     pub fn visit_from(&self, triangles: Triangles<'_>, rays: &mut Rays, root: u32, ask: &mut Ask<'_>) {
-        let mut stack = [Waiting::at_root(self); super::node::Nodes::MAX_DEPTH];
+        let mut stack = [WaitingPacket::at_root(self); super::node::Nodes::MAX_DEPTH];
         let tester = Tester {
             tree: self,
             triangles,

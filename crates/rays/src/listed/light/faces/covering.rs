@@ -3,9 +3,8 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::Cells;
-use crate::light_grid::block::{Block, BlockErrors};
-use crate::light_grid::face::{Face, HALF_ULP, POINT_LIMIT, VERTEX_MARGIN};
-use crate::light_grid::large::{HomogeneousCorners, LargeTriangle};
+use crate::light_grid::face::{Block, BlockErrors, Face, HALF_ULP, POINT_LIMIT, VERTEX_MARGIN};
+use crate::light_grid::large_triangles::{HomogeneousCorners, LargeTriangle};
 use crate::simd::lanes::min3;
 use crate::simd::vectors::splat;
 

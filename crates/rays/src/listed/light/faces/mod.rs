@@ -14,13 +14,12 @@ use rayon::prelude::*;
 
 use super::ListedLightOptions;
 use super::cells::Axis;
-use super::list::{Listing, Range};
+use super::list::{ListedRange, Listing};
 use super::map::{LightMap, Place};
 use super::pass::LightPass;
 use super::trace::LARGE;
-use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::choose;
-use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
+use crate::light_grid::face::{Block, BlockErrors, Face, HALF_ULP, VertexErrors};
 use crate::light_grid::pixel_map::PixelMap;
 use crate::light_grid::point_set::PointSet;
 use crate::light_grid::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
@@ -169,7 +168,7 @@ impl LightMap for Faces {
     }
 
     #[inline(always)]
-    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut Range<Self>, ids: Ids<usize>) {
+    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut ListedRange<Self>, ids: Ids<usize>) {
         let end = ids.end;
         for first in ids.step_by(LANES) {
             let triangles = &listing.triangles.indices[first..end.min(first + LANES)];
@@ -220,8 +219,8 @@ impl LightMap for Faces {
 
 /// Lists the triangle in a lane of the batch in the cells that its bounds cover.
 #[inline(always)]
-fn list_small(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, lane: usize, id: u32) {
-    let Range { bins, batch, .. } = range;
+fn list_small(listing: &Listing<'_, Faces>, range: &mut ListedRange<Faces>, lane: usize, id: u32) {
+    let ListedRange { bins, batch, .. } = range;
     let margin = listing.map.cells.margin;
     let range = |[low, high]: &[[f32; BATCH]; 2]| [low[lane] - margin, high[lane] + margin];
     let [left, right] = range(&batch.x_range).map(|at| listing.across.cell(at));
@@ -232,7 +231,7 @@ fn list_small(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, lane: usiz
 /// Lists a triangle, row by row, in the cells that it covers itself.
 #[cold]
 #[inline(never)]
-fn list_large(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, id: u32) {
+fn list_large(listing: &Listing<'_, Faces>, range: &mut ListedRange<Faces>, id: u32) {
     let Ok(corners) = listing.triangles.usable_corners(id) else { return };
     if !listing.opacity.is_there(id) {
         return;
