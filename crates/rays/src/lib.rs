@@ -21,6 +21,7 @@ mod bvh;
 mod camera;
 mod camera_grid;
 mod choice;
+mod edge_functions;
 mod grids;
 mod hash_key;
 mod kdtree;
@@ -40,6 +41,7 @@ mod random;
 mod ray;
 pub mod ray_by_ray;
 mod scan;
+mod shear;
 mod shot;
 mod simd;
 mod single;
@@ -89,9 +91,9 @@ pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, 
 #[doc(hidden)]
 pub mod internals {
     pub use crate::bvh::{
-        Child as BvhChild, Found as BvhFound, Inside as BvhInside, Kind as BvhKind, LESS as BVH_LESS, Leaf as BvhLeaf,
-        Line as BvhLine, MORE as BVH_MORE, Nearest as BvhNearest, Node as BvhNode, Slabs as BvhSlabs,
-        WIDTH as BVH_WIDTH,
+        Child as BvhChild, Inside as BvhInside, Kind as BvhKind, LESS as BVH_LESS, Leaf as BvhLeaf,
+        LeafHits as BvhFound, Line as BvhLine, MORE as BVH_MORE, Nearest as BvhNearest, Node as BvhNode,
+        Slabs as BvhSlabs, WIDTH as BVH_WIDTH,
     };
     pub use crate::kdtree::{
         Ask, Extent, Filter, HALF_ULP, LANES, MOST_RAYS, Node, Nodes, Plane, Rays, Scale, Wide, fit, load,

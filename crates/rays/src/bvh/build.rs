@@ -20,7 +20,7 @@ pub(super) struct Builder {
 /// Nodes over items, with the subtrees not yet joined. In the top, leaves stand for subtrees.
 pub(super) struct Built<'a> {
     top: &'a [Node],
-    trees: Vec<Range<'a>>,
+    trees: Vec<NodeItems<'a>>,
     subtrees: &'a [Subtree],
     /// The first node of each subtree, counted from the top's first, and its first leaf.
     starts: Vec<[usize; 2]>,
@@ -50,7 +50,7 @@ impl LeafItems {
 }
 
 /// Items that become a node or a leaf.
-struct Range<'a> {
+struct NodeItems<'a> {
     items: &'a mut [Item],
     /// Room of the same length, to divide them.
     spare: &'a mut [Item],
@@ -169,7 +169,7 @@ impl Builder {
         let extent = items.par_chunks(CHUNK).map(bounds).merge(Extent::union).unwrap_or(Extent::EMPTY);
         let mut trees = Vec::new();
         if !items.is_empty() {
-            divide_top(Range { items, spare, extent }, most, top, &mut trees);
+            divide_top(NodeItems { items, spare, extent }, most, top, &mut trees);
         }
         subtrees.resize_with(subtrees.len().max(trees.len()), Subtree::default);
         trees.par_iter_mut().zip(&mut *subtrees).each(|(range, subtree)| subtree.build(range, most));
@@ -205,7 +205,7 @@ impl Builder {
 }
 
 /// Divides items into ranges for many threads, and builds the nodes above these.
-fn divide_top<'a>(whole: Range<'a>, most: usize, top: &mut Vec<Node>, trees: &mut Vec<Range<'a>>) {
+fn divide_top<'a>(whole: NodeItems<'a>, most: usize, top: &mut Vec<Node>, trees: &mut Vec<NodeItems<'a>>) {
     // Independent of the number of threads.
     const MOST_TREES: usize = 64;
     let largest = (whole.items.len() / MOST_TREES).clamp(1 << 10, 1 << 15);
@@ -217,11 +217,11 @@ fn divide_top<'a>(whole: Range<'a>, most: usize, top: &mut Vec<Node>, trees: &mu
 }
 
 fn divide_top_node<'a>(
-    whole: Range<'a>,
+    whole: NodeItems<'a>,
     [largest, most]: [usize; 2],
     depth: usize,
     top: &mut Vec<Node>,
-    trees: &mut Vec<Range<'a>>,
+    trees: &mut Vec<NodeItems<'a>>,
 ) -> Child {
     let index = top.len();
     top.push(Node::EMPTY);
@@ -243,10 +243,10 @@ fn divide_top_node<'a>(
 
 /// The children of a node: the largest child with more than `enough` items is divided until there are enough children.
 fn children_of<'a>(
-    whole: Range<'a>,
+    whole: NodeItems<'a>,
     enough: usize,
-    mut divide: impl FnMut(Range<'a>) -> [Range<'a>; 2],
-) -> Vec<Range<'a>> {
+    mut divide: impl FnMut(NodeItems<'a>) -> [NodeItems<'a>; 2],
+) -> Vec<NodeItems<'a>> {
     let mut children = Vec::with_capacity(WIDTH);
     children.push(whole);
     while children.len() < WIDTH {
@@ -279,7 +279,7 @@ fn best_split_on_all_threads(items: &[Item], most: usize) -> Option<Split> {
     bins.reduce(none, merge).best(most)
 }
 
-impl<'a> Range<'a> {
+impl<'a> NodeItems<'a> {
     /// Divides the range into two, on all threads; into halves where there is no split.
     fn divided(self, split: Option<Split>) -> [Self; 2] {
         let Some(split) = split else { return self.halves() };
@@ -322,27 +322,27 @@ fn bounds(items: &[Item]) -> Extent {
 
 /// A range of a subtree's items.
 #[derive(Clone, Copy)]
-struct Part {
+struct ItemSpan {
     start: usize,
     end: usize,
     extent: Extent,
 }
 
-impl Part {
+impl ItemSpan {
     fn len(&self) -> usize {
         self.end - self.start
     }
 }
 
 impl Subtree {
-    fn build(&mut self, range: &mut Range<'_>, most: usize) {
+    fn build(&mut self, range: &mut NodeItems<'_>, most: usize) {
         self.nodes.clear();
         self.leaves.clear();
-        let whole = Part { start: 0, end: range.items.len(), extent: range.extent };
+        let whole = ItemSpan { start: 0, end: range.items.len(), extent: range.extent };
         self.node(range.items, whole, most, 0);
     }
 
-    fn node(&mut self, items: &mut [Item], whole: Part, most: usize, depth: usize) -> Child {
+    fn node(&mut self, items: &mut [Item], whole: ItemSpan, most: usize, depth: usize) -> Child {
         let index = self.nodes.len();
         self.nodes.push(Node::EMPTY);
         let mut children = [whole; WIDTH];
@@ -374,7 +374,7 @@ impl Subtree {
     }
 
     /// Divides a part of the items.
-    fn divide(&mut self, items: &mut [Item], part: Part, most: usize, depth: usize) -> [Part; 2] {
+    fn divide(&mut self, items: &mut [Item], part: ItemSpan, most: usize, depth: usize) -> [ItemSpan; 2] {
         let items = &mut items[part.start..part.end];
         let split = if depth < DEEP {
             self.bins.clear(middles(items), items.len());
@@ -395,8 +395,8 @@ impl Subtree {
         };
         let middle = part.start + first;
         [
-            Part { start: part.start, end: middle, extent: extents[0] },
-            Part { start: middle, end: part.end, extent: extents[1] },
+            ItemSpan { start: part.start, end: middle, extent: extents[0] },
+            ItemSpan { start: middle, end: part.end, extent: extents[1] },
         ]
     }
 }

@@ -3,27 +3,13 @@ use fearless_simd::{Simd, f32x8};
 use glam::{Vec3, Vec4};
 
 use super::line::Line;
+use crate::shear::Sheared;
 use crate::simd::each;
 
 /// Up to eight triangles: 320 bytes.
 ///
-/// **Misses.** Projected along a ray, the scene falls into a plane with the ray as origin: with k the axis of the
-/// direction's largest component and i another one, xᵢ = Δᵢ − r Δₖ for a corner p, where Δ = p − o and r = dᵢ / dₖ. The edge
-/// functions of the predicate are, up to a common factor, E = x₁ y₂ − x₂ y₁ in that plane. A triangle is missed if two of
-/// them have certain and opposite signs, and certainly met if all three have the same certain sign.
-///
-/// **Error bounds.** Let ε = 2⁻²⁴, z = |Δₖ|, a = |x| + |y| of a corner, and ε b the largest rounding of the origin on an
-/// axis, where b is the line's `blur`. Of x, the roundings of Δᵢ are ε |Δᵢ| ≤ ε (|x| + z), those of r, of Δₖ and of their
-/// product ε z each, and that of the difference ε |x|; the origin's are 2 ε b. Together they are less than
-/// e = 16 ε (a + z + b) by a factor of three; e is taken for the largest of the three corners. An edge function is then
-/// wrong by at most e (a₁ + a₂ + 2 e) / 2, and its own roundings are 2 ε a₁ a₂: less than δ = e (a₁ + a₂ + a₃ + 3 e) for all
-/// three. Underflow loses less than `SMALLEST`. Where products and sums are fused, there is one rounding less.
-///
-/// **Position of a hit.** t = Σ E z / Σ E, with z along the ray. Where the triangle is met, it is between the least and the
-/// largest z, each wrong by less than e / 3. With s the difference of these, weights with an error of δ move it by at most
-/// 3 δ s / (|Σ E| − 3 δ), and the roundings of sums, products and quotient by 8 ε max |z| < e. As it isn't moved by more
-/// than s either, that is less than 2 e + s min(1, 16 δ / |Σ E|): where |Σ E| > 12 δ the quotient is below 4 δ s / |Σ E|,
-/// and elsewhere 16 δ / |Σ E| is above one.
+/// [`Sheared`] rules out triangles, with H = 1: z is along the axis of the direction's largest component. Offsets from the
+/// line's origin are rounded once, and the origin by its blur.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
 pub struct Leaf {
@@ -34,7 +20,7 @@ pub struct Leaf {
 }
 
 /// Triangles of a leaf that a ray may hit.
-pub struct Found {
+pub struct LeafHits {
     /// Triangles that may be hit, a bit for each.
     pub possible: u32,
     /// Those that the line certainly meets after the ray's start.
@@ -50,9 +36,6 @@ impl Leaf {
     pub const LANES: usize = 8;
 
     pub(super) const EMPTY: Self = Self { corners: [[[0.0; Self::LANES]; 3]; 3], ids: [u32::MAX; Self::LANES] };
-
-    const ERROR: f32 = 16.0 / (1 << 24) as f32;
-    const SMALLEST: f32 = 1e-36;
 
     /// Replaces the triangles, with scaled corners.
     pub(super) fn fill(&mut self, ids: impl Iterator<Item = u32>, corners: impl Fn(u32) -> [Vec3; 3]) {
@@ -82,43 +65,26 @@ impl Leaf {
 
     /// The triangles in some lanes that a ray may hit before `far`.
     #[inline(always)]
-    pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<Found> {
+    pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<LeafHits> {
         let [i, j, k] = line.axes;
         let z = self.offsets(simd, line, k);
-        let x =
-            each!((x, z) in pairs(self.offsets(simd, line, i), z) => z.mul_add(f32x8::splat(simd, line.slopes[0]), x));
-        let y =
-            each!((y, z) in pairs(self.offsets(simd, line, j), z) => z.mul_add(f32x8::splat(simd, line.slopes[1]), y));
-        let edges = [x[1].mul_sub(y[2], x[2] * y[1]), x[2].mul_sub(y[0], x[0] * y[2]), x[0].mul_sub(y[1], x[1] * y[0])];
-        let aside = each!((x, y) in pairs(x, y) => x.abs() + y.abs());
-        let [a, b, c] = each!((aside, z) in pairs(aside, z) => aside + z.abs());
-        let error = a.max(b).max(c).mul_add(Self::ERROR, f32x8::splat(simd, line.blur * Self::ERROR));
-        let doubt = error.mul_add(3.0, aside[0] + aside[1] + aside[2]).mul_add(error, Self::SMALLEST);
-        let (lowest, highest) = (edges[0].min(edges[1]).min(edges[2]), edges[0].max(edges[1]).max(edges[2]));
-        let missed = lowest.simd_lt(-doubt) & highest.simd_gt(doubt);
-        let mut possible = !(missed.to_bitmask() as u32) & lanes;
+        let offsets = [self.offsets(simd, line, i), self.offsets(simd, line, j), z];
+        let slopes = [f32x8::splat(simd, line.slopes[0]), f32x8::splat(simd, line.slopes[1])];
+        let sheared = Sheared::new(offsets, slopes, 1.0, line.blur);
+        let mut possible = !(sheared.is_missed().to_bitmask() as u32) & lanes;
         if possible == 0 {
             return None;
         }
-        let sure = lowest.simd_gt(doubt) | highest.simd_lt(-doubt);
-        let z = each!(z in z => z * line.sign);
-        let (first, last) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
-        let one = f32x8::splat(simd, 1.0);
-        let inverse = one / (edges[0] + edges[1] + edges[2]);
-        // Each E is divided first: products E z may underflow, and weights don't matter where they do.
-        let [a, b, c] = each!((edge, z) in pairs(edges, z) => (edge * inverse) * z);
-        let t = a + b + c;
-        let moved = error * 2.0 + (last - first) * (doubt * inverse.abs() * 16.0).min(one);
-        let earliest = sure.select(t - moved, first - error);
-        let latest = sure.select(t + moved, last + error);
+        // e has z and the blur in it, so it is the bound for depths too.
+        let [earliest, latest] = sheared.depth(each!(z in z => z * line.sign), sheared.error);
         let outside = earliest.simd_gt(far) | latest.simd_lt(line.near);
         possible &= !(outside.to_bitmask() as u32);
         // After the ray's start; `near` may be slightly before it.
-        let certain = (sure & earliest.simd_gt(line.after)).to_bitmask() as u32 & possible;
+        let certain = (sheared.is_met() & earliest.simd_gt(line.after)).to_bitmask() as u32 & possible;
         if possible == 0 {
             return None;
         }
-        Some(Found { possible, certain, earliest: earliest.into(), latest: latest.into() })
+        Some(LeafHits { possible, certain, earliest: earliest.into(), latest: latest.into() })
     }
 
     /// The offsets of all corners from the line's origin along an axis.
@@ -126,11 +92,6 @@ impl Leaf {
     fn offsets<S: Simd>(&self, simd: S, line: &Line, axis: usize) -> [f32x8<S>; 3] {
         each!(corner in &self.corners[axis] => f32x8::from_slice(simd, corner) - line.origin[axis])
     }
-}
-
-#[inline(always)]
-fn pairs<T: Copy>(a: [T; 3], b: [T; 3]) -> [(T, T); 3] {
-    [(a[0], b[0]), (a[1], b[1]), (a[2], b[2])]
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod validate;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 use build::Builder;
-pub use leaf::{Found, Leaf};
+pub use leaf::{Leaf, LeafHits};
 pub use line::{LESS, Line, MORE, Slabs};
 use patched::Patched;
 pub use trace::{Inside, Nearest};

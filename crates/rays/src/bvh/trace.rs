@@ -4,7 +4,7 @@ use crate::dispatch;
 use fearless_simd::Simd;
 use glam::Vec3;
 
-use super::leaf::{Found, Leaf};
+use super::leaf::{Leaf, LeafHits};
 use super::line::{Line, Slabs};
 use super::{Bvh, Child, Kind, Node, WIDTH};
 use crate::predicate::{ShadowRay, hit, hit_of_near_at};
@@ -58,14 +58,14 @@ pub struct Inside<'a> {
 
 /// Candidates of a ray that the predicate hasn't tested yet.
 #[derive(Default)]
-struct Waiting {
+struct UntestedCandidates {
     /// The leaf of each, and its lane there.
-    triangles: [(u32, u32); Waiting::MOST],
-    earliest: [f32; Waiting::MOST],
+    triangles: [(u32, u32); UntestedCandidates::MOST],
+    earliest: [f32; UntestedCandidates::MOST],
     count: usize,
 }
 
-impl Waiting {
+impl UntestedCandidates {
     const MOST: usize = 8;
 }
 
@@ -79,7 +79,7 @@ pub struct Nearest<'a> {
     own: u32,
     stops: &'a dyn Fn(&Hit) -> bool,
     best: Option<Hit>,
-    waiting: Waiting,
+    waiting: UntestedCandidates,
     /// Whether a certain hit shortens the ray before the predicate and `stops` are called.
     lazy: bool,
     /// Whether a hit that had shortened the ray let it through.
@@ -97,7 +97,7 @@ impl<'a> Nearest<'a> {
         own: u32,
         stops: &'a dyn Fn(&Hit) -> bool,
     ) -> Self {
-        let (best, waiting) = (None, Waiting::default());
+        let (best, waiting) = (None, UntestedCandidates::default());
         Self { bvh, triangles, ray, line, own, stops, best, waiting, lazy: true, passed: false }
     }
 
@@ -115,16 +115,16 @@ impl<'a> Nearest<'a> {
 
     /// Takes the candidates of a leaf, and lowers `far` to the nearest known hit.
     #[inline(always)]
-    pub fn take<S: Simd>(&mut self, simd: S, leaf: usize, found: &Found, far: &mut f32) {
+    pub fn take<S: Simd>(&mut self, simd: S, leaf: usize, found: &LeafHits, far: &mut f32) {
         for lane in bits_of(found.possible) {
             let lane = lane % Leaf::LANES;
             if found.earliest[lane] > *far || self.bvh.leaves[leaf].ids[lane] == self.own {
                 continue;
             }
-            if self.waiting.count == Waiting::MOST {
+            if self.waiting.count == UntestedCandidates::MOST {
                 self.settle(simd, far);
             }
-            let at = self.waiting.count % Waiting::MOST;
+            let at = self.waiting.count % UntestedCandidates::MOST;
             self.waiting.triangles[at] = (leaf as u32, lane as u32);
             self.waiting.earliest[at] = found.earliest[lane];
             self.waiting.count += 1;
@@ -286,7 +286,7 @@ impl Bvh {
         simd: S,
         line: &Line,
         far: &mut f32,
-        mut test: impl FnMut(usize, &Found, &mut f32) -> ControlFlow<()>,
+        mut test: impl FnMut(usize, &LeafHits, &mut f32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let slabs = Slabs::new(simd, line);
         let mut stack = Stack::default();
@@ -361,7 +361,7 @@ impl Entered {
     }
 }
 
-/// Waiting children, the nearest of a node last.
+/// UntestedCandidates children, the nearest of a node last.
 struct Stack {
     entries: [Entered; Stack::ROOM],
     waiting: usize,

@@ -8,13 +8,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Listed, Path};
-use super::general::General;
-use super::lanes::{Corners, DepthPlane, LANES, PixelBounds, Setup, largest, splat};
+use super::cull::BoxInImage;
+use super::homogeneous::HomogeneousTriangle;
+use super::lanes::{BackFaceCull, Corners, DepthPlane, LANES, PixelBounds, Setup, largest, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
-use super::shown::Shown;
-use super::sight::Sight;
-use super::tile::Batch;
-use super::tiny::{Tiny, TinyHits};
+use super::tile::TriangleBatch;
+use super::two_by_two::{TinyHits, TinyTriangles};
 use super::{ImageTooLarge, PerspectiveGrid, PixelBox};
 use crate::patches::{Patch, Patches};
 use crate::shot::{Opacity, Shot, Sides, TileOrder};
@@ -118,13 +117,15 @@ impl Listing<'_> {
             let patch = self.patches.get(number);
             let (of_patch, rest) = vertices.split_at_mut(patch.vertices.len());
             vertices = rest;
-            match self.space.sight(simd, self.patches.bounds.sixteens[number / LANES].get(number % LANES)) {
-                Sight::Outside => {}
-                Sight::Within { pixels, nearest } if pixels.is_small() && self.are_opaque(&patch) => {
+            match self.space.box_in_image(simd, self.patches.bounds.sixteens[number / LANES].get(number % LANES)) {
+                BoxInImage::Outside => {}
+                BoxInImage::Within { pixels, nearest } if pixels.is_small() && self.are_opaque(&patch) => {
                     *in_image = pixels;
                     bins.list(Path::Patch, Listed { slot: number as u32 | Listed::PATCH, nearest }, pixels.tiles());
                 }
-                Sight::Within { .. } | Sight::Anywhere => self.list_triangles(simd, number, &patch, of_patch, bins),
+                BoxInImage::Within { .. } | BoxInImage::Anywhere => {
+                    self.list_triangles(simd, number, &patch, of_patch, bins)
+                }
             }
         }
     }
@@ -144,7 +145,7 @@ impl Listing<'_> {
         bins: &mut Bins,
     ) {
         let &Self { space, opacity, shot, .. } = self;
-        let shown = Shown::new(space, shot);
+        let shown = BackFaceCull::new(space, shot);
         let mut set_up = SetUp { space, triangles: shot.triangles, opacity, sides: shot.sides, shown, bins };
         vectorized!(simd => {
             for (vertices, positions) in vertices.chunks_exact_mut(LANES).zip(self.patches.positions(number)) {
@@ -177,7 +178,7 @@ struct SetUp<'a> {
     triangles: Triangles<'a>,
     opacity: Option<&'a dyn Opacity>,
     sides: Sides<'a>,
-    shown: Shown<'a>,
+    shown: BackFaceCull<'a>,
     bins: &'a mut Bins,
 }
 
@@ -198,7 +199,7 @@ impl SetUp<'_> {
         }
         let bounds = PixelBounds::new(simd, self.space, corners);
         seen &= (bounds.x[0].simd_le(bounds.x[1]) & bounds.y[0].simd_le(bounds.y[1])).to_bitmask();
-        seen = self.shown.of(simd, ids, corners, &bounds, seen);
+        seen = self.shown.keep(simd, ids, corners, &bounds, seen);
         let masked = self.opacity.map_or(0, |opacity| {
             let masked = bits_of(seen).filter(|&lane| !opacity.is_opaque(ids[lane]));
             masked.fold(0, |masked, lane| masked | 1 << lane)
@@ -207,7 +208,7 @@ impl SetUp<'_> {
             seen &= !masked;
             self.list_in_tiles(simd, Path::Masked, sixteen, corners, &bounds, masked);
         }
-        let tiny = Tiny::are(simd, &bounds).to_bitmask() & seen;
+        let tiny = TinyTriangles::are(simd, &bounds).to_bitmask() & seen;
         if tiny != 0 {
             self.leave_fragments(simd, ids, corners, &bounds, tiny);
         }
@@ -224,17 +225,17 @@ impl SetUp<'_> {
         if self.sides.has_back(id) || self.space.sees_front(corners) {
             let is_opaque = self.opacity.is_none_or(|opacity| opacity.is_opaque(id));
             let path = if is_opaque { Path::General } else { Path::MaskedGeneral };
-            self.list_general(simd, path, slot, corners);
+            self.list_homogeneous(simd, path, slot, corners);
         }
     }
 
     /// Lists a triangle where its edge functions in f64 don't rule it out.
     #[cold]
     #[inline(never)]
-    fn list_general<S: Simd>(&mut self, simd: S, path: Path, slot: u32, corners: [Vec3; 3]) {
+    fn list_homogeneous<S: Simd>(&mut self, simd: S, path: Path, slot: u32, corners: [Vec3; 3]) {
         let (space, bins) = (self.space, &mut *self.bins);
-        let general = General::new(space, corners);
-        vectorized!(simd => bins.list_general(simd, space, path, slot, &general));
+        let general = HomogeneousTriangle::new(space, corners);
+        vectorized!(simd => bins.list_homogeneous(simd, space, path, slot, &general));
     }
 
     /// Tests tiny triangles immediately.
@@ -248,10 +249,10 @@ impl SetUp<'_> {
         lanes: u64,
     ) {
         let lanes = mask32x16::from_bitmask(simd, lanes);
-        let tiny = Tiny::new(simd, self.space, corners, bounds);
+        let tiny = TinyTriangles::new(simd, self.space, corners, bounds);
         let columns: [f32; LANES] = bounds.x[0].into();
         let rows: [f32; LANES] = bounds.y[0].into();
-        for sample in Tiny::<S>::SAMPLES {
+        for sample in TinyTriangles::<S>::SAMPLES {
             let TinyHits { possible, inside, low, high } = tiny.hits(simd, sample, bounds.have(simd, sample) & lanes);
             let inside = inside.to_bitmask();
             let (low, high): ([f32; LANES], [f32; LANES]) = (low.into(), high.into());
@@ -323,7 +324,7 @@ impl SetUp<'_> {
         let far = splat(simd, FAR_IN_SIDES * width.max(height) as f32);
         let is_near = largest(x, y).simd_le(far) | mask32x16::splat(simd, path != Path::Ordinary);
         let certain = setup.is_certain(simd) & is_near;
-        let mut batch = Batch::default();
+        let mut batch = TriangleBatch::default();
         batch.fill(simd, &setup, &plane, certain);
         let certain = certain.to_bitmask();
         let (x0, x1): ([f32; LANES], [f32; LANES]) = (bounds.x[0].into(), bounds.x[1].into());
@@ -336,7 +337,7 @@ impl SetUp<'_> {
         for lane in bits_of(lanes & !certain) {
             let path = if path == Path::Ordinary { Path::General } else { path };
             let corners = self.triangles.corners(sixteen.ids[lane]);
-            self.list_general(simd, path, sixteen.first_slot + lane as u32, corners);
+            self.list_homogeneous(simd, path, sixteen.first_slot + lane as u32, corners);
         }
     }
 

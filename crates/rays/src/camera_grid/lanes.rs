@@ -1,11 +1,15 @@
+//! Sixteen triangles at once: their corners, bounds in pixels, edge functions and depths, and which show a side that stops
+//! rays.
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u8x64, u32x16};
 
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::Triangles;
+use crate::shot::{Shot, Sides};
 use crate::simd::each;
 pub(crate) use crate::simd::lanes::{LANES, splat};
-use crate::simd::lanes::{TABLE, load_corner, load_local_corner, look_up, max3, min3};
+use crate::simd::lanes::{TABLE, bits_of, load_corner, load_local_corner, look_up, max3, min3};
 
 /// The corners of 16 triangles: x, y and inverse depth of each.
 #[derive(Clone, Copy)]
@@ -293,5 +297,47 @@ impl<S: Simd> DepthPlane<S> {
         let across = f64x8::splat(simd, origin_x) - x[0];
         let along = f64x8::splat(simd, origin_y) - y[0];
         [right, down, inverse_depth[0] + (right * across + down * along)]
+    }
+}
+
+/// Finds the triangles that show a side that stops rays.
+#[derive(Clone, Copy)]
+pub(super) struct BackFaceCull<'a> {
+    space: &'a PixelSpace,
+    triangles: Triangles<'a>,
+    sides: Sides<'a>,
+    /// The sign of the area in pixel space of triangles that show their front; zero where all have both sides.
+    facing: f32,
+}
+
+impl<'a> BackFaceCull<'a> {
+    pub(super) fn new(space: &'a PixelSpace, shot: &Shot<'a>) -> Self {
+        let &Shot { triangles, sides, .. } = shot;
+        Self { space, triangles, sides, facing: space.facing(sides) }
+    }
+
+    /// The triangles in `lanes` that have a back or show their front. Where the area isn't certain, the predicate decides.
+    #[inline(always)]
+    pub(super) fn keep<S: Simd>(
+        &self,
+        simd: S,
+        ids: &[u32],
+        corners: &Corners<S>,
+        bounds: &PixelBounds<S>,
+        lanes: u64,
+    ) -> u64 {
+        if self.facing == 0.0 || lanes == 0 {
+            return lanes;
+        }
+        let with_back = bits_of(lanes).filter(|lane| self.sides.has_back(ids[lane % LANES]));
+        let mut shown = with_back.fold(0, |backs, lane| backs | 1 << lane);
+        let [area, bound] = corners.signed_area(simd, bounds.error);
+        let area = area * splat(simd, self.facing);
+        let (fronts, backs) = (area.simd_gt(bound).to_bitmask(), area.simd_lt(-bound).to_bitmask());
+        shown |= fronts;
+        for lane in bits_of(lanes & !(shown | backs)) {
+            shown |= u64::from(self.space.sees_front(self.triangles.corners(ids[lane % LANES]))) << lane;
+        }
+        lanes & shown
     }
 }

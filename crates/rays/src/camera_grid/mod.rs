@@ -7,20 +7,17 @@
 
 pub(crate) mod bins;
 pub(crate) mod build;
-mod coarse;
-mod depth;
+mod cull;
 mod depth_order;
-mod fine;
-pub(crate) mod general;
+pub(crate) mod homogeneous;
 pub(crate) mod lanes;
-mod linear;
+mod list_large;
 pub(crate) mod pixel_space;
 pub(crate) mod samples;
-mod shown;
-mod sight;
+mod small_patches;
 pub(crate) mod tile;
-mod tiny;
 pub(crate) mod trace;
+mod two_by_two;
 mod validate;
 
 use std::sync::Mutex;
@@ -33,9 +30,9 @@ use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot, TileOrder};
 use crate::simd::SimdLevel;
 use crate::{Omitted, View};
 use bins::{Bin, Bins, bytes_of};
+use cull::PixelBox;
 use pixel_space::{PixelSpace, Vertex};
-use sight::PixelBox;
-use tile::Tile;
+use tile::TileHits;
 
 /// The triangles of a frame, sorted into screen tiles for one ray through each pixel.
 ///
@@ -55,7 +52,7 @@ pub struct PerspectiveGrid {
     /// Ranges of patches, in their order.
     ranges: Vec<Bins>,
     /// A tile for each thread.
-    scratch: Vec<Mutex<Box<Tile>>>,
+    scratch: Vec<Mutex<Box<TileHits>>>,
 }
 
 debug_some!(PerspectiveGrid as grid: "triangles" => grid.triangle_count);
@@ -134,7 +131,7 @@ impl CameraGrid for PerspectiveGrid {
         bytes_of(&self.vertices)
             + bytes_of(&self.boxes)
             + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
-            + self.scratch.len() * size_of::<Tile>()
+            + self.scratch.len() * size_of::<TileHits>()
     }
 
     fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {

@@ -69,7 +69,7 @@ pub(crate) struct PixelSpace {
     pub(super) guard: f64,
     /// T of [`RELATIVE_EDGE_ERROR`](Self::RELATIVE_EDGE_ERROR), in pixels.
     pub(crate) extent: f64,
-    /// Error of the edge functions of [`General`](super::general::General) for vertices with a reach of one.
+    /// Error of the edge functions of [`HomogeneousTriangle`](super::homogeneous::HomogeneousTriangle) for vertices with a reach of one.
     pub(crate) edge_error: f64,
     /// The reaches of [`camera_point`](Self::camera_point) for each world unit.
     pub(super) reach_per_unit: f64,
@@ -205,7 +205,7 @@ impl PixelSpace {
         }
     }
 
-    /// x, y and inverse depth of sixteen ordinary positions (see [`sight`](Self::sight)).
+    /// x, y and inverse depth of sixteen ordinary positions (see [`box_in_image`](Self::box_in_image)).
     #[inline(always)]
     pub(super) fn project_ordinary<S: Simd>(&self, simd: S, positions: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
         let [low, high] = widen(positions);
@@ -295,8 +295,8 @@ impl EdgeBounds {
     /// The sum is below Mⱼ Mₖ 2⁻⁴⁰ (1 + 2⁻⁷ s e / T) · 0.8; doubled as in [`PixelSpace::RELATIVE_EDGE_ERROR`].
     ///
     /// The reach ρ = M u / s turns into M, with any unit u. It must not be below r, by which
-    /// [`General`](super::general::General) bounds depths, nor below one. With T/s the image's extent in world units, u
-    /// is the least unit for which it isn't. So depths are wrong by at most three of `General`'s four Σ bounds · ρ / area:
+    /// [`HomogeneousTriangle`](super::homogeneous::HomogeneousTriangle) bounds depths, nor below one. With T/s the image's extent in world units, u
+    /// is the least unit for which it isn't. So depths are wrong by at most three of `HomogeneousTriangle`'s four Σ bounds · ρ / area:
     /// 1.6 for the edge functions (z ≤ 3.1 r, and half of each bound is true), 0.6 for the depths (edge functions are below
     /// 34 Mⱼ Mₖ, and depths wrong by 2⁻⁴⁵ r), and far below one for the ray's start (the area is below 34 Σ Mⱼ Mₖ). For
     /// views far narrower than one unit this bounds depths poorly, and much is left to the predicate.

@@ -6,11 +6,11 @@ use fearless_simd::{f32x16, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
 use super::depth_order::DepthOrder;
-use super::fine::Waiting;
-use super::general::{General, Square};
+use super::homogeneous::{HomogeneousTriangle, Square};
 use super::lanes::{DepthPlane, LANES, Setup, splat};
 use super::pixel_space::HALF_ULP;
 use super::samples::{BLOCKS, SAMPLES, Samples, Undecided};
+use super::small_patches::PendingTriangles;
 use crate::shot::{SeenPixels, Shifts};
 use crate::simd::each;
 use crate::simd::lanes::{bits_of, max3, min3};
@@ -22,7 +22,7 @@ pub(crate) const HALF: i32 = Bins::TILE as i32 / 2;
 
 /// The nearest hits so far in one tile, and the memory for finding them. 115 KB.
 #[repr(C, align(64))]
-pub(crate) struct Tile {
+pub(crate) struct TileHits {
     pub(crate) samples: Samples,
     /// Largest distance along an axis between a sample and integer coordinates.
     shift: f32,
@@ -37,7 +37,7 @@ pub(crate) struct Tile {
     /// The possible hits of the queue's triangles.
     hits: [PossibleHits; LANES * BLOCKS * BLOCKS],
     /// Triangles of patches: tiny ones, then others.
-    pub(super) waiting: [Waiting; 2],
+    pub(super) waiting: [PendingTriangles; 2],
     /// The order in which triangles are tested.
     pub(crate) order: DepthOrder,
 }
@@ -45,7 +45,7 @@ pub(crate) struct Tile {
 /// Samples of a block that a triangle may be the nearest at. 8 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 struct PossibleHits {
-    /// The triangle and the block, as in [`Tile::queue`].
+    /// The triangle and the block, as in [`TileHits::queue`].
     queued: u32,
     /// A bit for each sample.
     possible: u16,
@@ -66,7 +66,7 @@ fn lane_and_block(queued: u32) -> (usize, usize) {
     (queued / (BLOCKS * BLOCKS) % LANES, queued % (BLOCKS * BLOCKS))
 }
 
-impl Default for Tile {
+impl Default for TileHits {
     fn default() -> Self {
         Self {
             samples: Samples::default(),
@@ -76,7 +76,7 @@ impl Default for Tile {
             queue: [0; LANES * BLOCKS * BLOCKS],
             covered: [0; LANES * BLOCKS * BLOCKS],
             hits: [PossibleHits::default(); LANES * BLOCKS * BLOCKS],
-            waiting: [Waiting::NONE; 2],
+            waiting: [PendingTriangles::NONE; 2],
             order: DepthOrder::default(),
         }
     }
@@ -85,7 +85,7 @@ impl Default for Tile {
 /// A batch of triangles in tile-local coordinates, one number a lane.
 #[derive(Default)]
 #[repr(C, align(64))]
-pub(crate) struct Batch {
+pub(crate) struct TriangleBatch {
     pub(crate) a: [[f32; LANES]; 3],
     pub(crate) b: [[f32; LANES]; 3],
     pub(crate) c: [[f32; LANES]; 3],
@@ -102,7 +102,7 @@ pub(crate) struct Batch {
     pub(crate) blocks: [[i32; LANES]; 4],
 }
 
-impl Batch {
+impl TriangleBatch {
     /// Stores 16 triangles, without their ids and blocks. Where the orientation isn't `certain`, the only bound on the
     /// inverse depth is that of the nearest corner.
     #[inline(always)]
@@ -130,11 +130,11 @@ impl Batch {
     }
 }
 
-/// Tile-local coordinates of each block's first column.
+/// TileHits-local coordinates of each block's first column.
 const FIRST_COLUMNS: [f32; BLOCKS] =
     [-32., -28., -24., -20., -16., -12., -8., -4., 0., 4., 8., 12., 16., 20., 24., 28.];
-impl Tile {
-    /// Tile-local coordinates of a block's samples, exactly.
+impl TileHits {
+    /// TileHits-local coordinates of a block's samples, exactly.
     #[inline(always)]
     fn coordinates<S: Simd>(&self, simd: S, block: usize) -> [f32x16<S>; 2] {
         let (column, row) = ((block % BLOCKS) as i32, (block / BLOCKS) as i32);
@@ -189,14 +189,19 @@ impl Tile {
     pub(crate) fn test_batch<S: Simd, const CERTAIN: bool>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         lanes: u64,
     ) -> [usize; 2] {
         vectorized!(simd => self.test_batch_inlined::<S, CERTAIN>(simd, batch, lanes))
     }
 
     #[inline(always)]
-    fn test_batch_inlined<S: Simd, const CERTAIN: bool>(&mut self, simd: S, batch: &Batch, lanes: u64) -> [usize; 2] {
+    fn test_batch_inlined<S: Simd, const CERTAIN: bool>(
+        &mut self,
+        simd: S,
+        batch: &TriangleBatch,
+        lanes: u64,
+    ) -> [usize; 2] {
         let (mut waiting, mut covered) = (0, 0);
         for lane in bits_of(lanes) {
             let lane = lane % LANES;
@@ -233,7 +238,7 @@ impl Tile {
     pub(crate) fn test_queue<S: Simd, const CERTAIN: bool>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         waiting: usize,
         decided: u64,
     ) {
@@ -260,7 +265,7 @@ impl Tile {
     fn enqueue_blocks<S: Simd>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         lane: usize,
         [x0, x1, y0, y1]: [usize; 4],
         (mut waiting, mut covered): (usize, usize),
@@ -305,7 +310,7 @@ impl Tile {
 
     /// The samples of a queued block at which a triangle may be the nearest so far, and those that it certainly covers.
     #[inline(always)]
-    fn possible_hits<S: Simd, const CERTAIN: bool>(&self, simd: S, batch: &Batch, queued: u32) -> PossibleHits {
+    fn possible_hits<S: Simd, const CERTAIN: bool>(&self, simd: S, batch: &TriangleBatch, queued: u32) -> PossibleHits {
         let (lane, block) = lane_and_block(queued);
         let [x, y] = self.coordinates(simd, block);
         let edges = batch.edges(simd, lane, x, y);
@@ -329,7 +334,7 @@ impl Tile {
     fn take_nearer<S: Simd>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         lane: usize,
         block: usize,
         [possible, inside]: [mask32x16<S>; 2],
@@ -366,7 +371,7 @@ impl Tile {
     pub(crate) fn test_general<S: Simd>(
         &mut self,
         simd: S,
-        triangle: &General,
+        triangle: &HomogeneousTriangle,
         id: u32,
         masked: bool,
         block: usize,

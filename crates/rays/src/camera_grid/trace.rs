@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 use super::PerspectiveGrid;
 use super::bins::{Bin, Listed};
-use super::general::{General, Square};
+use super::cull::PixelBox;
+use super::homogeneous::{HomogeneousTriangle, Square};
 use super::lanes::{Corners, DepthPlane, LANES, Setup, largest, sample_range, splat};
 use super::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use super::samples::{BLOCKS, SAMPLES, TileOfShot};
-use super::sight::PixelBox;
-use super::tile::{Batch, HALF, MaskWeights, Tile, block_range};
+use super::tile::{HALF, MaskWeights, TileHits, TriangleBatch, block_range};
 use crate::patches::Patches;
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder, TileWork};
 use crate::simd::each;
@@ -75,7 +75,7 @@ impl Tiles<'_> {
     /// work. `scratch` has memory for each thread.
     pub(crate) fn trace<const N: usize>(
         &self,
-        scratch: &mut Vec<Mutex<Box<Tile>>>,
+        scratch: &mut Vec<Mutex<Box<TileHits>>>,
         seen: &mut SeenPixels,
         work: &mut [[u32; N]],
         search: impl Fn(&mut TileTrace<'_, N>, usize, &mut [u32], &mut [f32]) + Sync,
@@ -95,7 +95,7 @@ impl Tiles<'_> {
     /// Calls `search` with the tile at `index`, in this thread's part of `scratch`. Returns the work.
     pub(crate) fn search<const N: usize>(
         &self,
-        scratch: &[Mutex<Box<Tile>>],
+        scratch: &[Mutex<Box<TileHits>>],
         index: usize,
         work: &mut [[u32; N]],
         search: impl FnOnce(&mut TileTrace<'_, N>),
@@ -117,7 +117,7 @@ impl Tiles<'_> {
 /// The search of one tile.
 pub(crate) struct TileTrace<'a, const N: usize> {
     pub(crate) at: TileOfShot<'a>,
-    pub(crate) tile: &'a mut Tile,
+    pub(crate) tile: &'a mut TileHits,
     pub(crate) work: TileWork<'a, N>,
     pub(crate) tally: Counts,
 }
@@ -188,7 +188,7 @@ impl<const N: usize> TileTrace<'_, N> {
             return;
         }
         let order = std::mem::take(&mut self.tile.order);
-        let mut batch = Batch::default();
+        let mut batch = TriangleBatch::default();
         let (mut slots, mut waiting, mut farthest) = ([0; LANES], 0, 0.0);
         let (mut general, mut waiting_general) = ([0; LANES], 0);
         for listed in order.listed() {
@@ -230,7 +230,7 @@ impl<const N: usize> TileTrace<'_, N> {
         simd: S,
         patches: &ListedPatches<'_>,
         slots: &[u32],
-        batch: &mut Batch,
+        batch: &mut TriangleBatch,
     ) {
         vectorized!(simd => {
             let (ids, corners) = patches.triangles(simd, slots);
@@ -246,7 +246,7 @@ impl<const N: usize> TileTrace<'_, N> {
         ids: &[u32; LANES],
         corners: Corners<S>,
         lanes: u64,
-        batch: &mut Batch,
+        batch: &mut TriangleBatch,
     ) {
         let mut placed = self.place(simd, corners);
         placed.seen &= lanes;
@@ -299,7 +299,7 @@ impl<const N: usize> TileTrace<'_, N> {
         placed: &Placed<S>,
         ids: &[u32],
         overhang: f32,
-        batch: &mut Batch,
+        batch: &mut TriangleBatch,
     ) -> (Setup<S>, u64) {
         let &Placed { ref corners, x, y, corner_error, error, columns, rows, .. } = placed;
         let origin = (self.at.corner - self.at.space.middle + HALF).as_vec2().to_array();
@@ -331,18 +331,18 @@ impl<const N: usize> TileTrace<'_, N> {
 
     /// Tests up to 16 triangles with edge functions from f64: in f32 in the tile where that suffices, else in f64.
     #[inline(never)]
-    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
+    fn test_general<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut TriangleBatch) {
         vectorized!(simd => self.test_general_inlined(simd, ids, masked, batch));
     }
 
     #[inline(always)]
-    fn test_general_inlined<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut Batch) {
+    fn test_general_inlined<S: Simd>(&mut self, simd: S, ids: &[u32], masked: bool, batch: &mut TriangleBatch) {
         let corner = self.at.corner - self.at.space.middle;
         let whole = Square { x: corner.x, y: corner.y, side: 2 * HALF };
         let middle = (corner + HALF).as_dvec2().to_array();
         let mut waiting = 0;
         for &id in ids {
-            let triangle = General::new(self.at.space, self.at.shot.triangles.corners(id));
+            let triangle = HomogeneousTriangle::new(self.at.space, self.at.shot.triangles.corners(id));
             let reach = f64::from(HALF) + f64::from(self.at.space.shifts.reach());
             let linear = if masked { None } else { triangle.linear(middle, reach) };
             if let Some(linear) = linear {
@@ -358,7 +358,7 @@ impl<const N: usize> TileTrace<'_, N> {
         self.count_queued(queued);
     }
 
-    fn test_square<S: Simd>(&mut self, simd: S, triangle: &General, id: u32, masked: bool, square: Square) {
+    fn test_square<S: Simd>(&mut self, simd: S, triangle: &HomogeneousTriangle, id: u32, masked: bool, square: Square) {
         let first = IVec2::new(square.x, square.y) + self.at.space.middle;
         let (width, height) = self.at.space.size();
         if first.x >= width as i32 || first.y >= height as i32 || triangle.misses(square) {

@@ -2,9 +2,9 @@ use std::collections::HashMap;
 
 use super::PerspectiveGrid;
 use super::bins::{Bins, Fragment, Listed};
-use super::general::{General, Square, check_pixels};
+use super::cull::PixelBox;
+use super::homogeneous::{HomogeneousTriangle, Square, check_pixels};
 use super::samples::SAMPLES;
-use super::sight::PixelBox;
 use crate::patches::Patches;
 use crate::predicate::crossing;
 use crate::shot::{Shot, TileOrder};
@@ -61,7 +61,7 @@ impl PerspectiveGrid {
         }
         (0..triangles.len() as u32).try_for_each(|id| {
             let Ok(corners) = triangles.usable_corners(id) else { return Ok(()) };
-            check_pixels(space, &General::new(space, corners), Square::around_image(space), &|x, y| {
+            check_pixels(space, &HomogeneousTriangle::new(space, corners), Square::around_image(space), &|x, y| {
                 let tile = (y / Bins::TILE * columns + x / Bins::TILE) as usize;
                 let index = TileOrder::index_in_tile(x, y);
                 let is_listed = listed[tile].binary_search(&id).is_ok();

@@ -28,7 +28,7 @@ mod validate;
 
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Tally, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
-pub(crate) use build::{Candidate, Cell, Job};
+pub(crate) use build::{Cell, Job, SplitCandidate};
 use build::{Deferred, Pool, Reused};
 pub use extent::{Extent, Plane};
 pub(crate) use extent::{Reference, Sides};

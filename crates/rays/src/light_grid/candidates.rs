@@ -5,16 +5,16 @@ use fearless_simd::prelude::*;
 
 use super::boxes::{FaceBox, SixteenBoxes, SplatBox};
 use super::face::HALF_ULP;
-use super::parts::Part;
+use super::filter::may_touch;
+use super::parts::TilePart;
 use super::set_up::{Extent, Record};
-use super::test::may_touch;
 use super::trace::Tracer;
-use super::worker::{Worker, make_room};
+use super::worker::{ShadowWorker, make_room};
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 use crate::vectorized;
 
-/// Parts whose candidates are found together.
+/// TileParts whose candidates are found together.
 pub(crate) const BATCH_PARTS: usize = 128;
 
 /// A bit for each part of a batch.
@@ -22,10 +22,10 @@ pub(crate) type PartBits = [u64; BATCH_PARTS / 64];
 
 /// The patches and large triangles that may shadow points of some parts.
 #[derive(Debug, Default)]
-pub(crate) struct Batch {
+pub(crate) struct CandidateBatch {
     /// The boxes of parts, sixteen together.
     pub(crate) boxes: Vec<SixteenBoxes>,
-    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) candidates: Vec<CandidatePatch>,
     /// The candidates' indices, in the lower half of each number, the nearest to the light first.
     pub(crate) order: Vec<u64>,
     pub(crate) large: Vec<(Record, PartBits)>,
@@ -33,7 +33,7 @@ pub(crate) struct Batch {
 
 /// A patch that may shadow points of a batch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Candidate {
+pub(crate) struct CandidatePatch {
     pub(crate) number: u32,
     /// Bounds in relation to the tile's origin.
     pub(crate) around: FaceBox,
@@ -41,10 +41,10 @@ pub(crate) struct Candidate {
     pub(crate) parts: PartBits,
 }
 
-impl Batch {
+impl CandidateBatch {
     pub(crate) fn bytes(&self) -> usize {
         self.boxes.capacity() * size_of::<SixteenBoxes>()
-            + self.candidates.capacity() * (size_of::<Candidate>() + size_of::<u64>())
+            + self.candidates.capacity() * (size_of::<CandidatePatch>() + size_of::<u64>())
             + self.large.capacity() * size_of::<(Record, PartBits)>()
     }
 
@@ -71,15 +71,15 @@ pub(crate) fn bits_of_parts(&[low, high]: &PartBits) -> impl Iterator<Item = usi
 impl Tracer<'_> {
     /// Finds the patches and large triangles that may shadow points of some parts.
     #[inline(never)]
-    pub(crate) fn find_candidates<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+    pub(crate) fn find_candidates<S: Simd>(&self, simd: S, worker: &mut ShadowWorker, parts: Range<usize>) {
         vectorized!(simd => self.find_candidates_with(simd, worker, parts));
     }
 
     #[inline(always)]
-    fn find_candidates_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
-        let Worker { tile, parts: all, batch, counts, .. } = worker;
+    fn find_candidates_with<S: Simd>(&self, simd: S, worker: &mut ShadowWorker, parts: Range<usize>) {
+        let ShadowWorker { tile, parts: all, batch, counts, .. } = worker;
         let parts = &all.parts[parts];
-        let Batch { boxes, candidates, order, large, .. } = batch;
+        let CandidateBatch { boxes, candidates, order, large, .. } = batch;
         let around = boxes_on_face(&tile.extent, parts, boxes);
         let splat_around = SplatBox::new(simd, &around);
         candidates.clear();
@@ -99,7 +99,7 @@ impl Tracer<'_> {
                     }
                     let around = in_tile(&tile.extent, &one);
                     let number = (number * LANES + lane) as u32;
-                    candidates.push(Candidate { number, around, parts: reached });
+                    candidates.push(CandidatePatch { number, around, parts: reached });
                 }
             }
         }
@@ -158,7 +158,7 @@ fn in_tile(extent: &Extent, &FaceBox { x, y, nearness }: &FaceBox) -> FaceBox {
 }
 
 /// The boxes of parts on the face, sixteen together, and the box around them all.
-fn boxes_on_face(extent: &Extent, parts: &[Part], boxes: &mut Vec<SixteenBoxes>) -> FaceBox {
+fn boxes_on_face(extent: &Extent, parts: &[TilePart], boxes: &mut Vec<SixteenBoxes>) -> FaceBox {
     let [origin_x, origin_y, origin_w] = extent.origin;
     let mut all = FaceBox { nearness: f32::INFINITY, ..FaceBox::NOTHING };
     boxes.clear();

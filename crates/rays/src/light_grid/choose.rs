@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 
 use super::face::{Face, POINT_LIMIT, ROUNDING};
-use super::survey::Tile;
+use super::survey::SurveyedTile;
 use crate::LightSource;
 use crate::shot::Cone;
 
@@ -39,7 +39,7 @@ impl Side {
 
 /// Chooses the faces through which a light sees all points of `tiles`, with X `along` a direction where that can be; `None`
 /// where the light is no light at all and reaches everything.
-pub(crate) fn choose(light: &LightSource, along: DVec3, tiles: &[Tile], faces: &mut Vec<Face>) -> Option<()> {
+pub(crate) fn choose(light: &LightSource, along: DVec3, tiles: &[SurveyedTile], faces: &mut Vec<Face>) -> Option<()> {
     faces.clear();
     match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => {
@@ -61,11 +61,11 @@ pub(crate) fn choose(light: &LightSource, along: DVec3, tiles: &[Tile], faces: &
     Some(())
 }
 
-fn filled(tiles: &[Tile]) -> impl Iterator<Item = &Tile> {
+fn filled(tiles: &[SurveyedTile]) -> impl Iterator<Item = &SurveyedTile> {
     tiles.iter().filter(|tile| tile.points > 0)
 }
 
-fn corners(tiles: &[Tile]) -> impl Iterator<Item = DVec3> {
+fn corners(tiles: &[SurveyedTile]) -> impl Iterator<Item = DVec3> {
     filled(tiles).flat_map(|tile| tile.corners)
 }
 
@@ -101,8 +101,8 @@ impl Rectangle {
 }
 
 /// The one face that sees everything, if the light is outside and the points aren't spread too wide for one.
-fn in_one(origin: DVec3, along: DVec3, tiles: &[Tile]) -> Option<Face> {
-    let towards = |tile: &Tile| (tile.corners.iter().sum::<DVec3>() * 0.125 - origin).normalize_or_zero();
+fn in_one(origin: DVec3, along: DVec3, tiles: &[SurveyedTile]) -> Option<Face> {
+    let towards = |tile: &SurveyedTile| (tile.corners.iter().sum::<DVec3>() * 0.125 - origin).normalize_or_zero();
     let mut middle = filled(tiles).map(towards).sum::<DVec3>().try_normalize()?;
     // Towards the middle of the smallest ball around all directions: each step moves a shorter way to the farthest one. The
     // result needn't be exact, so every third corner will do, which is another one of each tile.
@@ -173,7 +173,7 @@ fn around_cone(cone: &Cone, along: DVec3) -> Option<([DVec3; 3], f64)> {
 }
 
 /// The face that sees all points at most `widest` from its axis, as a tangent, if there are any: a side of a cube with one.
-fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, tiles: &[Tile]) -> Option<Face> {
+fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, tiles: &[SurveyedTile]) -> Option<Face> {
     let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
     for tile in filled(tiles) {
@@ -210,7 +210,7 @@ fn seen_within(origin: DVec3, [right, up, forward]: [DVec3; 3], widest: f64, til
 }
 
 /// The face of light that travels along `direction`.
-fn parallel(direction: DVec3, along: DVec3, tiles: &[Tile]) -> Face {
+fn parallel(direction: DVec3, along: DVec3, tiles: &[SurveyedTile]) -> Face {
     let (right, up) = across(direction, along);
     let map = |axis: DVec3| {
         let range = corners(tiles).map(|corner| axis.dot(corner));

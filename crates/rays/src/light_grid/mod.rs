@@ -10,16 +10,16 @@
 //! `point_set` has the points. One verb a file: `survey` finds the distances of the image's tiles, `choose` chooses the
 //! light's faces, `project` projects patches to a face, `points` maps a tile's points to it, `parts` groups points that are
 //! near each other for the light, and `trace` goes through a tile: it finds the `candidates` that may shadow a part, has
-//! their triangles `set_up`, and has each `test`ed. `large` has triangles that f32 can't hold; `settle` decides undecided
-//! pairs. `locate` gives callers the cell of each point on a face.
+//! their triangles `set_up`, and has the `filter` test each. `large_triangles` has those that f32 can't hold; `settle` decides
+//! undecided pairs. `cells` gives callers the cell of each point on a face.
 
-pub(crate) mod block;
 mod boxes;
 mod candidates;
+mod cells;
 pub(crate) mod choose;
 pub(crate) mod face;
-pub(crate) mod large;
-mod locate;
+mod filter;
+pub(crate) mod large_triangles;
 mod parts;
 pub(crate) mod pixel_map;
 pub(crate) mod point_set;
@@ -30,7 +30,6 @@ mod set_up;
 pub(crate) mod settle;
 mod settle_eight;
 pub(crate) mod survey;
-mod test;
 mod trace;
 mod validate;
 mod worker;
@@ -49,16 +48,16 @@ use crate::shot::{
     Bytes, Cone, Counts, LightMask, OpacityOfSides, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work,
 };
 use crate::simd::SimdLevel;
+pub use cells::{LightCell, LightCells, LightFace};
 use face::Face;
-pub use locate::{LightCell, LightCells, LightFace};
 pub(crate) use point_set::PointList;
 use point_set::PointSet;
 use points::TILE_BLOCKS;
 use project::FacePatches;
 use settle::Settler;
-use survey::{Survey, Tile};
+use survey::{Survey, SurveyedTile};
 use trace::Tracer;
-use worker::{Worker, share_evenly};
+use worker::{ShadowWorker, share_evenly};
 
 /// Finds the seen points that a light reaches; rebuilt for every frame and light.
 ///
@@ -70,7 +69,7 @@ pub struct LightGrid {
     survey: Survey,
     faces: Vec<Face>,
     on_face: FacePatches,
-    workers: Vec<Worker>,
+    workers: Vec<ShadowWorker>,
     /// For each worker, the range of tiles that no worker has begun: the first, and one more than the last.
     shares: Vec<Mutex<[usize; 2]>>,
     outliers: Vec<u32>,
@@ -96,7 +95,7 @@ impl LightGrid {
         &mut self,
         patches: &Patches,
         settler: &Settler<'_>,
-        tiles: &[Tile],
+        tiles: &[SurveyedTile],
         mut visit: impl FnMut(&mut Self, &Face),
     ) -> bool {
         let Settler { points, light, .. } = settler;
@@ -120,8 +119,8 @@ impl LightGrid {
     }
 
     /// Marks tiles outside every face of the spot's cone as shadowed, so they are never tested.
-    fn leave_out(&self, tiles: &[Tile], shadowed: &mut [u16]) {
-        let is_on_none = |tile: &Tile| !self.faces.iter().any(|face| face.may_own(tile));
+    fn leave_out(&self, tiles: &[SurveyedTile], shadowed: &mut [u16]) {
+        let is_on_none = |tile: &SurveyedTile| !self.faces.iter().any(|face| face.may_own(tile));
         let tiles = tiles.iter().zip(shadowed.chunks_exact_mut(TILE_BLOCKS));
         for (_, blocks) in tiles.filter(|(tile, _)| !tile.has_unknown && is_on_none(tile)) {
             blocks.fill(u16::MAX);
@@ -162,14 +161,14 @@ impl LightGrid {
     fn trace(
         &mut self,
         face: &Face,
-        (tiles, threads): (&[Tile], usize),
+        (tiles, threads): (&[SurveyedTile], usize),
         patches: &Patches,
         settler: &Settler<'_>,
         shadowed: &mut [u16],
     ) {
         let start = Instant::now();
         let Self { on_face, workers, shares, outliers, counts, .. } = self;
-        workers.resize_with(threads, Worker::default);
+        workers.resize_with(threads, ShadowWorker::default);
         share_evenly(workers);
         shares.clear();
         shares.extend((0..threads).map(|worker| Mutex::new([worker, worker + 1].map(|of| of * tiles.len() / threads))));
@@ -267,7 +266,7 @@ impl LightsGrid for LightGrid {
     }
 
     fn bytes(&self) -> Bytes {
-        let workers: usize = self.workers.iter().map(Worker::bytes).sum();
+        let workers: usize = self.workers.iter().map(ShadowWorker::bytes).sum();
         Bytes {
             triangles: self.on_face.bytes(),
             points: self.survey.bytes() + workers + self.outliers.capacity() * size_of::<u32>(),

@@ -1,9 +1,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use super::block::Block;
 use super::boxes::{FaceBox, SixteenBoxes};
-use super::points::{Group, TILE_BLOCKS, block_of};
+use super::face::Block;
+use super::points::{MappedGroup, TILE_BLOCKS, block_of};
 use super::set_up::Extent;
 use super::worker::make_room;
 use crate::simd::lanes::{bits_of, load};
@@ -12,7 +12,7 @@ use crate::simd::vectors::{LANES, splat};
 /// Points of a tile that are near each other for the light, in sixteen slots: each slot has points of one block.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Part {
+pub(crate) struct TilePart {
     /// Bounds of slots in relation to the tile's origin, grown by the points' error and then rounded to nearest; the
     /// patches' and triangles' bounds are grown for that rounding. The nearness is the farthest point's.
     pub(crate) boxes: SixteenBoxes,
@@ -61,7 +61,7 @@ impl Range3 {
         join(&mut self.nearness, other.nearness);
     }
 
-    fn of_block(group: &Group, block: usize) -> Self {
+    fn of_block(group: &MappedGroup, block: usize) -> Self {
         let of = |ranges: &[[f32; LANES]; 2]| [ranges[0][block], ranges[1][block]];
         Self { x: of(&group.x), y: of(&group.y), nearness: of(&group.nearness) }
     }
@@ -82,8 +82,8 @@ impl Range3 {
 
 /// The parts of a tile.
 #[derive(Debug, Default)]
-pub(crate) struct Parts {
-    pub(crate) parts: Vec<Part>,
+pub(crate) struct TileParts {
+    pub(crate) parts: Vec<TilePart>,
     fragments: Vec<Fragment>,
     /// The fragment that a block is being divided into.
     rest: Vec<(u16, Range3)>,
@@ -99,14 +99,14 @@ const LOOSE: f32 = 6.0;
 /// A block is cut where its halves together cover less than this share of its area.
 const WORTH_CUTTING: f32 = 0.3;
 
-impl Parts {
+impl TileParts {
     pub(crate) fn clear(&mut self) {
         self.parts.clear();
         self.fragments.clear();
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.parts.capacity() * size_of::<Part>() + self.fragments.capacity() * size_of::<Fragment>()
+        self.parts.capacity() * size_of::<TilePart>() + self.fragments.capacity() * size_of::<Fragment>()
     }
 
     /// The capacities for fragments and for halves of a block.
@@ -126,7 +126,7 @@ impl Parts {
         &mut self,
         simd: S,
         number: usize,
-        group: &Group,
+        group: &MappedGroup,
         blocks: &[Block; TILE_BLOCKS],
         average: f32,
     ) {
@@ -163,7 +163,7 @@ impl Parts {
             }
             return;
         }
-        let mut part = Part::EMPTY;
+        let mut part = TilePart::EMPTY;
         for (slot, index) in bits_of(compact).enumerate() {
             part.set(slot, block_of(number, index) as u8, group.members[index], &Range3::of_block(group, index));
         }
@@ -203,7 +203,7 @@ impl Parts {
     pub(crate) fn finish<S: Simd>(&mut self, simd: S, extent: &mut Extent) {
         self.sort_fragments();
         for sixteen in self.fragments.chunks(LANES) {
-            let mut part = Part::EMPTY;
+            let mut part = TilePart::EMPTY;
             for (slot, fragment) in sixteen.iter().enumerate() {
                 part.set(slot, fragment.block, fragment.points, &fragment.around);
             }
@@ -213,7 +213,7 @@ impl Parts {
         let mut depth = splat(simd, 0.0);
         let [position_error, nearness_error] = extent.errors;
         for part in &mut self.parts {
-            let Part { boxes, .. } = part;
+            let TilePart { boxes, .. } = part;
             let filled = load(simd, &boxes.x[0]).simd_le(load(simd, &boxes.x[1]));
             let size = Sizes { simd, filled };
             let farthest =
@@ -269,7 +269,7 @@ fn spread_bits(number: u32) -> u32 {
     (bits | bits << 1) & 0x5555_5555
 }
 
-impl Part {
+impl TilePart {
     pub(super) const EMPTY: Self = Self {
         boxes: SixteenBoxes::NO_POINTS,
         nearest: [f32::NEG_INFINITY; LANES],

@@ -64,7 +64,7 @@ mod tests {
 
     use super::super::choose::choose;
     use super::super::face::Face;
-    use super::super::survey::Tile;
+    use super::super::survey::SurveyedTile;
     use super::*;
     use crate::shot::CameraRays;
     use crate::shot::{SeenPixels, Shot};
@@ -86,7 +86,7 @@ mod tests {
             let offset_pixels = DVec2::new(0.25, 0.75);
             let shot = Shot { offset_pixels, ..Shot::new(Triangles::default(), view) };
             let rays = CameraRays::new(&shot);
-            let tile = Tile { points: 1, corners: rays.frustum(0, [0.2, 0.4]), ..Tile::default() };
+            let tile = SurveyedTile { points: 1, corners: rays.frustum(0, [0.2, 0.4]), ..SurveyedTile::default() };
             let position = Vec3::new(3.0, 4.0, 1.0);
             for light in
                 [LightSource::Point { position }, LightSource::Directional { direction: -position.normalize() }]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::face::Face;
 use super::points::{TILE_BLOCKS, block_of};
-use super::survey::Tile;
+use super::survey::SurveyedTile;
 use crate::LightSource;
 use crate::predicate::{HitPoint, ShadowRay};
 use crate::shot::{CameraRays, EightPoints, SeenImage, SeenPixels, TileOrder};
@@ -96,7 +96,7 @@ pub(crate) struct PointList {
     numbers: Vec<u32>,
     /// x, y and z of each tile's points in relation to the middle of its bounds: NaN in empty slots.
     pub(super) offsets: Vec<[[f32; LANES]; 3]>,
-    pub(crate) tiles: Vec<Tile>,
+    pub(crate) tiles: Vec<SurveyedTile>,
     /// Bounds of all points.
     bounds: Bounds,
     /// All points' positions along a curve when they were sorted, above their indices; missing points come last. Empty where
@@ -190,7 +190,7 @@ impl PointList {
         numbers.clear();
         numbers.resize(slots, u32::MAX);
         offsets.resize(slots / LANES, [[f32::NAN; LANES]; 3]);
-        tiles.resize(slots / TileOrder::TILE_PIXELS, Tile::default());
+        tiles.resize(slots / TileOrder::TILE_PIXELS, SurveyedTile::default());
     }
 
     /// Fills each tile with `fill`, which takes the tile's index and returns the bounds and the number of its points;
@@ -204,7 +204,7 @@ impl PointList {
             .zip(offsets.par_chunks_mut(TILE_BLOCKS));
         let found = of_tile.zip(tiles).enumerate().map(|(number, ((((points, own), numbers), offsets), tile))| {
             let (bounds, found) = fill(number, TilePoints { points, own, numbers, offsets });
-            *tile = Tile { points: found as u32, has_unknown: false, corners: bounds.corners() };
+            *tile = SurveyedTile { points: found as u32, has_unknown: false, corners: bounds.corners() };
             (bounds, found)
         });
         let (bounds, found) = found.merge(|a, b| (a.0.union(b.0), a.1 + b.1)).unwrap_or((Bounds::EMPTY, 0));
@@ -259,7 +259,7 @@ impl PointList {
         self.points.capacity() * size_of::<HitPoint>()
             + (self.own.capacity() + self.numbers.capacity()) * size_of::<u32>()
             + self.offsets.capacity() * size_of::<[[f32; LANES]; 3]>()
-            + self.tiles.capacity() * size_of::<Tile>()
+            + self.tiles.capacity() * size_of::<SurveyedTile>()
             + self.keys.capacity() * size_of::<u64>()
     }
 }

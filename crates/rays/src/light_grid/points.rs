@@ -2,8 +2,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 use glam::DVec3;
 
-use super::block::Block;
-use super::face::{Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT, ROUNDING};
+use super::face::{Block, Face, HALF_ULP, LARGEST_POINT_ERROR, POINT_LIMIT, ROUNDING};
 use super::pixel_map::{COLUMN, DEPTH, ONE, PixelMap, ROW};
 use super::point_set::{PointList, PointSet};
 use super::refine::{Refined, refine_eight};
@@ -68,7 +67,7 @@ enum Source<'a> {
 }
 
 /// The mapped points of a group's 16 blocks.
-pub(crate) struct Group {
+pub(crate) struct MappedGroup {
     /// The points of each block that are on the face.
     pub(crate) members: [u16; LANES],
     /// Lowest and highest X, Y and W of each block's, in relation to the origin.
@@ -222,7 +221,7 @@ impl<'a> TileMap<'a> {
         blocks: &mut [Block; TILE_BLOCKS],
         outliers: &mut Vec<u32>,
         refined: &mut u64,
-    ) -> Option<Group> {
+    ) -> Option<MappedGroup> {
         let bases = self.bases(simd, group);
         let base_lanes = [bases[0].to_array(), bases[1].to_array(), bases[2].to_array(), bases[3].to_array()];
         let borders = if self.face.owned.is_some() { Some(self.borders(simd, &bases)) } else { None };
@@ -288,7 +287,7 @@ impl<'a> TileMap<'a> {
         let is_filled = x[0].simd_le(x[1]).to_bitmask();
         let good = is_filled & is_exact.to_bitmask() & !is_lost;
         let of_good = mask32x16::from_bitmask(simd, good);
-        let mut found = Group {
+        let mut found = MappedGroup {
             members,
             x: [x[0].to_array(), x[1].to_array()],
             y: [y[0].to_array(), y[1].to_array()],
@@ -467,7 +466,7 @@ impl<'a> TileMap<'a> {
         index: usize,
         blocks: &mut [Block; TILE_BLOCKS],
         outliers: &mut Vec<u32>,
-        found: &mut Group,
+        found: &mut MappedGroup,
     ) -> u64 {
         vectorized!(simd => self.refine(simd, group, index, blocks, outliers, found))
     }
@@ -482,7 +481,7 @@ impl<'a> TileMap<'a> {
         index: usize,
         blocks: &mut [Block; TILE_BLOCKS],
         outliers: &mut Vec<u32>,
-        found: &mut Group,
+        found: &mut MappedGroup,
     ) -> u64 {
         let block = block_of(group, index);
         let first = (self.first + block * LANES) as u32;

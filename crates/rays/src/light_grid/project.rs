@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::boxes::{FaceBox, SixteenBoxes};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, ROUNDING, VERTEX_MARGIN};
-use super::large::LargeTriangles;
+use super::large_triangles::LargeTriangles;
 use super::settle::Settler;
 use crate::patches::{Patches, SixteenBoxes as WorldBoxes};
 use crate::simd::SimdLevel;

@@ -13,7 +13,7 @@ use crate::simd::vectors::{LANES, splat};
 /// The distances of an image's points, for all lights.
 #[derive(Default)]
 pub(crate) struct Survey {
-    pub(crate) tiles: Vec<Tile>,
+    pub(crate) tiles: Vec<SurveyedTile>,
     pub(crate) rays: CameraRays,
     /// Number of slots of the surveyed image in [`TileOrder`].
     pub(crate) slots: usize,
@@ -25,13 +25,13 @@ pub(crate) struct Survey {
 
 impl Survey {
     pub(crate) fn bytes(&self) -> usize {
-        self.tiles.capacity() * size_of::<Tile>() + self.unknown.capacity() * size_of::<u32>()
+        self.tiles.capacity() * size_of::<SurveyedTile>() + self.unknown.capacity() * size_of::<u32>()
     }
 }
 
 /// The points of a tile of pixels.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tile {
+pub(crate) struct SurveyedTile {
     /// Number of its pixels that show a point at a known depth.
     pub(crate) points: u32,
     /// Whether some pixel shows a point at an unknown depth.
@@ -52,7 +52,7 @@ impl Survey {
         let Self { tiles, rays, slots, unknown, seconds } = self;
         *rays = CameraRays::new(shot);
         *slots = image.seen.triangle.len();
-        tiles.resize(*slots / TileOrder::TILE_PIXELS, Tile::default());
+        tiles.resize(*slots / TileOrder::TILE_PIXELS, SurveyedTile::default());
         let rays = &*rays;
         tiles.par_iter_mut().enumerate().with_min_len(4).each(|(index, tile)| {
             *tile = dispatch!(level, simd => survey(simd, image, rays, index));
@@ -71,7 +71,7 @@ fn is_unknown(seen: &SeenPixels, index: usize) -> bool {
 }
 
 #[inline(always)]
-fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usize) -> Tile {
+fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usize) -> SurveyedTile {
     let first = tile * TileOrder::TILE_PIXELS;
     let (mut lowest, mut highest) = (splat(simd, f32::INFINITY), splat(simd, 0.0));
     let (mut points, mut unknown) = (0, 0);
@@ -88,7 +88,7 @@ fn survey<S: Simd>(simd: S, image: &SeenImage<'_>, rays: &CameraRays, tile: usiz
     }
     let depths = [lowest.reduce_min(), highest.reduce_max()];
     let corners = if points > 0 { rays.frustum(first, depths) } else { [DVec3::ZERO; 8] };
-    Tile { points, has_unknown: unknown != 0, corners }
+    SurveyedTile { points, has_unknown: unknown != 0, corners }
 }
 
 #[cfg(test)]

@@ -4,17 +4,17 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 use super::boxes::SplatBox;
-use super::candidates::{BATCH_PARTS, Batch, bits_of_parts};
+use super::candidates::{BATCH_PARTS, CandidateBatch, bits_of_parts};
 use super::face::{Face, HALF_ULP, VertexErrors};
-use super::parts::Part;
+use super::filter::{FilterResult, QUEUE, TilePoints, Untested, enqueue, may_touch};
+use super::parts::TilePart;
 use super::pixel_map::PixelMap;
 use super::point_set::PointSet;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, origin};
 use super::project::FacePatches;
 use super::set_up::{Extent, Record, SetUp};
 use super::settle::Settler;
-use super::test::{Found, QUEUE, Rest, TilePoints, enqueue, may_touch};
-use super::worker::{Tile, Worker};
+use super::worker::{ShadowTile, ShadowWorker};
 use crate::patches::Patches;
 use crate::shot::{Counts, MaskAnswers, MaskPoints, Sides, TileOrder};
 use crate::simd::lanes::bits_of;
@@ -62,7 +62,7 @@ impl<'a> Tracer<'a> {
 impl Tracer<'_> {
     /// Finds which of the face's points in a tile are in shadow.
     #[inline(always)]
-    pub(crate) fn trace<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
+    pub(crate) fn trace<S: Simd>(&self, simd: S, worker: &mut ShadowWorker, number: usize) {
         self.begin(simd, worker, number);
         let count = worker.parts.parts.len();
         for first in (0..count).step_by(BATCH_PARTS) {
@@ -70,13 +70,13 @@ impl Tracer<'_> {
             self.find_candidates(simd, worker, parts.clone());
             self.test_batch(simd, worker, parts);
         }
-        let Worker { tile, undecided, counts, .. } = worker;
+        let ShadowWorker { tile, undecided, counts, .. } = worker;
         self.settle(tile.first, undecided, &mut tile.shadowed, counts);
     }
 
     /// Maps a tile's points and divides them into parts.
     #[inline(always)]
-    pub(crate) fn begin<S: Simd>(&self, simd: S, worker: &mut Worker, number: usize) {
+    pub(crate) fn begin<S: Simd>(&self, simd: S, worker: &mut ShadowWorker, number: usize) {
         let points = &self.settler.points;
         let origin = match points {
             PointSet::Seen(image, _) => origin(image, &self.pixels, number),
@@ -102,13 +102,13 @@ impl Tracer<'_> {
     }
 
     #[inline(never)]
-    fn map<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut Worker) {
+    fn map<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut ShadowWorker) {
         vectorized!(simd => self.map_with(simd, map, worker));
     }
 
     #[inline(always)]
-    fn map_with<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut Worker) {
-        let Worker { tile, parts, outliers, counts, .. } = worker;
+    fn map_with<S: Simd>(&self, simd: S, map: &TileMap<'_>, worker: &mut ShadowWorker) {
+        let ShadowWorker { tile, parts, outliers, counts, .. } = worker;
         parts.clear();
         tile.extent = map.extent();
         for number in 0..GROUPS {
@@ -126,22 +126,22 @@ impl Tracer<'_> {
 
     /// Tests the points of a batch's parts against the candidates.
     #[inline(never)]
-    fn test_batch<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
+    fn test_batch<S: Simd>(&self, simd: S, worker: &mut ShadowWorker, parts: Range<usize>) {
         vectorized!(simd => self.test_batch_with(simd, worker, parts));
     }
 
     /// Takes candidates one after the other, so that only one is set up at a time: its triangles stay in the fastest cache
     /// while all parts that it may reach are tested against them.
     #[inline(always)]
-    fn test_batch_with<S: Simd>(&self, simd: S, worker: &mut Worker, parts: Range<usize>) {
-        let Worker { tile, parts: all, batch, undecided, counts, .. } = worker;
+    fn test_batch_with<S: Simd>(&self, simd: S, worker: &mut ShadowWorker, parts: Range<usize>) {
+        let ShadowWorker { tile, parts: all, batch, undecided, counts, .. } = worker;
         let parts = &all.parts[parts];
-        let Batch { candidates, order, large, .. } = batch;
-        let Tile { first, extent, blocks, shadowed } = tile;
+        let CandidateBatch { candidates, order, large, .. } = batch;
+        let ShadowTile { first, extent, blocks, shadowed } = tile;
         let points = TilePoints::new(*first, blocks, self.settler.points.own());
-        let mut rests = [Rest::NOTHING; BATCH_PARTS];
+        let mut rests = [Untested::NOTHING; BATCH_PARTS];
         for (rest, part) in rests.iter_mut().zip(parts) {
-            *rest = Rest::of(part, shadowed);
+            *rest = Untested::of(part, shadowed);
         }
         for (record, reached) in large.iter() {
             for index in bits_of_parts(reached) {
@@ -186,9 +186,9 @@ impl Tracer<'_> {
         &self,
         simd: S,
         record: &Record,
-        part: &Part,
+        part: &TilePart,
         points: &TilePoints<'_>,
-        rest: &mut Rest,
+        rest: &mut Untested,
         undecided: &mut Vec<[u32; 2]>,
         counts: &mut Counts,
     ) {
@@ -217,9 +217,9 @@ impl Tracer<'_> {
         &self,
         simd: S,
         set_up: &SetUp,
-        part: &Part,
+        part: &TilePart,
         points: &TilePoints<'_>,
-        rest: &mut Rest,
+        rest: &mut Untested,
         queue: &mut [u32; QUEUE],
         undecided: &mut Vec<[u32; 2]>,
         counts: &mut Counts,
@@ -269,7 +269,14 @@ impl Tracer<'_> {
 
     /// Asks the mask of a patch's triangle about the points that it may shadow.
     #[inline(never)]
-    fn ask_mask<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, id: u32, found: &Found<S>) -> MaskAnswers {
+    fn ask_mask<S: Simd>(
+        &self,
+        simd: S,
+        set_up: &SetUp,
+        triangle: usize,
+        id: u32,
+        found: &FilterResult<S>,
+    ) -> MaskAnswers {
         let points = vectorized!(simd => self.weights(simd, set_up, triangle, found));
         self.settler.opacity.opacity.which_stop(id, &points)
     }
@@ -281,7 +288,7 @@ impl Tracer<'_> {
     /// nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own rounding
     /// that makes 15 ε, taken as 24.
     #[inline(always)]
-    fn weights<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, found: &Found<S>) -> MaskPoints {
+    fn weights<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, found: &FilterResult<S>) -> MaskPoints {
         let number = set_up.number as usize;
         let vertices = &self.on_face.vertices[self.patches.vertex_range(number)];
         let [a, b, c, _] = self.patches.get(number).corners[triangle];

@@ -5,10 +5,10 @@ use fearless_simd::Simd;
 
 use super::LightGrid;
 use super::boxes::SplatBox;
+use super::filter::{QUEUE, TilePoints, enqueue, may_touch};
 use super::set_up::{Record, SetUp};
-use super::test::{QUEUE, TilePoints, enqueue, may_touch};
 use super::trace::Tracer;
-use super::worker::{Tile, Worker};
+use super::worker::{ShadowTile, ShadowWorker};
 use crate::LightSource;
 use crate::patches::Patches;
 use crate::predicate::ShadowRay;
@@ -44,7 +44,7 @@ pub(super) fn validate(
     let is_light = grid.visit_faces(patches, &settler, tiles, |grid, face| {
         if result.is_ok() {
             let tracer = Tracer::new(face, patches, &grid.on_face, &settler);
-            let mut worker = Worker::default();
+            let mut worker = ShadowWorker::default();
             let tiles = (0..tiles.len()).filter(|&tile| face.may_own(&tiles[tile]));
             result = tiles
                 .into_iter()
@@ -89,7 +89,7 @@ impl Verdicts {
 impl Tracer<'_> {
     fn validate_tile(
         &self,
-        worker: &mut Worker,
+        worker: &mut ShadowWorker,
         tile: usize,
         rays: &[Option<ShadowRay>],
         found: &mut [bool],
@@ -115,7 +115,7 @@ impl Tracer<'_> {
     fn validate_part<S: Simd>(
         &self,
         simd: S,
-        worker: &mut Worker,
+        worker: &mut ShadowWorker,
         part: usize,
         rays: &[Option<ShadowRay>],
     ) -> Result<(), String> {
@@ -165,7 +165,7 @@ impl Tracer<'_> {
     /// Compares the verdicts on a triangle with the predicate.
     fn compare(
         &self,
-        worker: &Worker,
+        worker: &ShadowWorker,
         (part, slot): (usize, usize),
         id: u32,
         verdicts: &Verdicts,
@@ -193,7 +193,13 @@ impl Tracer<'_> {
 
     /// The verdicts on a triangle that is tested as a large one.
     #[inline(always)]
-    fn verdicts_of_large<S: Simd>(&self, simd: S, worker: &Worker, at: (usize, usize), id: u32) -> Option<Verdicts> {
+    fn verdicts_of_large<S: Simd>(
+        &self,
+        simd: S,
+        worker: &ShadowWorker,
+        at: (usize, usize),
+        id: u32,
+    ) -> Option<Verdicts> {
         let records = worker.batch.large.iter().filter(|(record, _)| record.id == id);
         // Of two planes one may be turned the wrong way.
         let either = |one: Verdicts, other: Verdicts| Verdicts {
@@ -205,8 +211,14 @@ impl Tracer<'_> {
     }
 
     #[inline(always)]
-    fn verdicts<S: Simd>(&self, simd: S, worker: &Worker, (part, slot): (usize, usize), record: &Record) -> Verdicts {
-        let Tile { first, blocks, .. } = &worker.tile;
+    fn verdicts<S: Simd>(
+        &self,
+        simd: S,
+        worker: &ShadowWorker,
+        (part, slot): (usize, usize),
+        record: &Record,
+    ) -> Verdicts {
+        let ShadowTile { first, blocks, .. } = &worker.tile;
         let part = &worker.parts.parts[part];
         if may_touch(simd, &record.quads, &part.boxes) >> slot & 1 == 0 {
             return Verdicts::none("the filter says that it touches none of the block's points");
@@ -220,7 +232,7 @@ impl Tracer<'_> {
 }
 
 /// The points in a slot of a part: the indices of their pixels, and their lanes.
-fn points_of(worker: &Worker, part: usize, slot: usize) -> impl Iterator<Item = (usize, usize)> {
+fn points_of(worker: &ShadowWorker, part: usize, slot: usize) -> impl Iterator<Item = (usize, usize)> {
     let part = &worker.parts.parts[part];
     let (block, points) = (usize::from(part.blocks[slot]), part.points[slot]);
     let first = worker.tile.first + block * LANES;

@@ -1,16 +1,16 @@
-use super::block::Block;
-use super::candidates::Batch;
-use super::parts::Parts;
+use super::candidates::CandidateBatch;
+use super::face::Block;
+use super::parts::TileParts;
 use super::points::TILE_BLOCKS;
 use super::set_up::Extent;
 use crate::shot::Counts;
 
 /// A thread's buffers and results.
 #[derive(Debug, Default)]
-pub(crate) struct Worker {
-    pub(crate) tile: Tile,
-    pub(crate) parts: Parts,
-    pub(crate) batch: Batch,
+pub(crate) struct ShadowWorker {
+    pub(crate) tile: ShadowTile,
+    pub(crate) parts: TileParts,
+    pub(crate) batch: CandidateBatch,
     /// Pairs of a point's index and a triangle that the filter couldn't decide.
     pub(crate) undecided: Vec<[u32; 2]>,
     /// Pixels whose points belong to the face and can't be mapped.
@@ -23,7 +23,7 @@ pub(crate) struct Worker {
 
 /// The points of a tile, and their shadow bits.
 #[derive(Debug)]
-pub(crate) struct Tile {
+pub(crate) struct ShadowTile {
     /// The index of the tile's first pixel.
     pub(crate) first: usize,
     pub(crate) extent: Extent,
@@ -31,7 +31,7 @@ pub(crate) struct Tile {
     pub(crate) shadowed: Box<[u16; TILE_BLOCKS]>,
 }
 
-impl Default for Tile {
+impl Default for ShadowTile {
     fn default() -> Self {
         Self {
             first: 0,
@@ -42,7 +42,7 @@ impl Default for Tile {
     }
 }
 
-impl Worker {
+impl ShadowWorker {
     pub(crate) fn bytes(&self) -> usize {
         size_of::<[Block; TILE_BLOCKS]>()
             + size_of::<[u16; TILE_BLOCKS]>()
@@ -75,8 +75,8 @@ impl Worker {
 
 /// Gives every worker the largest room that any of them has needed: each gets other tiles from frame to frame, and a frame
 /// like the last shouldn't allocate.
-pub(crate) fn share_evenly(workers: &mut [Worker]) {
-    let most = |of: fn(&Worker) -> usize| workers.iter().map(of).max().unwrap_or_default();
+pub(crate) fn share_evenly(workers: &mut [ShadowWorker]) {
+    let most = |of: fn(&ShadowWorker) -> usize| workers.iter().map(of).max().unwrap_or_default();
     let [parts, fragments, rest] = [
         most(|worker| worker.parts.parts.capacity()),
         most(|worker| worker.parts.room()[0]),

@@ -13,12 +13,12 @@ const PART: usize = 1 << 12;
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     pub(super) order: Order,
-    parts: Vec<Part>,
+    parts: Vec<CurvePart>,
 }
 
 /// The patches of [`PART`] consecutive triangles along the curve.
 #[derive(Debug, Default)]
-struct Part {
+struct CurvePart {
     patches: Patches,
     patch: Unfinished,
 }
@@ -29,7 +29,7 @@ impl Groups {
     }
 }
 
-impl Part {
+impl CurvePart {
     fn fill(&mut self, triangles: Triangles<'_>, along: &[u64]) {
         let Self { patches, patch } = self;
         patches.clear(along.len());
@@ -50,7 +50,7 @@ impl Part {
 }
 
 /// The remaining room for consecutive parts.
-struct Rest<'a> {
+struct RoomLeft<'a> {
     starts: &'a mut [Start],
     vertices: &'a mut [u32],
     corners: &'a mut [[u8; 4]],
@@ -59,8 +59,8 @@ struct Rest<'a> {
     before: Start,
 }
 
-impl Rest<'_> {
-    fn write(self, parts: &[Part]) {
+impl RoomLeft<'_> {
+    fn write(self, parts: &[CurvePart]) {
         let (low, high) = parts.split_at(parts.len() / 2);
         let [only] = parts else {
             if !parts.is_empty() {
@@ -80,7 +80,7 @@ impl Rest<'_> {
     }
 
     /// The room for some parts, and the rest.
-    fn split(self, parts: &[Part]) -> (Self, Self) {
+    fn split(self, parts: &[CurvePart]) -> (Self, Self) {
         let sum = |length: fn(&Patches) -> usize| parts.iter().map(|part| length(&part.patches)).sum::<usize>();
         let (vertices, triangles) = (sum(|part| part.vertices.len()), sum(|part| part.ids.len()));
         let starts = self.starts.split_at_mut(sum(Patches::len));
@@ -105,11 +105,11 @@ impl Patches {
         self.clear(triangles.len());
         let Groups { order, parts } = &mut self.groups;
         let along = order.sort(triangles).par_chunks(PART);
-        parts.resize_with(along.len(), Part::default);
+        parts.resize_with(along.len(), CurvePart::default);
         parts.par_iter_mut().zip(along).each(|(part, along)| part.fill(triangles, along));
         let mut end = Start::default();
         let mut patches = 0;
-        for Part { patches: of, .. } in &*parts {
+        for CurvePart { patches: of, .. } in &*parts {
             patches += of.len();
             end.vertex += of.vertices.len() as u32;
             end.triangle += of.ids.len() as u32;
@@ -122,7 +122,7 @@ impl Patches {
         self.corners.resize(end.triangle as usize, [0; 4]);
         self.ids.resize(end.triangle as usize, Self::NONE);
         let Self { starts, vertices, corners, ids, .. } = self;
-        let rest = Rest { starts: &mut starts[..patches], vertices, corners, ids, before: Start::default() };
+        let rest = RoomLeft { starts: &mut starts[..patches], vertices, corners, ids, before: Start::default() };
         rest.write(parts);
     }
 

@@ -13,7 +13,7 @@ const REGION: usize = 1 << 14;
 
 /// Patches of some of a frame's triangles, and the middles of their bounds.
 #[derive(Debug)]
-pub(super) struct Part {
+pub(super) struct GrownPatches {
     pub(super) patches: Patches,
     pub(super) middles: Vec<Vec3>,
 }
@@ -34,7 +34,7 @@ impl Patches {
     }
 
     /// Replaces all patches by those of all parts, sorted so that consecutive patches are near each other.
-    fn gather(&mut self, triangles: Triangles<'_>, parts: &[Part]) {
+    fn gather(&mut self, triangles: Triangles<'_>, parts: &[GrownPatches]) {
         self.clear(triangles.len());
         let sum = |length: fn(&Self) -> usize| parts.iter().map(|part| length(&part.patches)).sum::<usize>();
         self.starts.reserve_exact(sum(Self::len));

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::connect::Connections;
 use super::group::Unfinished;
-use super::grow::Part;
+use super::grow::GrownPatches;
 use super::order::centre;
 use super::{MOST_TRIANGLES, Patches};
 use crate::simd::lanes::LANES;
@@ -17,7 +17,7 @@ pub(super) struct Region {
     /// The index of each triangle in `frontier`, or [`FREE`], or [`TAKEN`].
     states: Vec<u32>,
     /// Candidates for the patch: the neighbours of its triangles.
-    frontier: Vec<Candidate>,
+    frontier: Vec<RimTriangle>,
     /// The neighbours of earlier patches, the latest last; some have been taken since.
     rims: Vec<u32>,
     /// All triangles before this one are taken.
@@ -34,7 +34,7 @@ const TAKEN: u32 = u32::MAX - 1;
 const RECENT: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
+struct RimTriangle {
     centre: Vec3,
     /// Cost factor, low if most neighbours are taken: the triangle would be left alone.
     weight: f32,
@@ -43,7 +43,7 @@ struct Candidate {
 
 impl Region {
     /// Makes patches of the triangles of a region, given by their keys along a curve.
-    pub(super) fn grow(&mut self, triangles: Triangles<'_>, along: &[u64]) -> Part {
+    pub(super) fn grow(&mut self, triangles: Triangles<'_>, along: &[u64]) -> GrownPatches {
         let mut patches = Patches::default();
         patches.clear(0);
         self.ids.clear();
@@ -63,7 +63,7 @@ impl Region {
             middles.push(self.patch.bounds(triangles).center());
             patches.push(&self.patch);
         }
-        Part { patches, middles }
+        GrownPatches { patches, middles }
     }
 
     /// The first triangle of the next patch: the one with the fewest free neighbours next to the latest patches, so that no
@@ -113,7 +113,7 @@ impl Region {
             if state == FREE {
                 self.states[neighbour as usize] = self.frontier.len() as u32;
                 let centre = self.centres[neighbour as usize];
-                self.frontier.push(Candidate { centre, weight, triangle: neighbour });
+                self.frontier.push(RimTriangle { centre, weight, triangle: neighbour });
             } else {
                 self.frontier[state as usize].weight = weight;
             }

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::double::Double;
-use super::near::{LARGEST_TRUSTED_BOUND, Plane, RANGE, Sum};
+use super::near::{LARGEST_TRUSTED_BOUND, RANGE, Sum, TrianglePlane};
 use super::{EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, hit};
 use crate::simd::vectors::{largest, minus};
 use crate::vectorized;
@@ -163,7 +163,7 @@ struct Eight<S: Simd> {
     edges: [[f64x8<S>; 3]; 3],
     /// The bound of edge functions, divided by the largest component of a direction.
     bound: f64x8<S>,
-    plane: Plane<f64x8<S>>,
+    plane: TrianglePlane<f64x8<S>>,
 }
 
 /// The results of eight pairs.
@@ -187,7 +187,7 @@ impl<S: Simd> Eight<S> {
         Self {
             edges: [edge(&relative, 0), edge(&relative, 1), edge(&relative, 2)],
             bound: reach * reach * (64.0 * ROUNDING),
-            plane: Plane::new(simd, corners, origin),
+            plane: TrianglePlane::new(simd, corners, origin),
         }
     }
 

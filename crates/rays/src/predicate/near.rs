@@ -41,7 +41,7 @@ pub(super) const LARGEST_TRUSTED_BOUND: f64 = 1e100;
 #[inline(always)]
 fn quotient<S: Simd>(simd: S, ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let origin = ray.origin.to_array();
-    let plane = Plane::new(simd, [a.to_array(), b.to_array(), c.to_array()], origin);
+    let plane = TrianglePlane::new(simd, [a.to_array(), b.to_array(), c.to_array()], origin);
     let slope = plane.slope(simd, ray.direction.to_array());
     if !slope.is_precise() || !plane.height.is_precise() {
         return None;
@@ -51,7 +51,7 @@ fn quotient<S: Simd>(simd: S, ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<f64> {
 }
 
 /// The plane of a triangle, or of eight.
-pub(super) struct Plane<N> {
+pub(super) struct TrianglePlane<N> {
     normal: Split<N>,
     /// For each component of the normal, the sum of its terms' magnitudes.
     magnitudes: [N; 3],
@@ -59,7 +59,7 @@ pub(super) struct Plane<N> {
     pub(super) height: Sum<N>,
 }
 
-impl<N: Number> Plane<N> {
+impl<N: Number> TrianglePlane<N> {
     #[inline(always)]
     pub(super) fn new<S: Simd>(simd: S, [a, b, c]: [[N; 3]; 3], origin: [N; 3]) -> Self {
         let (normal, magnitudes) = cross(simd, Split::difference(b, a), Split::difference(c, a));

@@ -36,7 +36,7 @@ use lines::Lines;
 use lit::LitPoints;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
 use spread::Spread;
-use worker::Worker;
+use worker::ScanWorker;
 
 use crate::patches::Patches;
 use crate::{Omitted, Opacity, Opaque, Sides, SimdLevel, Triangles};
@@ -108,7 +108,7 @@ pub struct Scanner {
     patches: Patches,
     boxes: Boxes,
     spread: Spread,
-    workers: Vec<Worker>,
+    workers: Vec<ScanWorker>,
     points: LitPoints,
 }
 
@@ -199,7 +199,7 @@ impl Scanner {
         let lines = Lines { origin, directions, t_min, t_max };
         let (mut spread, mut workers) = (std::mem::take(&mut self.spread), std::mem::take(&mut self.workers));
         spread.spread(&lines);
-        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        workers.resize_with(rayon::current_num_threads(), ScanWorker::default);
         let reach = f64::from(self.boxes.reach) + origin.abs().max_element();
         tiles(&self.job(triangles, (opacity, sides), lines, asked, reach), &spread, &mut workers);
         (self.spread, self.workers) = (spread, workers);
@@ -224,13 +224,13 @@ impl Scanner {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let workers: usize = self.workers.iter().map(Worker::bytes).sum();
+        let workers: usize = self.workers.iter().map(ScanWorker::bytes).sum();
         self.patches.bytes() + self.boxes.bytes() + self.spread.bytes() + workers + self.points.bytes()
     }
 }
 
 /// Has the workers trace all tiles of lines.
-fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [Worker]) {
+fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker]) {
     let next = AtomicUsize::new(0);
     workers.par_iter_mut().with_max_len(1).each(|worker| {
         while let Some(tile) = spread.tiles.get(next.fetch_add(1, Ordering::Relaxed)) {

@@ -1,5 +1,5 @@
 use super::job::{Asked, Job};
-use super::worker::{Candidate, Worker};
+use super::worker::{HitCandidate, ScanWorker};
 use crate::predicate::hits;
 use crate::{Hit, Ray};
 
@@ -13,7 +13,7 @@ pub(super) struct Settle {
     all: Vec<(u32, Hit)>,
 }
 
-impl Worker {
+impl ScanWorker {
     /// Settles all candidates of the tile's lines by the predicate.
     pub(super) fn settle(&mut self, job: &Job<'_>) {
         let Self { slots, candidates, settle, hits: to, met, .. } = self;
@@ -21,7 +21,7 @@ impl Worker {
         rays.clear();
         rays.extend(slots.line.iter().map(|&line| job.lines.ray(line as usize)));
         pairs.clear();
-        let is_left = |of: &&Candidate| of.earliest <= slots.far[of.slot as usize];
+        let is_left = |of: &&HitCandidate| of.earliest <= slots.far[of.slot as usize];
         pairs.extend(candidates.iter().filter(is_left).map(|of| (of.slot, of.id)));
         found.clear();
         found.resize(pairs.len(), None);

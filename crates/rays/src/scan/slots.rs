@@ -3,7 +3,7 @@ use std::ops::Range;
 use super::cull::Frustum;
 use super::job::Job;
 use super::lines::Face;
-use super::spread::Tile;
+use super::spread::LineTile;
 use crate::simd::lanes::LANES;
 
 /// The largest number of cells along a side of a tile.
@@ -25,7 +25,7 @@ pub(super) struct Slots {
     pub(super) far: Vec<f32>,
     /// The index of the line.
     pub(super) line: Vec<u32>,
-    /// The H of [`Found`](super::test::Found).
+    /// The H of [`LineTests`](super::test::LineTests).
     pub(super) wide: f32,
     /// The slopes in the middle.
     pub(super) slope: [f64; 2],
@@ -52,7 +52,7 @@ impl Slots {
     }
 
     /// Replaces the lines by those of a tile; returns their frustum.
-    pub(super) fn fill(&mut self, job: &Job<'_>, tile: &Tile, order: &[u32]) -> Frustum {
+    pub(super) fn fill(&mut self, job: &Job<'_>, tile: &LineTile, order: &[u32]) -> Frustum {
         let face = &tile.face;
         let around = self.find(job, face, &order[tile.lines.clone()]);
         let ends = self

@@ -28,7 +28,7 @@ pub(super) struct Spread {
     keys: Vec<u32>,
     starts: Vec<u32>,
     pub(super) order: Vec<u32>,
-    pub(super) tiles: Vec<Tile>,
+    pub(super) tiles: Vec<LineTile>,
     /// The number of lines whose direction is zero or not finite.
     pub(super) nowhere: usize,
 }
@@ -41,7 +41,7 @@ struct Crossing {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Tile {
+pub(super) struct LineTile {
     pub(super) face: Face,
     /// Range of `order`.
     pub(super) lines: Range<usize>,
@@ -109,17 +109,17 @@ impl Spread {
     pub(super) fn bytes(&self) -> usize {
         self.crossings.capacity() * size_of::<Crossing>()
             + (self.keys.capacity() + self.starts.capacity() + self.order.capacity()) * size_of::<u32>()
-            + self.tiles.capacity() * size_of::<Tile>()
+            + self.tiles.capacity() * size_of::<LineTile>()
     }
 }
 
 /// Makes tiles of the lines of a face: halves them across the longer side while they are too many.
-fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, tiles: &mut Vec<Tile>) {
+fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, tiles: &mut Vec<LineTile>) {
     if range.is_empty() {
         return;
     }
     if range.len() <= MOST_LINES {
-        tiles.push(Tile { face, lines: range });
+        tiles.push(LineTile { face, lines: range });
         return;
     }
     let at = |line: u32| face.across(lines.get(line as usize));

@@ -6,10 +6,11 @@ use super::cull::nearest_of;
 use super::job::{Asked, Job};
 use super::lines::Face;
 use super::slots::Slots;
-use super::spread::Tile;
-use super::test::{Beam, Found, SMALLEST, test};
+use super::spread::LineTile;
+use super::test::{Beam, LineTests, test};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
+use crate::shear::SMALLEST;
 use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
 use crate::simd::vectors::{narrow, widen};
 use crate::vectorized;
@@ -25,13 +26,13 @@ const LEAST_DEPTH: f32 = 1e-12;
 
 /// The memory of a thread for tracing tiles.
 #[derive(Debug, Default)]
-pub(super) struct Worker {
+pub(super) struct ScanWorker {
     pub(super) slots: Slots,
     found: Vec<u64>,
     /// Corners of patches, in the form for [`test`].
     vertices: Vec<[f32; 4]>,
     pairs: Vec<Pair>,
-    pub(super) candidates: Vec<Candidate>,
+    pub(super) candidates: Vec<HitCandidate>,
     pub(super) settle: super::settle::Settle,
     /// Hits of lines, nearest first for each.
     pub(super) hits: Vec<(u32, Hit)>,
@@ -49,7 +50,7 @@ struct Pair {
 
 /// A triangle that a line may hit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
+pub(super) struct HitCandidate {
     pub(super) slot: u32,
     pub(super) id: u32,
     /// Lower bound of the hit's depth.
@@ -65,10 +66,10 @@ struct Around {
     alive: u16,
 }
 
-impl Worker {
+impl ScanWorker {
     /// Answers the lines of a tile.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(&mut self, simd: S, job: &Job<'_>, tile: &Tile, order: &[u32]) {
+    pub(super) fn trace<S: Simd>(&mut self, simd: S, job: &Job<'_>, tile: &LineTile, order: &[u32]) {
         let frustum = self.slots.fill(job, tile, order);
         let mut found = std::mem::take(&mut self.found);
         job.boxes.find_in(simd, job.patches, &frustum, &mut found);
@@ -150,7 +151,7 @@ impl Worker {
         }
     }
 
-    /// Finds the bounds of sixteen triangles. The error bounds are those of [`Found`]: a corner's x / z is wrong by less
+    /// Finds the bounds of sixteen triangles. The error bounds are those of [`LineTests`]: a corner's x / z is wrong by less
     /// than 4 ε of itself, a line's u by ε, and the error of both in f64 is below 2⁻²⁶ H.
     #[inline(always)]
     fn bound<S: Simd>(&self, simd: S, corners: &[[f32x16<S>; 3]; 3], filled: usize, farthest: f32) -> Around {
@@ -342,7 +343,7 @@ impl Worker {
             Asked::Nearest if is_certain => *far = far.min(latest),
             _ => {}
         }
-        self.candidates.push(Candidate { slot: slot as u32, id, earliest });
+        self.candidates.push(HitCandidate { slot: slot as u32, id, earliest });
     }
 
     pub(super) fn bytes(&self) -> usize {
@@ -351,7 +352,7 @@ impl Worker {
             + self.found.capacity() * size_of::<u64>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.pairs.capacity() * size_of::<Pair>()
-            + self.candidates.capacity() * size_of::<Candidate>()
+            + self.candidates.capacity() * size_of::<HitCandidate>()
             + self.hits.capacity() * size_of::<(u32, Hit)>()
             + self.met.capacity() * size_of::<u32>()
     }
@@ -359,14 +360,14 @@ impl Worker {
 
 /// The bits of pairs that may be and certainly are hits, and the bounds of their depths.
 #[inline(always)]
-fn lanes_of<S: Simd>(found: &Found<S>) -> (u16, u16, [f32; LANES], [f32; LANES]) {
+fn lanes_of<S: Simd>(found: &LineTests<S>) -> (u16, u16, [f32; LANES], [f32; LANES]) {
     let (possible, certain) = (found.possible.to_bitmask() as u16, found.certain.to_bitmask() as u16);
     (possible, certain, found.earliest.into(), found.latest.into())
 }
 
 /// Returns a mask of the triangles, of sixteen, that all lines of a tile miss.
 ///
-/// With [`Found`]'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
+/// With [`Sheared`](crate::shear::Sheared)'s names, an edge function is E = x₁ y₂ − x₂ y₁ − u (z₁ y₂ − z₂ y₁) − v (x₁ z₂ − x₂ z₁), and |u| and |v| are
 /// at most H. A line misses where two edge functions, or one and the sum of all, have different signs. With
 /// s = |x| + |y| + 3 H |z|, which is at least a + H z for each line, rounding of corners and lines moves E by less than
 /// 11 ε s₁ s₂, and rounding here by less than 8 ε s₁ s₂: the bound takes δ = 32 ε s₁ s₂ for both.

@@ -1,49 +1,26 @@
-use glam::swizzles::Vec4Swizzles;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 
-/// A filter for one ray that rules out, in f32, triangles that its line certainly misses.
-///
-/// Along the ray the scene falls into a plane, in which the ray is the origin: with k the axis of the direction's largest
-/// component and i another one, xᵢ = (pᵢ − oᵢ) − r (pₖ − oₖ) for a point p, where r = dᵢ / dₖ. The edge functions of the
-/// predicate are, up to a common factor, x₁ y₂ − x₂ y₁ in that plane. A triangle is left out if two of them have certain and
-/// different signs.
-///
-/// **Error bounds.** Let ε = 2⁻²⁴, P the largest coordinate of corners and O that of the origin. Of xᵢ = (pᵢ − r pₖ) − c,
-/// where c = oᵢ − r oₖ comes from f64, the roundings of r and of its product are each at most ε P, that of the first
-/// difference 2 ε P, that of c 2 ε O and that of the last difference 2 ε (P + O): together less than e = 8 ε (P + O). An
-/// edge function of (x₁, y₁) and (x₂, y₂) is then wrong by at most e (m₁ + m₂), where m = |x| + |y| + e, and by 2 ε m₁ m₂ of
-/// its own roundings. The bound is twice both, which covers its own roundings; underflow loses less than `SMALLEST`.
-///
-/// P is first that of the scene, the same for all triangles. If that doesn't rule a triangle out, P is the triangle's own:
-/// in a scene with one far vertex, the scene's would rule out none.
+use crate::shear::Sheared;
+
+/// A filter for one ray that rules out, in f32, triangles that its line certainly misses: [`Sheared`] along the axis of the
+/// direction's largest component, so that H is one.
 pub(crate) struct Filter {
-    /// The two axes of the plane, and the axis projected away.
+    /// The two axes across, and the axis of the direction's largest component.
     axes: [usize; 3],
-    /// Movement in the plane per unit along the axis projected away.
-    slopes: [Vec4; 2],
-    /// The ray's origin in the plane.
-    origin: [Vec4; 2],
-    /// e above, doubled.
-    error: Vec4,
-    /// The largest magnitude of the origin's coordinates.
-    origin_reach: f32,
+    /// Movement along the two axes, negated, per unit along the third.
+    slopes: [f32; 2],
+    /// The ray's origin.
+    origin: Vec3,
+    /// The origin's largest coordinate if f32 can't hold the origin, else zero.
+    blur: f32,
 }
 
-/// The corners of a triangle along an axis.
-type Coordinates = Vec4;
-
 impl Filter {
-    /// Factor for the roundings of products: 2 ε, doubled.
-    const ROUNDINGS: f32 = 4.0 / (1 << 24) as f32;
-    /// 16 ε.
-    const ERROR: f64 = 16.0 / (1 << 24) as f64;
-    /// The same, plus more than the roundings of its own products and sums in f32.
-    const OWN_ERROR: f32 = 17.0 / (1 << 24) as f32;
-    const SMALLEST: f32 = 1e-36;
+    /// With errors up to this, coordinates are up to 10¹⁸: products don't overflow.
+    const LARGEST_ERROR: f32 = 1e12;
 
-    /// A filter for triangles with coordinates of magnitude up to `reach`.
     #[inline(always)]
-    pub(crate) fn new(origin: DVec3, direction: DVec3, reach: f32) -> Self {
+    pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
         let [x, y, z] = direction.abs().to_array();
         let largest = if x >= y && x >= z {
             0
@@ -53,47 +30,19 @@ impl Filter {
             2
         };
         let axes = [(largest + 1) % 3, (largest + 2) % 3, largest];
-        let inverse = direction[largest].recip();
-        let slopes = [direction[axes[0]] * inverse, direction[axes[1]] * inverse];
-        let start = |at: usize| origin[axes[at]] - slopes[at] * origin[largest];
-        let origin_reach = origin.abs().max_element();
-        let error = (origin_reach + f64::from(reach)) * Self::ERROR;
-        Self {
-            axes,
-            slopes: [Vec4::splat(slopes[0] as f32), Vec4::splat(slopes[1] as f32)],
-            origin: [Vec4::splat(start(0) as f32), Vec4::splat(start(1) as f32)],
-            error: Vec4::splat(error as f32),
-            origin_reach: origin_reach as f32,
-        }
+        let slope = |at: usize| (-direction[axes[at]] / direction[largest]) as f32;
+        let rounded = origin.as_vec3();
+        let blur = if rounded.as_dvec3() == origin { 0.0 } else { rounded.abs().max_element() };
+        Self { axes, slopes: [slope(0), slope(1)], origin: rounded, blur }
     }
 
     /// Whether the ray's line certainly misses a triangle.
     #[inline(always)]
     pub(crate) fn misses(&self, corners: [Vec3; 3]) -> bool {
-        let reach = || corners[0].abs().max(corners[1].abs()).max(corners[2].abs()).max_element();
-        self.misses_by(self.error, corners)
-            || self.misses_by(Vec4::splat((self.origin_reach + reach()) * Self::OWN_ERROR), corners)
-    }
-
-    #[inline(always)]
-    fn misses_by(&self, error: Vec4, [a, b, c]: [Vec3; 3]) -> bool {
-        let along = |axis: usize| -> Coordinates {
-            let [a, b, c] = [a.to_array()[axis], b.to_array()[axis], c.to_array()[axis]];
-            Vec4::new(a, b, c, c)
-        };
-        let [i, j, k] = self.axes;
-        let depth = along(k);
-        let x = (along(i) - self.slopes[0] * depth) - self.origin[0];
-        let y = (along(j) - self.slopes[1] * depth) - self.origin[1];
-        let size = x.abs() + y.abs() + error;
-        let (next_x, next_y, next_size) = (x.yzxw(), y.yzxw(), size.yzxw());
-        let edges = x * next_y - next_x * y;
-        let bound = error * (size + next_size)
-            + (size * next_size) * Vec4::splat(Self::ROUNDINGS)
-            + Vec4::splat(Self::SMALLEST);
-        // The fourth lane is no edge.
-        const EDGES: u32 = 0b111;
-        (edges.cmplt(-bound).bitmask() & EDGES) != 0 && (edges.cmpgt(bound).bitmask() & EDGES) != 0
+        let [a, b, c] = corners.map(|corner| (corner - self.origin).to_array());
+        let offsets = self.axes.map(|axis| [a[axis], b[axis], c[axis]]);
+        let sheared = Sheared::new(offsets, self.slopes, 1.0, self.blur);
+        sheared.is_missed() && sheared.error < Self::LARGEST_ERROR
     }
 }
 
@@ -137,8 +86,7 @@ mod tests {
             };
             let origin = numbers.point() * world;
             let ray = Ray::new(origin, (target - origin) * f64::exp2(20.0 * numbers.next()));
-            let reach = corners.map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f32::max);
-            let is_left_out = Filter::new(ray.origin, ray.direction, reach).misses(corners);
+            let is_left_out = Filter::new(ray.origin, ray.direction).misses(corners);
             if crossing(&ray, corners).is_some() {
                 met += 1;
                 assert!(!is_left_out, "{ray:?} meets {corners:?}");
@@ -153,19 +101,20 @@ mod tests {
     }
 
     #[test]
-    fn what_one_triangle_reaches_does_others_no_harm() {
+    fn large_coordinates_leave_nothing_out_that_the_line_meets() {
         let mut numbers = Numbers(8);
-        let mut kept = [0; 2];
-        for _ in 0..10_000 {
-            let corners = [0; 3].map(|_| numbers.point().as_vec3());
-            let ray = Ray::new(numbers.point() * 3.0, numbers.point());
-            for (kept, reach) in kept.iter_mut().zip([1.0, 1e30]) {
-                let is_kept = !Filter::new(ray.origin, ray.direction, reach).misses(corners);
-                assert!(is_kept || crossing(&ray, corners).is_none());
-                *kept += usize::from(is_kept);
-            }
+        for round in 0..20_000 {
+            // Products of coordinates about 2⁶⁴ are about the largest f32.
+            let size = f64::exp2(64.0 + 2.0 * numbers.next());
+            let corners = [0; 3].map(|_| (numbers.point() * size).as_vec3());
+            let [a, b, c] = corners.map(Vec3::as_dvec3);
+            let (u, v) = (numbers.next().abs(), numbers.next().abs());
+            let target = if round % 2 == 0 { a.lerp(b, u) } else { a + (b - a) * (u * v) + (c - a) * (v - u * v) };
+            let origin = (numbers.point() * size).as_vec3().as_dvec3();
+            let ray = Ray::new(origin, target - origin);
+            let is_left_out = Filter::new(ray.origin, ray.direction).misses(corners);
+            assert!(!is_left_out || crossing(&ray, corners).is_none(), "{ray:?} meets {corners:?}");
         }
-        assert!(kept[0] > 100 && kept[1] == kept[0], "{kept:?}");
     }
 
     #[test]
@@ -173,10 +122,10 @@ mod tests {
         let corners = [Vec3::X, Vec3::Y, Vec3::Z];
         for bad in [f32::NAN, f32::INFINITY, f32::MAX] {
             let [a, b, _] = corners;
-            let filter = Filter::new(DVec3::ZERO, DVec3::ONE, 1.0);
+            let filter = Filter::new(DVec3::ZERO, DVec3::ONE);
             assert!(!filter.misses([a, b, Vec3::splat(bad)]), "{bad}");
         }
-        let beyond = Filter::new(DVec3::splat(1e300), DVec3::X, 1.0);
+        let beyond = Filter::new(DVec3::splat(1e300), DVec3::X);
         assert!(!beyond.misses(corners));
     }
 }

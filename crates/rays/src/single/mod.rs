@@ -58,7 +58,7 @@ impl<V: Visit> SingleRays for V {
         if !ray.is_sound() {
             return None;
         }
-        let filter = Filter::new(ray.origin, ray.direction, self.reach());
+        let filter = Filter::new(ray.origin, ray.direction);
         let mut nearest: Option<Hit> = None;
         let _ = self.visit(triangles, ray, |id, t_max| {
             if id == own || filter.misses(triangles.corners(id)) {
@@ -86,7 +86,7 @@ impl<V: Visit> SingleRays for V {
         if !shadow_ray.ray.is_sound() {
             return false;
         }
-        let filter = Filter::new(shadow_ray.ray.origin, shadow_ray.ray.direction, self.reach());
+        let filter = Filter::new(shadow_ray.ray.origin, shadow_ray.ray.direction);
         let visited = self.visit(triangles, &shadow_ray.ray, |id, _| {
             let corners = triangles.corners(id);
             let blocks = !filter.misses(corners)

@@ -71,7 +71,7 @@ impl PacketSide {
 const TILE_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 
 /// The memory of a thread for tracing packets.
-pub(super) struct Worker {
+pub(super) struct PacketWorker {
     pub(super) bundle: Bundle,
     pub(super) rays: PacketRays,
     pub(super) nearest: [NearestBlock; MOST_BLOCKS],
@@ -81,7 +81,7 @@ pub(super) struct Worker {
     pub(super) scratch: Scratch,
 }
 
-impl Default for Worker {
+impl Default for PacketWorker {
     fn default() -> Self {
         Self {
             bundle: Bundle::default(),
@@ -95,7 +95,7 @@ impl Default for Worker {
     }
 }
 
-impl Worker {
+impl PacketWorker {
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>()
             + self.undecided.capacity() * size_of::<Undecided>()

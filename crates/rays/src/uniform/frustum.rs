@@ -12,13 +12,13 @@ use crate::{Bounds, Triangles};
 /// `demo:cloth`). This rules them out without preparing them for the packet's rays.
 pub(super) struct Frustum {
     axes: [usize; 3],
-    low: [Plane; 2],
-    high: [Plane; 2],
+    low: [FrustumSide; 2],
+    high: [FrustumSide; 2],
 }
 
 /// A plane of world coordinates: u = slope · z + offset, with u one of the axes across the beam and z the major one.
 #[derive(Clone, Copy)]
-struct Plane {
+struct FrustumSide {
     slope: f32,
     offset: f32,
     /// Error bound of u − (slope · z + offset) and of the beam.
@@ -41,7 +41,7 @@ impl Frustum {
             let margin = 5.0 * HALF_ULP * terms + 8.0 * beam.slack * lattice.side;
             // Numbers that overflow or underflow f32 rule nothing out.
             let margin = if terms < 1e37 { (margin as f32).next_up() + f32::MIN_POSITIVE } else { f32::INFINITY };
-            Plane { slope: slope as f32, offset: offset as f32, margin }
+            FrustumSide { slope: slope as f32, offset: offset as f32, margin }
         };
         Self {
             axes: beam.axes,
@@ -87,7 +87,7 @@ fn vectors<S: Simd>(simd: S, [u, v, z]: [[f32; LANES]; 3]) -> [f32x16<S>; 3] {
     [f32x16::simd_from(simd, u), f32x16::simd_from(simd, v), f32x16::simd_from(simd, z)]
 }
 
-impl Plane {
+impl FrustumSide {
     /// The heights of points above the plane.
     #[inline(always)]
     fn over<S: Simd>(self, simd: S, u: f32x16<S>, z: f32x16<S>) -> f32x16<S> {

@@ -29,7 +29,7 @@ use crate::shot::{Bytes, Counts, LightMask, Seconds, SeenPixels, Shot, Tally, Wo
 use crate::{Bounds, ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles};
 use build::Chunk;
 pub use bundle::PacketSide;
-use bundle::Worker;
+use bundle::PacketWorker;
 pub use lattice::Lattice;
 use lattice::{CellBox, VertexCells};
 use macrocells::Macrocells;
@@ -159,7 +159,7 @@ pub struct UniformGrid {
     /// The work of single rays.
     visits: Tally,
     /// Memory for each thread.
-    workers: Vec<Mutex<Box<Worker>>>,
+    workers: Vec<Mutex<Box<PacketWorker>>>,
 }
 
 debug_some!(
@@ -287,6 +287,6 @@ impl Structure for UniformGrid {
     }
 }
 
-fn worker_bytes(worker: &Mutex<Box<Worker>>) -> usize {
+fn worker_bytes(worker: &Mutex<Box<PacketWorker>>) -> usize {
     worker.lock().unwrap_or_else(std::sync::PoisonError::into_inner).bytes()
 }

@@ -7,7 +7,7 @@ use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u32x16};
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Shape, Worker};
+use super::bundle::{Bundle, PacketWorker, Shape};
 use crate::Ray;
 use crate::packet::{Common, Group, LANES, Nearest, NearestBlock, Range, Space, Undecided};
 use crate::predicate::{crossing, settle};
@@ -32,7 +32,7 @@ impl UniformGrid {
     }
 
     /// Calls `work` with the current thread's memory.
-    pub(super) fn with_worker<T>(&self, work: impl FnOnce(&mut Worker) -> T) -> T {
+    pub(super) fn with_worker<T>(&self, work: impl FnOnce(&mut PacketWorker) -> T) -> T {
         // No thread waits here, since each has its own memory.
         let thread = rayon::current_thread_index().unwrap_or(self.workers.len() - 1);
         let mut worker = self.workers[thread].lock().unwrap_or_else(PoisonError::into_inner);
@@ -80,7 +80,7 @@ impl CameraTrace<'_> {
     fn trace_tile<S: Simd>(
         &self,
         simd: S,
-        worker: &mut Worker,
+        worker: &mut PacketWorker,
         tile: usize,
         triangle: &mut [u32],
         inverse_depth: &mut [f32],
@@ -142,8 +142,8 @@ impl CameraTrace<'_> {
 
     /// Traces the first remaining ray and those that can be traced with it.
     #[inline(always)]
-    fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, ray: (usize, usize)) {
-        let Worker { bundle, rays, nearest, undecided, scratch, .. } = worker;
+    fn trace_group<S: Simd>(&self, simd: S, worker: &mut PacketWorker, first: usize, ray: (usize, usize)) {
+        let PacketWorker { bundle, rays, nearest, undecided, scratch, .. } = worker;
         let is_perspective = self.rays.is_perspective;
         let group = Group::of(if is_perspective { bundle.vector(ray.0, ray.1) } else { self.rays.forward });
         bundle.start_group(simd, group, ray, is_perspective, None);
@@ -193,8 +193,8 @@ impl CameraTrace<'_> {
     }
 
     /// Settles the undecided cases.
-    fn settle(&self, worker: &mut Worker, space: &Space, first: usize) {
-        let Worker { bundle, nearest, undecided, scratch, .. } = worker;
+    fn settle(&self, worker: &mut PacketWorker, space: &Space, first: usize) {
+        let PacketWorker { bundle, nearest, undecided, scratch, .. } = worker;
         for &Undecided { block, lane, triangle, high } in &*undecided {
             let (block, lane) = (usize::from(block), usize::from(lane));
             let found = &mut nearest[block];
@@ -231,8 +231,15 @@ impl CameraTrace<'_> {
 
     /// Writes the hits of the group's rays.
     #[inline(always)]
-    fn write<S: Simd>(&self, simd: S, worker: &Worker, first: usize, triangle: &mut [u32], inverse_depth: &mut [f32]) {
-        let Worker { bundle, nearest, .. } = worker;
+    fn write<S: Simd>(
+        &self,
+        simd: S,
+        worker: &PacketWorker,
+        first: usize,
+        triangle: &mut [u32],
+        inverse_depth: &mut [f32],
+    ) {
+        let PacketWorker { bundle, nearest, .. } = worker;
         for (block, found) in nearest[..bundle.count].iter().enumerate() {
             let start = usize::from(bundle.blocks[block]) * LANES;
             let (triangle, inverse_depth) =

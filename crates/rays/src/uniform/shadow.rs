@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::UniformGrid;
-use super::bundle::{Bundle, Shape, Worker, eight, members_of};
+use super::bundle::{Bundle, PacketWorker, Shape, eight, members_of};
 use super::see::ROUNDING;
 use crate::LightSource;
 use crate::SingleRays;
@@ -73,7 +73,7 @@ impl LightTrace<'_> {
     }
 
     #[inline(always)]
-    fn trace_tile<S: Simd>(&self, simd: S, worker: &mut Worker, tile: usize, lit: &mut [u16]) {
+    fn trace_tile<S: Simd>(&self, simd: S, worker: &mut PacketWorker, tile: usize, lit: &mut [u16]) {
         lit.fill(0);
         let first = tile * TileOrder::TILE_PIXELS;
         Bundle::packets_of_tile(
@@ -95,8 +95,8 @@ impl LightTrace<'_> {
     /// Loads the points of a packet's blocks into the worker's bundle, as remaining rays and members. Points with an
     /// uncertain position are decided one by one.
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, blocks: &[u16], part: u16) {
-        let Worker { bundle, any_hit, .. } = worker;
+    fn load<S: Simd>(&self, simd: S, worker: &mut PacketWorker, first: usize, blocks: &[u16], part: u16) {
+        let PacketWorker { bundle, any_hit, .. } = worker;
         bundle.count = blocks.len();
         bundle.blocks[..blocks.len()].copy_from_slice(blocks);
         let seen = self.image.seen;
@@ -147,7 +147,7 @@ impl LightTrace<'_> {
 
     /// Traces the first remaining ray and those that can be traced with it.
     #[inline(always)]
-    fn trace_group<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, (block, lane): (usize, usize)) {
+    fn trace_group<S: Simd>(&self, simd: S, worker: &mut PacketWorker, first: usize, (block, lane): (usize, usize)) {
         let bundle = &mut worker.bundle;
         let direction = match *self.light {
             LightSource::Directional { direction } => direction.as_dvec3(),
@@ -173,8 +173,8 @@ impl LightTrace<'_> {
     }
 
     #[inline(always)]
-    fn trace_packet<S: Simd>(&self, simd: S, worker: &mut Worker, first: usize, packet: &Packet) {
-        let Worker { bundle, rays, any_hit, undecided_shadows, scratch, .. } = worker;
+    fn trace_packet<S: Simd>(&self, simd: S, worker: &mut PacketWorker, first: usize, packet: &Packet) {
+        let PacketWorker { bundle, rays, any_hit, undecided_shadows, scratch, .. } = worker;
         let Packet { space, within, limit_error } = packet;
         bundle.place_rays(simd, space, rays);
         for (block, found) in any_hit[..bundle.count].iter_mut().enumerate() {
@@ -235,8 +235,8 @@ impl LightTrace<'_> {
     }
 
     /// Settles the undecided cases.
-    fn settle(&self, worker: &mut Worker, first: usize) {
-        let Worker { bundle, any_hit, undecided_shadows, scratch, .. } = worker;
+    fn settle(&self, worker: &mut PacketWorker, first: usize) {
+        let PacketWorker { bundle, any_hit, undecided_shadows, scratch, .. } = worker;
         // Sorted by pixel, so that each shadow ray is found once.
         undecided_shadows.sort_unstable();
         let mut shadows = settle::Shadows::new(&self.opacity);

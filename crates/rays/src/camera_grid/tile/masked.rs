@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use super::{BLOCKS, Batch, HALF, PossibleHits, Tile, lane_and_block};
+use super::{BLOCKS, HALF, PossibleHits, TileHits, TriangleBatch, lane_and_block};
 use crate::camera_grid::lanes::{Corners, LANES, Setup, largest, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace};
 use crate::shot::{MaskPoints, Opacity};
@@ -80,14 +80,14 @@ impl MaskWeights {
     }
 }
 
-impl Tile {
+impl TileHits {
     /// Tests the triangles of a batch in `lanes`, all of them masked and with a certain orientation. Returns the same
     /// numbers as [`test_batch`](Self::test_batch).
     #[inline(never)]
     pub(crate) fn test_masked<S: Simd>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         weights: &MaskWeights,
         opacity: &dyn Opacity,
         lanes: u64,
@@ -99,7 +99,7 @@ impl Tile {
     fn test_masked_inlined<S: Simd>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         weights: &MaskWeights,
         opacity: &dyn Opacity,
         lanes: u64,
@@ -124,7 +124,7 @@ impl Tile {
     fn test_masked_block<S: Simd>(
         &mut self,
         simd: S,
-        batch: &Batch,
+        batch: &TriangleBatch,
         weights: &MaskWeights,
         opacity: &dyn Opacity,
         queued: u32,

@@ -1,6 +1,6 @@
 //! Finding planes from few samples of the cost: Hunt et al. 2006, §3.
 
-use super::sah::{AxisMeasure, Candidate, Measure};
+use super::sah::{AxisMeasure, Measure, SplitCandidate};
 use crate::kdtree::extent::Reference;
 
 /// The largest number of references of a node that is split exactly.
@@ -21,7 +21,7 @@ struct Sample {
 }
 
 /// Returns the plane of least cost; between samples the cost is taken as quadratic.
-pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
+pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option<SplitCandidate> {
     let along = [0, 1, 2].map(|axis| measure.axis(axis));
     let uniform = along.map(|along| {
         let (low, high) = (f64::from(along.low), f64::from(along.high));

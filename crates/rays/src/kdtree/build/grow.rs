@@ -1,4 +1,4 @@
-use super::sah::{Candidate, Cell, Measure};
+use super::sah::{Cell, Measure, SplitCandidate};
 use super::space::{Frame, Space};
 use super::{Job, adaptive, median, naive, resorting};
 use crate::kdtree::KdBuilder;
@@ -58,7 +58,7 @@ impl Job<'_> {
         }
     }
 
-    fn best(&self, space: &mut Space, at: Frame, builder: KdBuilder, cell: &Cell) -> Option<Candidate> {
+    fn best(&self, space: &mut Space, at: Frame, builder: KdBuilder, cell: &Cell) -> Option<SplitCandidate> {
         let references = &space.references[at.references..];
         if references.is_empty() || cell.depth >= self.heuristic.max_depth {
             return None;

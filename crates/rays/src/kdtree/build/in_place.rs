@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::Job;
 use super::presorted;
-use super::sah::{Candidate, Cell, Measure};
+use super::sah::{Cell, Measure, SplitCandidate};
 use super::space::{Frame, Space};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Reference, Sides};
@@ -45,7 +45,7 @@ struct Node {
     cell: Cell,
     count: usize,
     /// The plane, and the index of the first child; the second follows it.
-    cut: Option<(Candidate, usize)>,
+    cut: Option<(SplitCandidate, usize)>,
 }
 
 impl Job<'_> {
@@ -93,12 +93,12 @@ impl Upper<'_> {
     }
 
     /// Returns the best planes of all nodes of the last level.
-    fn planes(&self) -> Vec<Option<Candidate>> {
+    fn planes(&self) -> Vec<Option<SplitCandidate>> {
         let across = (0..3).into_par_iter().map(|axis| self.planes_across(axis));
         across.reduce(|| vec![None; self.live.len()], better)
     }
 
-    fn planes_across(&self, axis: usize) -> Vec<Option<Candidate>> {
+    fn planes_across(&self, axis: usize) -> Vec<Option<SplitCandidate>> {
         let events = &self.events[axis];
         let first = self.live.start;
         let live_node =
@@ -229,8 +229,8 @@ impl Upper<'_> {
     }
 }
 
-fn better(mut a: Vec<Option<Candidate>>, b: Vec<Option<Candidate>>) -> Vec<Option<Candidate>> {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a = Candidate::better(*a, b));
+fn better(mut a: Vec<Option<SplitCandidate>>, b: Vec<Option<SplitCandidate>>) -> Vec<Option<SplitCandidate>> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a = SplitCandidate::better(*a, b));
     a
 }
 

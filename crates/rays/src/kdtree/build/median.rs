@@ -1,4 +1,4 @@
-use super::sah::{Candidate, Measure};
+use super::sah::{Measure, SplitCandidate};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Plane, Reference};
 
@@ -19,7 +19,7 @@ pub(super) fn best(
     references: &[Reference],
     depth: u32,
     builder: KdBuilder,
-) -> Option<Candidate> {
+) -> Option<SplitCandidate> {
     if references.len() <= LEAF {
         return None;
     }
@@ -36,7 +36,7 @@ pub(super) fn best(
     };
     let plane = axes.into_iter().find_map(plane)?;
     // Below the cost of any leaf: only depth and memory end the recursion.
-    Some(Candidate { cost: f64::NEG_INFINITY, plane, planar_left: true })
+    Some(SplitCandidate { cost: f64::NEG_INFINITY, plane, planar_left: true })
 }
 
 /// Returns the plane with half of the boxes' middles on each side, midway between the two middles next to it.

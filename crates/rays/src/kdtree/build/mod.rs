@@ -26,7 +26,7 @@ use super::{Clipping, KdBuilder, KdTree, KdTreeOptions, Whole};
 use crate::Triangles;
 use binned::Arena;
 pub(super) use deferred::Deferred;
-pub(crate) use sah::{Candidate, Cell};
+pub(crate) use sah::{Cell, SplitCandidate};
 use sah::{Heuristic, Measure};
 use space::{Frame, Space};
 
@@ -197,7 +197,7 @@ impl Job<'_> {
     }
 
     /// Returns the sides of a plane on which a reference is, and its parts there.
-    fn part(&self, reference: &Reference, best: &Candidate) -> (Sides, [Option<Reference>; 2]) {
+    fn part(&self, reference: &Reference, best: &SplitCandidate) -> (Sides, [Option<Reference>; 2]) {
         let sides = reference.sides(best.plane, best.planar_left);
         let parts = match sides {
             Sides::Left => [Some(*reference), None],
@@ -218,7 +218,7 @@ impl Job<'_> {
 
     /// Returns the best plane across a cell for boxes, each with the number of triangles that it counts as.
     #[must_use]
-    pub(crate) fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<Candidate> {
+    pub(crate) fn best_of_boxes(&self, cell: &Cell, boxes: &[(Extent, u32)]) -> Option<SplitCandidate> {
         let count = boxes.iter().map(|&(_, weight)| weight as usize).sum();
         let measure = Measure::new(&self.heuristic, cell.extent, count);
         resorting::best(measure, boxes, |&of_box| of_box, &mut Vec::new())
@@ -227,7 +227,7 @@ impl Job<'_> {
     /// Returns the two cells of the best plane, unless a leaf of `count` triangles is better. Once triangles are parted,
     /// [`Cell::share`] sets the largest number of references of each.
     #[must_use]
-    pub(crate) fn split(&self, cell: &Cell, count: usize, best: Candidate) -> Option<[Cell; 2]> {
+    pub(crate) fn split(&self, cell: &Cell, count: usize, best: SplitCandidate) -> Option<[Cell; 2]> {
         self.heuristic.split(cell, count, Some(best)).map(|(_, cells)| cells)
     }
 

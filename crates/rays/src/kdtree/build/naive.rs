@@ -1,10 +1,10 @@
 //! Finding planes by counting triangles for each one anew: Wald and Havran 2006, §4.1.
 
-use super::sah::{Candidate, Measure};
+use super::sah::{Measure, SplitCandidate};
 use crate::kdtree::extent::Reference;
 
 /// Returns the best plane among the faces of the references' boxes.
-pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option<Candidate> {
+pub(super) fn best(mut measure: Measure<'_>, references: &[Reference]) -> Option<SplitCandidate> {
     for axis in 0..3 {
         let along = measure.axis(axis);
         for reference in references {

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Job;
 use super::presorted::{self, CUT, RIGHT};
-use super::sah::{Candidate, Cell, Measure};
+use super::sah::{Cell, Measure, SplitCandidate};
 use super::space::{Frame, Space};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::Reference;
@@ -62,7 +62,7 @@ impl Job<'_> {
         );
     }
 
-    fn best_of_chunks(&self, space: &Space, cell: &Cell) -> Option<Candidate> {
+    fn best_of_chunks(&self, space: &Space, cell: &Cell) -> Option<SplitCandidate> {
         let count = space.references.len();
         let best_across = |axis: usize| {
             let events = &space.events[axis];
@@ -79,13 +79,13 @@ impl Job<'_> {
                 let measure = Measure::new(&self.heuristic, cell.extent, count);
                 presorted::sweep(measure, axis, &events[chunk], before, |_| 1).best
             });
-            best.merge(Candidate::better).flatten()
+            best.merge(SplitCandidate::better).flatten()
         };
-        (0..3).into_par_iter().map(best_across).merge(Candidate::better).flatten()
+        (0..3).into_par_iter().map(best_across).merge(SplitCandidate::better).flatten()
     }
 
     /// The left and the right child of a node.
-    fn part_chunks(&self, space: Space, best: &Candidate) -> [Space; 2] {
+    fn part_chunks(&self, space: Space, best: &SplitCandidate) -> [Space; 2] {
         let parted: Vec<_> = space.references.par_chunks(CHUNK).map(|chunk| self.part_chunk(chunk, best)).collect();
         let mut children = [self.pool.spaces.take(), self.pool.spaces.take()];
         let mut indices = Vec::with_capacity(space.references.len());
@@ -121,7 +121,7 @@ impl Job<'_> {
         children
     }
 
-    fn part_chunk(&self, references: &[Reference], best: &Candidate) -> Parted {
+    fn part_chunk(&self, references: &[Reference], best: &SplitCandidate) -> Parted {
         let mut children = [Vec::with_capacity(references.len()), Vec::with_capacity(references.len())];
         let mut fresh: [[Vec<u64>; 3]; 2] = Default::default();
         let indices = references.iter().map(|reference| {

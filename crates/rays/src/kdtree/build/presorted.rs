@@ -3,7 +3,7 @@
 use crate::parallel::both;
 use std::ops::Range;
 
-use super::sah::{AxisMeasure, Candidate, Measure};
+use super::sah::{AxisMeasure, Measure, SplitCandidate};
 use super::space::{Frame, Space};
 use crate::kdtree::extent::{Extent, Reference, Sides};
 
@@ -92,7 +92,7 @@ impl Space {
     }
 
     /// Returns the best plane for the references from `at` on, whose events are listed.
-    pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<Candidate> {
+    pub(super) fn sweep(&self, mut measure: Measure<'_>, at: Frame) -> Option<SplitCandidate> {
         for axis in 0..3 {
             let before = [0.0, measure.count as f64];
             measure = sweep(measure, axis, &self.events[axis][at.events[axis]..], before, |_| 1);

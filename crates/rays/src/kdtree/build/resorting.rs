@@ -1,7 +1,7 @@
 //! Finding planes by sorting the faces of boxes at each node: Wald and Havran 2006, §4.2.
 
 use super::presorted;
-use super::sah::{Candidate, Measure};
+use super::sah::{Measure, SplitCandidate};
 use crate::kdtree::extent::Extent;
 
 /// Returns the best plane among the faces of items. `of` returns an item's box and the number of triangles that it counts
@@ -11,7 +11,7 @@ pub(super) fn best<T>(
     all: &[T],
     of: impl Fn(&T) -> (Extent, u32),
     events: &mut Vec<u64>,
-) -> Option<Candidate> {
+) -> Option<SplitCandidate> {
     for axis in 0..3 {
         events.clear();
         for (one, index) in all.iter().zip(0..) {

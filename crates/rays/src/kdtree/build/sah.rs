@@ -25,7 +25,7 @@ pub(crate) struct Cell {
 
 /// A plane, and its cost.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Candidate {
+pub(crate) struct SplitCandidate {
     /// Its cost by the heuristic.
     pub cost: f64,
     pub plane: Plane,
@@ -33,7 +33,7 @@ pub(crate) struct Candidate {
     pub planar_left: bool,
 }
 
-impl Candidate {
+impl SplitCandidate {
     /// The cheaper of two.
     pub(super) fn better(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
@@ -55,7 +55,7 @@ pub(super) struct Measure<'a> {
     pub(super) extent: Extent,
     pub(super) count: usize,
     per_area: f64,
-    pub(super) best: Option<Candidate>,
+    pub(super) best: Option<SplitCandidate>,
 }
 
 impl<'a> Measure<'a> {
@@ -112,7 +112,7 @@ impl<'a> Measure<'a> {
 
     #[inline(always)]
     fn note(&mut self, axis: usize, at: f32, planar_left: bool, counts: [f64; 2], shares: [f64; 2]) {
-        let candidate = Candidate {
+        let candidate = SplitCandidate {
             cost: self.heuristic.cost(self.count as f64, counts, shares),
             plane: Plane { axis, at },
             planar_left,
@@ -169,7 +169,12 @@ impl Heuristic {
 
     /// Returns the two cells of the best plane, unless a leaf is better. Once triangles are parted, [`Cell::share`] sets the
     /// largest number of references of each.
-    pub(super) fn split(&self, cell: &Cell, count: usize, best: Option<Candidate>) -> Option<(Candidate, [Cell; 2])> {
+    pub(super) fn split(
+        &self,
+        cell: &Cell,
+        count: usize,
+        best: Option<SplitCandidate>,
+    ) -> Option<(SplitCandidate, [Cell; 2])> {
         let best = best?;
         let failures = cell.failures + u32::from(best.cost >= self.costs.test * count as f64);
         let most = 2.0 * (count as f64).max(1.0);

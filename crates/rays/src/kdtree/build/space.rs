@@ -1,5 +1,5 @@
 use super::presorted;
-use super::sah::Candidate;
+use super::sah::SplitCandidate;
 use super::{Job, Reused};
 use crate::kdtree::extent::Reference;
 
@@ -57,7 +57,7 @@ impl Space {
 
     /// Splits the node at `at`, which becomes its right child; the left child is put aside. Returns the numbers of their
     /// references.
-    pub(super) fn part(&mut self, job: &Job<'_>, at: Frame, best: &Candidate, has_events: bool) -> [usize; 2] {
+    pub(super) fn part(&mut self, job: &Job<'_>, at: Frame, best: &SplitCandidate, has_events: bool) -> [usize; 2] {
         self.left.clear();
         self.indices.clear();
         self.fresh.iter_mut().flatten().for_each(Vec::clear);

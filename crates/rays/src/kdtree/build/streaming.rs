@@ -2,7 +2,7 @@
 //! (Popov et al. 2006, §4).
 
 use super::Job;
-use super::sah::{Candidate, Cell, Measure};
+use super::sah::{Cell, Measure, SplitCandidate};
 use super::space::{Frame, Space};
 use crate::kdtree::KdBuilder;
 use crate::kdtree::extent::{Extent, Reference};
@@ -92,7 +92,7 @@ impl Samples {
     }
 
     /// Returns the best plane between two bins, or one that cuts off empty space.
-    fn best(&self, mut measure: Measure<'_>) -> Option<Candidate> {
+    fn best(&self, mut measure: Measure<'_>) -> Option<SplitCandidate> {
         for axis in 0..3 {
             let along = measure.axis(axis);
             let (low, high) = (f64::from(along.low), f64::from(along.high));

@@ -31,7 +31,7 @@ pub use options::{KdMailbox, KdPacketOptions, KdPacketWidth};
 pub use rays::{HALF_ULP, LANES, MOST_RAYS, Rays};
 pub use scale::Scale;
 pub(crate) use see::{NO_RAY, PacketRays, SQUARE_PIXELS};
-use stack::{Stack, Waiting};
+use stack::{Stack, WaitingPacket};
 pub use tester::Ask;
 use tester::{MOST_PAIRS, Mailbox, Pairs, Tester};
 
@@ -142,7 +142,7 @@ impl KdTree {
         if !ray.is_sound() {
             return;
         }
-        let filter = LineFilter::new(ray.origin, ray.direction, self.extent.reach());
+        let filter = LineFilter::new(ray.origin, ray.direction);
         let _ = self.visit(triangles, ray, |id, t_max| {
             if !filter.misses(triangles.corners(id)) {
                 let mut end = [f64::INFINITY];
@@ -192,7 +192,7 @@ impl KdTree {
     /// Leads prepared rays to leaves below the node at `root`, in packets.
     #[doc(hidden)]
     pub fn visit_from(&self, triangles: Triangles<'_>, rays: &mut Rays, root: u32, ask: &mut Ask<'_>) {
-        let mut stack = [Waiting::at_root(self); super::node::Nodes::MAX_DEPTH];
+        let mut stack = [WaitingPacket::at_root(self); super::node::Nodes::MAX_DEPTH];
         let tester = Tester {
             tree: self,
             triangles,

@@ -11,7 +11,7 @@ use crate::kdtree::node::Nodes;
 /// A child that waits, and the members of a packet in its cell. 192 bytes.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Waiting<'a> {
+pub(super) struct WaitingPacket<'a> {
     /// The tree that it is a node of: a whole one, or a subtree that was built when a ray reached it.
     pub(super) tree: &'a KdTree,
     enter: [f32; LANES],
@@ -22,7 +22,7 @@ pub(super) struct Waiting<'a> {
     pub(super) level: u32,
 }
 
-impl<'a> Waiting<'a> {
+impl<'a> WaitingPacket<'a> {
     /// A whole tree, with no member in it.
     pub(super) fn at_root(tree: &'a KdTree) -> Self {
         Self { tree, enter: [0.0; LANES], leave: [0.0; LANES], members: 0, index: 0, level: 0 }
@@ -46,7 +46,7 @@ impl<'a> Waiting<'a> {
 }
 
 /// All children that wait.
-pub(super) type Stack<'a> = [Waiting<'a>; Nodes::MAX_DEPTH];
+pub(super) type Stack<'a> = [WaitingPacket<'a>; Nodes::MAX_DEPTH];
 
 /// Leads the rays from `first` on to leaves below the node at `root`, with a stack (Wald et al., *Interactive Rendering with
 /// Coherent Ray Tracing*, 2001). Rays may have any directions (Reshetov, *Omnidirectional ray tracing traversal

@@ -3,7 +3,7 @@ use fearless_simd::prelude::*;
 
 use super::filter::{Wide, load, splat};
 use super::rays::Rays;
-use super::stack::{Stack, Waiting};
+use super::stack::{Stack, WaitingPacket};
 use super::step::{Way, Within, backward, begin, way};
 use super::tester::Tester;
 use crate::kdtree::options::Trail;
@@ -34,7 +34,7 @@ pub(super) fn visit<'a, S: Simd, V: Wide<S>>(
     tester.mailbox.clear();
     let order = Order::new::<S, V>(rays, first, within.members);
     let (mut index, mut level) = (root, 0_u32);
-    let mut root = Waiting::at_root(tree);
+    let mut root = WaitingPacket::at_root(tree);
     root.put(tree, index, level, &within);
     let (mut trail, mut open) = (0_u64, 0_u64);
     // Rays that have ended.

@@ -9,7 +9,7 @@ pub(super) struct Stacked<'a>(pub(super) Reachable<'a>);
 
 /// A child that waits, and the ray's interval in its cell.
 #[derive(Clone, Copy, Default)]
-struct Waiting {
+struct WaitingChild {
     index: u32,
     enter: f64,
     leave: f64,
@@ -24,7 +24,7 @@ impl Stacked<'_> {
             Start::Everything => return tester.everything(),
             Start::Line(line) => line,
         };
-        let mut stack = [Waiting::default(); Nodes::MAX_DEPTH];
+        let mut stack = [WaitingChild::default(); Nodes::MAX_DEPTH];
         let mut waiting = 0;
         let (mut index, mut enter, mut leave) = (0, line.enter, line.leave);
         loop {
@@ -40,7 +40,7 @@ impl Stacked<'_> {
                         break;
                     }
                 }
-                Waiting { index, enter, leave } = stack[waiting];
+                WaitingChild { index, enter, leave } = stack[waiting];
                 leave = if tester.t_max < leave { tester.t_max } else { leave };
                 continue;
             }
@@ -51,7 +51,7 @@ impl Stacked<'_> {
                 Way::Near => index = near,
                 Way::Far => index = far,
                 Way::Both(near_leave, far_enter) => {
-                    stack[waiting] = Waiting { index: far, enter: far_enter, leave };
+                    stack[waiting] = WaitingChild { index: far, enter: far_enter, leave };
                     waiting += 1;
                     (index, leave) = (near, near_leave);
                 }

@@ -47,7 +47,7 @@ fn boxes_on_the_face_hold_those_in_a_tile() {
     let mut boxes = Vec::new();
     for _ in 0..TRIALS {
         let (in_tile, extent) = random_box(&mut random);
-        let mut part = Part::EMPTY;
+        let mut part = TilePart::EMPTY;
         part.whole = in_tile;
         let all = boxes_on_face(&extent, &[part], &mut boxes);
         let farthest = f64::from(in_tile.nearness) + f64::from(extent.origin[2]);

@@ -17,7 +17,7 @@ use crate::shot::SeenPixels;
 /// Some tiles, a light, and its faces.
 pub(crate) struct Scene {
     pub(crate) light: LightSource,
-    pub(crate) tiles: Vec<Tile>,
+    pub(crate) tiles: Vec<SurveyedTile>,
     pub(crate) faces: Vec<Face>,
     /// The extent of all tiles together.
     pub(crate) size: f64,
@@ -73,7 +73,11 @@ impl Scene {
         let tile = |random: &mut Random| {
             let middle = middle + anywhere(random) * size * flat;
             let half = size * random.power(-3.0, 0.0);
-            Tile { points: 1, has_unknown: false, corners: [0; 8].map(|_| middle + anywhere(random) * half * flat) }
+            SurveyedTile {
+                points: 1,
+                has_unknown: false,
+                corners: [0; 8].map(|_| middle + anywhere(random) * half * flat),
+            }
         };
         let mut tiles: Vec<_> = (0..=(random.unit() * 3.0) as u32).map(|_| tile(random)).collect();
         let direction = (middle - at + anywhere(random) * size).normalize_or(DVec3::Z).as_vec3();
@@ -153,10 +157,10 @@ fn points_where_sides_of_a_cube_meet_are_on_one() {
         let mut diagonal = side * DVec3::new(1.0, 1.0, if random.unit() < 0.3 { 1.0 } else { other });
         diagonal = DVec3::from(std::array::from_fn(|axis| diagonal[(axis + seed as usize) % 3]));
         let point = light.as_dvec3() + diagonal * random.power(-2.0, 2.0);
-        let around = |middle: DVec3, random: &mut Random| Tile {
+        let around = |middle: DVec3, random: &mut Random| SurveyedTile {
             points: 1,
             corners: [0; 8].map(|_| middle + anywhere(random) * size * random.unit().round()),
-            ..Tile::default()
+            ..SurveyedTile::default()
         };
         let tiles = [around(point, &mut random), around(2.0 * light.as_dvec3() - point, &mut random)];
         let mut faces = Vec::new();
@@ -184,7 +188,12 @@ fn points_on_the_edge_of_a_cone_are_on_its_face() {
             let at = |step: i32| (forward + aside * tangent * (1.0 - f64::from(step) * f64::EPSILON)) * depth;
             let Some(point) = (-8..8).map(at).find(|&point| cone.contains(point)) else { return 0 };
             let mut faces = Vec::new();
-            choose(&light, DVec3::X, &[Tile { points: 1, corners: [point; 8], ..Tile::default() }], &mut faces);
+            choose(
+                &light,
+                DVec3::X,
+                &[SurveyedTile { points: 1, corners: [point; 8], ..SurveyedTile::default() }],
+                &mut faces,
+            );
             assert!(is_on_some(&faces, point), "{point} of {light:?}, {faces:?}");
             1
         })
@@ -208,7 +217,7 @@ fn points_practically_on_a_spot_are_on_its_face() {
             let point = corner.mul_add(DVec3::splat(3.0), -other) * 0.25;
             let corners = std::array::from_fn(|number| if number % 2 == 0 { corner } else { -other });
             let mut faces = Vec::new();
-            choose(&light, DVec3::X, &[Tile { points: 1, corners, ..Tile::default() }], &mut faces);
+            choose(&light, DVec3::X, &[SurveyedTile { points: 1, corners, ..SurveyedTile::default() }], &mut faces);
             let is_seen = point != DVec3::ZERO && cone.contains(point);
             assert!(!is_seen || is_on_some(&faces, point), "{point} of {light:?}, {faces:?}");
             u32::from(is_seen)
@@ -229,7 +238,8 @@ fn no_point_is_farther_than_is_said() {
                 let [x, y, depth] = [1.0, 1.0, random.power(-20.0, -8.0)].map(|most| random.signed() * most);
                 position(&face, DVec3::new(x, y, depth) * scene.size)
             };
-            scene.tiles = vec![Tile { points: 1, corners: [0; 8].map(|_| corner()), ..Tile::default() }];
+            scene.tiles =
+                vec![SurveyedTile { points: 1, corners: [0; 8].map(|_| corner()), ..SurveyedTile::default() }];
         }
         let said = face.farthest(&scene.tiles);
         assert!(scene.farthest(&face) <= said.into(), "{said} of {face:?} for {:?}", scene.tiles);
@@ -254,7 +264,7 @@ fn no_face_has_a_point_of_a_tile_that_is_ruled_out() {
         };
         let first = corner(0.0);
         let corners = std::array::from_fn(|number| if number == 0 { first } else { corner(1.0) });
-        let tile = Tile { points: 1, corners, ..Tile::default() };
+        let tile = SurveyedTile { points: 1, corners, ..SurveyedTile::default() };
         let has_point = corners.iter().any(|&corner| is_within(&face, corner, owned));
         assert!(!has_point || face.may_own(&tile), "{corners:?} and {face:?}");
     });

@@ -18,7 +18,7 @@ const TRIALS: u32 = 1000;
 
 /// A view of an object at about one depth, and a light anywhere, often near the camera, where depths don't matter, or near
 /// the object, where only they matter.
-struct Trial {
+struct ViewedObject {
     random: Random,
     level: SimdLevel,
     view: View,
@@ -27,7 +27,7 @@ struct Trial {
     zoom: f64,
 }
 
-impl Trial {
+impl ViewedObject {
     fn new(mut random: Random, level: SimdLevel) -> Self {
         let far = if random.unit() < 0.7 { 1.0 } else { random.power(0.0, 6.0) };
         let depth = random.power(0.0, 2.0);
@@ -153,7 +153,7 @@ fn worst(of_trial: impl Fn(Random, SimdLevel) -> Option<[f64; 2]> + Sync) -> [f6
 
 #[test]
 fn points_are_no_more_wrong_than_is_said() {
-    let most = worst(|random, level| Trial::new(random, level).run());
+    let most = worst(|random, level| ViewedObject::new(random, level).run());
     // The bounds aren't much larger than the errors.
     assert!(most.iter().all(|most| (0.5..=1.0).contains(most)), "{most:?} of what may be");
 }

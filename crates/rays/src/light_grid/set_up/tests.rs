@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use super::*;
 use crate::SimdLevel;
-use crate::light_grid::block::Block;
 use crate::light_grid::boxes::SplatBox;
-use crate::light_grid::parts::Parts;
-use crate::light_grid::points::{Group, TILE_BLOCKS, block_of};
-use crate::light_grid::test::{QUEUE, TilePoints, enqueue};
+use crate::light_grid::face::Block;
+use crate::light_grid::filter::{QUEUE, TilePoints, enqueue};
+use crate::light_grid::parts::TileParts;
+use crate::light_grid::points::{MappedGroup, TILE_BLOCKS, block_of};
 use crate::random::Random;
 use crate::shot::SeenPixels;
 
@@ -39,7 +39,7 @@ fn functions(corners: Corners, point: DVec3) -> ([f64; 3], f64) {
 }
 
 /// A patch of sixteen triangles and sixteen blocks of points, each aimed at one of them.
-struct Trial {
+struct AimedBlocks {
     random: Random,
     level: SimdLevel,
     face: Face,
@@ -101,9 +101,9 @@ impl Setting<'_> {
         }
         let [x, y, nearness] = ranges;
         let Self { level, errors, .. } = *self;
-        let group = Group { members: [u16::MAX; LANES], x, y, nearness, errors };
+        let group = MappedGroup { members: [u16::MAX; LANES], x, y, nearness, errors };
         let mut extent = self.extent();
-        let mut parts = Parts::default();
+        let mut parts = TileParts::default();
         dispatch!(level, simd => {
             parts.divide(simd, 0, &group, &blocks, 1e30);
             parts.finish(simd, &mut extent);
@@ -127,7 +127,7 @@ impl Setting<'_> {
     }
 }
 
-impl Trial {
+impl AimedBlocks {
     fn new(mut random: Random, level: SimdLevel) -> Self {
         let is_parallel = random.unit() < 0.5;
         let depth = if is_parallel { random.signed() } else { random.power(-3.0, 0.0) };
@@ -326,7 +326,8 @@ fn below(number: f64) -> f32 {
 #[test]
 fn bounds_reach_what_may_be_found_of_their_corners() {
     let levels = SimdLevel::available();
-    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).short_bound();
+    let of_trial =
+        |seed: u32| AimedBlocks::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).short_bound();
     let short = (0..TRIALS).into_par_iter().find_map_first(of_trial);
     assert_eq!(short, None);
 }
@@ -334,7 +335,7 @@ fn bounds_reach_what_may_be_found_of_their_corners() {
 #[test]
 fn what_the_filter_decides_is_so() {
     let levels = SimdLevel::available();
-    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
+    let of_trial = |seed: u32| AimedBlocks::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
     let counts = (0..TRIALS).into_par_iter().map(of_trial).collect::<Vec<_>>();
     let counts = counts.into_iter().fold([0; 3], |sum, one| std::array::from_fn(|verdict| sum[verdict] + one[verdict]));
     let all = TRIALS * (LANES * LANES) as u32;

@@ -27,7 +27,7 @@ fn rounded(position: DVec3) -> DVec3 {
 const NOWHERE: HitPoint = HitPoint { position: DVec3::NAN, error: 0.0 };
 
 /// Eight points and eight triangles to settle, a pair to a lane.
-struct Trial {
+struct EightPairs {
     light: LightSource,
     triangles: [[Vec3; 3]; 8],
     points: [HitPoint; 8],
@@ -53,7 +53,7 @@ impl Aim {
     const ALL: [Self; 5] = [Self::Edge, Self::Cube, Self::Plane, Self::Light, Self::Tiny];
 }
 
-impl Trial {
+impl EightPairs {
     fn new(random: &mut Random) -> Self {
         let aim = Aim::ALL[(random.unit() * 5.0) as usize];
         // Mostly such that nothing over- or underflows.
@@ -203,7 +203,7 @@ fn all(of_trial: impl Fn(&mut Random, SimdLevel) -> ([u32; 3], f64) + Sync) {
 #[test]
 fn what_is_settled_of_listed_points_is_so() {
     all(|random, level| {
-        let trial = Trial::new(random);
+        let trial = EightPairs::new(random);
         let mut list = PointList::default();
         list.points = trial.points.to_vec();
         trial.check(level, &PointSet::Listed(&list), std::array::from_fn(|lane| lane as u32))
@@ -289,6 +289,6 @@ fn what_is_settled_of_pixels_is_so() {
             let ray = points.shadow_ray(index as usize, &light);
             ray.map_or([Vec3::ZERO; 3], |ray| grazed.aimed(random, &ray))
         });
-        Trial { light, triangles, points: [NOWHERE; 8] }.check(level, &points, at)
+        EightPairs { light, triangles, points: [NOWHERE; 8] }.check(level, &points, at)
     });
 }

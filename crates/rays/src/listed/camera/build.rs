@@ -3,7 +3,7 @@ use crate::parallel::Parallel;
 use rayon::prelude::*;
 use web_time::Instant;
 
-use super::drop::{Drop, Range};
+use super::drop::{Drop, UnsortedRange};
 use super::list::List;
 use super::{ListedGrid, Slices};
 use crate::Triangles;
@@ -51,7 +51,7 @@ impl ListedGrid {
         let length = count.div_ceil(ranges).next_multiple_of(u64::BITS as usize).max(u64::BITS as usize);
         let words = length / u64::BITS as usize;
         let level = self.level;
-        self.ranges.resize_with(ranges, Range::default);
+        self.ranges.resize_with(ranges, UnsortedRange::default);
         self.masked.resize(words * ranges, 0);
         let (vertices, facing) = (&self.vertices, self.facing);
         let ranges = self.ranges.par_iter_mut().zip(self.masked.par_chunks_mut(words)).enumerate().with_max_len(1);
@@ -77,7 +77,7 @@ impl ListedGrid {
         let (order, cells, slices) = (self.order(), self.options.cells, &self.slices);
         let (columns, rows) = order.tiles();
         self.ranges.par_iter_mut().with_max_len(1).each(|range| {
-            let Range { kept, general, unsorted, pairs, .. } = range;
+            let UnsortedRange { kept, general, unsorted, pairs, .. } = range;
             unsorted.clear();
             List { space, triangles, cells, slices, tile_columns: columns, pairs: unsorted }.run(kept, general);
             pairs.sort(columns as usize * rows as usize, unsorted.iter().map(|pair| (pair.tile(), *pair)));

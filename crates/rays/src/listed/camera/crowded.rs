@@ -8,19 +8,19 @@ use rayon::prelude::*;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::samples::{SAMPLES, Samples, Undecided};
-use crate::camera_grid::tile::Tile;
+use crate::camera_grid::tile::TileHits;
 use crate::camera_grid::trace::{TileTrace, Tiles};
 use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, SeenPixels};
 
 /// A share of the list of each cell of a tile.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct ListShare {
     number: u32,
     of: u32,
 }
 
-impl Part {
+impl ListShare {
     /// The whole list.
     pub(super) const WHOLE: Self = Self { number: 0, of: 1 };
 
@@ -40,14 +40,14 @@ impl Part {
 #[derive(Debug, Default)]
 pub(super) struct Crowded {
     /// Parts, in the order of their tiles.
-    parts: Vec<(u32, Part)>,
+    parts: Vec<(u32, ListShare)>,
     /// The hits found by each part's search.
-    found: Vec<Found>,
+    found: Vec<ShareHits>,
 }
 
 /// The nearest hits of a part. 48 KB.
 #[derive(Debug, Default)]
-struct Found {
+struct ShareHits {
     low: Vec<f32>,
     high: Vec<f32>,
     triangle: Vec<u32>,
@@ -66,7 +66,7 @@ impl Crowded {
         for (tile, cells) in (0..).zip(tiles) {
             let of = pairs(cells).div_ceil(most) as u32;
             if of > 1 {
-                self.parts.extend((0..of).map(|number| (tile, Part { number, of })));
+                self.parts.extend((0..of).map(|number| (tile, ListShare { number, of })));
             }
         }
     }
@@ -76,9 +76,9 @@ impl Crowded {
     pub(super) fn search<const N: usize>(
         &mut self,
         tiles: &Tiles<'_>,
-        scratch: &mut Vec<Mutex<Box<Tile>>>,
+        scratch: &mut Vec<Mutex<Box<TileHits>>>,
         work: &mut [[u32; N]],
-        search: impl Fn(&mut TileTrace<'_, N>, usize, Part) + Sync,
+        search: impl Fn(&mut TileTrace<'_, N>, usize, ListShare) + Sync,
     ) -> Counts {
         if self.parts.is_empty() {
             return Counts::default();
@@ -86,7 +86,7 @@ impl Crowded {
         scratch.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let scratch = &*scratch;
         let Self { parts, found } = self;
-        found.resize_with(parts.len().max(found.len()), Found::default);
+        found.resize_with(parts.len().max(found.len()), ShareHits::default);
         let all_work = Mutex::new(work);
         let parts = parts.par_iter().zip(&mut *found).with_max_len(1);
         let counted = parts.map(|(&(tile, part), found)| {
@@ -121,11 +121,11 @@ impl Crowded {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        bytes_of(&self.parts) + self.found.iter().map(Found::bytes).sum::<usize>()
+        bytes_of(&self.parts) + self.found.iter().map(ShareHits::bytes).sum::<usize>()
     }
 }
 
-impl Found {
+impl ShareHits {
     /// Copies the settled hits.
     fn keep(&mut self, samples: &Samples) {
         let Self { low, high, triangle } = self;
@@ -187,7 +187,8 @@ mod tests {
         for length in [0_u32, 1, 2, 7, 64, 1000] {
             let listed: Vec<u32> = (0..length).collect();
             for of in [1, 2, 3, 7, 100] {
-                let parts: Vec<u32> = (0..of).flat_map(|number| Part { number, of }.of(&listed).to_vec()).collect();
+                let parts: Vec<u32> =
+                    (0..of).flat_map(|number| ListShare { number, of }.of(&listed).to_vec()).collect();
                 assert_eq!(parts, listed, "{length} in {of}");
             }
         }

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 
 use super::list::Pair;
 use crate::camera_grid::bins::bytes_of;
-use crate::camera_grid::general::{General, Square};
+use crate::camera_grid::homogeneous::{HomogeneousTriangle, Square};
 use crate::camera_grid::lanes::{Corners, LANES, PixelBounds, splat};
 use crate::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use crate::listed::sorted::Sorted;
@@ -15,7 +15,7 @@ use crate::{Omitted, Triangles};
 
 /// The state of one range of triangles before its pairs are sorted by cell.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Range {
+pub(super) struct UnsortedRange {
     /// Triangles for the fast path that aren't dropped.
     pub(super) kept: Vec<Kept>,
     /// Triangles that reach behind the eye or far to the side, and all triangles of orthographic views.
@@ -43,7 +43,7 @@ pub(super) struct Kept {
     pub(super) nearest: f32,
 }
 
-impl Range {
+impl UnsortedRange {
     pub(super) fn bytes(&self) -> usize {
         bytes_of(&self.kept) + bytes_of(&self.general) + bytes_of(&self.unsorted) + self.pairs.bytes()
     }
@@ -66,7 +66,7 @@ pub(super) struct Drop<'a> {
     /// Area sign of front faces in pixel space; one-sided triangles with the other sign are dropped. Zero drops none.
     pub(super) facing: f32,
     pub(super) sides: Sides<'a>,
-    pub(super) range: &'a mut Range,
+    pub(super) range: &'a mut UnsortedRange,
     /// A bit for each triangle of the range.
     pub(super) masked_bits: &'a mut [u64],
 }
@@ -150,7 +150,7 @@ impl Drop<'_> {
     #[inline(never)]
     fn keep_general(&mut self, id: u32, start: usize) {
         let corners = self.triangles.corners(id);
-        if General::new(self.space, corners).misses(Square::around_image(self.space)) {
+        if HomogeneousTriangle::new(self.space, corners).misses(Square::around_image(self.space)) {
             self.range.dropped += 1;
             return;
         }

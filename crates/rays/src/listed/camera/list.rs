@@ -5,7 +5,7 @@ use super::drop::Kept;
 use super::slices::Slices;
 use crate::Triangles;
 use crate::camera_grid::ImageTooLarge;
-use crate::camera_grid::general::{Depth, General, Square};
+use crate::camera_grid::homogeneous::{Depth, HomogeneousTriangle, Square};
 use crate::camera_grid::pixel_space::PixelSpace;
 use crate::shot::TileOrder;
 
@@ -43,7 +43,7 @@ pub(super) struct List<'a> {
 /// A triangle on its way to the sorting tiles that it covers.
 struct Listed<'a> {
     id: u32,
-    general: &'a General,
+    general: &'a HomogeneousTriangle,
     /// First and last column, and first and last row, of the samples that it may hit.
     bounds: [[i32; 2]; 2],
     /// Upper bound of its inverse depth.
@@ -74,7 +74,7 @@ impl List<'_> {
         }
         let [width, height] = <[u32; 2]>::from(self.space.size()).map(|side| [0, side as i32 - 1]);
         for &id in general {
-            let general = &General::new(self.space, self.triangles.corners(id));
+            let general = &HomogeneousTriangle::new(self.space, self.triangles.corners(id));
             let listed = Listed { id, general, bounds: [width, height], nearest: f32::INFINITY };
             self.list_square(&listed, Square::around_image(self.space));
         }
@@ -82,7 +82,7 @@ impl List<'_> {
 
     fn list_large(&mut self, triangle: &Kept) {
         let Kept { triangle: id, columns, rows, nearest } = *triangle;
-        let general = &General::new(self.space, self.triangles.corners(id));
+        let general = &HomogeneousTriangle::new(self.space, self.triangles.corners(id));
         let bounds = [columns, rows].map(|side| side.map(i32::from));
         // The smallest square of tiles that holds the bounds, aligned to its own side.
         let spread = (columns[0] ^ columns[1]) | (rows[0] ^ rows[1]);
@@ -120,7 +120,7 @@ impl List<'_> {
     }
 }
 
-impl General {
+impl HomogeneousTriangle {
     /// Upper bound of the inverse depth of hits in a square; `None` if all are behind the eye.
     fn nearest_in(&self, square: Square) -> Option<f32> {
         let half = 0.5 * f64::from(square.side - 1);

@@ -17,7 +17,7 @@ use std::sync::Mutex;
 
 use crate::camera_grid::bins::bytes_of;
 use crate::camera_grid::pixel_space::{PixelSpace, Vertex};
-use crate::camera_grid::tile::Tile;
+use crate::camera_grid::tile::TileHits;
 use crate::grids::CameraGrid;
 use crate::listed::sorted::Sorted;
 use crate::patches::Patches;
@@ -25,7 +25,7 @@ use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot};
 use crate::{ImageTooLarge, Omitted, SimdLevel, TileOrder};
 pub use cells::{Cells, ImpossibleCells};
 use crowded::Crowded;
-use drop::Range;
+use drop::UnsortedRange;
 use slices::Slices;
 
 /// The triangles of a frame, listed by cell, for one ray through each pixel.
@@ -47,13 +47,13 @@ pub struct ListedGrid {
     facing: f32,
     slices: Slices,
     /// Ranges of triangles, in order of ids.
-    ranges: Vec<Range>,
+    ranges: Vec<UnsortedRange>,
     /// The triangles of each tile of the [`TileOrder`], by cell.
     tiles: Vec<Sorted<u32>>,
     omitted: Omitted,
     dropped: u64,
     /// A tile for each thread.
-    scratch: Vec<Mutex<Box<Tile>>>,
+    scratch: Vec<Mutex<Box<TileHits>>>,
     crowded: Crowded,
 }
 
@@ -120,9 +120,9 @@ impl CameraGrid for ListedGrid {
     fn bytes(&self) -> usize {
         bytes_of(&self.vertices)
             + bytes_of(&self.masked)
-            + self.ranges.iter().map(Range::bytes).sum::<usize>()
+            + self.ranges.iter().map(UnsortedRange::bytes).sum::<usize>()
             + self.tiles.iter().map(|cells| size_of_val(cells) + cells.bytes()).sum::<usize>()
-            + self.scratch.len() * size_of::<Tile>()
+            + self.scratch.len() * size_of::<TileHits>()
             + self.crowded.bytes()
     }
 

@@ -4,11 +4,11 @@ use fearless_simd::prelude::*;
 use glam::IVec2;
 
 use super::ListedGrid;
-use super::crowded::Part;
-use crate::camera_grid::general::{General, Square};
+use super::crowded::ListShare;
+use crate::camera_grid::homogeneous::{HomogeneousTriangle, Square};
 use crate::camera_grid::lanes::{Corners, LANES, splat};
 use crate::camera_grid::samples::{BLOCKS, SAMPLES};
-use crate::camera_grid::tile::{Batch, Tile, queued};
+use crate::camera_grid::tile::{TileHits, TriangleBatch, queued};
 use crate::camera_grid::trace::{Placed, TileTrace, Tiles};
 use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, Kind, SeenPixels, Shot, TileOrder};
@@ -39,7 +39,7 @@ impl ListedGrid {
             let cells = &self.tiles[index];
             dispatch!(self.level, simd => {
                 if !crowded.merge(tile, index) {
-                    ListedTrace { grid: self, cells, part: Part::WHOLE, tile }.run(simd);
+                    ListedTrace { grid: self, cells, part: ListShare::WHOLE, tile }.run(simd);
                 }
                 tile.write(simd, triangle, inverse_depth);
             });
@@ -54,7 +54,7 @@ impl ListedGrid {
 struct ListedTrace<'a, 'b, const N: usize> {
     grid: &'a ListedGrid,
     cells: &'a Sorted<u32>,
-    part: Part,
+    part: ListShare,
     tile: &'a mut TileTrace<'b, N>,
 }
 
@@ -66,11 +66,11 @@ struct TracingTile {
 }
 
 /// Triangles that wait for setup, each with its sorting tile in the tracing tile.
-struct Waiting {
+struct AwaitingSetup {
     ids: [u32; LANES],
     sorting_tiles: [u32; LANES],
     count: usize,
-    batch: Batch,
+    batch: TriangleBatch,
 }
 
 impl<const N: usize> ListedTrace<'_, '_, N> {
@@ -81,7 +81,8 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         self.leave_out_what_is_outside();
         self.tile.tile.note_farthest(simd);
         let cells = self.grid.options.cells;
-        let mut waiting = Waiting { ids: [0; LANES], sorting_tiles: [0; LANES], count: 0, batch: Batch::default() };
+        let mut waiting =
+            AwaitingSetup { ids: [0; LANES], sorting_tiles: [0; LANES], count: 0, batch: TriangleBatch::default() };
         let sorting_tiles = 1 << cells.bits_in_tile();
         let k = cells.tracing_tiles() as usize;
         for y in (0..sorting_tiles).step_by(k) {
@@ -112,7 +113,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
 
     /// Searches a tracing tile slice by slice. Each sorting tile is searched until nothing nearer can follow there.
     #[inline(always)]
-    fn search<S: Simd>(&mut self, simd: S, mut tile: TracingTile, waiting: &mut Waiting) {
+    fn search<S: Simd>(&mut self, simd: S, mut tile: TracingTile, waiting: &mut AwaitingSetup) {
         let cells = self.grid.options.cells;
         let k = cells.tracing_tiles();
         let last = self.grid.slices.count();
@@ -203,12 +204,12 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
 
     /// Sets up the waiting triangles and tests each on the samples of its sorting tile.
     #[inline(always)]
-    fn test<S: Simd>(&mut self, simd: S, tile: &TracingTile, waiting: &mut Waiting) {
+    fn test<S: Simd>(&mut self, simd: S, tile: &TracingTile, waiting: &mut AwaitingSetup) {
         let count = std::mem::take(&mut waiting.count);
         if count == 0 {
             return;
         }
-        let Waiting { ids, sorting_tiles, batch, .. } = waiting;
+        let AwaitingSetup { ids, sorting_tiles, batch, .. } = waiting;
         let (ids, all) = (&ids[..count], (1 << count) - 1);
         let corners = Corners::of_ids(simd, &self.grid.vertices, self.tile.at.shot.triangles, ids);
         let mut placed = self.tile.place(simd, corners);
@@ -241,7 +242,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
         simd: S,
         tile: &TracingTile,
         sorting_tiles: &[u32; LANES],
-        batch: &Batch,
+        batch: &TriangleBatch,
         lanes: u64,
         questioned: u64,
     ) {
@@ -255,7 +256,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
                 let [x0, x1, y0, y1] = batch.blocks.each_ref().map(|bounds| bounds[lane] as usize % BLOCKS);
                 (left, right, top, bottom) = (left.max(x0), right.min(x1), top.max(y0), bottom.min(y1));
             }
-            let Tile { queue, farthest, .. } = &mut *self.tile.tile;
+            let TileHits { queue, farthest, .. } = &mut *self.tile.tile;
             for y in top..=bottom {
                 for block in y * BLOCKS + left..y * BLOCKS + right + 1 {
                     queue[waiting] = queued(lane, block);
@@ -295,7 +296,7 @@ impl<const N: usize> ListedTrace<'_, '_, N> {
     fn test_general<S: Simd>(&mut self, simd: S, tile: &TracingTile, sorting_tile: u32, id: u32, questioned: bool) {
         self.tile.settle_if_many();
         let at = self.tile.at;
-        let triangle = General::new(at.space, at.shot.triangles.corners(id));
+        let triangle = HomogeneousTriangle::new(at.space, at.shot.triangles.corners(id));
         // The visible side isn't known there.
         let questioned = questioned || !at.shot.sides.has_back(id);
         for block in self.blocks(tile, sorting_tile) {

@@ -1,5 +1,5 @@
 use super::ListedGrid;
-use crate::camera_grid::general::{General, Square, check_pixels};
+use crate::camera_grid::homogeneous::{HomogeneousTriangle, Square, check_pixels};
 use crate::predicate::crossing;
 use crate::shot::{Shot, TileOrder};
 
@@ -41,7 +41,7 @@ impl ListedGrid {
         let (slices, columns) = (&self.slices, order.tiles().0);
         (0..triangles.len() as u32).try_for_each(|id| {
             let Ok(corners) = triangles.usable_corners(id) else { return Ok(()) };
-            check_pixels(space, &General::new(space, corners), Square::around_image(space), &|x, y| {
+            check_pixels(space, &HomogeneousTriangle::new(space, corners), Square::around_image(space), &|x, y| {
                 let Some(crossing) = crossing(&shot.ray(x, y), corners) else { return Ok(()) };
                 if crossing.t <= 0.0 || !(crossing.front || sides.has_back(id)) {
                     return Ok(());

@@ -15,7 +15,7 @@ use crate::listed::sorted::Sorted;
 use crate::shot::{Counts, OpacityOfSides};
 
 /// The entries of one range of triangles in cells.
-pub(super) struct Range<M: LightMap> {
+pub(super) struct ListedRange<M: LightMap> {
     pub(super) bins: Bins,
     /// Its large triangles; their entries count from the range's first one.
     pub(super) large: Vec<(u32, M::Large)>,
@@ -24,13 +24,13 @@ pub(super) struct Range<M: LightMap> {
     pub(super) batch: M::Batch,
 }
 
-impl<M: LightMap> Default for Range<M> {
+impl<M: LightMap> Default for ListedRange<M> {
     fn default() -> Self {
         Self { bins: Bins::default(), large: Vec::new(), large_before: 0, batch: M::Batch::default() }
     }
 }
 
-impl<M: LightMap> Range<M> {
+impl<M: LightMap> ListedRange<M> {
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>() + self.bins.bytes() + self.large.capacity() * size_of::<(u32, M::Large)>()
     }
@@ -53,7 +53,7 @@ impl<M: LightMap> Lists<M> {
         let listing = Listing { map, triangles, opacity, across, down, slices: *slices, point_rows };
         let count = triangles.len();
         // Ranges don't depend on the number of threads.
-        ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), Range::default);
+        ranges.resize_with(count.div_ceil(SMALLEST_RANGE).clamp(1, MOST_RANGES), ListedRange::default);
         let length = count.div_ceil(ranges.len());
         let level = pass.level;
         ranges.par_iter_mut().enumerate().with_max_len(1).each(|(index, range)| {

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::ListedLightOptions;
 use super::cells::Axis;
-use super::list::{Listing, Range};
+use super::list::{ListedRange, Listing};
 use super::pass::LightPass;
 use crate::light_grid::survey::Survey;
 use crate::shot::SeenImage;
@@ -53,7 +53,7 @@ pub(super) trait LightMap: Default + Send + Sync {
     fn gather(&self, indices: &[u32]) -> Self::Points;
 
     /// Lists triangles in the cells with points that they may shadow.
-    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut Range<Self>, ids: Ids<usize>);
+    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut ListedRange<Self>, ids: Ids<usize>);
 
     /// Sets up at most 16 triangles; returns the mask of those to test.
     fn set_up<S: Simd>(&self, simd: S, triangles: Triangles<'_>, ids: &[u32], batch: &mut Self::Batch) -> u64;

@@ -30,14 +30,14 @@ use crate::shot::{Bytes, LightMask, SeenImage, SeenPixels, Shot, Work};
 use crate::{LightCells, LightSource, SimdLevel};
 use cells::Axis;
 use faces::Faces;
-use list::Range;
+use list::ListedRange;
 use map::LightMap;
 pub use options::{ImpossibleLightCells, LightClamp, LightMapping, ListedLightOptions, NoLightClamp};
 use pass::LightPass;
 use points::PointRow;
 use sphere::Sphere;
 use trace::Job;
-use worker::Worker;
+use worker::CellWorker;
 
 /// Finds the points seen by the camera that a light reaches, with triangles listed by cell, rebuilt for every frame and
 /// light.
@@ -62,12 +62,12 @@ struct Lists<M: LightMap> {
     slices: Axis,
     point_bins: Vec<Bins>,
     point_rows: Vec<PointRow<M::Points>>,
-    ranges: Vec<Range<M>>,
+    ranges: Vec<ListedRange<M>>,
     triangle_rows: Vec<Sorted<u32>>,
     /// Triangles that were set up when listed, with their ids.
     large: Vec<(u32, M::Large)>,
     jobs: Vec<Job>,
-    workers: Vec<Worker<M::Batch>>,
+    workers: Vec<CellWorker<M::Batch>>,
 }
 
 impl<M: LightMap> Default for Lists<M> {
@@ -251,11 +251,11 @@ impl<M: LightMap> Lists<M> {
         self.map.bytes()
             + self.point_bins.iter().map(Bins::bytes).sum::<usize>()
             + self.point_rows.iter().map(PointRow::bytes).sum::<usize>()
-            + self.ranges.iter().map(Range::bytes).sum::<usize>()
+            + self.ranges.iter().map(ListedRange::bytes).sum::<usize>()
             + self.triangle_rows.iter().map(Sorted::bytes).sum::<usize>()
             + self.large.capacity() * size_of::<(u32, M::Large)>()
             + self.jobs.capacity() * size_of::<Job>()
-            + self.workers.iter().map(Worker::bytes).sum::<usize>()
+            + self.workers.iter().map(CellWorker::bytes).sum::<usize>()
     }
 }
 

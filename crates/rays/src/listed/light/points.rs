@@ -14,7 +14,7 @@ use crate::simd::vectors::LANES;
 
 /// Up to 16 points of a cell, which the filter tests at once. About 320 bytes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Group<P> {
+pub(super) struct PointGroup<P> {
     pub(super) points: P,
     /// The points' pixels.
     pub(super) indices: [u32; LANES],
@@ -28,7 +28,7 @@ pub(super) struct Group<P> {
 pub(super) struct PointRow<P> {
     /// The points' pixels, by column and slice.
     indices: Sorted<u32>,
-    pub(super) groups: Vec<Group<P>>,
+    pub(super) groups: Vec<PointGroup<P>>,
     /// For each cell its first group, and finally the end of the last cell's.
     starts: Vec<u32>,
     /// For each cell, an upper bound of its farthest point's distance from the light; −∞ without points.
@@ -44,7 +44,7 @@ impl<P> Default for PointRow<P> {
 impl<P> PointRow<P> {
     pub(super) fn bytes(&self) -> usize {
         self.indices.bytes()
-            + self.groups.capacity() * size_of::<Group<P>>()
+            + self.groups.capacity() * size_of::<PointGroup<P>>()
             + self.starts.capacity() * size_of::<u32>()
             + self.farthest.capacity() * size_of::<f32>()
     }
@@ -72,7 +72,7 @@ impl<P> PointRow<P> {
                 padded[..chunk.len()].copy_from_slice(chunk);
                 most = chunk.iter().map(|&index| map.place(index).farthest).fold(most, f32::max);
                 let points = map.gather(chunk);
-                groups.push(Group { points, indices: padded, count: chunk.len() as u32, slice: slice as u32 });
+                groups.push(PointGroup { points, indices: padded, count: chunk.len() as u32, slice: slice as u32 });
             }
             starts.push(groups.len() as u32);
             farthest.push(most);

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::Lists;
 use super::map::LightMap;
 use super::pass::LightPass;
-use super::points::{Group, PointRow};
-use super::worker::{Open, Worker};
+use super::points::{PointGroup, PointRow};
+use super::worker::{CellWorker, Open};
 use crate::light_grid::settle::Settler;
 use crate::listed::sorted::Sorted;
 use crate::shot::Counts;
@@ -61,7 +61,7 @@ impl<M: LightMap> Lists<M> {
         let level = pass.level;
         let tester = Tester { map, slices: slices.count, point_rows, triangle_rows, large, settler };
         let jobs = &*jobs;
-        workers.resize_with(rayon::current_num_threads(), Worker::default);
+        workers.resize_with(rayon::current_num_threads(), CellWorker::default);
         let next = AtomicUsize::new(0);
         workers.par_iter_mut().each(|worker| {
             worker.start(&pass.members);
@@ -98,7 +98,7 @@ struct Tester<'a, M: LightMap> {
 
 impl<M: LightMap> Tester<'_, M> {
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, worker: &mut Worker<M::Batch>, job: &Job) {
+    fn test<S: Simd>(&self, simd: S, worker: &mut CellWorker<M::Batch>, job: &Job) {
         let [first, end] = job.groups.map(|group| group as usize);
         let groups = &self.point_rows[job.row as usize].groups[first..end];
         let [first, end] = job.triangles.map(|triangle| triangle as usize);
@@ -156,14 +156,14 @@ impl<M: LightMap> Tester<'_, M> {
     #[inline(always)]
     fn note(
         &self,
-        worker: &mut Worker<M::Batch>,
+        worker: &mut CellWorker<M::Batch>,
         number: usize,
-        group: &Group<M::Points>,
+        group: &PointGroup<M::Points>,
         id: u32,
         certain: u64,
         possible: u64,
     ) {
-        let Worker { shadowed, undecided, counts, open, .. } = worker;
+        let CellWorker { shadowed, undecided, counts, open, .. } = worker;
         let open = &mut open[number].points;
         for lane in bits_of(possible & u64::from(*open)) {
             let index = group.indices[lane];
@@ -185,7 +185,7 @@ impl<M: LightMap> Tester<'_, M> {
 
 /// The mask of a group's points that aren't known to be in shadow.
 #[inline(always)]
-fn open_points<P>(shadowed: &[u16], group: &Group<P>) -> u16 {
+fn open_points<P>(shadowed: &[u16], group: &PointGroup<P>) -> u16 {
     let indices = group.indices[..group.count as usize].iter().enumerate();
     indices.fold(0, |open, (lane, &index)| {
         let is_shadowed = shadowed[index as usize / LANES] >> (index as usize % LANES) & 1;

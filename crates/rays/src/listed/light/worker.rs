@@ -13,7 +13,7 @@ const MOST_UNDECIDED: usize = 1 << 15;
 
 /// The results of one thread for the points of a face.
 #[derive(Default)]
-pub(super) struct Worker<B> {
+pub(super) struct CellWorker<B> {
     /// For each block, the lanes that need no more tests: those in shadow, and those without a point of the face.
     pub(super) shadowed: Vec<u16>,
     /// The groups of the current job.
@@ -33,7 +33,7 @@ pub(super) struct Open {
     pub(super) end: usize,
 }
 
-impl<B> Worker<B> {
+impl<B> CellWorker<B> {
     /// Clears the results, with the `members` of each block unshadowed.
     pub(super) fn start(&mut self, members: &[u16]) {
         self.shadowed.clear();

@@ -25,7 +25,7 @@ fn two_to(random: &mut Random, least: f64, most: f64) -> f64 {
 }
 
 /// A camera that looks along planes through its position, and a light.
-struct Trial {
+struct EdgeOnView {
     random: Random,
     /// Two directions that span the planes: the camera looks along the first.
     along: DVec3,
@@ -37,7 +37,7 @@ struct Trial {
     choices: u32,
 }
 
-impl Trial {
+impl EdgeOnView {
     fn new(mut random: Random) -> Self {
         let (along, across) = (whole(&mut random, 10.0) + 0.25, whole(&mut random, 10.0) + 0.5);
         let middle = whole(&mut random, 14.0) * f64::from(u8::from(random.unit() < 0.5));
@@ -141,7 +141,7 @@ fn wrong_by(found: DVec3, point: HitPoint, light: DVec3) -> f64 {
 #[test]
 fn points_are_no_more_wrong_than_is_said() {
     let levels = SimdLevel::available();
-    let of_trial = |seed: u32| Trial::new(Random::new(seed.into())).run(levels[seed as usize % levels.len()]);
+    let of_trial = |seed: u32| EdgeOnView::new(Random::new(seed.into())).run(levels[seed as usize % levels.len()]);
     let trials: Vec<_> = (0..TRIALS).into_par_iter().map(of_trial).collect();
     let count: u32 = trials.iter().map(|(_, count)| count).sum();
     assert!(count > TRIALS, "{count}");

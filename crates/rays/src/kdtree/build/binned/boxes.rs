@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Arena;
 use super::clip::clip;
 use crate::Triangles;
-use crate::kdtree::build::sah::Candidate;
+use crate::kdtree::build::sah::SplitCandidate;
 use crate::kdtree::extent::{Extent, Plane, Reference};
 use crate::vectorized;
 
@@ -121,7 +121,7 @@ impl Around {
 pub(super) fn part<S: Simd>(
     simd: S,
     boxes: &mut [Boxed],
-    best: &Candidate,
+    best: &SplitCandidate,
     left: &mut [Boxed],
     cut: &mut [[u32; 2]],
 ) -> ([usize; 2], usize) {
@@ -204,7 +204,7 @@ mod tests {
         // An earlier plane has cut the first: its part is above y = 3, and so right of x = 2.
         boxes[0].0[1] = 3.0;
         for planar_left in [true, false] {
-            let best = Candidate { cost: 0.0, plane: Plane { axis: 0, at: 2.0 }, planar_left };
+            let best = SplitCandidate { cost: 0.0, plane: Plane { axis: 0, at: 2.0 }, planar_left };
             for level in SimdLevel::available() {
                 let mut right = boxes.clone();
                 let (mut left, mut cut) = (vec![Boxed::default(); 4], [[0; 2]; 4]);

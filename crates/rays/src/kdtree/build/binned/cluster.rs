@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::boxes::{Around, Boxed};
 use super::planes::{Counts, Node, best_of, count_part};
 use super::{Arena, Binning, crowd};
-use crate::kdtree::build::sah::{Candidate, Cell};
+use crate::kdtree::build::sah::{Cell, SplitCandidate};
 use crate::kdtree::layout::Branch;
 use crate::vectorized;
 
@@ -42,7 +42,7 @@ impl<S: Simd> Binning<'_, S> {
             && let Some(most) = crowd::among_most(&around, &counts, &chunks.iter().flat_map(|chunk| &chunk.boxes))
         {
             let other = best_of(*simd, &node, &most, &self.count_chunks(&chunks, &most));
-            best = Candidate::better(best, other);
+            best = SplitCandidate::better(best, other);
         }
         let Some((best, cells)) = job.heuristic.split(&cell, count, best) else {
             out.push_leaf(chunks.iter().flat_map(|chunk| &chunk.boxes).map(Boxed::id));

@@ -13,7 +13,7 @@ use crate::dispatch;
 use fearless_simd::Simd;
 use rayon::prelude::*;
 
-use super::sah::{Candidate, Cell, Heuristic};
+use super::sah::{Cell, Heuristic, SplitCandidate};
 use super::{Job, Reused};
 use crate::SimdLevel;
 use crate::kdtree::extent::{Extent, Reference};
@@ -176,7 +176,13 @@ impl<S: Simd> Binning<'_, S> {
     }
 
     /// As [`part`], with boxes shrunk.
-    fn part(&self, boxes: &mut [Boxed], best: &Candidate, left: &mut [Boxed], cut: &mut Vec<[u32; 2]>) -> [usize; 2] {
+    fn part(
+        &self,
+        boxes: &mut [Boxed],
+        best: &SplitCandidate,
+        left: &mut [Boxed],
+        cut: &mut Vec<[u32; 2]>,
+    ) -> [usize; 2] {
         let Self { job, simd, is_clipped, .. } = self;
         if cut.len() < boxes.len() {
             cut.resize(boxes.len(), [0; 2]);

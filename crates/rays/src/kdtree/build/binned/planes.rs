@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f32x16};
 
 use super::boxes::{Around, Boxed};
 use crate::kdtree::SahCosts;
-use crate::kdtree::build::sah::Candidate;
+use crate::kdtree::build::sah::SplitCandidate;
 use crate::kdtree::extent::{Extent, Plane};
 
 /// The number of planes across each axis.
@@ -112,7 +112,7 @@ pub(super) fn count_part<S: Simd>(simd: S, boxes: &[Boxed], around: &Around) -> 
 
 /// Returns the plane of least cost among those within `around` that `counts` belong to.
 #[inline(always)]
-pub(super) fn best_of<S: Simd>(simd: S, node: &Node<'_>, around: &Around, counts: &Counts) -> Option<Candidate> {
+pub(super) fn best_of<S: Simd>(simd: S, node: &Node<'_>, around: &Around, counts: &Counts) -> Option<SplitCandidate> {
     let mut all = [[f32x16::splat(simd, 0.0); 2]; 3];
     for axis in 0..3 {
         for side in 0..2 {
@@ -142,7 +142,7 @@ impl<'a> Node<'a> {
 
 /// A plane, and whether the left and the right of it are empty.
 pub(super) struct Best {
-    pub(super) candidate: Candidate,
+    pub(super) candidate: SplitCandidate,
     pub(super) is_empty: [bool; 2],
 }
 
@@ -169,7 +169,7 @@ pub(super) fn least<S: Simd>(simd: S, node: &Node<'_>, counted: &Counted<S>) -> 
             // left.
             let [is_left_empty, is_right_empty] = [0, 1].map(|side| counts[axis][side][lane] == 0.0);
             let is_right = (is_left_empty && at > node.extent.min[axis]) || at == node.extent.max[axis];
-            let candidate = Candidate { cost: f64::from(cost), plane: Plane { axis, at }, planar_left: !is_right };
+            let candidate = SplitCandidate { cost: f64::from(cost), plane: Plane { axis, at }, planar_left: !is_right };
             return Some(Best { candidate, is_empty: [is_right && is_left_empty, !is_right && is_right_empty] });
         }
     }
@@ -278,7 +278,8 @@ mod tests {
                 let node = Node::new(&costs, &extent, boxes.len());
                 for level in SimdLevel::available() {
                     let found = dispatch!(level, simd => least(simd, &node, &count_all(simd, &boxes)));
-                    let Best { candidate: Candidate { plane, planar_left, .. }, is_empty } = found.expect("a plane");
+                    let Best { candidate: SplitCandidate { plane, planar_left, .. }, is_empty } =
+                        found.expect("a plane");
                     let low = |boxed: &Boxed| boxed.low(plane.axis);
                     let high = |boxed: &Boxed| boxed.high(plane.axis);
                     let is_left = |boxed| low(boxed) < plane.at || planar_left && high(boxed) <= plane.at;

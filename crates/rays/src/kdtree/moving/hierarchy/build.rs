@@ -14,7 +14,7 @@ use crate::parallel::both;
 use rayon::prelude::*;
 
 use super::groups::SceneHierarchy;
-use crate::kdtree::{Branch, Candidate, Cell, Extent, Job, Plane, Reference, Sides, Whole};
+use crate::kdtree::{Branch, Cell, Extent, Job, Plane, Reference, Sides, SplitCandidate, Whole};
 use crate::{Clipping, KdBuilder, KdTree, Triangles};
 
 /// Nodes of fewer triangles are built as the options say.
@@ -118,7 +118,7 @@ impl Hierarchical<'_> {
     }
 
     /// Returns the plane that cuts a cell; `None` if that depends on single triangles. Opens groups until a plane pays.
-    fn plane(&self, units: &mut Vec<Unit>, cell: &Cell, count: u64) -> Option<(Candidate, [Cell; 2])> {
+    fn plane(&self, units: &mut Vec<Unit>, cell: &Cell, count: u64) -> Option<(SplitCandidate, [Cell; 2])> {
         if count < OPEN_BELOW {
             return None;
         }
@@ -193,7 +193,7 @@ impl Hierarchical<'_> {
         Some(reference)
     }
 
-    fn part(&self, units: &[Unit], best: &Candidate) -> [Vec<Unit>; 2] {
+    fn part(&self, units: &[Unit], best: &SplitCandidate) -> [Vec<Unit>; 2] {
         let [mut left, mut right] = [Vec::with_capacity(units.len()), Vec::with_capacity(units.len())];
         for &unit in units {
             let Unit { reference, count } = unit;

@@ -31,7 +31,7 @@ impl SceneHierarchy {
     /// # Panics
     /// If it was built over more.
     pub(super) fn of_tree(tree: &KdTree, triangle_count: usize) -> Self {
-        let mut hierarchy = Rest::new(triangle_count);
+        let mut hierarchy = UnfinishedHierarchy::new(triangle_count);
         if tree.nodes().len() > 0 {
             hierarchy.below(tree, 0);
         }
@@ -82,13 +82,13 @@ impl SceneHierarchy {
 }
 
 /// A hierarchy that is being made, with a flag for each triangle that it lists.
-struct Rest {
+struct UnfinishedHierarchy {
     all: SceneHierarchy,
     root: usize,
     is_listed: Vec<bool>,
 }
 
-impl Rest {
+impl UnfinishedHierarchy {
     fn new(count: usize) -> Self {
         let mut all = SceneHierarchy::default();
         let root = all.open();

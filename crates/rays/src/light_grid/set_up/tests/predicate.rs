@@ -7,14 +7,14 @@ use crate::predicate::{HitPoint, ShadowRay};
 use glam::Vec3;
 
 /// Sixteen triangles before a light at zero, and points behind these by about the predicate's margin.
-struct Trial {
+struct PointsBehind {
     random: Random,
     level: SimdLevel,
     face: Face,
     light: LightSource,
 }
 
-impl Trial {
+impl PointsBehind {
     fn new(mut random: Random, level: SimdLevel) -> Self {
         let is_parallel = random.unit() < 0.5;
         let light = if is_parallel {
@@ -107,7 +107,7 @@ impl Trial {
 #[test]
 fn what_is_certain_is_so_for_the_predicate() {
     let levels = SimdLevel::available();
-    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
+    let of_trial = |seed: u32| PointsBehind::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
     let counts = (0..TRIALS / 10).into_par_iter().map(of_trial).collect::<Vec<_>>();
     let counts = counts.into_iter().fold([0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
     let all = TRIALS / 10 * (LANES * LANES) as u32;

@@ -1,6 +1,6 @@
 //! Lights that see through faces, as in the direct form: a single face, or the sides of a cube, each with its own cells.
 
-mod plane;
+mod covering;
 mod project;
 mod small;
 
@@ -14,13 +14,12 @@ use rayon::prelude::*;
 
 use super::ListedLightOptions;
 use super::cells::Axis;
-use super::list::{Listing, Range};
+use super::list::{ListedRange, Listing};
 use super::map::{LightMap, Place};
 use super::pass::LightPass;
 use super::trace::LARGE;
-use crate::light_grid::block::{Block, BlockErrors};
 use crate::light_grid::choose;
-use crate::light_grid::face::{Face, HALF_ULP, VertexErrors};
+use crate::light_grid::face::{Block, BlockErrors, Face, HALF_ULP, VertexErrors};
 use crate::light_grid::pixel_map::PixelMap;
 use crate::light_grid::point_set::PointSet;
 use crate::light_grid::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
@@ -30,7 +29,7 @@ use crate::simd::SimdLevel;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 use crate::{LightFace, LightSource, Triangles};
-use plane::{Plane, planes};
+use covering::{CoveringTriangle, covering};
 use small::{BATCH, Batch, Mapped};
 
 /// The faces of a light, and the points and vertices on one of them.
@@ -81,7 +80,7 @@ impl Faces {
 impl LightMap for Faces {
     type Points = FacePoints;
     type Batch = Batch;
-    type Large = Plane;
+    type Large = CoveringTriangle;
 
     fn choose(&mut self, light: &LightSource, survey: &Survey, _: &ListedLightOptions) -> Option<usize> {
         choose::choose(light, survey.rays.step_x, &survey.tiles, &mut self.all)?;
@@ -169,7 +168,7 @@ impl LightMap for Faces {
     }
 
     #[inline(always)]
-    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut Range<Self>, ids: Ids<usize>) {
+    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut ListedRange<Self>, ids: Ids<usize>) {
         let end = ids.end;
         for first in ids.step_by(LANES) {
             let triangles = &listing.triangles.indices[first..end.min(first + LANES)];
@@ -203,7 +202,7 @@ impl LightMap for Faces {
     }
 
     #[inline(always)]
-    fn test_large<S: Simd>(simd: S, large: &Plane, points: &FacePoints) -> (mask32x16<S>, mask32x16<S>) {
+    fn test_large<S: Simd>(simd: S, large: &CoveringTriangle, points: &FacePoints) -> (mask32x16<S>, mask32x16<S>) {
         large.test(simd, &points.at, points.errors)
     }
 
@@ -220,8 +219,8 @@ impl LightMap for Faces {
 
 /// Lists the triangle in a lane of the batch in the cells that its bounds cover.
 #[inline(always)]
-fn list_small(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, lane: usize, id: u32) {
-    let Range { bins, batch, .. } = range;
+fn list_small(listing: &Listing<'_, Faces>, range: &mut ListedRange<Faces>, lane: usize, id: u32) {
+    let ListedRange { bins, batch, .. } = range;
     let margin = listing.map.cells.margin;
     let range = |[low, high]: &[[f32; BATCH]; 2]| [low[lane] - margin, high[lane] + margin];
     let [left, right] = range(&batch.x_range).map(|at| listing.across.cell(at));
@@ -232,24 +231,24 @@ fn list_small(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, lane: usiz
 /// Lists a triangle, row by row, in the cells that it covers itself.
 #[cold]
 #[inline(never)]
-fn list_large(listing: &Listing<'_, Faces>, range: &mut Range<Faces>, id: u32) {
+fn list_large(listing: &Listing<'_, Faces>, range: &mut ListedRange<Faces>, id: u32) {
     let Ok(corners) = listing.triangles.usable_corners(id) else { return };
     if !listing.opacity.is_there(id) {
         return;
     }
     let Faces { face, cells, .. } = listing.map;
     let margin = cells.margin;
-    for plane in planes(face, corners).into_iter().flatten() {
+    for triangle in covering(face, corners, id).into_iter().flatten() {
         let item = LARGE | range.large.len() as u32;
         let before = range.bins.unsorted.len();
-        let [low, high] = plane.bounds[1];
+        let [low, high] = triangle.bounds[1];
         for row in listing.down.cell(low - margin)..=listing.down.cell(high + margin) {
-            let Some(([left, right], nearest)) = plane.span(cells, row) else { continue };
+            let Some(([left, right], nearest)) = triangle.span(cells, row) else { continue };
             let columns = listing.across.cell(left - margin)..=listing.across.cell(right + margin);
             listing.list(&mut range.bins, &columns, row..=row, -nearest, item);
         }
         if range.bins.unsorted.len() > before {
-            range.large.push((id, plane));
+            range.large.push((id, triangle));
         }
     }
 }

@@ -1,8 +1,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use crate::light_grid::block::{Block, BlockErrors};
-use crate::light_grid::face::{FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
+use crate::light_grid::face::{Block, BlockErrors, FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use crate::simd::lanes::{max3, min3};
 use crate::simd::vectors::{LANES, load_corner, splat};
 

@@ -19,7 +19,7 @@ use glam::{DVec3, Vec3};
 
 use super::ListedLightOptions;
 use super::cells::Axis;
-use super::list::{Listing, Range};
+use super::list::{ListedRange, Listing};
 use super::map::{LightMap, Place};
 use super::pass::LightPass;
 use crate::light_grid::choose::across;
@@ -113,7 +113,7 @@ impl LightMap for Sphere {
     }
 
     #[inline(always)]
-    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut Range<Self>, ids: Ids<usize>) {
+    fn list<S: Simd>(simd: S, listing: &Listing<'_, Self>, range: &mut ListedRange<Self>, ids: Ids<usize>) {
         let Self { frame, vertices, seen, .. } = listing.map;
         let margins = seen.margins();
         let farthest = splat(simd, seen.farthest);

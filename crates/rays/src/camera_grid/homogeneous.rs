@@ -1,14 +1,18 @@
+//! Triangles that f32 can't set up: edge functions and depth in f64, and rounded to f32 relative to a point.
+
 use glam::{DVec2, DVec3, Vec3};
 
-use super::pixel_space::PixelSpace;
+use super::lanes::LANES;
+use super::pixel_space::{HALF_ULP, PixelSpace};
+use super::samples::BLOCKS;
+use super::tile::TriangleBatch;
+use crate::edge_functions::EdgeFunctions;
 use crate::shot::TileOrder;
 
-/// A triangle with its edge functions in f64: for triangles that reach behind the eye, slivers and alpha masks.
-///
-/// Edge functions of homogeneous pixel coordinates (Olano and Greer, *Triangle Scan Conversion using 2D Homogeneous
-/// Coordinates*, 1997) need no clipping at the eye plane.
+/// A triangle with its [`EdgeFunctions`] in f64, of homogeneous pixel coordinates: for triangles that reach behind the eye,
+/// slivers and alpha masks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct General {
+pub(crate) struct HomogeneousTriangle {
     /// Coefficients of each edge function for x, y and one. Positive inside where `oriented`.
     pub(crate) edges: [DVec3; 3],
     /// Error bound of each edge function at any sample.
@@ -54,7 +58,7 @@ pub(crate) struct Square {
     pub(crate) side: i32,
 }
 
-impl General {
+impl HomogeneousTriangle {
     pub(crate) fn new(space: &PixelSpace, corners: [Vec3; 3]) -> Self {
         let points = corners.map(|corner| space.camera_point(corner));
         let is_perspective = space.is_perspective();
@@ -63,7 +67,8 @@ impl General {
             let weight = if is_perspective { point.z } else { 1.0 };
             DVec3::new(space.scale * point.x + x * weight, -space.scale * point.y + y * weight, weight)
         });
-        let mut edges = [b.cross(c), c.cross(a), a.cross(b)];
+        let functions = EdgeFunctions::new([a, b, c]);
+        let mut edges = functions.edges;
         // In an orthographic view the weight of each vertex is exactly one, and stands for r in the bound if r is below one.
         // Rays start at points that are rounded in proportion to the eye's position.
         let reach = points.map(|(_, reach)| if is_perspective { reach } else { reach.max(space.eye_reach()).max(1.0) });
@@ -73,7 +78,7 @@ impl General {
         // The determinant is the sum of all Eᵢ zᵢ. Its error is that of an edge function with a third vertex instead of the
         // sample: 2 T r for T, doubled.
         let (constant, constant_error) = if is_perspective {
-            (a.dot(edges[0]), 4.0 * edge_error * reach[0] * reach[1] * reach[2])
+            (functions.determinant, 4.0 * edge_error * reach[0] * reach[1] * reach[2])
         } else {
             (edges[0].z + edges[1].z + edges[2].z, bounds[0] + bounds[1] + bounds[2])
         };
@@ -81,17 +86,17 @@ impl General {
         if oriented && constant < 0.0 {
             edges = edges.map(|edge| -edge);
         }
+        let functions = EdgeFunctions { determinant: constant, ..functions };
         let constant = constant.abs();
         let relative_error = constant_error / constant;
         let depth = if !oriented {
             Depth::Unknown
         } else if is_perspective {
-            let plane = (edges[0] + edges[1] + edges[2]) / constant;
+            let plane = functions.through([1.0; 3]);
             let error = (bounds[0] + bounds[1] + bounds[2]) / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Inverse { plane, error })
         } else {
-            let [za, zb, zc] = points.map(|(point, _)| point.z);
-            let plane = (edges[0] * za + edges[1] * zb + edges[2] * zc) / constant;
+            let plane = functions.through(points.map(|(point, _)| point.z));
             // Twice: once for the edge functions, once for the depths, whose error is at most 2⁻⁴⁵ r.
             let error = 2.0 * (bounds[0] * reach[0] + bounds[1] * reach[1] + bounds[2] * reach[2]) * 2.0 / constant;
             Depth::linear(space, plane, error, relative_error, |plane, error| Depth::Direct { plane, error })
@@ -135,7 +140,7 @@ impl General {
 /// The first error of `check`.
 pub(crate) fn check_pixels(
     space: &PixelSpace,
-    triangle: &General,
+    triangle: &HomogeneousTriangle,
     square: Square,
     check: &dyn Fn(u32, u32) -> Result<(), String>,
 ) -> Result<(), String> {
@@ -245,6 +250,106 @@ impl Square {
     }
 }
 
+/// One triangle's edge functions and inverse depth in f32, as linear functions of x and y relative to an origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinearTriangle {
+    /// Factor of x of each edge function; positive edge functions are inside.
+    pub(crate) a: [f32; 3],
+    /// Factor of y.
+    pub(crate) b: [f32; 3],
+    /// Constant.
+    pub(crate) c: [f32; 3],
+    /// Error bound of an edge function.
+    pub(crate) bound: f32,
+    /// One over the depth at the origin.
+    pub(crate) inverse_depth: f32,
+    /// Its change per pixel to the right and downwards.
+    pub(crate) gradient: [f32; 2],
+    pub(crate) depth_error: f32,
+    /// Upper bound of the inverse depth.
+    pub(crate) nearest: f32,
+}
+
+impl HomogeneousTriangle {
+    /// The triangle relative to (`x`, `y`) in pixel space, for samples at most `reach` from there along each axis; `None`
+    /// where its orientation isn't certain or f32 can't hold it.
+    ///
+    /// Each edge function is divided by its error, so that its error becomes one. Coefficients are rounded once, and
+    /// evaluation adds a rounding of each product and two of sums: four on a path, taken as six.
+    pub(crate) fn linear(&self, [x, y]: [f64; 2], reach: f64) -> Option<LinearTriangle> {
+        let Depth::Inverse { plane, error } = self.depth else { return None };
+        if !self.oriented {
+            return None;
+        }
+        const ROUNDINGS: f64 = 6.0 * HALF_ULP as f64;
+        let middle = DVec3::new(x, y, 1.0);
+        let (mut a, mut b, mut c) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for (edge, (&coefficients, &bound)) in self.edges.iter().zip(&self.bounds).enumerate() {
+            let constant = coefficients.dot(middle);
+            let largest = reach * (coefficients.x.abs() + coefficients.y.abs()) + constant.abs();
+            let scale = (bound + ROUNDINGS * largest).recip();
+            // Beyond this, sums in f32 could overflow; it also excludes NaN.
+            if !(largest * scale < 1e30 && scale.is_normal()) {
+                return None;
+            }
+            a[edge] = (coefficients.x * scale) as f32;
+            b[edge] = (coefficients.y * scale) as f32;
+            c[edge] = (constant * scale) as f32;
+        }
+        let inverse_depth = plane.dot(middle);
+        let largest = inverse_depth.abs() + reach * (plane.x.abs() + plane.y.abs());
+        let error = error + ROUNDINGS * largest;
+        if !(largest < 1e24 && error > 1e-24) {
+            return None;
+        }
+        Some(LinearTriangle {
+            a,
+            b,
+            c,
+            bound: 1.0,
+            inverse_depth: inverse_depth as f32,
+            gradient: [plane.x as f32, plane.y as f32],
+            depth_error: (error as f32).next_up(),
+            nearest: ((largest + error) as f32).next_up(),
+        })
+    }
+}
+
+impl TriangleBatch {
+    /// The triangle in a lane.
+    pub(crate) fn linear(&self, lane: usize) -> LinearTriangle {
+        let lane = lane % LANES;
+        LinearTriangle {
+            a: self.a.map(|factors| factors[lane]),
+            b: self.b.map(|factors| factors[lane]),
+            c: self.c.map(|constants| constants[lane]),
+            bound: self.bound[lane],
+            inverse_depth: self.inverse_depth[lane],
+            gradient: self.gradient.map(|slopes| slopes[lane]),
+            depth_error: self.depth_error[lane],
+            nearest: self.nearest[lane],
+        }
+    }
+
+    /// Sets a lane to a triangle of the general path, which may be in any block.
+    pub(crate) fn set(&mut self, lane: usize, linear: &LinearTriangle, id: u32) {
+        let lane = lane % LANES;
+        for edge in 0..3 {
+            (self.a[edge][lane], self.b[edge][lane], self.c[edge][lane]) =
+                (linear.a[edge], linear.b[edge], linear.c[edge]);
+        }
+        self.bound[lane] = linear.bound;
+        self.inverse_depth[lane] = linear.inverse_depth;
+        (self.gradient[0][lane], self.gradient[1][lane]) = (linear.gradient[0], linear.gradient[1]);
+        self.depth_error[lane] = linear.depth_error;
+        self.nearest[lane] = linear.nearest;
+        self.ids[lane] = id;
+        for (bounds, block) in self.blocks.iter_mut().zip([0, BLOCKS - 1, 0, BLOCKS - 1]) {
+            bounds[lane] = block as i32;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,7 +376,7 @@ mod tests {
                 let mut point = || Vec3::from_array([(); 3].map(|()| random.signed() as f32));
                 let middle = point();
                 let corners = [middle, middle + point() * size, middle + point() * size];
-                let triangle = General::new(&space, corners);
+                let triangle = HomogeneousTriangle::new(&space, corners);
                 let side = [1, 2, 4][step % 3];
                 for (x, y) in (0..64).step_by(16).flat_map(|y| (0..64).step_by(4).map(move |x| (x, y))) {
                     let square = Square { x: x as i32 - space.middle.x, y: y as i32 - space.middle.y, side };

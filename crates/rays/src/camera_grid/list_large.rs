@@ -1,12 +1,11 @@
-//! Coarse rasterization: the tiles in which large triangles may be hit, and their nearest depths there.
+//! Lists large triangles by coarse rasterization: the tiles in which large triangles may be hit, and their nearest depths there.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
 use super::bins::{Bins, Listed, Path};
-use super::general::{General, Square};
+use super::homogeneous::{HomogeneousTriangle, LinearTriangle, Square};
 use super::lanes::{LANES, splat};
-use super::linear::Linear;
 use super::pixel_space::PixelSpace;
 use crate::simd::each;
 use crate::simd::lanes::{bits_of, min3};
@@ -19,7 +18,7 @@ const COLUMNS: [f32; LANES] =
     [0., 64., 128., 192., 256., 320., 384., 448., 512., 576., 640., 704., 768., 832., 896., 960.];
 
 impl Bins {
-    /// The distance from the middle of the image at which [`Linear`] triangles must hold for
+    /// The distance from the middle of the image at which [`LinearTriangle`] triangles must hold for
     /// [`list_linear`](Self::list_linear): that of the middle of any tile.
     pub(crate) fn reach(space: &PixelSpace) -> f32 {
         let (width, height) = space.size();
@@ -39,10 +38,10 @@ impl Bins {
         space: &PixelSpace,
         path: Path,
         slot: u32,
-        triangle: &Linear,
+        triangle: &LinearTriangle,
         [x0, x1, y0, y1]: [i32; 4],
     ) {
-        let Linear { a, b, c, bound, gradient, .. } = triangle;
+        let LinearTriangle { a, b, c, bound, gradient, .. } = triangle;
         let samples = REACH + space.shifts.reach();
         let reach = each!(edge in [0, 1, 2] => splat(simd, samples * (a[edge].abs() + b[edge].abs()) + 4.0 * bound));
         let rise = samples * (gradient[0].abs() + gradient[1].abs()) + 2.0 * triangle.depth_error;
@@ -70,13 +69,13 @@ impl Bins {
 
     /// Lists a triangle in all tiles whose samples it doesn't certainly miss.
     #[inline(always)]
-    pub(crate) fn list_general<S: Simd>(
+    pub(crate) fn list_homogeneous<S: Simd>(
         &mut self,
         simd: S,
         space: &PixelSpace,
         path: Path,
         slot: u32,
-        triangle: &General,
+        triangle: &HomogeneousTriangle,
     ) {
         let Some(tiles) = self.tiles_within(space, triangle.limits()) else { return };
         match triangle.linear([0.0; 2], f64::from(Self::reach(space))) {
@@ -100,7 +99,14 @@ impl Bins {
         Some([x0, x1, y0, y1])
     }
 
-    fn list_square(&mut self, space: &PixelSpace, path: Path, listed: Listed, triangle: &General, square: Square) {
+    fn list_square(
+        &mut self,
+        space: &PixelSpace,
+        path: Path,
+        listed: Listed,
+        triangle: &HomogeneousTriangle,
+        square: Square,
+    ) {
         let (x, y) = ((square.x + space.middle.x) >> Self::TILE_BITS, (square.y + space.middle.y) >> Self::TILE_BITS);
         if x >= self.columns || y >= self.rows || triangle.misses(square) {
             return;

@@ -5,8 +5,7 @@ use glam::{DMat3, DVec3, Vec3};
 use crate::dispatch;
 
 use super::LightGrid;
-use super::block::Block;
-use super::face::Face;
+use super::face::{Block, Face};
 use super::pixel_map::PixelMap;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
 use crate::LightSource;

@@ -1,15 +1,14 @@
-//! Patches in a tile: triangles that are small in the image, from vertices to samples in one go.
+//! Patches that are small in the image, in a tile: their triangles from vertices to samples in one go.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
 
 use super::bins::{Bins, Fragment};
-use super::lanes::{Corners, LANES, PixelBounds, splat};
+use super::lanes::{BackFaceCull, Corners, LANES, PixelBounds, splat};
 use super::samples::{BLOCKS, SAMPLES};
-use super::shown::Shown;
-use super::tile::{Batch, Tile};
-use super::tiny::Tiny;
+use super::tile::{TileHits, TriangleBatch};
 use super::trace::{ListedPatches, TileTrace};
+use super::two_by_two::TinyTriangles;
 use crate::patches::MOST_VERTICES;
 use crate::shot::Kind;
 use crate::simd::each;
@@ -20,7 +19,7 @@ const TINY: usize = 0;
 const ORDINARY: usize = 1;
 
 /// Triangles of several patches, collected until there are sixteen.
-pub(super) struct Waiting {
+pub(super) struct PendingTriangles {
     x: [[f32; 2 * LANES]; 3],
     y: [[f32; 2 * LANES]; 3],
     inverse_depth: [[f32; 2 * LANES]; 3],
@@ -28,7 +27,7 @@ pub(super) struct Waiting {
     count: usize,
 }
 
-impl Waiting {
+impl PendingTriangles {
     pub(super) const NONE: Self = Self {
         x: [[0.0; 2 * LANES]; 3],
         y: [[0.0; 2 * LANES]; 3],
@@ -81,7 +80,7 @@ impl<const N: usize> TileTrace<'_, N> {
         listed: &ListedPatches<'_>,
         number: usize,
         nearest: f32,
-        batch: &mut Batch,
+        batch: &mut TriangleBatch,
     ) -> bool {
         vectorized!(simd => {
             let blocks = listed.boxes[number].blocks(self.at.corner);
@@ -91,7 +90,7 @@ impl<const N: usize> TileTrace<'_, N> {
 
     /// Tests the triangles of patches that still wait.
     #[inline(never)]
-    pub(super) fn test_rest<S: Simd>(&mut self, simd: S, batch: &mut Batch) {
+    pub(super) fn test_rest<S: Simd>(&mut self, simd: S, batch: &mut TriangleBatch) {
         let [tiny, ordinary] = &self.tile.waiting;
         if tiny.count + ordinary.count > 0 {
             vectorized!(simd => {
@@ -107,7 +106,7 @@ impl<const N: usize> TileTrace<'_, N> {
         simd: S,
         listed: &ListedPatches<'_>,
         number: usize,
-        batch: &mut Batch,
+        batch: &mut TriangleBatch,
     ) -> bool {
         let patch = listed.patches.get(number);
         let (space, triangles) = (self.at.space, self.at.shot.triangles);
@@ -123,7 +122,7 @@ impl<const N: usize> TileTrace<'_, N> {
         let first = self.at.corner - space.middle;
         let last = (Bins::TILE - 1) as f32;
         let (left, top) = (splat(simd, first.x as f32), splat(simd, first.y as f32));
-        let shown = Shown::new(space, self.at.shot);
+        let shown = BackFaceCull::new(space, self.at.shot);
         let mut is_any_tested = false;
         let groups = patch.corners.as_chunks().0.iter().zip(patch.ids.chunks_exact(LANES));
         for (group, (corners, ids)) in groups.enumerate() {
@@ -141,8 +140,8 @@ impl<const N: usize> TileTrace<'_, N> {
                     seen &= !(1 << lane);
                 }
             }
-            seen = shown.of(simd, ids, &corners, &bounds, seen);
-            let is_tiny = Tiny::are(simd, &bounds).to_bitmask();
+            seen = shown.keep(simd, ids, &corners, &bounds, seen);
+            let is_tiny = TinyTriangles::are(simd, &bounds).to_bitmask();
             if seen & is_tiny != 0 {
                 self.tile.waiting[TINY].add(simd, ids, &corners, seen & is_tiny);
                 if self.tile.waiting[TINY].count >= LANES {
@@ -163,7 +162,7 @@ impl<const N: usize> TileTrace<'_, N> {
 
     /// Tests up to sixteen waiting triangles.
     #[inline(always)]
-    fn test_waiting<S: Simd>(&mut self, simd: S, batch: &mut Batch) {
+    fn test_waiting<S: Simd>(&mut self, simd: S, batch: &mut TriangleBatch) {
         let (ids, corners, count) = self.tile.waiting[ORDINARY].take(simd);
         self.test_ordinary::<S, false>(simd, &ids, corners, (1 << count) - 1, batch);
     }
@@ -176,12 +175,12 @@ impl<const N: usize> TileTrace<'_, N> {
         let first = self.at.corner - self.at.space.middle;
         let (left, top) = (splat(simd, first.x as f32), splat(simd, first.y as f32));
         let bounds = PixelBounds::new(simd, self.at.space, &corners);
-        let tiny = Tiny::new(simd, self.at.space, &corners, &bounds);
+        let tiny = TinyTriangles::new(simd, self.at.space, &corners, &bounds);
         let ids = u32x16::simd_from(simd, ids);
         // Hits at the four samples, collected without a branch.
         let (mut index, mut triangle, mut hits) = ([0; ROOM], [0; ROOM], 0);
         let (mut low, mut high) = ([0.0; ROOM], [0.0; ROOM]);
-        for sample in Tiny::<S>::SAMPLES {
+        for sample in TinyTriangles::<S>::SAMPLES {
             let [x, y] = bounds.sample(simd, sample);
             let (x, y) = (x - left, y - top);
             let in_tile = x.min(y).simd_ge(splat(simd, 0.0)) & x.max(y).simd_le(splat(simd, (Bins::TILE - 1) as f32));
@@ -213,7 +212,7 @@ impl<const N: usize> TileTrace<'_, N> {
 /// Room for hits of sixteen triangles at four samples.
 const ROOM: usize = 4 * LANES;
 
-impl Tile {
+impl TileHits {
     /// Whether some blocks certainly hide everything with an inverse depth of at most `nearest`.
     #[inline(always)]
     fn hides<S: Simd>(&mut self, simd: S, [x0, x1, y0, y1]: [usize; 4], nearest: f32) -> bool {

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use super::boxes::{FaceBox, SplatBox};
 use super::face::{FACE_LIMIT, Face, HALF_ULP, ROUNDING};
 use super::set_up::Record;
+use crate::edge_functions::EdgeFunctions;
 use crate::shot::OpacityOfSides;
 use crate::simd::lanes::bits_of;
 use crate::simd::vectors::{LANES, splat};
@@ -12,26 +13,24 @@ use crate::simd::vectors::{LANES, splat};
 /// Triangles of a face that reach behind the light or far outside of the face, as linear functions of X and Y in f64.
 #[derive(Debug, Default)]
 pub(crate) struct LargeTriangles {
-    planes: Vec<Plane>,
+    planes: Vec<LargeTriangle>,
     /// The same in f32, sixteen together, grown by their errors.
     sixteens: Vec<SixteenPlanes>,
 }
 
-/// A triangle as linear functions of X and Y.
-///
-/// With the homogeneous corners pⱼ, the edge functions are (pⱼ × pₖ) · (X, Y, 1): they need no clipping where a
-/// triangle reaches behind the light. Their signs are turned so that all three are positive where the triangle is hit
-/// in front of the light.
+/// A triangle as linear functions of X and Y: its [`EdgeFunctions`], with signs turned so that all three are positive where
+/// the triangle is hit in front of the light, and its nearness.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+pub(crate) struct LargeTriangle {
     id: u32,
-    /// Factors of X, Y and 1, the magnitudes of which sum up to one.
-    edges: [[f64; 3]; 3],
+    /// Factors of X, Y and 1, the magnitudes of which sum up to one; zero for an edge of which nothing is known.
+    pub(crate) edges: [[f64; 3]; 3],
     /// Error bounds of the edge functions.
-    edge_errors: [f64; 3],
-    nearness: [f64; 3],
+    pub(crate) edge_errors: [f64; 3],
+    pub(crate) nearness: [f64; 3],
     /// Error bound of the difference in nearness to a point, with the margin by which the predicate wants points behind.
-    depth_error: f64,
+    /// Infinite, and the nearness zero, where nothing is known of it.
+    pub(crate) depth_error: f64,
 }
 
 /// For each of the edge functions and the nearness of sixteen planes the factors of X and Y, and the constant.
@@ -53,7 +52,7 @@ impl LargeTriangles {
             if let Ok(corners) = opacity.triangles.usable_corners(id)
                 && opacity.is_there(id)
             {
-                planes.extend(Plane::of(face, corners, id).into_iter().flatten());
+                planes.extend(LargeTriangle::of(face, corners, id).into_iter().flatten());
             }
         }
         sixteens.clear();
@@ -61,7 +60,7 @@ impl LargeTriangles {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.planes.capacity() * size_of::<Plane>() + self.sixteens.capacity() * size_of::<SixteenPlanes>()
+        self.planes.capacity() * size_of::<LargeTriangle>() + self.sixteens.capacity() * size_of::<SixteenPlanes>()
     }
 
     /// Calls `visit` with the indices of the triangles that may shadow some of the points in a box.
@@ -125,7 +124,7 @@ impl LargeTriangles {
 }
 
 impl SixteenPlanes {
-    fn new(planes: &[Plane]) -> Self {
+    fn new(planes: &[LargeTriangle]) -> Self {
         let nothing = [[0.0; LANES]; 4];
         let mut sixteen = Self { a: nothing, b: nothing, c: nothing };
         for (lane, plane) in planes.iter().enumerate() {
@@ -142,7 +141,30 @@ impl SixteenPlanes {
     }
 }
 
-impl Plane {
+/// A triangle's corners in a face's homogeneous coordinates, of which X and Y are quotients.
+pub(crate) struct HomogeneousCorners {
+    pub(crate) points: [DVec3; 3],
+    /// Bounds of each corner's coordinates.
+    pub(crate) sizes: [f64; 3],
+    /// Nearness of each corner times its third coordinate.
+    nearnesses: [f64; 3],
+}
+
+impl HomogeneousCorners {
+    pub(crate) fn new(face: &Face, corners: [DVec3; 3]) -> Self {
+        let mut points = corners.map(|corner| face.homogeneous(corner));
+        // In parallel light all are at the homogeneous distance one, and nearness is interpolated.
+        let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
+        if face.is_parallel {
+            points.iter_mut().for_each(|point| point.z = 1.0);
+        }
+        let (norms, least) = (face.norms(), f64::from(u8::from(face.is_parallel)));
+        let size = |corner: DVec3| (norms * (corner - face.origin).abs().max_element()).max_element().max(least);
+        Self { points, sizes: corners.map(size), nearnesses }
+    }
+}
+
+impl LargeTriangle {
     /// The planes of a triangle: none if it can't shadow a point of the face; two if the light may be in its plane, so that
     /// its side isn't known.
     ///
@@ -158,26 +180,18 @@ impl Plane {
     /// The nearness is the sum of the edge functions, each times its corner's nearness or `near`, over the determinant. With
     /// S the magnitudes of its own factors, a corner's is at most sⱼ S. So each function's error makes 3 s₀ e S of it, also
     /// with the four roundings of the sum, 8 u sⱼ sₖ; and the determinant's 4.2 s₀ e S: together 3.15 times the latter.
-    fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
+    pub(crate) fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
         let world = corners.map(Vec3::as_dvec3);
-        let mut points = world.map(|corner| face.homogeneous(corner));
-        // In parallel light all are at the homogeneous distance one, and nearness is interpolated.
-        let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
-        if face.is_parallel {
-            points.iter_mut().for_each(|point| point.z = 1.0);
-        }
-        let norms = face.norms();
-        let reach = world.map(|corner| (corner - face.origin).abs().max_element());
-        // Each homogeneous coordinate is at most this.
-        let sizes = reach.map(|reach| (norms * reach).max_element().max(f64::from(u8::from(face.is_parallel))));
+        let HomogeneousCorners { points, sizes, nearnesses } = HomogeneousCorners::new(face, world);
+        let (norms, reach) = (face.norms(), world.map(|corner| (corner - face.origin).abs().max_element()));
         if is_outside(&points, sizes) {
             return [None; 2];
         }
         let opposite = [(1, 2), (2, 0), (0, 1)];
-        let edges = opposite.map(|(j, k)| points[j].cross(points[k]));
+        let functions = EdgeFunctions::new(points);
+        let EdgeFunctions { edges, determinant } = functions;
         let roundings = if face.is_parallel { 110.0 } else { 30.0 };
         let edge_errors = opposite.map(|(j, k)| roundings * ROUNDING * sizes[j] * sizes[k]);
-        let determinant = points[0].dot(edges[0]);
         let determinant_error = 4.2 * sizes[0] * edge_errors[0];
         let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
 
@@ -202,7 +216,7 @@ impl Plane {
             turned.edges.as_flattened_mut().iter_mut().for_each(|factor| *factor = -*factor);
             return [Some(plane), Some(turned)];
         }
-        let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
+        let slope = functions.through(nearnesses);
         let size = slope.abs().element_sum();
         // Four roundings of each corner's own nearness.
         let of_corner = |corner: usize| edges[corner].abs().max_element() * reach[corner];
@@ -239,7 +253,7 @@ fn is_outside(points: &[DVec3; 3], sizes: [f64; 3]) -> bool {
 /// at most twice its error, with the box's own rounding. That is at most 4 |ab| |ac| e, with largest components |·|: no
 /// matrix of numbers up to one has a larger determinant than 4. And n · (P − a) is the determinant, taken back to world
 /// lengths, times the difference in nearness times z / near; in parallel light it is n · d / s.z.
-pub(crate) fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64) -> f64 {
+fn predicate_error(face: &Face, [a, b, c]: [DVec3; 3], determinant: f64) -> f64 {
     let (ab, ac) = ((b - a).abs().max_element(), (c - a).abs().max_element());
     let volume = determinant.abs() / (face.scale.x * face.scale.y);
     // The error is in relation to z in perspective, and z · W is `near`.

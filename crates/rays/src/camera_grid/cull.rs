@@ -1,3 +1,5 @@
+//! Boxes of patches outside of the image are culled, and others bounded in pixels.
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 
@@ -10,7 +12,7 @@ use crate::simd::vectors::{Vectors, largest, splat_vector};
 
 /// The position in the image of the vertices in a box.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Sight {
+pub(crate) enum BoxInImage {
     /// Outside of the image: no ray hits a triangle between the vertices.
     Outside,
     /// All vertices are ordinary.
@@ -65,7 +67,7 @@ impl PixelSpace {
     /// points in the box are between those of the corners.
     ///
     /// A box is *outside* if all corners are behind the eye, as a vertex would be, or beyond one side of the image, by more
-    /// than the error of homogeneous pixel coordinates ([`General`](super::general::General) has the same margin).
+    /// than the error of homogeneous pixel coordinates ([`HomogeneousTriangle`](super::homogeneous::HomogeneousTriangle) has the same margin).
     ///
     /// A box is *within* if it is in front of the eye: there x/z, y/z and 1/z are between those of the corners as well. Each
     /// is wrong by 2⁻⁴⁵ r for a reach r below 1.01 z (1 + 2 g), with g the [guard](Self) of at most 2²⁰: relative to z by
@@ -74,12 +76,12 @@ impl PixelSpace {
     /// 2.1 · 2⁻²⁴ |x| + 1.1 `ERROR_PIXELS`, and those of corners by another `ERROR_PIXELS`: less than four of each. Pixels
     /// are as far outside as their samples may be from them.
     #[inline(always)]
-    pub(crate) fn sight<S: Simd>(&self, simd: S, [low, high]: [[f32; 3]; 2]) -> Sight {
+    pub(crate) fn box_in_image<S: Simd>(&self, simd: S, [low, high]: [[f32; 3]; 2]) -> BoxInImage {
         const ROUNDED: f64 = 1.0 / (1 << 23) as f64;
         const LARGEST_GUARD: f64 = (1 << 20) as f64;
         let guard = self.guard - ROUNDED * (1.0 + self.guard);
         if !(0.0..LARGEST_GUARD).contains(&guard) {
-            return Sight::Anywhere;
+            return BoxInImage::Anywhere;
         }
         let [x, y, z] = [0, 1, 2].map(|axis| [f64::from(low[axis]), f64::from(high[axis])]);
         let corners = [
@@ -98,7 +100,7 @@ impl PixelSpace {
             || rows[0].simd_gt(error).all_true()
             || rows[1].simd_gt(error).all_true();
         if is_outside {
-            return Sight::Outside;
+            return BoxInImage::Outside;
         }
         let inverse_depth = constant(1.0) / at[2];
         let (x, y) = (at[0] * inverse_depth, at[1] * inverse_depth);
@@ -107,7 +109,7 @@ impl PixelSpace {
             & inverse_depth.simd_ge(constant(first))
             & inverse_depth.simd_le(constant(last));
         if !is_ordinary.all_true() {
-            return Sight::Anywhere;
+            return BoxInImage::Anywhere;
         }
         let [x, y, _] = self.pixels(simd, at);
         let (width, height) = self.size();
@@ -122,12 +124,12 @@ impl PixelSpace {
         let (x0, y0) = (x0.max(0.0), y0.max(0.0));
         let (x1, y1) = (x1.min(f64::from(width) - 1.0), y1.min(f64::from(height) - 1.0));
         if x0 > x1 || y0 > y1 {
-            return Sight::Outside;
+            return BoxInImage::Outside;
         }
         // Rounded to f32, with an own error of 2⁻²³.
         let nearest = inverse_depth.reduce_max() as f32 * (1.0 + 6.0 * HALF_ULP);
         let [x, y] = [[x0, x1], [y0, y1]].map(|ends| ends.map(|at| at as u16));
-        Sight::Within { pixels: PixelBox { x, y }, nearest }
+        BoxInImage::Within { pixels: PixelBox { x, y }, nearest }
     }
 
     /// The distances of points beyond the first and the last column, and the first and the last row of the image, times

@@ -1,3 +1,5 @@
+//! Tiny triangles, of at most 2×2 samples, tested where they are set up.
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16};
 
@@ -8,7 +10,7 @@ use crate::simd::each;
 use crate::simd::lanes::{max3, min3};
 
 /// Sixteen triangles of at most two by two samples, in coordinates with an origin at their first sample.
-pub(crate) struct Tiny<S: Simd> {
+pub(crate) struct TinyTriangles<S: Simd> {
     setup: Setup<S>,
     certain: mask32x16<S>,
     first_depth: f32x16<S>,
@@ -29,7 +31,7 @@ pub(crate) struct TinyHits<S: Simd> {
     pub(crate) high: f32x16<S>,
 }
 
-impl<S: Simd> Tiny<S> {
+impl<S: Simd> TinyTriangles<S> {
     /// The samples of a tiny triangle: columns and rows from its first.
     pub(crate) const SAMPLES: [(i32, i32); 4] = [(0, 0), (1, 0), (0, 1), (1, 1)];
 

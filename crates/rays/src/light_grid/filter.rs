@@ -1,9 +1,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
-use super::block::Block;
 use super::boxes::{SixteenBoxes, SplatBox};
-use super::parts::Part;
+use super::face::Block;
+use super::parts::TilePart;
 use super::points::TILE_BLOCKS;
 use super::set_up::SetUp;
 use crate::patches::MOST_TRIANGLES;
@@ -28,7 +28,7 @@ pub(crate) struct TilePoints<'a> {
 
 /// The points of a part that must still be tested.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rest {
+pub(crate) struct Untested {
     /// The points of each slot that needn't be tested: they are in shadow, or aren't in the slot.
     pub(crate) done: [u16; LANES],
     /// The slots that have other points.
@@ -36,7 +36,7 @@ pub(crate) struct Rest {
 }
 
 /// The filter's result for a triangle and the points of a slot.
-pub(crate) struct Found<S: Simd> {
+pub(crate) struct FilterResult<S: Simd> {
     /// The edge functions, grown by their error.
     pub(crate) edges: [f32x16<S>; 3],
     /// The least of them.
@@ -47,7 +47,7 @@ pub(crate) struct Found<S: Simd> {
     pub(crate) possible: u16,
 }
 
-impl<S: Simd> Found<S> {
+impl<S: Simd> FilterResult<S> {
     /// The points that the triangle certainly shadows; `errors` are twice those of the edge functions and of the nearness.
     #[inline(always)]
     pub(crate) fn certain(&self, simd: S, errors: [f32; 2]) -> u16 {
@@ -56,11 +56,11 @@ impl<S: Simd> Found<S> {
     }
 }
 
-impl Rest {
+impl Untested {
     pub(crate) const NOTHING: Self = Self { done: [u16::MAX; LANES], alive: 0 };
 
     #[inline(always)]
-    pub(crate) fn of(part: &Part, shadowed: &[u16; TILE_BLOCKS]) -> Self {
+    pub(crate) fn of(part: &TilePart, shadowed: &[u16; TILE_BLOCKS]) -> Self {
         let done: [u16; LANES] =
             std::array::from_fn(|slot| !part.points[slot] | shadowed[usize::from(part.blocks[slot])]);
         let alive = (0..LANES).fold(0, |alive, slot| alive | u16::from(done[slot] != u16::MAX) << slot);
@@ -93,7 +93,7 @@ impl<'a> TilePoints<'a> {
         [first, second, third]: [&[f32; 4]; 3],
         id: u32,
         (block, done): (u8, u16),
-    ) -> Found<S> {
+    ) -> FilterResult<S> {
         let own = u32x16::simd_from(simd, self.own[usize::from(block)]);
         let block = &self.blocks[usize::from(block)];
         let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
@@ -107,7 +107,7 @@ impl<'a> TilePoints<'a> {
         // Written so that NaN is possible.
         let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own.simd_eq(u32x16::splat(simd, id));
         let possible = !(missed.to_bitmask() as u16 | done);
-        Found { edges: [e0, e1, e2], least, nearer, possible }
+        FilterResult { edges: [e0, e1, e2], least, nearer, possible }
     }
 
     /// Lists the pairs of a triangle and the points of a block that are pending.
@@ -158,7 +158,7 @@ fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f3
 pub(crate) fn enqueue<S: Simd>(
     simd: S,
     set_up: &SetUp,
-    part: &Part,
+    part: &TilePart,
     whole: &SplatBox<S>,
     alive: u16,
     queue: &mut [u32],

@@ -3,19 +3,14 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::Cells;
-use crate::light_grid::block::{Block, BlockErrors};
-use crate::light_grid::face::{Face, HALF_ULP, POINT_LIMIT, ROUNDING, VERTEX_MARGIN};
-use crate::light_grid::large::predicate_error;
+use crate::light_grid::face::{Block, BlockErrors, Face, HALF_ULP, POINT_LIMIT, VERTEX_MARGIN};
+use crate::light_grid::large_triangles::{HomogeneousCorners, LargeTriangle};
 use crate::simd::lanes::min3;
 use crate::simd::vectors::splat;
 
-/// A triangle as linear functions of X and Y, for triangles that cover many cells or reach around the light.
-///
-/// With the homogeneous corners pⱼ, the edge functions are (pⱼ × pₖ) · (X, Y, 1): they need no clipping where a triangle
-/// reaches behind the light. Their signs are turned so that all three are positive for a hit in front of the light. 64
-/// bytes.
+/// A [`LargeTriangle`] rounded to f32, for the cells that it covers. 64 bytes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane {
+pub(crate) struct CoveringTriangle {
     /// Factors of X, Y and 1, whose magnitudes sum up to about one.
     edges: [[f32; 3]; 3],
     /// Error bounds of the edge functions, to which the point's error is added.
@@ -29,79 +24,19 @@ pub(crate) struct Plane {
     pub(super) bounds: [[f32; 2]; 2],
 }
 
-/// The planes of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so that the
+/// The forms of a triangle: none if it can't shadow a point of the face, two if the light may be in its plane, so that the
 /// light's side is unknown.
-pub(super) fn planes(face: &Face, corners: [Vec3; 3]) -> [Option<Plane>; 2] {
-    let world = corners.map(Vec3::as_dvec3);
-    let relative = world.map(|corner| corner - face.origin);
-    let mut points = world.map(|corner| face.homogeneous(corner));
-    // In parallel light all corners have the homogeneous distance one, and nearness is interpolated.
-    let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
-    if face.is_parallel {
-        points.iter_mut().for_each(|point| point.z = 1.0);
-    }
-    let norms = face.norms();
-    let reach = relative.map(|v| v.abs().max_element());
-    // Bounds of each homogeneous coordinate, whose error is four roundings of this.
-    let sizes = reach.map(|reach| (norms * reach).max_element().max(points[0].z.abs() * f64::from(face.is_parallel)));
-    let Some(bounds) = bounds(&points, sizes, f64::from(VERTEX_MARGIN) + 1e-6) else { return [None; 2] };
-
-    let opposite = [(1, 2), (2, 0), (0, 1)];
-    let edges = opposite.map(|(j, k)| points[j].cross(points[k]));
-    let edge_errors = opposite.map(|(j, k)| 24.0 * ROUNDING * sizes[j] * sizes[k]);
-    let determinant = points[0].dot(edges[0]);
-    let determinant_error = 3.0 * sizes[0] * edge_errors[0] + 32.0 * ROUNDING * sizes[0] * edges[0].abs().max_element();
-    let is_certain = determinant.abs() > 4096.0 * determinant_error && determinant.is_finite();
-
-    let mut plane = Plane {
-        edges: [[0.0; 3]; 3],
-        edge_errors: [f32::INFINITY; 3],
-        nearness: [0.0; 3],
-        depth_error: f32::INFINITY,
-        steepness: 0.0,
-        bounds,
-    };
-    let sign = if is_certain { determinant.signum() } else { 1.0 };
-    for (index, (edge, error)) in edges.into_iter().zip(edge_errors).enumerate() {
-        let size = edge.abs().element_sum();
-        // Otherwise this edge is unknown.
-        if size.is_finite() && size > 1e3 * error && size > 1e-250 {
-            plane.edges[index] = (edge * (sign / size)).as_vec3().to_array();
-            // Roundings of the factors, and of the two sums and products: eight ε of one.
-            plane.edge_errors[index] = (HALF_ULP * 8.5 + 3.0 * error / size) as f32;
-        }
-    }
-    if !is_certain {
-        let mut turned = plane;
-        turned.edges.as_flattened_mut().iter_mut().for_each(|factor| *factor = -*factor);
-        return [Some(plane), Some(turned)];
-    }
-    let weighted = |values: [f64; 3]| values[0].abs() + values[1].abs() + values[2].abs();
-    let slope = (edges[0] * nearnesses[0] + edges[1] * nearnesses[1] + edges[2] * nearnesses[2]) / determinant;
-    let size = slope.abs().element_sum();
-    let of_edges = weighted([0, 1, 2].map(|corner| edge_errors[corner] * nearnesses[corner]));
-    let of_nearness = if face.is_parallel {
-        4.0 * ROUNDING * norms.z * weighted([0, 1, 2].map(|corner| edges[corner].abs().max_element() * reach[corner]))
-    } else {
-        0.0
-    };
-    let error = (3.0 * (of_edges + of_nearness) + size * determinant_error) / determinant.abs();
-    let depth_error = HALF_ULP * 8.5 * size.max(f64::from(face.is_parallel))
-        + 2.0 * error
-        + predicate_error(face, world, determinant);
-    // Below these limits, no f32 overflows.
-    if depth_error < 1e30 && size < 1e30 {
-        plane.nearness = slope.as_vec3().to_array();
-        plane.depth_error = (depth_error + 1e-30) as f32;
-        plane.steepness = (1.001 * size) as f32;
-    }
-    [Some(plane), None]
+pub(super) fn covering(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<CoveringTriangle>; 2] {
+    let points = HomogeneousCorners::new(face, corners.map(Vec3::as_dvec3));
+    let Some(bounds) = bounds(&points, f64::from(VERTEX_MARGIN) + 1e-6) else { return [None; 2] };
+    LargeTriangle::of(face, corners, id).map(|of| of.map(|of| CoveringTriangle::new(&of, face.is_parallel, bounds)))
 }
 
 /// The bounds of the part of a triangle that is on the face, grown by `margin`; `None` if there is none.
-fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]; 2]> {
+fn bounds(corners: &HomogeneousCorners, margin: f64) -> Option<[[f32; 2]; 2]> {
+    let HomogeneousCorners { points, sizes, .. } = corners;
     let everything = Some([[-POINT_LIMIT as f32, POINT_LIMIT as f32]; 2]);
-    let largest = sizes.into_iter().fold(0.0, f64::max);
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
     if largest > 1e100 {
         return everything;
     }
@@ -150,7 +85,23 @@ fn bounds(points: &[DVec3; 3], sizes: [f64; 3], margin: f64) -> Option<[[f32; 2]
 /// Growth of rows and spans for the rounding of their computation: far less than a cell.
 const GROW: f32 = 1e-5;
 
-impl Plane {
+impl CoveringTriangle {
+    fn new(of: &LargeTriangle, is_parallel: bool, bounds: [[f32; 2]; 2]) -> Self {
+        // Roundings of the factors, and of the two sums and products: eight ε of the largest value.
+        const ROUNDED: f64 = HALF_ULP * 8.5;
+        let size: f64 = of.nearness.iter().map(|factor| factor.abs()).sum();
+        let rounded = |factors: [f64; 3]| factors.map(|factor| factor as f32);
+        Self {
+            edges: of.edges.map(rounded),
+            edge_errors: of.edge_errors.map(|error| (ROUNDED + error) as f32),
+            nearness: rounded(of.nearness),
+            // In parallel light the nearness of points is up to one.
+            depth_error: (ROUNDED * size.max(f64::from(u8::from(is_parallel))) + of.depth_error) as f32,
+            steepness: (1.001 * size) as f32,
+            bounds,
+        }
+    }
+
     /// Lowest and highest X of the part of the triangle that may overlap a row of cells, and its largest nearness there.
     pub(super) fn span(&self, cells: &Cells, row: usize) -> Option<([f32; 2], f32)> {
         let [low_y, high_y] = cells.row_range(row);

@@ -6,13 +6,12 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::*;
-use crate::light_grid::block::Block;
 use crate::light_grid::choose::across;
-use crate::light_grid::face::{LARGEST_POINT_ERROR, POINT_LIMIT};
-use crate::light_grid::parts::Parts;
-use crate::light_grid::points::{Group, TILE_BLOCKS, block_of};
+use crate::light_grid::face::{Block, LARGEST_POINT_ERROR, POINT_LIMIT};
+use crate::light_grid::filter::{TilePoints, may_touch};
+use crate::light_grid::parts::TileParts;
+use crate::light_grid::points::{MappedGroup, TILE_BLOCKS, block_of};
 use crate::light_grid::set_up::Extent;
-use crate::light_grid::test::{TilePoints, may_touch};
 use crate::precise::{Precise, PreciseVector, cross, difference, dot, precise};
 use crate::predicate::{HitPoint, ShadowRay};
 use crate::random::Random;
@@ -103,7 +102,7 @@ impl Truth {
 }
 
 /// A light's face with triangles.
-struct Trial {
+struct FaceWithTriangles {
     random: Random,
     level: SimdLevel,
     light: LightSource,
@@ -118,7 +117,7 @@ struct Trial {
     size: f64,
 }
 
-impl Trial {
+impl FaceWithTriangles {
     fn new(mut random: Random, level: SimdLevel) -> Self {
         let is_parallel = random.unit() < 0.4;
         let mut vector = |size: f64| DVec3::from([0; 3].map(|_| random.signed() * size));
@@ -360,9 +359,9 @@ impl Trial {
         origin: Vec3,
         local: &[Vec3; LANES],
         errors: [f32; 2],
-    ) -> (Extent, Parts, Box<[Block; TILE_BLOCKS]>) {
+    ) -> (Extent, TileParts, Box<[Block; TILE_BLOCKS]>) {
         let mut blocks = Box::new([Block::EMPTY; TILE_BLOCKS]);
-        let mut group = Group {
+        let mut group = MappedGroup {
             members: [0; LANES],
             x: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
             y: [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]],
@@ -380,7 +379,7 @@ impl Trial {
         (group.y[0][0], group.y[1][0]) = (lows.y, highs.y);
         (group.nearness[0][0], group.nearness[1][0]) = (lows.z, highs.z);
         let mut extent = Extent { origin: origin.to_array(), errors, ..Extent::default() };
-        let mut parts = Parts::default();
+        let mut parts = TileParts::default();
         dispatch!(self.level, simd => {
             parts.divide(simd, 0, &group, &blocks, 1e30);
             parts.finish(simd, &mut extent);
@@ -448,7 +447,8 @@ impl Trial {
 #[test]
 fn what_is_decided_of_large_triangles_is_so() {
     let levels = SimdLevel::available();
-    let of_trial = |seed: u32| Trial::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
+    let of_trial =
+        |seed: u32| FaceWithTriangles::new(Random::new(seed.into()), levels[seed as usize % levels.len()]).run();
     let counts = (0..TRIALS).into_par_iter().map(of_trial).collect::<Vec<_>>();
     let counts = counts.into_iter().fold([0; 6], |sum, one| std::array::from_fn(|verdict| sum[verdict] + one[verdict]));
     assert!(counts.iter().all(|&count| count > TRIALS), "{counts:?}");
@@ -469,7 +469,7 @@ fn what_is_outside_shadows_nothing() {
         let mut outside = 0;
         for _ in 0..4000 {
             let corners = [0; 3].map(|_| (vector(7.0).cross(towards) * 0.25).as_vec3());
-            if let [None, _] = Plane::of(&face, corners, 0) {
+            if let [None, _] = LargeTriangle::of(&face, corners, 0) {
                 outside += 1;
                 let truth = Truth::new(&face, corners);
                 let at = precise(DVec3::new(0.1, 0.2, 0.5));
