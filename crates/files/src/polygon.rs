@@ -98,13 +98,13 @@ impl Cutter {
         mut add: impl FnMut([u32; 3]),
     ) -> Result<bool, String> {
         let points = corners.iter().map(|&corner| position(corner).unwrap_or(Vec3::NAN));
-        let Some(plane) = concave_in(points.clone()) else { return Ok(false) };
+        let Some(axes) = concave_in(points.clone()) else { return Ok(false) };
         if let Some(more @ 1..) = corners.len().checked_sub(self.room) {
             // Lists grow to twice their size.
             self.budget.take_for::<[u8; 2 * Ears::BYTES_OF_CORNER]>(more, "a face's corners")?;
             self.room = corners.len();
         }
-        let is_careful = self.ears.cut(points, plane, |ear| add(ear.map(|at| corners[at as usize])));
+        let is_careful = self.ears.cut(points, axes, |ear| add(ear.map(|at| corners[at as usize])));
         self.hasty += usize::from(!is_careful);
         Ok(true)
     }

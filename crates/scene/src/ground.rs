@@ -8,7 +8,7 @@ use glam::{Affine3A, Vec2, Vec3, Vec4};
 use umbrage_rays::{Bounds, choices};
 
 use crate::hidden::Derived;
-use crate::rig::{Part, Placement, Pose, Rig, Shape};
+use crate::rig::{Placement, Pose, Rig, RigPart, Shape};
 use crate::{Frame, Material, Materials, Mesh, Objects};
 
 /// A level floor under a scene, which receives its shadows: `shadow` or `matte`, optionally followed by `:HEIGHT`.
@@ -194,7 +194,7 @@ impl Grounded {
             let placement = Placement::Rigid { matrix };
             let (shape, first_vertex) = (rig.shapes.len() as u32, rig.vertices as u32);
             rig.shapes.push(Arc::new(Shape { positions: corners.into(), ..Shape::default() }));
-            rig.parts.push(Part { shape, first_vertex, first_weight: 0, placement, moves: false });
+            rig.parts.push(RigPart { shape, first_vertex, first_weight: 0, placement, moves: false });
             rig.vertices += corners.len();
             rig
         })

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use umbrage_scene::Mesh;
-use umbrage_scene::rig::{Influences, Part, Placement, Shape};
+use umbrage_scene::rig::{Influences, Placement, RigPart, Shape};
 
 use super::matrices::Matrices;
 use super::rest::Rest;
@@ -43,7 +43,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// Appends the object and part of each triangle of `part`, whose triangles are the mesh's last.
-    pub(super) fn add(&mut self, part: &Part, shape: &Shape, triangles: &[[u32; 3]], mesh: &mut Mesh) {
+    pub(super) fn add(&mut self, part: &RigPart, shape: &Shape, triangles: &[[u32; 3]], mesh: &mut Mesh) {
         let object = match part.placement {
             _ if !shape.morph_targets.is_empty() => Object::Morphed(part.first_vertex),
             _ if !part.moves => Object::Still,

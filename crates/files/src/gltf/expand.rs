@@ -2,13 +2,13 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use umbrage_scene::Mesh;
-use umbrage_scene::rig::{Part, Placement};
+use umbrage_scene::rig::{Placement, RigPart};
 
 use super::bodies::Bodies;
-use super::parts::Parts;
+use super::parts::RigParts;
 use super::rest::Rest;
 
-impl Parts {
+impl RigParts {
     /// Copies each primitive's mesh for each of its parts, and frees the primitives' own. `default_material` is the index of
     /// the material for primitives without one. The fronts of parts that are mirrored at rest are turned back.
     pub(super) fn take_mesh(&mut self, default_material: u32, rest: &Rest, object_of_part: &[u32]) -> Mesh {
@@ -51,7 +51,7 @@ impl Parts {
 
     /// Whether a part's transform mirrors it at rest: its fronts then have clockwise corners (glTF 2.0, Instantiation).
     /// For a skin, the first joint decides.
-    fn is_mirrored(&self, part: &Part, rest: &Rest) -> bool {
+    fn is_mirrored(&self, part: &RigPart, rest: &Rest) -> bool {
         let (Placement::Rigid { matrix: index } | Placement::Skinned { first_matrix: index }) = part.placement;
         let sources = if part.moves { &self.matrices.moving } else { &self.matrices.still };
         let Some(source) = sources.get(index as usize) else { return false };

@@ -1,6 +1,6 @@
 //! glTF 2.0: reading and posing.
 //!
-//! `document` reads files, `accessor` their bytes. `nodes`, `skin`, `animation`, `primitive`, `material` and `attached`
+//! `document` reads files, `accessor` their bytes. `nodes`, `matrices`, `animation`, `primitive`, `material` and `attached`
 //! read the content of their names; `parts` puts meshes and nodes together and makes a rig of the result, `bodies` finds
 //! the parts of it that move together. `pose` finds the moving nodes at a moment; the rig poses the vertices that follow
 //! them. `far` does so in f64 for scenes far from the origin of their coordinates.
@@ -27,10 +27,8 @@ mod pointers;
 mod pose;
 mod primitive;
 mod rest;
-mod skin;
 mod tangents;
 mod texture;
-mod uri;
 pub(crate) mod variants;
 mod visibility;
 
@@ -45,10 +43,10 @@ use self::animation::Animations;
 use self::attached::{NodeCamera, NodeLight};
 use self::document::Document;
 use self::far::Far;
-use self::matrices::MatrixSource;
+use self::matrices::{MatrixSource, read_skins};
 use self::moved::{Emission, Target};
 use self::nodes::Nodes;
-use self::parts::Parts;
+use self::parts::RigParts;
 use self::pose::Scratch;
 use self::rest::{MorphWeights, Rest};
 use self::visibility::Visibility;
@@ -88,14 +86,14 @@ impl GltfScene {
         let mut document = Document::read(path, options.allow_outside, budget, &mut warnings)?;
         let variants = variants::apply(&mut document, path, options.variant.as_deref())?;
         let nodes = Nodes::read(&document)?;
-        let skins = skin::read(&document)?;
+        let skins = read_skins(&document)?;
         let weights = MorphWeights::read(&document)?;
         let mut animations =
             Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
         let mut rest = Rest::new(&document, &nodes, &weights, &animations);
-        let mut parts = Parts::read(&document, &nodes, &skins, &rest, &weights.first_of_node, &mut warnings)?;
+        let mut parts = RigParts::read(&document, &nodes, &skins, &rest, &weights.first_of_node, &mut warnings)?;
         let mut first = Scratch::new(&rest);
         first.move_nodes(&rest, &animations, 0.0);
         let origin = parts.origin(&first);

@@ -8,13 +8,13 @@ use gltf::json;
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
 use rayon::prelude::*;
-use umbrage_scene::rig::{Influences, Part, Placement, Pose, Rig};
+use umbrage_scene::rig::{Influences, Placement, Pose, Rig, RigPart};
 use umbrage_scene::{Error, Objects};
 
 use super::animation::Animations;
 use super::document::Document;
 use super::instances::Instances;
-use super::matrices::{Added, Matrices, MatrixSource};
+use super::matrices::{Matrices, MatrixRange, MatrixSource};
 use super::nodes::Nodes;
 use super::pose::Scratch;
 use super::primitive::{Primitive, piece_count};
@@ -27,12 +27,12 @@ const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// The parts of a scene and their sources.
 #[derive(Debug)]
-pub(super) struct Parts {
+pub(super) struct RigParts {
     /// The primitives that parts are copies of: the rig's shapes, with their meshes and materials.
     pub(super) primitives: Vec<Primitive>,
-    /// In the order of their vertices and triangles, which have no gaps. Until [`Parts::into_rig`], indices of their
+    /// In the order of their vertices and triangles, which have no gaps. Until [`RigParts::into_rig`], indices of their
     /// matrices count moving and still ones apart.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<RigPart>,
     pub(super) matrices: Matrices,
     /// The node of each of `parts`, and its number of triangles.
     of_nodes: Vec<(u32, usize)>,
@@ -44,7 +44,7 @@ pub(super) struct Parts {
 }
 
 /// A visible node's mesh, before it is read.
-struct Shown<'a> {
+struct ShownMesh<'a> {
     node: usize,
     mesh: usize,
     json: &'a json::Mesh,
@@ -52,7 +52,7 @@ struct Shown<'a> {
     first_weight: u32,
 }
 
-impl Parts {
+impl RigParts {
     /// Reads the meshes of all visible nodes. `first_weights` has each node's first morph weight.
     ///
     /// # Errors
@@ -91,7 +91,7 @@ impl Parts {
     fn read_primitives(
         &mut self,
         document: &Document,
-        shown: &[Shown<'_>],
+        shown: &[ShownMesh<'_>],
         warnings: &mut Vec<String>,
     ) -> Result<HashMap<usize, Vec<u32>>, Error> {
         let mut primitives_of_mesh = HashMap::new();
@@ -123,8 +123,8 @@ impl Parts {
         &mut self,
         document: &Document,
         skins: &[Vec<MatrixSource>],
-        shown: &Shown<'_>,
-        rigid: &mut Option<Added>,
+        shown: &ShownMesh<'_>,
+        rigid: &mut Option<MatrixRange>,
         primitive: u32,
         warnings: &mut Vec<String>,
     ) -> Result<(), Error> {
@@ -164,14 +164,14 @@ impl Parts {
         document.take_for::<([Vec3; 2], [Vec2; 2], [Vec4; 2])>(copies.saturating_mul(vertices), &location)?;
         // Points and lines, then parts and runs of points and lines.
         document.take_for::<[u32; 2]>(copies.saturating_mul(marks), &location)?;
-        document.take_for::<(Part, (u32, usize), [u64; 8])>(copies, &location)?;
+        document.take_for::<(RigPart, (u32, usize), [u64; 8])>(copies, &location)?;
         let added = match (joints, *rigid) {
             (Some((skin, joints)), _) => self.matrices.add_skin(skin, joints),
             (None, Some(added)) => added,
             (None, None) => *rigid.insert(self.matrices.add(&shown.matrices(document)?)),
         };
         let first_vertex = self.vertices as u32;
-        self.parts.extend((0..copies as u32).map(|copy| Part {
+        self.parts.extend((0..copies as u32).map(|copy| RigPart {
             shape: primitive,
             first_vertex: first_vertex + copy * vertices as u32,
             first_weight: shown.first_weight,
@@ -207,7 +207,7 @@ impl Parts {
             };
             pose.matrices.clear();
             pose.matrices.extend(sources[first..][..count].iter().map(|source| source.at(&nodes.world_from_node)));
-            let part = Part { placement, ..*part };
+            let part = RigPart { placement, ..*part };
             part.positions(&pose, shape, |position| bounds.add(position.as_dvec3()))
         });
         if all_are_far { bounds.origin() } else { DVec3::ZERO }
@@ -253,7 +253,7 @@ impl Parts {
         let Matrices { moving: mut matrices, still, .. } = self.matrices;
         let moving_matrices = matrices.len();
         matrices.extend(still);
-        for Part { placement, moves, first_weight, shape, .. } in &mut self.parts {
+        for RigPart { placement, moves, first_weight, shape, .. } in &mut self.parts {
             let (Placement::Rigid { matrix } | Placement::Skinned { first_matrix: matrix }) = placement;
             *matrix += if *moves { 0 } else { moving_matrices as u32 };
             // Nodes without weights share the index of the next node's.
@@ -271,7 +271,7 @@ impl Parts {
     }
 }
 
-impl Shown<'_> {
+impl ShownMesh<'_> {
     /// Sources of its mesh's matrices, where that follows no skin: the node, or each instance in it.
     fn matrices(&self, document: &Document) -> Result<Vec<MatrixSource>, Error> {
         let node = self.node as u32;
@@ -281,19 +281,19 @@ impl Shown<'_> {
     }
 }
 
-fn shown<'a>(document: &'a Document, nodes: &Nodes, first_weights: &[u32]) -> Result<Vec<Shown<'a>>, Error> {
+fn shown<'a>(document: &'a Document, nodes: &Nodes, first_weights: &[u32]) -> Result<Vec<ShownMesh<'a>>, Error> {
     let mut shown = Vec::new();
     for (node, json) in document.json.nodes.iter().enumerate().filter(|&(node, _)| nodes.visible[node]) {
         let Some(mesh) = json.mesh.map(|mesh| mesh.value()) else { continue };
         let instances = Instances::find(document, json, node)?;
         let json = document.element(&document.json.meshes, "meshes", mesh, format_args!("nodes[{node}].mesh"))?;
-        shown.push(Shown { node, mesh, json, instances, first_weight: first_weights[node] });
+        shown.push(ShownMesh { node, mesh, json, instances, first_weight: first_weights[node] });
     }
     Ok(shown)
 }
 
 /// Checks, before any memory is taken for them, that there won't be absurdly many triangles, points, lines or morph targets.
-fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error> {
+fn check_triangles(document: &Document, shown: &[ShownMesh<'_>]) -> Result<(), Error> {
     const MAX_MORPHED: u64 = 1 << 30;
     let mut triangles_of_mesh = HashMap::new();
     let (mut copied, mut morphed) = (0_u64, 0_u64);
@@ -320,7 +320,7 @@ fn check_triangles(document: &Document, shown: &[Shown<'_>]) -> Result<(), Error
 }
 
 /// Number of a mesh's triangles, points and lines, once and for each morph target, by the counts of its accessors.
-fn count_triangles(document: &Document, shown: &Shown<'_>) -> Result<(u64, u64), Error> {
+fn count_triangles(document: &Document, shown: &ShownMesh<'_>) -> Result<(u64, u64), Error> {
     let (mut triangles, mut with_targets) = (0_u64, 0_u64);
     for (number, primitive) in shown.json.primitives.iter().enumerate() {
         let Checked::Valid(mode) = primitive.mode else { continue };

@@ -14,7 +14,7 @@ use crate::texture::{READS_AVIF, decode_within};
 
 /// An image with its colour space, filter and wrap modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Reading {
+struct TextureSource {
     image: usize,
     space: ColorSpace,
     filter: Filter,
@@ -24,8 +24,8 @@ struct Reading {
 /// The textures requested by materials so far, not decoded yet.
 #[derive(Debug, Default)]
 pub(super) struct Textures {
-    readings: Vec<Reading>,
-    numbers: HashMap<Reading, u32>,
+    readings: Vec<TextureSource>,
+    numbers: HashMap<TextureSource, u32>,
 }
 
 impl Textures {
@@ -55,7 +55,7 @@ impl Textures {
             return Ok(None);
         };
         let reading =
-            Reading { image, space, filter: filter(sampler), wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)] };
+            TextureSource { image, space, filter: filter(sampler), wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)] };
         let number = *self.numbers.entry(reading).or_insert_with(|| {
             self.readings.push(reading);
             self.readings.len() as u32 - 1
@@ -98,7 +98,7 @@ fn image(document: &Document, json: &json::Texture, index: usize) -> Result<Opti
     Ok(Some(image))
 }
 
-fn decode(document: &Document, reading: &Reading) -> Result<Texture, String> {
+fn decode(document: &Document, reading: &TextureSource) -> Result<Texture, String> {
     // Longer image files are refused: their image would be too large anyway.
     const MAX_BYTES: u64 = 1 << 30;
     let number = reading.image;

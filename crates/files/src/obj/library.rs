@@ -27,20 +27,20 @@ pub(super) struct Definition {
     pub(super) roughness: Option<f32>,
     /// `Pm`.
     pub(super) metallic: Option<f32>,
-    pub(super) diffuse_map: Option<Map>,
-    pub(super) opacity_map: Option<Map>,
-    pub(super) emissive_map: Option<Map>,
+    pub(super) diffuse_map: Option<TextureStatement>,
+    pub(super) opacity_map: Option<TextureStatement>,
+    pub(super) emissive_map: Option<TextureStatement>,
     /// `norm`: tangent-space normals.
-    pub(super) normal_map: Option<Map>,
-    pub(super) roughness_map: Option<Map>,
-    pub(super) metallic_map: Option<Map>,
+    pub(super) normal_map: Option<TextureStatement>,
+    pub(super) roughness_map: Option<TextureStatement>,
+    pub(super) metallic_map: Option<TextureStatement>,
     /// Statements with a visible effect that materials have no field for, or that can't be read.
     pub(super) left_out: Vec<String>,
 }
 
 /// A texture statement: options and a file name.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
+pub(super) struct TextureStatement {
     pub(super) file: String,
     /// `-s`: scale of the texture coordinates.
     pub(super) scale: Vec2,
@@ -95,12 +95,12 @@ impl Definition {
             // `d -halo 0.5` fades towards the silhouette; only the value is used.
             b"d" => self.opacity = Some(scalar(rest.strip_prefix(b"-halo").unwrap_or(rest))?.clamp(0.0, 1.0)),
             b"tr" => self.transparency = Some(scalar(rest)?.clamp(0.0, 1.0)),
-            b"map_kd" => self.diffuse_map = Some(Map::parse(rest)?),
-            b"map_d" => self.opacity_map = Some(Map::parse(rest)?),
-            b"map_ke" => self.emissive_map = Some(Map::parse(rest)?),
-            b"norm" => self.normal_map = Some(Map::parse(rest)?),
-            b"map_pr" => self.roughness_map = Some(Map::parse(rest)?),
-            b"map_pm" => self.metallic_map = Some(Map::parse(rest)?),
+            b"map_kd" => self.diffuse_map = Some(TextureStatement::parse(rest)?),
+            b"map_d" => self.opacity_map = Some(TextureStatement::parse(rest)?),
+            b"map_ke" => self.emissive_map = Some(TextureStatement::parse(rest)?),
+            b"norm" => self.normal_map = Some(TextureStatement::parse(rest)?),
+            b"map_pr" => self.roughness_map = Some(TextureStatement::parse(rest)?),
+            b"map_pm" => self.metallic_map = Some(TextureStatement::parse(rest)?),
             b"map_bump" | b"bump" => {
                 self.left_out.push(format!("{} is a height field, not a map of normals (`norm`)", quoted(keyword)));
             }
@@ -112,7 +112,7 @@ impl Definition {
     }
 }
 
-impl Map {
+impl TextureStatement {
     /// Reads options with their values, and the rest of the line as a file name, which may contain spaces.
     fn parse(rest: &[u8]) -> Result<Self, String> {
         let mut map = Self { file: String::new(), scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, strength: 1.0 };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use glam::{Affine2, Vec2, Vec3};
 use umbrage_scene::{Alpha, Error, Material, Materials, TextureUse, Wrap};
 
-use super::library::{self, Definition, Map};
+use super::library::{self, Definition, TextureStatement};
 use super::textures::{Recipe, TextureLoader};
 use crate::folder::{self, Folder};
 use crate::foreign;
@@ -218,9 +218,9 @@ impl TextureLoader {
     /// where the second map's options differ.
     fn find_two<'a>(
         &mut self,
-        maps: [&'a Option<Map>; 2],
+        maps: [&'a Option<TextureStatement>; 2],
         [first, second]: [&str; 2],
-    ) -> Option<(&'a Map, [Option<PathBuf>; 2])> {
+    ) -> Option<(&'a TextureStatement, [Option<PathBuf>; 2])> {
         let found = maps.map(|map| map.as_ref().and_then(|map| self.find(map)));
         if let [Some((a, _)), Some((b, _))] = &found
             && (a.scale, a.offset, a.clamp) != (b.scale, b.offset, b.clamp)
@@ -232,13 +232,13 @@ impl TextureLoader {
     }
 
     /// Returns the texture made by `recipe` of `map`'s file.
-    fn get(&mut self, map: &Map, recipe: impl FnOnce(PathBuf) -> Recipe) -> Option<TextureUse> {
+    fn get(&mut self, map: &TextureStatement, recipe: impl FnOnce(PathBuf) -> Recipe) -> Option<TextureUse> {
         let (_, path) = self.find(map)?;
         self.make(map, recipe(path))
     }
 
     /// Returns the texture of `recipe` with the transform of `map`.
-    fn make(&mut self, map: &Map, recipe: Recipe) -> Option<TextureUse> {
+    fn make(&mut self, map: &TextureStatement, recipe: Recipe) -> Option<TextureUse> {
         let wrap = if map.clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
         let texture = self.texture(recipe, wrap)?;
         Some(TextureUse { image_from_mesh: image_from_mesh(map), ..TextureUse::new(texture) })
@@ -246,7 +246,7 @@ impl TextureLoader {
 }
 
 /// Converts the options, which act on v upwards, to a frame's v downwards: v' = 1 - v.
-fn image_from_mesh(map: &Map) -> Affine2 {
+fn image_from_mesh(map: &TextureStatement) -> Affine2 {
     let offset = Vec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
     Affine2::from_scale_angle_translation(map.scale, 0.0, offset)
 }

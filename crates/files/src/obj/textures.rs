@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use umbrage_scene::{ColorSpace, Filter, Texture, Wrap};
 
-use super::library::Map;
+use super::library::TextureStatement;
 use super::materials::{find, find_in_other_case, missing};
 use crate::folder::{self, Folder};
 use crate::memory::Budget;
@@ -34,7 +34,7 @@ pub(super) enum Recipe {
 }
 
 #[derive(Debug)]
-struct Image {
+struct Texels {
     size: [u32; 2],
     texels: Vec<[u8; 4]>,
 }
@@ -56,7 +56,7 @@ impl TextureLoader {
     }
 
     /// Finds the map's file; warns where it is missing.
-    pub(super) fn find<'a>(&mut self, map: &'a Map) -> Option<(&'a Map, PathBuf)> {
+    pub(super) fn find<'a>(&mut self, map: &'a TextureStatement) -> Option<(&'a TextureStatement, PathBuf)> {
         let path = find(&self.folder, &map.file, &self.budget).or_else(|| {
             let found = find_in_other_case(&self.folder, &map.file, &self.budget);
             let why = match &found {
@@ -97,10 +97,10 @@ impl TextureLoader {
 }
 
 fn textured(recipe: &Recipe, wrap: Wrap, budget: &Budget) -> Result<Texture, String> {
-    let read = |path: &Option<PathBuf>| path.as_deref().map(|path| Image::read(path, budget)).transpose();
+    let read = |path: &Option<PathBuf>| path.as_deref().map(|path| Texels::read(path, budget)).transpose();
     let (image, space) = match recipe {
         Recipe::Color { color, opacity } => (colored(read(color)?, read(opacity)?, budget)?, ColorSpace::Srgb),
-        Recipe::Quantity(path) => (Image::read(path, budget)?, ColorSpace::Linear),
+        Recipe::Quantity(path) => (Texels::read(path, budget)?, ColorSpace::Linear),
         Recipe::RoughnessMetallic { roughness, metallic } => {
             (roughness_metallic(read(roughness)?, read(metallic)?, budget)?, ColorSpace::Linear)
         }
@@ -120,35 +120,40 @@ impl Recipe {
 }
 
 /// Combines the colours of one image and the opacity of another; OBJ ignores the colour image's own opacity.
-fn colored(color: Option<Image>, opacity: Option<Image>, budget: &Budget) -> Result<Image, String> {
+fn colored(color: Option<Texels>, opacity: Option<Texels>, budget: &Budget) -> Result<Texels, String> {
     let color = color.map(|mut image| {
         for texel in &mut image.texels {
             texel[3] = u8::MAX;
         }
         image
     });
-    let Some(opacity) = opacity else { return Ok(color.unwrap_or_else(Image::white)) };
+    let Some(opacity) = opacity else { return Ok(color.unwrap_or_else(Texels::white)) };
     // An opacity map has its values in the alpha channel, or else is grey.
     let has_alpha = opacity.texels.iter().any(|texel| texel[3] < u8::MAX);
     let opacity_of = |texel: [u8; 4]| if has_alpha { texel[3] } else { luminance(texel) };
-    let color = color.unwrap_or_else(Image::white);
+    let color = color.unwrap_or_else(Texels::white);
     combined(&color, &opacity, budget, |[r, g, b, _], opacity| [r, g, b, opacity_of(opacity)])
 }
 
-fn roughness_metallic(roughness: Option<Image>, metallic: Option<Image>, budget: &Budget) -> Result<Image, String> {
-    let [roughness, metallic] = [roughness, metallic].map(|image| image.unwrap_or_else(Image::white));
+fn roughness_metallic(roughness: Option<Texels>, metallic: Option<Texels>, budget: &Budget) -> Result<Texels, String> {
+    let [roughness, metallic] = [roughness, metallic].map(|image| image.unwrap_or_else(Texels::white));
     let mix = |roughness, metallic| [u8::MAX, luminance(roughness), luminance(metallic), u8::MAX];
     combined(&roughness, &metallic, budget, mix)
 }
 
 /// Combines two images texel by texel at the larger width and height of the two.
-fn combined(a: &Image, b: &Image, budget: &Budget, mix: impl Fn([u8; 4], [u8; 4]) -> [u8; 4]) -> Result<Image, String> {
+fn combined(
+    a: &Texels,
+    b: &Texels,
+    budget: &Budget,
+    mix: impl Fn([u8; 4], [u8; 4]) -> [u8; 4],
+) -> Result<Texels, String> {
     let size = [a.size[0].max(b.size[0]), a.size[1].max(b.size[1])];
     texture::take(size, budget)?;
     let texels = (0..size[1])
         .flat_map(|y| (0..size[0]).map(move |x| [x, y]))
         .map(|at| mix(a.nearest(at, size), b.nearest(at, size)));
-    Ok(Image { size, texels: texels.collect() })
+    Ok(Texels { size, texels: texels.collect() })
 }
 
 /// Rec. 709 luma in 8 bits; exact for greys.
@@ -156,7 +161,7 @@ fn luminance([r, g, b, _]: [u8; 4]) -> u8 {
     ((54 * u32::from(r) + 183 * u32::from(g) + 19 * u32::from(b)) / 256) as u8
 }
 
-impl Image {
+impl Texels {
     fn read(path: &Path, budget: &Budget) -> Result<Self, String> {
         let named = |why: String| format!("the texture {}: {why}", path.display());
         let bytes = folder::read(path, budget).map_err(|error| named(error.to_string()))?;

@@ -1,4 +1,4 @@
-use super::header::{Element, Encoding, Kind, Scalar};
+use super::header::{Element, Encoding, PropertyKind, Scalar};
 use crate::text::{Lines, number, quoted};
 
 /// Reads a PLY file's values one after the other.
@@ -112,10 +112,10 @@ impl<'a> Body<'a> {
     ///
     /// # Errors
     /// As [`Body::value`] and [`Body::list_length`].
-    pub(super) fn skip(&mut self, kind: Kind) -> Result<(), String> {
+    pub(super) fn skip(&mut self, kind: PropertyKind) -> Result<(), String> {
         match kind {
-            Kind::Scalar(scalar) => self.value(scalar).map(drop),
-            Kind::List { count, item } => {
+            PropertyKind::Scalar(scalar) => self.value(scalar).map(drop),
+            PropertyKind::List { count, item } => {
                 let length = self.list_length(count, item)?;
                 match self {
                     Self::Ascii { .. } => (0..length).try_for_each(|_| self.value(item).map(drop)),

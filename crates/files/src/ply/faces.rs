@@ -1,7 +1,7 @@
 use glam::{Vec3, Vec4};
 
 use super::body::Body;
-use super::header::{Element, Kind, Property, Scalar};
+use super::header::{Element, Property, PropertyKind, Scalar};
 use super::vertices;
 use crate::memory::Budget;
 use crate::polygon::Cutter;
@@ -24,7 +24,7 @@ pub(super) struct Faces {
 
 /// Meaning of a list of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum ListForm {
     /// The corners of one polygon.
     Polygon,
     /// Triangle strips, each ended by -1.
@@ -43,7 +43,7 @@ impl Faces {
     /// The row's index, and the reason in words.
     pub(super) fn read(
         &mut self,
-        form: Form,
+        form: ListForm,
         element: &Element,
         body: &mut Body<'_>,
         positions: &[Vec3],
@@ -52,7 +52,7 @@ impl Faces {
             return Err((0, "no list `vertex_indices` or `vertex_index`".to_owned()));
         };
         self.corner_tex_coords |= element.properties.iter().any(|property| property.name == "texcoord");
-        if form == Form::Polygon {
+        if form == ListForm::Polygon {
             self.reserve(element, body, index_type).map_err(|cause| (0, cause))?;
         }
         let parts: Vec<_> = element.properties.iter().map(color_part_of).collect();
@@ -60,7 +60,7 @@ impl Faces {
         for (part, scalar) in parts.iter().flatten() {
             types[*part] = Some(*scalar);
         }
-        let has_colors = form == Form::Polygon && types[..3].iter().all(Option::is_some);
+        let has_colors = form == ListForm::Polygon && types[..3].iter().all(Option::is_some);
         if has_colors {
             self.color(Vec4::ONE).map_err(|cause| (0, cause))?;
         }
@@ -71,8 +71,8 @@ impl Faces {
                 match (form, parts[index]) {
                     (_, Some((part, scalar))) => parts_of_row[part] = body.value(scalar).map_err(named)?,
                     _ if index != list => body.skip(property.kind).map_err(named)?,
-                    (Form::Polygon, _) => self.face(body, count_type, index_type, positions)?,
-                    (Form::Strips, _) => self.strips(body, count_type, index_type)?,
+                    (ListForm::Polygon, _) => self.face(body, count_type, index_type, positions)?,
+                    (ListForm::Strips, _) => self.strips(body, count_type, index_type)?,
                 }
             }
             if has_colors {
@@ -168,15 +168,15 @@ impl Faces {
 /// Which part of a colour a property is, 0 to 3, and its type.
 fn color_part_of(property: &Property) -> Option<(usize, Scalar)> {
     match property.kind {
-        Kind::Scalar(scalar) => Some((vertices::color_part(&property.name)?, scalar)),
-        Kind::List { .. } => None,
+        PropertyKind::Scalar(scalar) => Some((vertices::color_part(&property.name)?, scalar)),
+        PropertyKind::List { .. } => None,
     }
 }
 
 /// The index of the list of vertices among the properties, and the types of its length and items.
 fn index_list(properties: &[Property]) -> Option<(usize, Scalar, Scalar)> {
     properties.iter().enumerate().find_map(|(index, property)| match property.kind {
-        Kind::List { count, item } if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") => {
+        PropertyKind::List { count, item } if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") => {
             Some((index, count, item))
         }
         _ => None,

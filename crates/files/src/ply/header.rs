@@ -33,11 +33,11 @@ pub(super) struct Element {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Property {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: PropertyKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PropertyKind {
     Scalar(Scalar),
     List { count: Scalar, item: Scalar },
 }
@@ -99,7 +99,7 @@ impl Element {
     pub(super) fn least_bytes(&self, encoding: Encoding) -> usize {
         let least = |property: &Property| match (encoding, property.kind) {
             (Encoding::Ascii, _) => 2,
-            (_, Kind::Scalar(scalar) | Kind::List { count: scalar, .. }) => scalar.bytes(),
+            (_, PropertyKind::Scalar(scalar) | PropertyKind::List { count: scalar, .. }) => scalar.bytes(),
         };
         self.properties.iter().map(least).sum()
     }
@@ -165,8 +165,8 @@ fn statement(line: &[u8], encoding: &mut Option<Encoding>, elements: &mut Vec<El
             let element = elements.last_mut().ok_or("a property before the first element")?;
             let mut word = || words.next().unwrap_or_default();
             let kind = match word() {
-                b"list" => Kind::List { count: Scalar::named(word())?, item: Scalar::named(word())? },
-                name => Kind::Scalar(Scalar::named(name)?),
+                b"list" => PropertyKind::List { count: Scalar::named(word())?, item: Scalar::named(word())? },
+                name => PropertyKind::Scalar(Scalar::named(name)?),
             };
             let name = words.next().ok_or("a property without a name")?;
             element.properties.push(Property { name: lossy(name), kind });

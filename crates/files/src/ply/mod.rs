@@ -1,7 +1,6 @@
 //! The Stanford polygon format, in text and in binary of either byte order.
 
 mod body;
-mod edges;
 mod faces;
 mod header;
 mod vertices;
@@ -15,8 +14,8 @@ use umbrage_scene::{Error, Marks, Material, Materials};
 use crate::memory::Budget;
 use crate::still::{Still, Vertices};
 use body::Body;
-use faces::{Faces, Form};
-use header::{Element, Header};
+use faces::{Faces, ListForm, index};
+use header::{Element, Header, PropertyKind};
 
 /// Reads a PLY file.
 ///
@@ -50,9 +49,9 @@ pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> R
                 let origin = *origin.get_or_insert_with(|| vertices::origin(&plan, element, body.clone()));
                 vertices = Some(vertices::read(&plan, element, &mut body, origin, budget).map_err(at_row)?);
             }
-            "face" => faces.read(Form::Polygon, element, &mut body, positions).map_err(at_row)?,
-            "tristrips" => faces.read(Form::Strips, element, &mut body, positions).map_err(at_row)?,
-            "edge" => edges::read(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?,
+            "face" => faces.read(ListForm::Polygon, element, &mut body, positions).map_err(at_row)?,
+            "tristrips" => faces.read(ListForm::Strips, element, &mut body, positions).map_err(at_row)?,
+            "edge" => read_edges(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?,
             _ => skip(element, &mut body).map_err(at_row)?,
         }
     }
@@ -121,5 +120,43 @@ fn skip(element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
             .properties
             .iter()
             .try_for_each(|property| body.skip(property.kind).map_err(|cause| format!("`{}`: {cause}", property.name)))
+    })
+}
+
+/// Reads all rows of an element whose `vertex1` and `vertex2` are the ends of lines. Without these, it is skipped.
+///
+/// # Errors
+/// The row's index, and the reason in words.
+fn read_edges(
+    element: &Element,
+    body: &mut Body<'_>,
+    vertex_count: u64,
+    marks: &mut Marks,
+    budget: &Budget,
+) -> Result<(), (u64, String)> {
+    let ends = ["vertex1", "vertex2"];
+    let is_end = |name: &str| element.properties.iter().any(|property| property.name == name);
+    let are_there = ends.into_iter().all(is_end);
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    // The count was compared with the bytes that are there.
+    let lines = if are_there { element.count as usize } else { 0 };
+    budget.reserve_marks(marks, 0, lines).map_err(|cause| (0, cause))?;
+    body.each_row(element, |body| {
+        let mut line = [0; 2];
+        for property in &element.properties {
+            let named = |cause| format!("`{}`: {cause}", property.name);
+            match (ends.iter().position(|&end| end == property.name), property.kind) {
+                (Some(end), PropertyKind::Scalar(scalar)) if are_there => {
+                    line[end] = index(body.value(scalar).map_err(named)?, vertex_count).map_err(named)?;
+                }
+                _ => body.skip(property.kind).map_err(named)?,
+            }
+        }
+        if are_there {
+            marks.push_line(line);
+        }
+        Ok(())
     })
 }

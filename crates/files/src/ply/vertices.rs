@@ -2,7 +2,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 use umbrage_scene::{ColorSpace, linear_from_srgb};
 
 use super::body::Body;
-use super::header::{Element, Kind, Scalar};
+use super::header::{Element, PropertyKind, Scalar};
 use crate::memory::Budget;
 use crate::origin::{FarBounds, local};
 use crate::still::Vertices;
@@ -11,7 +11,7 @@ use crate::still::Vertices;
 #[derive(Debug)]
 pub(super) struct Plan {
     /// In their order; with the index in a [`Row`] where their numbers are kept.
-    properties: Vec<(Kind, Option<usize>)>,
+    properties: Vec<(PropertyKind, Option<usize>)>,
     /// The types of a row's numbers; `None` for missing ones.
     types: [Option<Scalar>; ROLES.len()],
 }
@@ -54,7 +54,7 @@ pub(super) fn plan(element: &Element) -> Result<Plan, String> {
     for property in &element.properties {
         let role = ROLES.iter().position(|names| names.contains(&property.name.as_str()));
         let role = match (property.kind, role) {
-            (Kind::Scalar(scalar), Some(role)) if plan.types[role].is_none() => {
+            (PropertyKind::Scalar(scalar), Some(role)) if plan.types[role].is_none() => {
                 plan.types[role] = Some(scalar);
                 Some(role)
             }
@@ -126,7 +126,7 @@ impl Plan {
         let mut row = [0.0; ROLES.len()];
         for &(kind, role) in &self.properties {
             match (kind, role) {
-                (Kind::Scalar(scalar), Some(role)) => {
+                (PropertyKind::Scalar(scalar), Some(role)) => {
                     row[role] = body.value(scalar).map_err(|cause| format!("`{}`: {cause}", ROLES[role][0]))?;
                 }
                 _ => body.skip(kind)?,

@@ -48,18 +48,18 @@ impl Ears {
     /// Bytes in memory for each corner of the polygon.
     pub(super) const BYTES_OF_CORNER: usize = size_of::<Corner>() + size_of::<u32>();
 
-    /// Cuts a polygon in the plane of [`concave_in`] into triangles of corner indices, two fewer than corners. Returns
+    /// Cuts a polygon projected on the axes of [`concave_in`] into triangles of corner indices, two fewer than corners. Returns
     /// whether every triangle was tested against the corners that might lie in it.
     pub(super) fn cut(
         &mut self,
         points: impl ExactSizeIterator<Item = Vec3>,
-        plane: Plane,
+        axes: ProjectionAxes,
         mut add: impl FnMut([u32; 3]),
     ) -> bool {
         let count = points.len() as u32;
         self.ring.clear();
         self.ring.extend(points.zip(0..).map(|(point, index)| Corner {
-            at: plane.project(point),
+            at: axes.project(point),
             before: if index == 0 { count - 1 } else { index - 1 },
             after: if index + 1 == count { 0 } else { index + 1 },
             blocks: false,
@@ -172,19 +172,19 @@ impl Ears {
 
 /// The two axes of the projection in which a polygon is counter-clockwise.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plane([usize; 2]);
+pub(super) struct ProjectionAxes([usize; 2]);
 
-impl Plane {
+impl ProjectionAxes {
     fn project(self, point: Vec3) -> DVec2 {
         DVec2::new(f64::from(point[self.0[0]]), f64::from(point[self.0[1]]))
     }
 }
 
-/// The projection plane of a concave polygon; `None` for convex ones, those without area and those with a coordinate that
+/// The axes that a concave polygon is projected on; `None` for convex ones, those without area and those with a coordinate that
 /// isn't finite.
 ///
-/// The plane drops the axis nearest to Newell's normal, so coordinates stay exact and coincident corners stay coincident.
-pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) -> Option<Plane> {
+/// The axis nearest to Newell's normal is dropped, so coordinates stay exact and coincident corners stay coincident.
+pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) -> Option<ProjectionAxes> {
     /// Sine of the largest inward bend that is taken as rounding of a straight outline.
     const STRAIGHT: f64 = 1e-6;
     let first = points.clone().next()?.as_dvec3();
@@ -195,8 +195,8 @@ pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) 
         return None;
     }
     let axes = [(axis + 1) % 3, (axis + 2) % 3];
-    let plane = Plane(if normal[axis] < 0.0 { [axes[1], axes[0]] } else { axes });
-    let corners = points.map(|point| plane.project(point));
+    let projection = ProjectionAxes(if normal[axis] < 0.0 { [axes[1], axes[0]] } else { axes });
+    let corners = points.map(|point| projection.project(point));
     // Consecutive corners at one point are taken as one.
     let start = corners.clone().next()?;
     let mut before = corners.clone().rev().find(|&at| at != start)?;
@@ -209,7 +209,7 @@ pub(super) fn concave_in(points: impl DoubleEndedIterator<Item = Vec3> + Clone) 
         before = at;
         arriving.perp_dot(leaving) < -STRAIGHT * arriving.length() * leaving.length()
     });
-    is_concave.then_some(plane)
+    is_concave.then_some(projection)
 }
 
 impl Care {

@@ -193,3 +193,19 @@ fn each_file_of_a_sequence_has_its_own() {
     let words = open_within(&path, 50 * KB).expect_err("a large file").to_string();
     assert!(words.contains("a3.obj") && words.contains("--max-memory"), "{words}");
 }
+
+#[test]
+fn points_lines_and_their_runs_are_counted() {
+    let vertex = "v 0 0 0\n";
+    let points = format!("{vertex}{}", "p 1\n".repeat(20_000));
+    assert_file_bounded("a.obj", points.as_bytes(), 400 * KB, 120 * KB, "points");
+    let lines = format!("{vertex}{vertex}{}", "l 1 2\n".repeat(20_000));
+    assert_file_bounded("a.obj", lines.as_bytes(), 600 * KB, 220 * KB, "lines");
+    // Another object for each point.
+    let runs = format!("{vertex}{}", "o a\np 1\no b\np 1\n".repeat(5_000));
+    assert_file_bounded("a.obj", runs.as_bytes(), 3 * MB, MB, "take");
+    let edges = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+                 element edge 20000\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 1 1\n";
+    let edges = format!("{edges}{}", "0 1\n".repeat(20_000));
+    assert_file_bounded("a.ply", edges.as_bytes(), 400 * KB, 200 * KB, "lines");
+}

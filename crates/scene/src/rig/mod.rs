@@ -12,7 +12,7 @@ pub struct Rig {
     /// The shapes that parts are copies of.
     pub shapes: Vec<Arc<Shape>>,
     /// In the order of their vertices, which have no gaps.
-    pub parts: Vec<Part>,
+    pub parts: Vec<RigPart>,
     /// How many vertices all parts have together.
     pub vertices: usize,
     /// Whether any shape has normals. Vertices of others then have the normal zero.
@@ -25,7 +25,7 @@ pub struct Rig {
 
 /// A copy of a shape.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct RigPart {
     /// Index in [`Rig::shapes`].
     pub shape: u32,
     /// Index of its first vertex among those of all parts.

@@ -5,7 +5,7 @@ use umbrage_rays::parallel::both;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 
-use super::{Deltas, Influences, Part, Placement, Pose, Rig, Shape};
+use super::{Deltas, Influences, Placement, Pose, Rig, RigPart, Shape};
 use crate::Frame;
 
 /// Vertices below which a piece of work is not worth sharing between threads.
@@ -57,7 +57,7 @@ impl Rig {
     }
 }
 
-impl Part {
+impl RigPart {
     /// Calls `visit` with posed positions until it returns false; returns whether it never did.
     pub fn positions(&self, pose: &Pose, shape: &Shape, mut visit: impl FnMut(Vec3) -> bool) -> bool {
         const AT_ONCE: usize = 64;
@@ -92,7 +92,7 @@ impl Vertices<'_> {
     }
 
     /// Poses the vertices `source` of a part's shape into these.
-    fn pose(&mut self, pose: &Pose, part: &Part, shape: &Shape, source: Range<usize>) {
+    fn pose(&mut self, pose: &Pose, part: &RigPart, shape: &Shape, source: Range<usize>) {
         self.copy_from(shape, source.clone());
         let weights = pose.weights[part.first_weight as usize..].iter().zip(&shape.morph_targets);
         for (&weight, target) in weights.filter(|&(&weight, _)| weight != 0.0) {

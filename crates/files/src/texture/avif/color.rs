@@ -3,7 +3,7 @@
 use re_rav1d::dav1d::Picture;
 use re_rav1d::dav1d::pixel::YUVRange;
 
-use super::planes::{Plane, Planes};
+use super::planes::{Planes, SamplePlane};
 
 /// Colour coding of planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,7 +114,7 @@ pub(super) fn add_alpha(texels: &mut [[u8; 4]], planes: &Planes, coding: Coding,
     }
 }
 
-impl Plane {
+impl SamplePlane {
     fn height(&self) -> usize {
         self.values.len() / self.width
     }
@@ -157,7 +157,7 @@ mod tests {
     }
 
     fn planes(values: [u16; 3], bits: u32, coding: Coding) -> Planes {
-        let [luma, blue, red] = values.map(|value| Plane { width: 1, values: vec![value] });
+        let [luma, blue, red] = values.map(|value| SamplePlane { width: 1, values: vec![value] });
         Planes { size: [1, 1], bits, luma, chroma: Some([blue, red]), coding }
     }
 
@@ -202,12 +202,12 @@ mod tests {
 
     #[test]
     fn halved_planes_are_mixed_between_their_middles() {
-        let full = Plane { width: 5, values: vec![0; 15] };
-        let half = Plane { width: 3, values: vec![0, 40, 80, 400, 440, 480] };
+        let full = SamplePlane { width: 5, values: vec![0; 15] };
+        let half = SamplePlane { width: 3, values: vec![0, 40, 80, 400, 440, 480] };
         let row = |y| [0, 1, 2, 3, 4].map(|x| half.at([x, y], &full));
         assert_eq!(row(0), [0.0, 10.0, 30.0, 50.0, 70.0]);
         assert_eq!(row(1), [100.0, 110.0, 130.0, 150.0, 170.0]);
-        let same = Plane { width: 3, values: vec![7, 8, 9] };
+        let same = SamplePlane { width: 3, values: vec![7, 8, 9] };
         assert_eq!(same.at([1, 0], &same), 8.0);
     }
 }

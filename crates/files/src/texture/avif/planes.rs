@@ -12,15 +12,15 @@ pub(super) struct Planes {
     pub(super) size: [u32; 2],
     /// Bits of a value: 8, 10 or 12.
     pub(super) bits: u32,
-    pub(super) luma: Plane,
-    pub(super) chroma: Option<[Plane; 2]>,
+    pub(super) luma: SamplePlane,
+    pub(super) chroma: Option<[SamplePlane; 2]>,
     /// Colour coding, unless the container specifies another.
     pub(super) coding: Coding,
 }
 
 /// Values in rows.
 #[derive(Debug)]
-pub(super) struct Plane {
+pub(super) struct SamplePlane {
     pub(super) width: usize,
     pub(super) values: Vec<u16>,
 }
@@ -56,7 +56,7 @@ impl Planes {
                     .flat_map(|row| row.as_chunks().0.iter().take(width).map(|&pair| u16::from_ne_bytes(pair)))
                     .collect(),
             };
-            Plane { width, values }
+            SamplePlane { width, values }
         };
         let luma = plane(PlanarImageComponent::Y, [1, 1]);
         let chroma = (picture.pixel_layout() != PixelLayout::I400)

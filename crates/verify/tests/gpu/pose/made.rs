@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3, Vec4};
-use umbrage::scene::rig::{Deltas, Influences, MorphTarget, Part, Placement, Pose, Rig, Shape};
+use umbrage::scene::rig::{Deltas, Influences, MorphTarget, Placement, Pose, Rig, RigPart, Shape};
 use umbrage_verify::Random;
 
 use super::compare::{Difference, compare};
@@ -112,7 +112,7 @@ fn rig(numbers: Numbers, random: &mut Random) -> Rig {
         };
         // Weights move as well.
         let first_weight = if moves { 0 } else { WEIGHTS as u32 };
-        parts.push(Part { shape, first_vertex: vertices as u32, first_weight, placement, moves });
+        parts.push(RigPart { shape, first_vertex: vertices as u32, first_weight, placement, moves });
         vertices += shapes[shape as usize].positions.len();
     }
     Rig { shapes, parts, vertices, has_normals: true, has_tangents: true, moving_matrices: JOINTS + 1 }
