@@ -201,9 +201,9 @@ fn points_lines_and_their_runs_are_counted() {
     assert_file_bounded("a.obj", points.as_bytes(), 400 * KB, 120 * KB, "points");
     let lines = format!("{vertex}{vertex}{}", "l 1 2\n".repeat(20_000));
     assert_file_bounded("a.obj", lines.as_bytes(), 600 * KB, 220 * KB, "lines");
-    // Another object for each point.
-    let runs = format!("{vertex}{}", "o a\np 1\no b\np 1\n".repeat(5_000));
-    assert_file_bounded("a.obj", runs.as_bytes(), 3 * MB, MB, "take");
+    // Another material for each point.
+    let runs = format!("{vertex}{}", "usemtl a\np 1\nusemtl b\np 1\n".repeat(5_000));
+    assert_file_bounded("a.obj", runs.as_bytes(), MB, 300 * KB, "points and lines");
     let edges = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
                  element edge 20000\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 1 1\n";
     let edges = format!("{edges}{}", "0 1\n".repeat(20_000));
