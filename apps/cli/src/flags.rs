@@ -10,6 +10,7 @@ use umbrage::spec::{BackgroundSpec, CameraSpec, Length, LightSpec};
 use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, Structure, ToneMap};
 
 use crate::choices::{HEATMAP_STRUCTURE, choice, engine, layers, structure};
+use crate::pages::{COMPLETIONS_EXAMPLES, MAN_EXAMPLES};
 use crate::staging::OrbitingLights;
 use crate::values::{self, ExposureFlag, FrameRange, Shard, Size};
 
@@ -90,16 +91,6 @@ const STRUCTURES_EXAMPLES: &str = "
       Which structures there are
   umbrage structures kdtree
       The options of one";
-
-const COMPLETIONS_EXAMPLES: &str = "
-  umbrage completions bash > ~/.local/share/bash-completion/completions/umbrage
-      For all new shells of this user";
-
-const MAN_EXAMPLES: &str = "
-  umbrage man | man -l -
-      The manual page, at once
-  umbrage man --dir ~/.local/share/man/man1
-      All pages, for `man umbrage-render`; the folder must exist";
 
 /// The end of `--help` and of the manual page.
 const EXIT_CODES: &str = "\
@@ -273,9 +264,7 @@ impl RenderFlags {
         let texture_memory = self.texture_memory.map(|most| most.as_u64());
         OpenOptions { texture_memory, ..self.scene.opening.options_for_pictures() }
     }
-}
 
-impl RenderFlags {
     /// A text of all that pictures depend on beside the job's settings and the scene's files.
     pub(crate) fn beside_settings(&self) -> String {
         // Nothing is left out by `..`, so that every new flag is thought of.

@@ -7,6 +7,16 @@ use clap_complete::Shell;
 use crate::failure::Failure;
 use crate::flags::Flags;
 
+pub(crate) const COMPLETIONS_EXAMPLES: &str = "
+  umbrage completions bash > ~/.local/share/bash-completion/completions/umbrage
+      For all new shells of this user";
+
+pub(crate) const MAN_EXAMPLES: &str = "
+  umbrage man | man -l -
+      The manual page, at once
+  umbrage man --dir ~/.local/share/man/man1
+      All pages, for `man umbrage-render`; the folder must exist";
+
 /// Prints a completion script.
 pub(crate) fn completions(shell: Shell) -> Result<(), Failure> {
     // The generator panics if its writer fails, so it writes to memory.

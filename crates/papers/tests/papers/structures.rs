@@ -60,7 +60,6 @@ fn options_that_exclude_each_other_or_lack_sense_are_refused_in_words() {
         ("listed:sorting-tile=7", "choose one of 8, 16, 32, 64"),
         ("listed:sorting-tile=16,tracing-tiles=8", "64"),
         ("listed:slices=65", "from 1 to 64"),
-        ("listed:light-rays=17", "16"),
         ("listed:light-clamp=10:-10:0:20", "from -180 to 180, as -30:30:-20:20"),
         ("listed:light-clamp=0:10:0", "as -30:30:-20:20"),
         ("listed:whole-tiles=", "`true` or `false`"),
