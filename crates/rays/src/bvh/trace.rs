@@ -355,7 +355,7 @@ impl Entered {
     }
 }
 
-/// UntestedCandidates children, the nearest of a node last.
+/// Waiting children, the nearest of a node last.
 struct Stack {
     entries: [Entered; Stack::ROOM],
     waiting: usize,
