@@ -361,7 +361,7 @@ impl Entered {
     }
 }
 
-/// UntestedCandidates children, the nearest of a node last.
+/// Waiting children, the nearest of a node last.
 struct Stack {
     entries: [Entered; Stack::ROOM],
     waiting: usize,

@@ -124,7 +124,7 @@ impl Listing<'_> {
                     bins.list(Path::Patch, Listed { slot: number as u32 | Listed::PATCH, nearest }, pixels.tiles());
                 }
                 BoxInImage::Within { .. } | BoxInImage::Anywhere => {
-                    self.list_triangles(simd, number, &patch, of_patch, bins)
+                    self.list_triangles(simd, number, &patch, of_patch, bins);
                 }
             }
         }

@@ -130,11 +130,11 @@ impl TriangleBatch {
     }
 }
 
-/// TileHits-local coordinates of each block's first column.
+/// Tile-local coordinates of each block's first column.
 const FIRST_COLUMNS: [f32; BLOCKS] =
     [-32., -28., -24., -20., -16., -12., -8., -4., 0., 4., 8., 12., 16., 20., 24., 28.];
 impl TileHits {
-    /// TileHits-local coordinates of a block's samples, exactly.
+    /// Tile-local coordinates of a block's samples, exactly.
     #[inline(always)]
     fn coordinates<S: Simd>(&self, simd: S, block: usize) -> [f32x16<S>; 2] {
         let (column, row) = ((block % BLOCKS) as i32, (block / BLOCKS) as i32);

@@ -14,7 +14,7 @@ use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 use crate::vectorized;
 
-/// TileParts whose candidates are found together.
+/// Parts whose candidates are found together.
 pub(crate) const BATCH_PARTS: usize = 128;
 
 /// A bit for each part of a batch.
