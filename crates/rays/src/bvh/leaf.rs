@@ -8,7 +8,7 @@ use crate::simd::each;
 
 /// Up to eight triangles: 320 bytes.
 ///
-/// [`Sheared`] rules out triangles, with H = 1: z is along the axis of the direction's largest component. Offsets from the
+/// `Sheared` rules out triangles, with H = 1: z is along the axis of the direction's largest component. Offsets from the
 /// line's origin are rounded once, and the origin by its blur.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
