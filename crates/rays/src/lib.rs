@@ -2,9 +2,13 @@
 //!
 //! Triangles, rays, cameras and lights as sources of rays, the exact [predicate] that decides every hit, and the
 //! structures that find the triangles worth asking it about. No files, no images, no GPU.
+//!
+//! Hidden modules are for `umbrage-papers`, whose structures are made of the same parts. They may change in any version.
 #![forbid(unsafe_code)]
 
 /// `Debug` for a type that shows some of its fields and marks the rest as omitted.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! debug_some {
     ($type:ident as $this:ident: $($name:literal => $value:expr),+) => {
         impl std::fmt::Debug for $type {
@@ -19,14 +23,17 @@ macro_rules! debug_some {
 mod bounds;
 mod bvh;
 mod camera;
-mod camera_grid;
+#[doc(hidden)]
+pub mod camera_grid;
 mod choice;
 mod edge_functions;
-mod grids;
+#[doc(hidden)]
+pub mod grids;
 mod hash_key;
 mod kdtree;
 mod light;
-mod light_grid;
+#[doc(hidden)]
+pub mod light_grid;
 mod listed;
 mod packet;
 #[doc(hidden)]
@@ -41,13 +48,17 @@ mod random;
 mod ray;
 pub mod ray_by_ray;
 mod scan;
-mod shear;
-mod shot;
-mod simd;
+#[doc(hidden)]
+pub mod shear;
+#[doc(hidden)]
+pub mod shot;
+#[doc(hidden)]
+pub mod simd;
 mod single;
 mod structure;
 mod trace;
-mod triangles;
+#[doc(hidden)]
+pub mod triangles;
 mod uniform;
 
 #[doc(hidden)]

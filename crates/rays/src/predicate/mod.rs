@@ -10,7 +10,8 @@ mod double;
 mod eight;
 mod expansion;
 mod near;
-pub(crate) mod settle;
+#[doc(hidden)]
+pub mod settle;
 mod shadow;
 
 use glam::{DVec3, Vec3};
@@ -24,7 +25,7 @@ pub(crate) use near::hit_of_near_at;
 pub use shadow::{HitPoint, ShadowRay};
 
 /// Half the distance from one to the next f64: the relative error of one rounding.
-pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
+pub const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 /// A ray and a triangle that meet.
 #[derive(Clone, Copy, Debug)]

@@ -12,13 +12,7 @@ use glam::Vec3;
 /// predicate tested.
 #[cold]
 #[inline(never)]
-pub(crate) fn nearest(
-    shot: &Shot<'_>,
-    (x, y): (u32, u32),
-    best: u32,
-    candidate: u32,
-    settled: &mut u64,
-) -> Option<Hit> {
+pub fn nearest(shot: &Shot<'_>, (x, y): (u32, u32), best: u32, candidate: u32, settled: &mut u64) -> Option<Hit> {
     if best == candidate {
         return None;
     }
@@ -52,7 +46,7 @@ fn are_the_same(first: [Vec3; 3], [a, b, c]: [Vec3; 3]) -> bool {
 }
 
 /// Settles which points are in shadow.
-pub(crate) struct Shadows<'a> {
+pub struct Shadows<'a> {
     opacity: &'a OpacityOfSides<'a>,
     /// The last tested point, and the segment between it and the light.
     last: Option<(usize, Option<ShadowRay>)>,
@@ -60,13 +54,13 @@ pub(crate) struct Shadows<'a> {
 
 impl<'a> Shadows<'a> {
     /// For triangles that stop a light, by `opacity`.
-    pub(crate) fn new(opacity: &'a OpacityOfSides<'a>) -> Self {
+    pub fn new(opacity: &'a OpacityOfSides<'a>) -> Self {
         Self { opacity, last: None }
     }
 
     /// Whether `triangle`, which isn't the point's own, shadows the point at `index`, whose segment `shadow_ray` finds. For
     /// consecutive calls with one point the segment is found once.
-    pub(crate) fn is_shadowed_by(
+    pub fn is_shadowed_by(
         &mut self,
         index: usize,
         triangle: u32,
@@ -82,7 +76,7 @@ impl<'a> Shadows<'a> {
 }
 
 /// Whether a triangle shadows the end point of `ray`, a light's; the triangle isn't the point's own.
-pub(crate) fn is_blocked(opacity: &OpacityOfSides<'_>, ray: &ShadowRay, triangle: u32) -> bool {
+pub fn is_blocked(opacity: &OpacityOfSides<'_>, ray: &ShadowRay, triangle: u32) -> bool {
     let Ok(corners) = opacity.triangles.usable_corners(triangle) else { return false };
     let opacity: &dyn Opacity = opacity;
     ray.blocked_by(corners).is_some_and(|barycentric| opacity.is_stopped_at(triangle, barycentric))

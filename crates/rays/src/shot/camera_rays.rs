@@ -5,26 +5,26 @@ use crate::{Camera, Projection};
 
 /// The constants of [`View::ray`](crate::View::ray).
 #[derive(Clone, Copy, Default)]
-pub(crate) struct CameraRays {
-    pub(crate) position: DVec3,
+pub struct CameraRays {
+    pub position: DVec3,
     /// Change of a perspective direction, or of an orthographic origin, per pixel to the right.
-    pub(crate) step_x: DVec3,
+    pub step_x: DVec3,
     /// Its change per pixel downwards.
-    pub(crate) step_y: DVec3,
+    pub step_y: DVec3,
     /// Its value at pixel (0, 0).
-    pub(crate) corner: DVec3,
-    pub(crate) forward: DVec3,
-    pub(crate) is_perspective: bool,
-    pub(crate) order: TileOrder,
-    pub(crate) shifts: Shifts,
+    pub corner: DVec3,
+    pub forward: DVec3,
+    pub is_perspective: bool,
+    pub order: TileOrder,
+    pub shifts: Shifts,
     /// Largest component of any direction.
-    pub(crate) largest_direction: f64,
+    pub largest_direction: f64,
     /// Largest coordinate of any origin.
-    pub(crate) largest_origin: f64,
+    pub largest_origin: f64,
 }
 
 impl CameraRays {
-    pub(crate) fn new(shot: &Shot<'_>) -> Self {
+    pub fn new(shot: &Shot<'_>) -> Self {
         let Camera { position, right, up, forward, projection } = shot.view.camera;
         let (width, height) = (f64::from(shot.view.width), f64::from(shot.view.height));
         let (is_perspective, half_height) = match projection {
@@ -59,13 +59,13 @@ impl CameraRays {
     /// The origin and the direction of the ray of the pixel at `column` and `row`, its shift included in these.
     ///
     /// Each component has four roundings: it is wrong by at most 4 half ulps of the largest one.
-    pub(crate) fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
+    pub fn ray(&self, column: f64, row: f64) -> (DVec3, DVec3) {
         let varying = self.step_x * column + (self.step_y * row + self.corner);
         if self.is_perspective { (self.position, varying) } else { (varying, self.forward) }
     }
 
     /// The corners of the view frustum of the tile that begins at index `first`, between two inverse depths.
-    pub(crate) fn frustum(&self, first: usize, depths: [f32; 2]) -> [DVec3; 8] {
+    pub fn frustum(&self, first: usize, depths: [f32; 2]) -> [DVec3; 8] {
         let (x, y) = self.order.column_and_row(first);
         let last = f64::from(TileOrder::TILE - 1);
         // The tile's own border, so that rounding can't lose a point; depths are widened by their error.

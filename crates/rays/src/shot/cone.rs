@@ -51,7 +51,7 @@ impl Cone {
     /// square by (2 |along| + d) d, and the squared length by (4 |v| + 4 e) e. The bound is more than twice that, plus the
     /// roundings of both squares.
     #[inline(always)]
-    pub(crate) fn divide<S: Simd>(&self, simd: S, points: &EightPoints<S>) -> [u64; 2] {
+    pub fn divide<S: Simd>(&self, simd: S, points: &EightPoints<S>) -> [u64; 2] {
         let along = dot(splat_vector(simd, self.axis), points.offset);
         let squared = dot(points.offset, points.offset);
         let error = points.error * 4.0;
@@ -69,7 +69,7 @@ impl Cone {
 
 impl LightMask {
     /// Clears the pixels whose points are outside of a light's cone, if it has one.
-    pub(crate) fn keep_in_cone(&mut self, light: &LightSource, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
+    pub fn keep_in_cone(&mut self, light: &LightSource, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
         let Some(cone) = Cone::of(light) else { return };
         let (image, rays) = (&SeenImage { shot, seen }, &CameraRays::new(shot));
         self.blocks_mut().par_iter_mut().enumerate().with_min_len(256).each(|(block, lit)| {

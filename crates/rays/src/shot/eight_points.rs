@@ -8,25 +8,25 @@ use crate::predicate::{HitPoint, ROUNDING};
 use crate::simd::vectors::{Vectors, absolute, dot, largest, minus, splat_vector, vectors};
 
 /// The points that eight pixels show, found in f64 from the planes of their triangles.
-pub(crate) struct EightPoints<S: Simd> {
+pub struct EightPoints<S: Simd> {
     /// Offset from the light.
-    pub(crate) offset: Vectors<S>,
+    pub offset: Vectors<S>,
     /// Bound on each axis for the distance to the predicate's point, `predicate_error` included, with 0.5 % to spare.
-    pub(crate) error: f64x8<S>,
+    pub error: f64x8<S>,
     /// The error that the predicate assumes for its own point.
-    pub(crate) predicate_error: f64x8<S>,
+    pub predicate_error: f64x8<S>,
     /// The lanes for which these bounds hold.
-    pub(crate) certain: mask64x8<S>,
+    pub certain: mask64x8<S>,
 }
 
 /// Corners of eight triangles; NaN where there is no such corner.
-pub(crate) struct EightTriangles<S: Simd> {
-    pub(crate) corners: [Vectors<S>; 3],
+pub struct EightTriangles<S: Simd> {
+    pub corners: [Vectors<S>; 3],
 }
 
 impl<S: Simd> EightTriangles<S> {
     #[inline(always)]
-    pub(crate) fn load(simd: S, triangles: Triangles<'_>, ids: [u32; 8]) -> Self {
+    pub fn load(simd: S, triangles: Triangles<'_>, ids: [u32; 8]) -> Self {
         let mut positions = [[[f64::NAN; 8]; 3]; 3];
         for (lane, id) in ids.into_iter().enumerate() {
             let Some(triangle) = triangles.indices.get(id as usize) else { continue };
@@ -44,7 +44,7 @@ impl<S: Simd> EightTriangles<S> {
 
 /// a × b, and the sums of the magnitudes of each component's two products.
 #[inline(always)]
-pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vectors<S>) {
+pub fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vectors<S>) {
     let first = [a[1] * b[2], a[2] * b[0], a[0] * b[1]];
     let second = [a[2] * b[1], a[0] * b[2], a[1] * b[0]];
     let (first_size, second_size) = (absolute(first), absolute(second));
@@ -55,7 +55,7 @@ pub(crate) fn cross<S: Simd>(a: Vectors<S>, b: Vectors<S>) -> (Vectors<S>, Vecto
 impl<S: Simd> EightPoints<S> {
     /// Known points, relative to `light`: only the difference and the corners of the predicate's box are rounded.
     #[inline(always)]
-    pub(crate) fn new(simd: S, points: [HitPoint; 8], light: DVec3) -> Self {
+    pub fn new(simd: S, points: [HitPoint; 8], light: DVec3) -> Self {
         let mut positions = [[0.0; 8]; 3];
         for (lane, point) in points.iter().enumerate() {
             let [x, y, z] = point.position.to_array();
@@ -81,7 +81,7 @@ impl<S: Simd> EightPoints<S> {
     /// four roundings of step and position, these are 27. The origin's are no more: twelve, two of differences and sums, the
     /// predicate's two, the box's four. The light's are two.
     #[inline(always)]
-    pub(crate) fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, indices: [u32; 8], light: DVec3) -> Self {
+    pub fn find(simd: S, image: &SeenImage<'_>, rays: &CameraRays, indices: [u32; 8], light: DVec3) -> Self {
         let own = EightTriangles::load(
             simd,
             image.shot.triangles,

@@ -20,20 +20,20 @@ use glam::DVec2;
 
 use crate::predicate::{HitPoint, ShadowRay, crossing};
 use crate::{LightSource, Ray, Triangles, View};
-pub(crate) use camera_rays::CameraRays;
+pub use camera_rays::CameraRays;
 pub use cone::Cone;
-pub(crate) use eight_points::{EightPoints, EightTriangles, cross};
+pub use eight_points::{EightPoints, EightTriangles, cross};
 pub use light_mask::LightMask;
 pub use opacity::{MaskAnswers, MaskPoints, Opacity, Opaque};
-pub(crate) use pixel_work::{Kind, TileWork};
+pub use pixel_work::{Kind, TileWork};
 pub use pixel_work::{PixelCounts, PixelWork};
 pub use seen::SeenPixels;
-pub(crate) use shifts::BlockSamples;
+pub use shifts::BlockSamples;
 pub use shifts::Shifts;
-pub(crate) use sides::OpacityOfSides;
+pub use sides::OpacityOfSides;
 pub use sides::Sides;
 pub use statistics::Statistics;
-pub(crate) use statistics::{Steps, Tally};
+pub use statistics::{Steps, Tally};
 pub use tile_order::TileOrder;
 pub use work::{Bytes, Counts, Seconds, Work};
 
@@ -108,7 +108,7 @@ impl<'a> Shot<'a> {
     ///
     /// # Panics
     /// If there are more or fewer, or `seen` has another size.
-    pub(crate) fn expect_masks(&self, seen: &SeenPixels, lights: &[LightSource], masks: &[LightMask]) {
+    pub fn expect_masks(&self, seen: &SeenPixels, lights: &[LightSource], masks: &[LightMask]) {
         assert!(lights.len() == masks.len(), "{} masks for {} lights", masks.len(), lights.len());
         self.expect_size(seen);
     }
@@ -117,7 +117,7 @@ impl<'a> Shot<'a> {
     ///
     /// # Panics
     /// If it has another size.
-    pub(crate) fn expect_size(&self, seen: &SeenPixels) {
+    pub fn expect_size(&self, seen: &SeenPixels) {
         let (size, found) = ((self.view.width, self.view.height), seen.order().size());
         assert!(found == size, "an image of {found:?} pixels seen through a view of {size:?}");
     }
@@ -125,7 +125,7 @@ impl<'a> Shot<'a> {
 
 /// A shot and the triangles that its pixels see: together the points to be lit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SeenImage<'a> {
-    pub(crate) shot: &'a Shot<'a>,
-    pub(crate) seen: &'a SeenPixels,
+pub struct SeenImage<'a> {
+    pub shot: &'a Shot<'a>,
+    pub seen: &'a SeenPixels,
 }

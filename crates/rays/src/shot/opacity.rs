@@ -27,7 +27,7 @@ pub trait Opacity: Sync {
 
 impl dyn Opacity + '_ {
     /// Whether a point of any triangle, opaque or not, stops rays.
-    pub(crate) fn is_stopped_at(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
+    pub fn is_stopped_at(&self, triangle: u32, barycentric: [f32; 2]) -> bool {
         self.is_opaque(triangle) || self.stops(triangle, barycentric)
     }
 }

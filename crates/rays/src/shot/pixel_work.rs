@@ -37,7 +37,7 @@ impl PixelWork {
     }
 
     /// Clears the counts for an image and returns them for a trace to add to.
-    pub(crate) fn start(&mut self, order: TileOrder) -> &mut [[u32; KINDS]] {
+    pub fn start(&mut self, order: TileOrder) -> &mut [[u32; KINDS]] {
         self.order = order;
         self.counts.clear();
         self.counts.resize(order.slots(), [0; KINDS]);
@@ -50,7 +50,7 @@ pub(crate) const KINDS: usize = 4;
 
 /// A count of [`PixelCounts`], as the index to add to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub enum Kind {
     Tested,
     Cells,
     Undecided,
@@ -58,12 +58,12 @@ pub(crate) enum Kind {
 }
 
 /// The counts of the pixels of one tile. With `N` = 0 there are none, and counting costs nothing.
-pub(crate) struct TileWork<'a, const N: usize>(pub(crate) &'a mut [[u32; N]]);
+pub struct TileWork<'a, const N: usize>(pub &'a mut [[u32; N]]);
 
 impl<const N: usize> TileWork<'_, N> {
     /// Adds to one kind of work at some pixels.
     #[inline(always)]
-    pub(crate) fn add(&mut self, kind: Kind, pixels: Range<usize>, times: u32) {
+    pub fn add(&mut self, kind: Kind, pixels: Range<usize>, times: u32) {
         if N == KINDS {
             self.0[pixels].iter_mut().for_each(|counts| counts[kind as usize] += times);
         }

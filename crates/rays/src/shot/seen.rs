@@ -56,12 +56,12 @@ impl SeenPixels {
 
     /// The same for the ids of one block.
     #[inline(always)]
-    pub(crate) fn shown_of(block: &[u32]) -> u16 {
+    pub fn shown_of(block: &[u32]) -> u16 {
         block.iter().rev().fold(0, |bits, &id| bits << 1 | u16::from(id != Self::NONE))
     }
 
     /// Turns words with a bit for each shadowed point into words with a bit for each pixel that shows a lit point.
-    pub(crate) fn light_the_rest(&self, shadowed: &mut [u16], level: SimdLevel) {
+    pub fn light_the_rest(&self, shadowed: &mut [u16], level: SimdLevel) {
         const CHUNK: usize = 4096;
         let pixels = self.triangle.par_chunks(CHUNK * TileOrder::BLOCK_PIXELS);
         shadowed.par_chunks_mut(CHUNK).zip(pixels).each(|(words, pixels)| {

@@ -76,18 +76,13 @@ impl Shifts {
     }
 
     /// The largest distance along an axis between a ray and its position without shifts.
-    pub(crate) fn reach(&self) -> f32 {
+    pub fn reach(&self) -> f32 {
         self.reach
     }
 
     /// The shifts of sixteen pixels, given which of their columns and of their rows are odd.
     #[inline(always)]
-    pub(crate) fn of_sixteen<S: Simd>(
-        &self,
-        simd: S,
-        odd_columns: mask32x16<S>,
-        odd_rows: mask32x16<S>,
-    ) -> [f32x16<S>; 2] {
+    pub fn of_sixteen<S: Simd>(&self, simd: S, odd_columns: mask32x16<S>, odd_rows: mask32x16<S>) -> [f32x16<S>; 2] {
         let [x, y] = [&self.x, &self.y];
         [
             odd_rows.select(
@@ -102,7 +97,7 @@ impl Shifts {
     }
 
     /// The positions of a block's rays in it.
-    pub(crate) fn block(&self) -> BlockSamples {
+    pub fn block(&self) -> BlockSamples {
         let mut block = BlockSamples { columns: [0.0; LANES], rows: [0.0; LANES] };
         for lane in 0..LANES {
             let (x, y) = (lane % TileOrder::BLOCK as usize, lane / TileOrder::BLOCK as usize);
@@ -117,9 +112,9 @@ impl Shifts {
 /// The samples of a block of 4×4 pixels, relative to the unshifted sample of its first pixel.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct BlockSamples {
-    pub(crate) columns: [f32; LANES],
-    pub(crate) rows: [f32; LANES],
+pub struct BlockSamples {
+    pub columns: [f32; LANES],
+    pub rows: [f32; LANES],
 }
 
 impl Default for BlockSamples {

@@ -29,7 +29,7 @@ impl Sides<'_> {
 
     /// The bits of the backs of 16 triangles from `first`, a multiple of 16.
     #[inline]
-    pub(crate) fn sixteen_backs(self, first: u32) -> u64 {
+    pub fn sixteen_backs(self, first: u32) -> u64 {
         debug_assert!(first.is_multiple_of(16), "they are in one word");
         self.backs(first) & 0xffff
     }
@@ -89,27 +89,27 @@ impl Source {
 
 /// Opacity for the rays of a camera or a light that takes the sides of triangles into account.
 #[derive(Clone, Copy)]
-pub(crate) struct OpacityOfSides<'a> {
-    pub(crate) triangles: Triangles<'a>,
+pub struct OpacityOfSides<'a> {
+    pub triangles: Triangles<'a>,
     /// The opacity of triangles whose facing side stops rays.
-    pub(crate) opacity: &'a dyn Opacity,
-    pub(crate) sides: Sides<'a>,
+    pub opacity: &'a dyn Opacity,
+    pub sides: Sides<'a>,
     source: Source,
 }
 
 impl<'a> OpacityOfSides<'a> {
-    pub(crate) fn of_camera(shot: &Shot<'a>) -> Self {
+    pub fn of_camera(shot: &Shot<'a>) -> Self {
         let Shot { triangles, view, opacity, sides, .. } = *shot;
         Self { triangles, opacity, sides, source: Source::of_camera(view.camera) }
     }
 
-    pub(crate) fn of_light(shot: &Shot<'a>, light: &LightSource) -> Self {
+    pub fn of_light(shot: &Shot<'a>, light: &LightSource) -> Self {
         let Shot { triangles, shadow_opacity, sides, .. } = *shot;
         Self::between(triangles, (shadow_opacity, sides), light)
     }
 
     /// The opacity of triangles for a light.
-    pub(crate) fn between(
+    pub fn between(
         triangles: Triangles<'a>,
         (opacity, sides): (&'a dyn Opacity, Sides<'a>),
         light: &LightSource,
@@ -118,7 +118,7 @@ impl<'a> OpacityOfSides<'a> {
     }
 
     /// Whether the side of a triangle that faces the rays stops them. Either value for a triangle that can't be hit.
-    pub(crate) fn is_there(&self, triangle: u32) -> bool {
+    pub fn is_there(&self, triangle: u32) -> bool {
         let faces = || self.source.falls_on_front(self.triangles.corners(triangle));
         self.sides.has_back(triangle) || self.triangles.has_all_corners(triangle) && faces()
     }

@@ -21,39 +21,39 @@ impl Statistics {
     }
 
     /// Returns the counts since the last call and resets them.
-    pub(crate) fn take(&mut self) -> Counts {
+    pub fn take(&mut self) -> Counts {
         self.counts.first_mut().map(std::mem::take).unwrap_or_default()
     }
 }
 
 /// The counts of the rays of all threads.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub struct Tally {
     sum: Mutex<Counts>,
 }
 
 impl Tally {
     /// Returns the counts since the last call and resets them.
-    pub(crate) fn take(&self) -> Counts {
+    pub fn take(&self) -> Counts {
         std::mem::take(&mut *self.sum.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
 /// The counts of a ray or some packets, added to a tally when dropped.
-pub(crate) struct Steps<'a> {
+pub struct Steps<'a> {
     tally: &'a Tally,
     statistics: Statistics,
 }
 
 impl<'a> Steps<'a> {
     #[inline(always)]
-    pub(crate) fn new(tally: &'a Tally) -> Self {
+    pub fn new(tally: &'a Tally) -> Self {
         Self { tally, statistics: Statistics::default() }
     }
 
     /// Updates the counts by `count`, if they are on.
     #[inline(always)]
-    pub(crate) fn note(&mut self, count: impl FnOnce(&mut Counts)) {
+    pub fn note(&mut self, count: impl FnOnce(&mut Counts)) {
         self.statistics.note(count);
     }
 }

@@ -18,7 +18,7 @@ impl TileOrder {
     /// Pixels in a block.
     pub const BLOCK_PIXELS: usize = (Self::BLOCK * Self::BLOCK) as usize;
     /// Log₂ of the pixels a side of a tile.
-    pub(crate) const TILE_BITS: u32 = 6;
+    pub const TILE_BITS: u32 = 6;
 
     /// The order of an image of `width` × `height` pixels.
     #[must_use]
@@ -55,7 +55,7 @@ impl TileOrder {
 
     /// The index of a pixel in its tile.
     #[inline(always)]
-    pub(crate) fn index_in_tile(x: u32, y: u32) -> u32 {
+    pub fn index_in_tile(x: u32, y: u32) -> u32 {
         const BLOCKS: u32 = TileOrder::TILE / TileOrder::BLOCK;
         let block = (y / Self::BLOCK % BLOCKS) * BLOCKS + x / Self::BLOCK % BLOCKS;
         block * Self::BLOCK_PIXELS as u32 + y % Self::BLOCK * Self::BLOCK + x % Self::BLOCK

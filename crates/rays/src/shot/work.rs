@@ -35,7 +35,7 @@ pub struct Work {
 
 impl Work {
     /// The work of some lights together. The survey serves all of them and counts once.
-    pub(crate) fn of_lights(lights: &[Self]) -> Self {
+    pub fn of_lights(lights: &[Self]) -> Self {
         let mut all = Self::default();
         for light in lights {
             all += *light;
@@ -134,7 +134,7 @@ named_numbers! {
 
 impl Counts {
     /// The sum of both.
-    pub(crate) fn plus(mut self, other: Self) -> Self {
+    pub fn plus(mut self, other: Self) -> Self {
         self += other;
         self
     }

@@ -5,29 +5,29 @@ use fearless_simd::{Level, Simd, f32x4, f32x16, u8x64, u32x16};
 use glam::Vec3;
 
 /// Triangles, samples or points handled at once.
-pub(crate) const LANES: usize = 16;
+pub const LANES: usize = 16;
 
 /// The same number in all lanes.
 #[inline(always)]
-pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> f32x16<S> {
+pub fn splat<S: Simd>(simd: S, value: f32) -> f32x16<S> {
     f32x16::splat(simd, value)
 }
 
 /// Sixteen numbers as a vector.
 #[inline(always)]
-pub(crate) fn load<S: Simd>(simd: S, values: &[f32; LANES]) -> f32x16<S> {
+pub fn load<S: Simd>(simd: S, values: &[f32; LANES]) -> f32x16<S> {
     f32x16::simd_from(simd, *values)
 }
 
 /// Sixteen numbers of each axis as vectors.
 #[inline(always)]
-pub(crate) fn load_positions<S: Simd>(simd: S, [x, y, z]: &[[f32; LANES]; 3]) -> [f32x16<S>; 3] {
+pub fn load_positions<S: Simd>(simd: S, [x, y, z]: &[[f32; LANES]; 3]) -> [f32x16<S>; 3] {
     [load(simd, x), load(simd, y), load(simd, z)]
 }
 
 /// The positions of a word's bits, the lowest first.
 #[inline(always)]
-pub(crate) fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
+pub fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut bits = bits.into();
     std::iter::from_fn(move || {
         let bit = bits.trailing_zeros() as usize;
@@ -38,7 +38,7 @@ pub(crate) fn bits_of(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
 
 /// The coordinates of up to sixteen points, NaN where there are fewer.
 #[inline(always)]
-pub(crate) fn sixteen_of<S: Simd>(simd: S, points: &[Vec3]) -> [f32x16<S>; 3] {
+pub fn sixteen_of<S: Simd>(simd: S, points: &[Vec3]) -> [f32x16<S>; 3] {
     let mut axes = [[f32::NAN; LANES]; 3];
     for (lane, point) in points.iter().enumerate().take(LANES) {
         axes[0][lane] = point.x;
@@ -50,22 +50,19 @@ pub(crate) fn sixteen_of<S: Simd>(simd: S, points: &[Vec3]) -> [f32x16<S>; 3] {
 
 /// Lane by lane the least of three vectors.
 #[inline(always)]
-pub(crate) fn min3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
+pub fn min3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
     a.min(b).min(c)
 }
 
 /// Lane by lane the largest of three vectors.
 #[inline(always)]
-pub(crate) fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
+pub fn max3<S: Simd>([a, b, c]: [f32x16<S>; 3]) -> f32x16<S> {
     a.max(b).max(c)
 }
 
 /// Reduces each of 16 vectors to one number by `either`: minimum or maximum.
 #[inline(always)]
-pub(crate) fn of_each<S: Simd>(
-    rows: &[f32x16<S>; LANES],
-    either: impl Fn(f32x16<S>, f32x16<S>) -> f32x16<S>,
-) -> f32x16<S> {
+pub fn of_each<S: Simd>(rows: &[f32x16<S>; LANES], either: impl Fn(f32x16<S>, f32x16<S>) -> f32x16<S>) -> f32x16<S> {
     let mut rows = *rows;
     let mut count = LANES;
     while count > 1 {
@@ -80,7 +77,7 @@ pub(crate) fn of_each<S: Simd>(
 
 /// Transposes four vectors into the four numbers of each of 16 items, item after item.
 #[inline(always)]
-pub(crate) fn quads<S: Simd>([a, b, c, d]: [f32x16<S>; 4]) -> [f32x16<S>; 4] {
+pub fn quads<S: Simd>([a, b, c, d]: [f32x16<S>; 4]) -> [f32x16<S>; 4] {
     let (even_low, even_high) = (a.zip_low(c), a.zip_high(c));
     let (odd_low, odd_high) = (b.zip_low(d), b.zip_high(d));
     [even_low.zip_low(odd_low), even_low.zip_high(odd_low), even_high.zip_low(odd_high), even_high.zip_high(odd_high)]
@@ -89,7 +86,7 @@ pub(crate) fn quads<S: Simd>([a, b, c, d]: [f32x16<S>; 4]) -> [f32x16<S>; 4] {
 /// The four numbers of one corner of 16 triangles, whose corners are indices of `vertices`. The last vertex stands for all
 /// indices out of range.
 #[inline(always)]
-pub(crate) fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
+pub fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
     simd: S,
     vertices: &[V],
     triangles: &[[u32; 3]; LANES],
@@ -115,7 +112,7 @@ pub(crate) fn load_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
 /// # Panics
 /// If there are fewer than 16 triangles, or a corner is out of range.
 #[inline(always)]
-pub(crate) fn load_local_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
+pub fn load_local_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
     simd: S,
     vertices: &[V],
     corners: &[[u8; 4]],
@@ -128,11 +125,11 @@ pub(crate) fn load_local_corner<S: Simd, V: Copy + Into<[f32; 4]>>(
 }
 
 /// Size of the table of a [`look_up`].
-pub(crate) const TABLE: usize = 4 * LANES;
+pub const TABLE: usize = 4 * LANES;
 
 /// The numbers of a table at 16 indices below [`TABLE`].
 #[inline(always)]
-pub(crate) fn look_up<S: Simd>(simd: S, table: &[f32; TABLE], indices: u32x16<S>) -> f32x16<S> {
+pub fn look_up<S: Simd>(simd: S, table: &[f32; TABLE], indices: u32x16<S>) -> f32x16<S> {
     if !has_fast_permutes(simd) {
         let indices: [u32; LANES] = indices.into();
         let mut found = [0.0; LANES];
@@ -167,7 +164,7 @@ fn has_fast_permutes<S: Simd>(simd: S) -> bool {
 /// The first three numbers of each of 16 quads. Combining registers avoids a store and a load through memory, which wait
 /// for each other.
 #[inline(always)]
-pub(crate) fn transposed<S: Simd>(quad: impl Fn(usize) -> f32x4<S>) -> [f32x16<S>; 3] {
+pub fn transposed<S: Simd>(quad: impl Fn(usize) -> f32x4<S>) -> [f32x16<S>; 3] {
     let a = quad(0).combine(quad(1)).combine(quad(2).combine(quad(3)));
     let b = quad(4).combine(quad(5)).combine(quad(6).combine(quad(7)));
     let c = quad(8).combine(quad(9)).combine(quad(10).combine(quad(11)));

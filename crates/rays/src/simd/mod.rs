@@ -1,9 +1,10 @@
 //! Instruction sets, and vectors of their widths.
 
-pub(crate) mod lanes;
+pub mod lanes;
 mod level;
-pub(crate) mod vectors;
+pub mod vectors;
 
+pub use crate::each;
 pub use level::SimdLevel;
 
 // Closures that vectors pass through must be inlined; functions only where they are marked so. Code that isn't inlined is
@@ -43,6 +44,8 @@ macro_rules! dispatch {
 }
 
 /// An expression for each of three values: `each!(x in corners.x => x - middle)`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! each {
     ($value:pat in $three:expr => $result:expr) => {{
         let [first, second, third] = $three;
@@ -75,5 +78,3 @@ macro_rules! vectorized {
         )
     };
 }
-
-pub(crate) use each;
