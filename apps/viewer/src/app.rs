@@ -513,6 +513,16 @@ impl App {
         self.shown.as_ref().map_or(0, |shown| shown.picture.stats.samples)
     }
 
+    /// The words where the picture will be, until there is one.
+    pub(crate) fn in_place_of_a_picture(&self) -> &'static str {
+        match (self.opening.is_some(), self.open.is_some()) {
+            (true, _) => "Opening …",
+            (false, false) => "Drop a scene here",
+            (false, true) if self.in_flight.is_some() || self.ordered.is_none() => "Rendering …",
+            (false, true) => "No picture",
+        }
+    }
+
     /// Number of pictures shown so far.
     #[must_use]
     pub fn pictures(&self) -> u64 {

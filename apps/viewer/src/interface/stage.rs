@@ -15,14 +15,8 @@ pub(super) fn show(app: &mut App, ui: &mut egui::Ui) {
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Rendered scene"));
     app.screen = pixels(area, ui.pixels_per_point());
     let Some(shown) = &app.shown else {
-        let text = if app.opening.is_some() { "Opening …" } else { "Drop a scene here" };
-        ui.painter().text(
-            area.center(),
-            egui::Align2::CENTER_CENTER,
-            text,
-            egui::FontId::proportional(20.0),
-            Color32::GRAY,
-        );
+        let text = egui::RichText::new(app.in_place_of_a_picture()).size(20.0).color(Color32::GRAY);
+        ui.put(area, egui::Label::new(text).selectable(false));
         app.notices.show(ui, area);
         return;
     };

@@ -41,7 +41,9 @@ impl Window {
     pub(super) fn settle(&mut self) {
         let start = Instant::now();
         loop {
-            self.harness.run_steps(2);
+            self.harness.run_steps(1);
+            self.expect_words_while_busy();
+            self.harness.run_steps(1);
             if self.harness.state().as_ref().is_some_and(App::is_idle) {
                 break;
             }
@@ -49,6 +51,12 @@ impl Window {
             std::thread::sleep(Duration::from_millis(5));
         }
         self.harness.run_steps(3);
+    }
+
+    /// Nothing invites to drop a scene while one is being opened or rendered.
+    fn expect_words_while_busy(&self) {
+        let has_picture = self.harness.state().as_ref().is_some_and(|app| app.pictures() > 0);
+        assert!(has_picture || !self.shows("Drop a scene here"), "a scene is on its way");
     }
 
     pub(super) fn click(&mut self, label: &str) {
