@@ -6,8 +6,10 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, KdTree, Ray, SingleRays as _, Structure, UniformGrid, UniformOptions};
+use umbrage::rays::{Bvh, Hit, KdTree, Ray, SingleRays as _, Structure};
 use umbrage::scene::Frame;
+use umbrage_papers::uniform::any_rays::nearest_of_packet;
+use umbrage_papers::{UniformGrid, UniformOptions};
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
 use crate::flags::{SceneFlags, size};
@@ -244,7 +246,7 @@ impl Tracer {
                 tree.nearest_of_packet(triangles, rays, |_| true, found);
             }),
             Self::GridPackets(grid) => by_packets(rays, hits, |rays, found| {
-                umbrage_papers::uniform::nearest_of_packet(grid, triangles, rays, |_| true, found);
+                nearest_of_packet(grid, triangles, rays, |_| true, found);
             }),
         }
     }

@@ -5,9 +5,15 @@
 //! their tests hold them to the same predicate as the product.
 #![forbid(unsafe_code)]
 
+mod packet;
+mod single;
+mod statistics;
 mod structures;
+pub mod uniform;
 
+pub use single::Visit;
 pub use structures::{KdTrees, Listed, Uniform, structures};
+pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 
 #[cfg(feature = "experiments")]
 pub mod clusters;
@@ -31,5 +37,3 @@ pub mod reorder;
 pub mod shaft;
 #[cfg(feature = "experiments")]
 pub mod triangle;
-#[cfg(feature = "experiments")]
-pub mod uniform;

@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use umbrage_rays::{Ray, Triangles, Visit};
+use umbrage_rays::{Ray, Triangles};
+
+use crate::single::{Visit, answers_single_rays};
 
 /// The triangles around a light, listed by direction. [Rays](Visit) must start at the light, as its shadow rays do.
 ///
@@ -170,11 +172,9 @@ impl LightBuffer {
     }
 }
 
-impl Visit for LightBuffer {
-    fn reach(&self) -> f32 {
-        self.reach as f32
-    }
+answers_single_rays!(LightBuffer);
 
+impl Visit for LightBuffer {
     /// # Panics
     /// If the ray doesn't start at the light.
     fn visit(

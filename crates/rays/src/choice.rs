@@ -98,7 +98,7 @@ mod tests {
     use std::str::FromStr;
 
     use super::*;
-    use crate::{Clipping, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal, PacketSide};
+    use crate::{Clipping, KdBuilder, KdLayout, KdMailbox, KdPacketWidth, KdTraversal};
 
     fn is_a_table<T: Choice + Debug + Display + FromStr<Err = UnknownChoice>>() {
         for &(name, value, about) in T::CHOICES {
@@ -121,11 +121,5 @@ mod tests {
         is_a_table::<Clipping>();
         is_a_table::<KdPacketWidth>();
         is_a_table::<KdMailbox>();
-        is_a_table::<PacketSide>();
-    }
-
-    #[test]
-    fn packets_are_named_by_their_side() {
-        assert!(PacketSide::all().all(|side| side.name() == side.pixels().to_string()));
     }
 }

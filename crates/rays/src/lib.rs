@@ -35,7 +35,6 @@ mod light;
 #[doc(hidden)]
 pub mod light_grid;
 mod listed;
-mod packet;
 #[doc(hidden)]
 pub mod parallel;
 mod parts;
@@ -59,7 +58,6 @@ mod structure;
 mod trace;
 #[doc(hidden)]
 pub mod triangles;
-mod uniform;
 
 #[doc(hidden)]
 pub use fearless_simd;
@@ -86,17 +84,17 @@ pub use listed::{
 pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
+pub use ray_by_ray::SingleRays;
 pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
 pub use shot::{
     Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds,
     SeenPixels, Shifts, Shot, Sides, TileOrder, Work,
 };
 pub use simd::SimdLevel;
-pub use single::{SingleRays, Visit};
+pub use single::Visit;
 pub use structure::{Specialised, Structure};
 pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
-pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};
 
 /// Internals for `umbrage-papers`. Not part of the public API.
 #[doc(hidden)]
@@ -109,8 +107,5 @@ pub mod internals {
     pub use crate::kdtree::{
         Ask, Extent, Filter, HALF_ULP, LANES, MOST_RAYS, Node, Nodes, Plane, Rays, Scale, Wide, fit, load,
     };
-    pub use crate::packet::{Group, Planes};
-    pub use crate::shot::Statistics;
     pub use crate::triangles::Unusable;
-    pub use crate::uniform::{Beam, Lattice, Scratch, Visitor};
 }

@@ -10,10 +10,10 @@ use crate::simd::each;
 const EPSILON: f32 = 1.0 / (1 << 24) as f32;
 
 /// More than products lose to underflow.
-pub(crate) const SMALLEST: f32 = 1e-36;
+pub const SMALLEST: f32 = 1e-36;
 
 /// An f32, or a vector with one in each lane.
-pub(crate) trait Lanes:
+pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// A truth value for each lane.
@@ -48,13 +48,13 @@ pub(crate) trait Lanes:
 /// than the rest. Where products and sums are fused, there is a rounding less. A product lost to underflow is less than
 /// [`SMALLEST`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sheared<V> {
+pub struct Sheared<V> {
     /// The edge functions opposite to the corners.
     edges: [V; 3],
     lowest: V,
     highest: V,
     /// e: three times the error bound of x and y of any corner.
-    pub(crate) error: V,
+    pub error: V,
     /// δ: twice the error bound of an edge function.
     doubt: V,
 }
@@ -64,7 +64,7 @@ impl<V: Lanes> Sheared<V> {
 
     /// Shears triangles with Δᵢ, Δⱼ and z of their corners along lines with slopes u and v, given as −u and −v; `wide` is H.
     #[inline(always)]
-    pub(crate) fn new([across, down, z]: [[V; 3]; 3], [u, v]: [V; 2], wide: f32, blur: f32) -> Self {
+    pub fn new([across, down, z]: [[V; 3]; 3], [u, v]: [V; 2], wide: f32, blur: f32) -> Self {
         let (x, y) = (beside(across, z, u), beside(down, z, v));
         let edges = [cross(x, y, 1, 2), cross(x, y, 2, 0), cross(x, y, 0, 1)];
         let aside = each!((x, y) in pairs(x, y) => x.magnitude() + y.magnitude());
@@ -80,13 +80,13 @@ impl<V: Lanes> Sheared<V> {
 
     /// Whether the line certainly misses the triangle.
     #[inline(always)]
-    pub(crate) fn is_missed(&self) -> V::Mask {
+    pub fn is_missed(&self) -> V::Mask {
         self.lowest.is_below(-self.doubt) & self.doubt.is_below(self.highest)
     }
 
     /// Whether the line certainly meets the triangle.
     #[inline(always)]
-    pub(crate) fn is_met(&self) -> V::Mask {
+    pub fn is_met(&self) -> V::Mask {
         self.doubt.is_below(self.lowest) | self.highest.is_below(-self.doubt)
     }
 
@@ -99,7 +99,7 @@ impl<V: Lanes> Sheared<V> {
     /// moves by at most δ s / |Σ E|. A hundredth more covers the roundings of that. Those of sums, products and quotient are
     /// at most 8 ε of the largest z, half of `error`; twice `error` covers these and the errors of z.
     #[inline(always)]
-    pub(crate) fn depth(&self, z: [V; 3], error: V) -> [V; 2] {
+    pub fn depth(&self, z: [V; 3], error: V) -> [V; 2] {
         let (first, last) = (z[0].least(z[1]).least(z[2]), z[0].most(z[1]).most(z[2]));
         let inverse = error.all(1.0) / (self.edges[0] + self.edges[1] + self.edges[2]);
         // Each E is divided first: products E z may underflow, and weights don't matter where they do.

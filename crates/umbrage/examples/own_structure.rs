@@ -2,11 +2,10 @@
 //!
 //! `cargo run --release -p umbrage --example own_structure`
 
-use std::ops::ControlFlow;
-
+use umbrage::rays::predicate::{ShadowRay, hit};
 use umbrage::rays::{
-    self, Bytes, ImageTooLarge, LightMask, LightSource, Omitted, Ray, SeenPixels, Shot, SimdLevel, SingleRays,
-    Triangles, Visit, Work, ray_by_ray,
+    self, Bytes, Hit, ImageTooLarge, LightMask, LightSource, Omitted, Ray, SeenPixels, Shot, SimdLevel, SingleRays,
+    Triangles, Work, ray_by_ray,
 };
 use umbrage::{Error, KindOption, OptionValues, Renderer, Settings, StructureKind, StructureOption, Structures};
 
@@ -44,24 +43,26 @@ impl StructureKind for BruteForce {
 struct AllTriangles {
     from_last: bool,
     ids: Vec<u32>,
-    reach: f32,
     omitted: Omitted,
 }
 
-/// Leads a ray to triangles; the exact predicate decides about hits and shadows.
-impl Visit for AllTriangles {
-    fn reach(&self) -> f32 {
-        self.reach
+/// Asks the exact predicate about every triangle but the one that a ray starts on.
+impl SingleRays for AllTriangles {
+    fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+        let others = self.ids.iter().filter(|&&id| id != own);
+        let hits = others.filter_map(|&id| hit(ray, triangles, id)).filter(|hit| stops(hit));
+        hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
     }
 
-    fn visit(
+    fn blocked(
         &self,
-        _triangles: Triangles<'_>,
-        ray: &Ray,
-        mut test: impl FnMut(u32, &mut f64) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        let mut t_max = ray.t_max;
-        self.ids.iter().try_for_each(|&id| test(id, &mut t_max))
+        triangles: Triangles<'_>,
+        shadow_ray: &ShadowRay,
+        own: u32,
+        stops: &dyn Fn(u32, [f32; 2]) -> bool,
+    ) -> bool {
+        let mut others = self.ids.iter().filter(|&&id| id != own);
+        others.any(|&id| shadow_ray.blocked_by(triangles.corners(id)).is_some_and(|weights| stops(id, weights)))
     }
 }
 
@@ -72,8 +73,6 @@ impl rays::Structure for AllTriangles {
         if self.from_last {
             self.ids.reverse();
         }
-        let bounds = triangles.bounds();
-        self.reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         self.omitted = triangles.omitted();
     }
 

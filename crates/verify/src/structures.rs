@@ -2,13 +2,15 @@
 
 use std::num::NonZeroU32;
 
+use umbrage_papers::UniformGrid;
+pub use umbrage_papers::{Insertion, PacketSide, UniformOptions};
 use umbrage_rays::{
     BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
-    ListedOptions, SahCosts, TwoLevelKdTree, UniformGrid,
+    ListedOptions, SahCosts, TwoLevelKdTree,
 };
 pub use umbrage_rays::{
-    Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal,
-    KdTreeOptions, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
+    Bvh, Clipping, DirectGrids, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,
+    LightClamp, SimdLevel, Structure,
 };
 
 /// Makes an empty structure.

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
-use umbrage::rays::{DirectGrids, PacketSide, UniformGrid, UniformOptions};
+use umbrage::rays::DirectGrids;
+use umbrage_papers::{PacketSide, UniformGrid, UniformOptions};
 use umbrage_peers::{Embree, TinyBvh};
 
 use crate::flags::{SceneFlags, size};

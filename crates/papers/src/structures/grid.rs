@@ -1,7 +1,8 @@
-use umbrage::rays::{self, Choice, Insertion, PacketSide, SimdLevel, UniformGrid, UniformOptions};
+use umbrage::rays::{self, Choice, SimdLevel};
 use umbrage::{Error, KindOption, OptionValues, StructureKind};
 
 use super::{choice, option, parsed};
+use crate::uniform::{Insertion, PacketSide, UniformGrid, UniformOptions};
 
 /// One uniform grid for all rays, traced in packets. Where the frame has see-through surfaces, crowded cells hold grids of
 /// their own even if the options don't ask for that.

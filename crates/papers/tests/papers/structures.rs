@@ -134,6 +134,23 @@ fn trees_that_outlive_a_frame_are_not_lazy() {
     }
 }
 
+#[test]
+fn four_samples_at_once_show_the_same_through_every_structure() {
+    let scene = umbrage::open("demo:forest?triangles=3000").unwrap();
+    let render = |structure: &Structure| {
+        let structure = structure.clone();
+        // More than one tile along each axis, none of them whole.
+        let settings = Settings { width: 70, height: 67, samples: 4, structure, bounces: 1, ..Settings::default() };
+        let mut renderer = Renderer::default();
+        let film = renderer.render(&scene, 0.4, &settings).unwrap();
+        (film.triangle.clone(), film.color.clone())
+    };
+    let expected = render(&Structure::default());
+    for structure in structures().iter() {
+        assert!(render(structure) == expected, "{structure}");
+    }
+}
+
 /// A hierarchy with two options.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Tuned {

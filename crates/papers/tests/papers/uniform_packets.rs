@@ -1,11 +1,13 @@
 //! Packets of any rays through the uniform grid against the predicate.
 
 use glam::{DVec3, Vec3};
-use umbrage_papers::uniform::{blocked_of_packet, nearest_of_packet};
+use umbrage_papers::uniform::any_rays::{blocked_of_packet, nearest_of_packet};
+use umbrage_papers::{PacketSide, UniformGrid, UniformOptions};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightSource, PacketSide, Ray, SingleRays as _, UniformGrid, UniformOptions};
+use umbrage_rays::{Hit, LightSource, Ray, SingleRays as _};
 
 use crate::support::{self, Mesh, Random, nearest_of_all as nearest};
+use crate::uniform_grid::corner_options;
 
 fn grid(mesh: &Mesh, packet: PacketSide) -> UniformGrid {
     grid_of(mesh, UniformOptions { packet, ..UniformOptions::DEFAULT })
@@ -96,7 +98,7 @@ fn packets_of_rays_through_corners_of_cells_hit_what_the_predicate_says() {
 #[test]
 fn packets_of_rays_through_corners_of_nested_cells_hit_what_the_predicate_says() {
     let (mesh, rays) = support::corners_of_cells_in_a_room();
-    check_corners(&mesh, &rays, support::corner_options());
+    check_corners(&mesh, &rays, corner_options());
 }
 
 /// Compares packets of few rays with the predicate.

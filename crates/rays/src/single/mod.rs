@@ -5,37 +5,8 @@ mod filter;
 use std::ops::ControlFlow;
 
 use crate::predicate::{ShadowRay, hit};
-use crate::{Hit, Ray, SeenPixels, Triangles};
+use crate::{Hit, Ray, SingleRays, Triangles};
 pub(crate) use filter::Filter;
-
-/// A structure that answers single rays, of any origin and direction.
-///
-/// `triangles` are always those that it was built over.
-pub trait SingleRays: Sync {
-    /// The nearest hit of `ray` for which `stops` is true; at equal t the one with the lowest triangle id. `None` for a
-    /// miss.
-    ///
-    /// Hits for which `stops` is false are passed through: use it for alpha masks and back faces.
-    fn nearest(&self, triangles: Triangles<'_>, ray: &Ray, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
-        self.nearest_from(triangles, ray, SeenPixels::NONE, stops)
-    }
-
-    /// As [`nearest`](Self::nearest), without the triangle `own`, on which the ray starts: its hit would be at a t of about
-    /// zero, which takes the predicate longest.
-    fn nearest_from(&self, triangles: Triangles<'_>, ray: &Ray, own: u32, stops: &dyn Fn(&Hit) -> bool) -> Option<Hit>;
-
-    /// Whether any triangle but `own` shadows the point of `shadow_ray`.
-    ///
-    /// Triangles for which `stops`, given an id and the weights of the second and third vertex, is false let the light
-    /// through.
-    fn blocked(
-        &self,
-        triangles: Triangles<'_>,
-        shadow_ray: &ShadowRay,
-        own: u32,
-        stops: &dyn Fn(u32, [f32; 2]) -> bool,
-    ) -> bool;
-}
 
 /// A structure that leads single rays to triangles, and so [answers](SingleRays) them.
 pub trait Visit: Sync {

@@ -11,4 +11,3 @@ mod kd_two_level;
 mod pairs;
 mod scales;
 mod support;
-mod uniform_grid;

@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 
 use anyhow::{Result, ensure};
-use umbrage::rays::Visit;
 use umbrage::rays::predicate;
-use umbrage::rays::{Ray, Triangles, UniformGrid, View};
+use umbrage::rays::{Ray, Triangles, View};
+use umbrage_papers::{UniformGrid, Visit as _};
 
 /// Approximate number of ray groups from an image.
 const BLOCKS: u32 = 4096;

@@ -1,6 +1,7 @@
 use anyhow::{Context, Result};
-use umbrage::rays::{Counts, LightMask, SeenPixels, Structure as _, UniformGrid, UniformOptions, ray_by_ray};
+use umbrage::rays::{Counts, LightMask, SeenPixels, Structure as _, ray_by_ray};
 use umbrage::scene::Frame;
+use umbrage_papers::{UniformGrid, UniformOptions};
 
 use crate::flags::AnimationFlags;
 use crate::grids::time;

@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::UniformOptions;
+use umbrage_papers::UniformOptions;
 
 use super::measure::{Costs, Way, measure};
 use crate::flags::ImageFlags;

@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{Insertion, PacketSide, UniformOptions};
+use umbrage_papers::{Insertion, PacketSide, UniformOptions};
 
 use super::measure::{Costs, Way, measure};
 use crate::flags::ImageFlags;

@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{PacketSide, UniformOptions};
+use umbrage_papers::{PacketSide, UniformOptions};
 
 use super::measure::{Costs, Way, measure};
 use crate::flags::ImageFlags;

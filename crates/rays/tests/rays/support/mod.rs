@@ -1,9 +1,13 @@
 //! Small meshes, and the nearest hit by asking the predicate about every triangle.
 #![allow(dead_code, reason = "not every test file uses all of it")]
 
+pub(crate) mod far;
+pub(crate) mod pairs;
+pub(crate) mod scales;
+
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{ShadowRay, hit};
-use umbrage_rays::{Hit, Ray, Triangles, UniformOptions};
+use umbrage_rays::{Hit, Ray, Triangles};
 
 /// A mesh of its own.
 #[derive(Clone, Debug, Default)]
@@ -161,8 +165,8 @@ pub(crate) fn corners_of_cells() -> (Mesh, Vec<Ray>) {
 /// The number of cells for each triangle of [`corners_of_cells`].
 pub(crate) const CORNER_CELLS: f64 = 16.0;
 
-/// The triangles of [`corners_of_cells`] inside of one cell of a room, in which a grid of [`corner_options`] holds the grid
-/// that they have alone; and the same rays.
+/// The triangles of [`corners_of_cells`] inside of one cell of a room, in which a grid with [`CORNER_CELLS`] cells
+/// for each triangle holds the grid that they have alone; and the same rays.
 pub(crate) fn corners_of_cells_in_a_room() -> (Mesh, Vec<Ray>) {
     let (mut mesh, rays) = corners_of_cells();
     // 17 cells with an edge of 62 on each axis, of which the ninth is from about -31 to 31.
@@ -171,11 +175,6 @@ pub(crate) fn corners_of_cells_in_a_room() -> (Mesh, Vec<Ray>) {
         mesh.push([corner, corner + Vec3::X * inwards, corner + Vec3::Y * inwards]);
     }
     (mesh, rays)
-}
-
-/// Options for [`corners_of_cells_in_a_room`].
-pub(crate) fn corner_options() -> UniformOptions {
-    UniformOptions { cells_per_triangle: CORNER_CELLS, nested_above: Some(64), ..UniformOptions::DEFAULT }
 }
 
 /// The place of the ball of [`stadium`].

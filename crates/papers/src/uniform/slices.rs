@@ -8,14 +8,14 @@ use super::UniformGrid;
 use super::cells::Cells;
 use super::frustum::Frustum;
 use super::lattice::Lattice;
-use crate::Triangles;
 use crate::packet::{Common, LANES, Mailbox, Planes, Query, Space};
-use crate::shot::Statistics;
-use crate::simd::lanes::bits_of;
-use crate::vectorized;
+use crate::statistics::Statistics;
+use umbrage_rays::Triangles;
+use umbrage_rays::simd::lanes::bits_of;
+use umbrage_rays::vectorized;
 
 /// Tests the triangles that a packet comes across.
-pub trait Visitor {
+pub(super) trait Visitor {
     /// Whether nothing matters that rays reach at `way` cells along the major axis, or later.
     fn is_done(&self, way: f64) -> bool;
 
@@ -62,7 +62,7 @@ impl<Q: Query> Visitor for Coherent<'_, Q> {
 
 /// Memory for tracing packets, one after the other.
 #[derive(Default)]
-pub struct Scratch {
+pub(super) struct Scratch {
     mailbox: Mailbox,
     planes: Planes,
     /// Listed triangles, waiting for a common test against the frustum.
@@ -102,23 +102,23 @@ impl<const N: usize> Queue<N> {
 /// A box is (lowest u, −highest u, lowest v, −highest v), so that one addition moves it to the next slice, and the minimum
 /// of two boxes holds both (Wald et al. 2006, §2.2).
 #[derive(Clone, Copy, Debug)]
-pub struct Beam {
+pub(super) struct Beam {
     /// The box at w = 0.
-    pub base: [f64; 4],
+    pub(super) base: [f64; 4],
     /// Its change per cell of w.
-    pub rate: [f64; 4],
+    pub(super) rate: [f64; 4],
     /// The world axes of u, v and w.
-    pub axes: [usize; 3],
+    pub(super) axes: [usize; 3],
     /// −1 where w falls along its axis, else 1.
-    pub sign: f64,
+    pub(super) sign: f64,
     /// The coordinate of w = 0 on the major axis.
-    pub start: f64,
+    pub(super) start: f64,
     /// The growth of the box, and the error bound of the slices' w.
     ///
     /// Cell coordinates of the origin, products with slopes and up to 2¹² additions have an error of 2⁻⁴⁰ of the largest
     /// number involved; the lattice's doubt is added. Slopes and coordinates of all rays are inside the packet's extent,
     /// which includes their own errors.
-    pub slack: f64,
+    pub(super) slack: f64,
 }
 
 impl Beam {
@@ -176,7 +176,7 @@ impl Beam {
     }
 
     /// The w at which a ray enters the first slice in the order of travel.
-    pub fn first(&self, cells: u32) -> f64 {
+    pub(super) fn first(&self, cells: u32) -> f64 {
         if self.sign > 0.0 { -self.start } else { self.start - f64::from(cells) }
     }
 }
@@ -242,9 +242,8 @@ impl UniformGrid {
     }
 
     /// Lets `visitor` test the triangles in all cells that a beam overlaps from one w to another, in cells.
-    #[doc(hidden)]
     #[inline(always)]
-    pub fn visit_beam<S: Simd, V: Visitor>(
+    pub(super) fn visit_beam<S: Simd, V: Visitor>(
         &self,
         simd: S,
         triangles: Triangles<'_>,

@@ -18,10 +18,9 @@ pub(crate) use any_hit::{AnyHit, AnyHitBlock};
 pub(crate) use blocks::PacketRays;
 pub(crate) use mailbox::Mailbox;
 pub(crate) use nearest::{Nearest, NearestBlock, Undecided};
-pub use planes::Planes;
+pub(crate) use planes::Planes;
 pub(crate) use query::Query;
-pub use space::Group;
-pub(crate) use space::{Common, Points, Range, Space};
+pub(crate) use space::{Common, Group, Points, Range, Space};
 
 /// Rays, or triangles, handled at once.
 pub(crate) const LANES: usize = 16;
@@ -33,4 +32,4 @@ pub(crate) const MOST_BLOCKS: usize = 64;
 pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Half the distance from one to the next f64.
-use crate::predicate::ROUNDING;
+use umbrage_rays::predicate::ROUNDING;

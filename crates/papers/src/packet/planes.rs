@@ -4,9 +4,9 @@ use glam::Vec3;
 
 use super::space::{Common, Space};
 use super::{HALF_ULP, LANES, ROUNDING};
-use crate::Triangles;
-use crate::shot::MaskPoints;
-use crate::simd::vectors::{Vectors, largest, vectors};
+use umbrage_rays::Triangles;
+use umbrage_rays::shot::MaskPoints;
+use umbrage_rays::simd::vectors::{Vectors, largest, vectors};
 
 /// Sixteen triangles as linear functions of a ray's coordinates (x, y) in a packet, in f32.
 ///
@@ -14,7 +14,7 @@ use crate::simd::vectors::{Vectors, largest, vectors};
 /// where the triangle is `oriented`. 1280 bytes.
 #[derive(Default)]
 #[repr(align(64))]
-pub struct Planes {
+pub(crate) struct Planes {
     a: [[f32; LANES]; 3],
     b: [[f32; LANES]; 3],
     c: [[f32; LANES]; 3],

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16};
 use super::lattice::Lattice;
 use super::slices::Beam;
 use crate::packet::{HALF_ULP, LANES};
-use crate::{Bounds, Triangles};
+use umbrage_rays::{Bounds, Triangles};
 
 /// The four planes of a [`Beam`] in f32, which are tested against a triangle's corners alone (Wald et al. 2006, §2.3).
 ///

@@ -8,14 +8,13 @@ use super::UniformGrid;
 use super::cells::Cells;
 use super::lattice::Lattice;
 use super::macrocells::Blocks;
-use crate::shot::Steps;
-use crate::{Ray, Triangles, Visit};
+use crate::single::{Visit, answers_single_rays};
+use crate::statistics::Steps;
+use umbrage_rays::{Ray, Triangles};
+
+answers_single_rays!(UniformGrid);
 
 impl Visit for UniformGrid {
-    fn reach(&self) -> f32 {
-        self.lattice.map_or(0.0, |lattice| lattice.reach())
-    }
-
     /// Calls `test` with every triangle in a cell that `ray` visits before `t_max`, nearer cells first. `test` may lower
     /// `t_max` or break off. Some triangles are tested more than once.
     fn visit(

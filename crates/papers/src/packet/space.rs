@@ -54,11 +54,11 @@ pub(crate) struct Points {
 
 /// The dominant axis and sign of rays that are traced together.
 #[derive(Clone, Copy, Debug)]
-pub struct Group {
+pub(crate) struct Group {
     /// The world axes of u, v and w; w is the major one.
-    pub axes: [usize; 3],
+    pub(crate) axes: [usize; 3],
     /// −1 where rays run towards lower coordinates of the major axis, else 1.
-    pub sign: f64,
+    pub(crate) sign: f64,
 }
 
 impl Group {
@@ -66,7 +66,7 @@ impl Group {
     pub(crate) const LEAST: f64 = 0.25;
 
     /// The group of a ray's direction: along its dominant axis (Wald et al. 2006, §2.2).
-    pub fn of(direction: DVec3) -> Self {
+    pub(crate) fn of(direction: DVec3) -> Self {
         let size = direction.abs();
         let major = if size.x >= size.y && size.x >= size.z {
             0
@@ -83,13 +83,13 @@ impl Group {
     /// Whether a ray of this direction can join the group: rays must agree about the sign of the major axis, and none may
     /// run almost across it.
     #[inline(always)]
-    pub fn has(&self, direction: DVec3) -> bool {
+    pub(crate) fn has(&self, direction: DVec3) -> bool {
         direction[self.axes[2]] * self.sign > Self::LEAST * direction.abs().max_element()
     }
 
     /// The components of a vector along u, v and w.
     #[inline(always)]
-    pub fn turned(&self, vector: DVec3) -> [f64; 3] {
+    pub(crate) fn turned(&self, vector: DVec3) -> [f64; 3] {
         let [u, v, w] = self.axes.map(|axis| vector[axis]);
         [u, v, w * self.sign]
     }

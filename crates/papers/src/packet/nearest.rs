@@ -4,8 +4,8 @@ use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use super::blocks::{least_of, least_of_blocks};
 use super::query::Query;
 use super::{LANES, MOST_BLOCKS, PacketRays, Planes};
-use crate::shot::{MaskAnswers, Opacity, SeenPixels};
-use crate::simd::lanes::bits_of;
+use umbrage_rays::shot::{MaskAnswers, Opacity, SeenPixels};
+use umbrage_rays::simd::lanes::bits_of;
 
 /// The nearest certain hits of sixteen rays.
 #[derive(Clone, Copy, Debug)]

@@ -2,15 +2,15 @@ use std::ops::Range;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-use crate::parallel::{Parallel, both};
 use glam::DVec3;
 use rayon::prelude::*;
+use umbrage_rays::parallel::{Parallel, both};
 
 use super::super::build::{CHUNK, CHUNK_CELLS, for_each_cell, resize, scan, sort};
 use super::super::lattice::{CellBox, Lattice};
 use super::super::{UniformGrid, UniformOptions, macrocells};
 use super::{Nested, NestedGrid};
-use crate::{Bounds, Triangles};
+use umbrage_rays::{Bounds, Triangles};
 
 /// The largest depth of grids inside of each other, without the scene's.
 const MOST_LEVELS: usize = 4;

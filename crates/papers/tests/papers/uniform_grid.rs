@@ -1,14 +1,20 @@
 //! The uniform grid, ray by ray, against the hierarchy and the predicate asked about every triangle.
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::{Bvh, Hit, Insertion, Ray, SingleRays as _, Structure as _, Triangles, UniformGrid, UniformOptions};
+use umbrage_papers::{Insertion, PacketSide, UniformGrid, UniformOptions};
+use umbrage_rays::{Bvh, Choice as _, Hit, Ray, SingleRays as _, Structure as _, Triangles};
 
-use crate::support::{self, Mesh, Random, nearest_of_all as nearest, random_ray};
+use crate::support::{self, CORNER_CELLS, Mesh, Random, nearest_of_all as nearest, random_ray};
 
 /// World position of the first corner of a cell, which may be one beyond the last.
 fn corner_of(grid: &UniformGrid, cell: [u32; 3]) -> DVec3 {
     let lattice = grid.lattice().expect("a grid that was built");
     lattice.corner + glam::UVec3::from(cell).as_dvec3() * lattice.side
+}
+
+/// Options for [`corners_of_cells_in_a_room`](support::corners_of_cells_in_a_room).
+pub(crate) fn corner_options() -> UniformOptions {
+    UniformOptions { cells_per_triangle: CORNER_CELLS, nested_above: Some(64), ..UniformOptions::DEFAULT }
 }
 
 /// Grids of every kind.
@@ -152,7 +158,7 @@ fn triangles_that_end_where_cells_meet_are_hit() {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
     for macrocell in [1, 2, 6] {
-        let cells_per_triangle = support::CORNER_CELLS;
+        let cells_per_triangle = CORNER_CELLS;
         let grid = grid(triangles, UniformOptions { cells_per_triangle, macrocell, ..UniformOptions::DEFAULT });
         assert_eq!((grid.cells(), corner_of(&grid, [2, 4, 6])), ([17; 3], DVec3::new(1.0, 2.0, 3.0)));
         for (ray, expected) in rays.iter().zip(&expected) {
@@ -169,7 +175,7 @@ fn triangles_that_end_where_nested_cells_meet_are_hit() {
     let triangles = mesh.triangles();
     let expected: Vec<_> = rays.iter().map(|ray| nearest(triangles, ray, |_| true)).collect();
     for macrocell in [1, 2, 6] {
-        let grid = grid(triangles, UniformOptions { macrocell, ..support::corner_options() });
+        let grid = grid(triangles, UniformOptions { macrocell, ..corner_options() });
         assert_eq!(grid.nested_grids(), 1, "{grid:?}");
         for (ray, expected) in rays.iter().zip(&expected) {
             assert_eq!(grid.nearest(triangles, ray, &|_| true), *expected, "{ray:?}");
@@ -295,4 +301,11 @@ fn impossible_options_are_refused() {
     }
     let nested = UniformOptions { nested_above: Some(0), ..UniformOptions::DEFAULT };
     assert!(grid.set_options(nested).unwrap_err().to_string().contains("more than 0 triangles"));
+}
+
+#[test]
+fn packets_are_named_by_their_side() {
+    for side in PacketSide::all() {
+        assert_eq!((side.name(), side.name().parse()), (side.pixels().to_string().as_str(), Ok(side)));
+    }
 }

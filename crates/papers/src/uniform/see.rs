@@ -1,21 +1,21 @@
 use std::sync::{Mutex, PoisonError};
 
-use crate::dispatch;
-use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, u32x16};
 use rayon::prelude::*;
+use umbrage_rays::dispatch;
+use umbrage_rays::parallel::Parallel;
 
 use super::UniformGrid;
 use super::bundle::{Bundle, PacketWorker, Shape};
-use crate::Ray;
 use crate::packet::{Common, Group, LANES, Nearest, NearestBlock, Range, Space, Undecided};
-use crate::predicate::{crossing, settle};
-use crate::shot::{CameraRays, Counts, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
-use crate::simd::lanes::bits_of;
+use umbrage_rays::Ray;
+use umbrage_rays::predicate::{crossing, settle};
+use umbrage_rays::shot::{CameraRays, Counts, Opacity, OpacityOfSides, SeenPixels, Shot, TileOrder};
+use umbrage_rays::simd::lanes::bits_of;
 
 /// Half the distance from one to the next f64.
-pub(super) use crate::predicate::ROUNDING;
+pub(super) use umbrage_rays::predicate::ROUNDING;
 
 impl UniformGrid {
     /// Finds the triangle that each pixel of `shot` sees by tracing packets of neighbouring pixels' rays (Wald et al. 2006,
@@ -42,9 +42,7 @@ impl UniformGrid {
     /// The power of two that scales the edge of a cell to between a half and one; the exponent is limited to ±64.
     ///
     /// f32 then holds distances of about one in a scene that reaches to 10³⁸, and their inverses; in cells it wouldn't.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn unit(&self) -> f64 {
+    pub(super) fn unit(&self) -> f64 {
         let side = self.lattice.map_or(1.0, |lattice| lattice.side);
         // Sides of cells are normal numbers far from the ends of f64's range.
         let exponent = ((side.to_bits() >> 52) as i64 - 1022).clamp(-64, 64);

@@ -2,7 +2,7 @@ use std::ops::RangeInclusive;
 
 use glam::{DVec3, UVec3, Vec3};
 
-use crate::Bounds;
+use umbrage_rays::Bounds;
 
 /// The layout of a grid's cells: adjacent cubes, along x first, then y, then z.
 ///
@@ -77,12 +77,6 @@ impl Lattice {
     pub(super) const MOST_CELLS: f64 = (1 << 26) as f64;
     /// Least distance of the bounds from the lattice's faces, in cells.
     const RIM: f64 = 1.0 / 64.0;
-
-    /// Upper bound of the magnitude of the bounds' coordinates.
-    pub(super) fn reach(&self) -> f32 {
-        let far = self.corner + self.cells.as_dvec3() * self.side;
-        self.corner.abs().max(far.abs()).max_element() as f32
-    }
 
     /// About `wanted` cells around `bounds` (Wald et al. 2006, §3): the number along an axis is the size along it times
     /// ∛(wanted / V).

@@ -6,7 +6,7 @@ use super::UniformGrid;
 use super::build::for_each_cell;
 use super::cells::Cells;
 use super::lattice::Lattice;
-use crate::Triangles;
+use umbrage_rays::Triangles;
 
 impl UniformGrid {
     /// Checks the grid, and those inside of cells, against the triangles that it was built over.

@@ -3,13 +3,8 @@ use fearless_simd::{Simd, f32x16};
 use glam::{DVec3, Vec3};
 
 use umbrage_rays::Ray;
-use umbrage_rays::internals::Group;
 
-/// Lines handled at once.
-pub(super) const LANES: usize = 16;
-
-/// Half the distance from one to the next f32.
-const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+use crate::packet::{Group, HALF_ULP, LANES};
 
 /// Sixteen lines as linear functions of the position w along the major axis: (u, v) = position + slope · w. 256 bytes.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,9 +1,9 @@
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-use crate::parallel::Parallel;
 use glam::UVec3;
 use rayon::prelude::*;
+use umbrage_rays::parallel::Parallel;
 
 use super::lattice::Lattice;
 

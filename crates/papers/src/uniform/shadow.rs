@@ -1,23 +1,23 @@
 use std::sync::Mutex;
 
-use crate::dispatch;
-use crate::parallel::Parallel;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 use glam::DVec3;
 use rayon::prelude::*;
+use umbrage_rays::dispatch;
+use umbrage_rays::parallel::Parallel;
 
 use super::UniformGrid;
 use super::bundle::{Bundle, PacketWorker, Shape, eight, members_of};
 use super::see::ROUNDING;
-use crate::LightSource;
-use crate::SingleRays;
 use crate::packet::{AnyHit, AnyHitBlock, Common, Group, LANES, Points, Range, Space};
-use crate::predicate::settle;
-use crate::shot::{
+use umbrage_rays::LightSource;
+use umbrage_rays::SingleRays;
+use umbrage_rays::predicate::settle;
+use umbrage_rays::shot::{
     CameraRays, Counts, EightPoints, LightMask, Opacity, OpacityOfSides, SeenImage, SeenPixels, Shot, TileOrder,
 };
-use crate::simd::lanes::bits_of;
+use umbrage_rays::simd::lanes::bits_of;
 
 /// Words of a tile: one for each block.
 const TILE_BLOCKS: usize = TileOrder::TILE_PIXELS / TileOrder::BLOCK_PIXELS;
@@ -26,7 +26,7 @@ impl UniformGrid {
     /// Finds the points seen by the pixels of `shot` that are lit by `light`.
     ///
     /// A point is lit unless a triangle other than its own blocks the light there, by
-    /// [`ShadowRay::blocked_by`](crate::predicate::ShadowRay::blocked_by) and by the shot's `shadow_opacity`.
+    /// [`ShadowRay::blocked_by`](umbrage_rays::predicate::ShadowRay::blocked_by) and by the shot's `shadow_opacity`.
     ///
     /// Packets are those of the pixels, with rays from the light (Wald et al. 2006, §4.6). They are split where distances to
     /// the camera, or directions from the light, spread too far.

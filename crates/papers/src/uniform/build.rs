@@ -1,13 +1,13 @@
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-use crate::parallel::{Parallel, both};
 use rayon::prelude::*;
+use umbrage_rays::parallel::{Parallel, both};
 
 use super::lattice::{CellBox, Lattice, VertexCells};
 use super::overlap::ExactTriangle;
 use super::{Insertion, UniformGrid};
-use crate::{Bounds, Omitted, Triangles};
+use umbrage_rays::{Bounds, Omitted, Triangles};
 
 /// Triangles in a thread's chunk.
 pub(super) const CHUNK: usize = 1 << 12;

@@ -3,12 +3,12 @@ use fearless_simd::{Simd, f32x16, f64x8, mask64x8};
 use glam::DVec3;
 
 use super::slices::Scratch;
-use crate::choices;
 use crate::packet::{
     AnyHitBlock, Common, Group, LANES, MOST_BLOCKS, NearestBlock, PacketRays, Range, Space, Undecided,
 };
-use crate::shot::TileOrder;
-use crate::simd::lanes::bits_of;
+use umbrage_rays::choices;
+use umbrage_rays::shot::TileOrder;
+use umbrage_rays::simd::lanes::bits_of;
 
 /// Pixels along an edge of a packet (Wald et al. 2006, §4.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
