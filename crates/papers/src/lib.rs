@@ -5,8 +5,16 @@
 //! their tests hold them to the same predicate as the product.
 #![forbid(unsafe_code)]
 
+mod listed;
+#[cfg(test)]
+#[allow(dead_code, reason = "some of it is for other tests")]
+#[path = "../../rays/src/random.rs"]
+mod random;
 mod structures;
 
+pub use listed::{
+    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrids, ListedLightOptions, ListedOptions,
+};
 pub use structures::{KdTrees, Listed, Uniform, structures};
 
 #[cfg(feature = "experiments")]

@@ -116,7 +116,7 @@ impl Omitted {
         self.not_finite.count + self.zero_area.count + self.index_out_of_range.count
     }
 
-    pub(crate) fn note(&mut self, id: u32, why: Unusable) {
+    pub fn note(&mut self, id: u32, why: Unusable) {
         let kind = match why {
             Unusable::NotFinite => &mut self.not_finite,
             Unusable::ZeroArea => &mut self.zero_area,
@@ -129,7 +129,7 @@ impl Omitted {
     }
 
     /// Forgets all triangles and keeps the memory.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         for kind in [&mut self.not_finite, &mut self.zero_area, &mut self.index_out_of_range] {
             kind.count = 0;
             kind.first_ids.clear();
@@ -137,7 +137,7 @@ impl Omitted {
     }
 
     /// Adds the omitted triangles of `later`, whose ids are all higher.
-    pub(crate) fn append(&mut self, later: &Self) {
+    pub fn append(&mut self, later: &Self) {
         let kinds = [
             (&mut self.not_finite, &later.not_finite),
             (&mut self.zero_area, &later.zero_area),

@@ -3,10 +3,11 @@ use std::slice;
 
 use anyhow::{Result, ensure};
 use glam::Vec3;
+use umbrage_papers::ListedGrids;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, ListedGrids, SeenPixels, Shot, SingleRays as _,
-    Structure, UniformGrid,
+    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, SeenPixels, Shot, SingleRays as _, Structure,
+    UniformGrid,
 };
 
 use crate::{Random, Seams, Sheet, SheetShape};

@@ -2,9 +2,9 @@
 
 use std::num::NonZeroU32;
 
+use umbrage_papers::{Cells, ListedGrids, ListedLightOptions, ListedOptions};
 use umbrage_rays::{
-    BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
-    ListedOptions, SahCosts, TwoLevelKdTree, UniformGrid,
+    BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, SahCosts, TwoLevelKdTree, UniformGrid,
 };
 pub use umbrage_rays::{
     Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal,

@@ -4,6 +4,7 @@ mod clusters;
 mod kd_shafts;
 mod kd_tasks;
 mod light_buffer;
+mod listed;
 mod on_demand;
 mod queues;
 mod reorder;
