@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
 use umbrage::rays::{
-    Bytes, DirectGrids, Grids, LightGrid, LightMask, ListedGrid, ListedGrids, ListedLightGrid, ListedLightOptions,
-    ListedOptions, PerspectiveGrid, Seconds, SeenPixels, SimdLevel, Structure, Work,
+    Bytes, DirectGrids, ImageTooLarge, LightMask, LightSource, Omitted, Seconds, SeenPixels, Shot as Question,
+    SimdLevel, Structure, Triangles, Work,
 };
+use umbrage_papers::{ListedGrids, ListedLightOptions, ListedOptions};
 
 use crate::shot::Shot;
 
@@ -59,13 +59,60 @@ impl From<ListedOptions> for Forms {
 impl Forms {
     /// Grids of these forms that use the instructions of `level`.
     pub(crate) fn make(self, level: SimdLevel) -> Box<dyn Structure> {
-        let direct = |level| (PerspectiveGrid::with_level(level), LightGrid::with_level(level));
+        let direct = || DirectGrids::with_level(level);
+        let listed = ListedGrids::with_options(level, self.camera.unwrap_or_default(), self.lights.unwrap_or_default());
         match (self.camera, self.lights) {
-            (None, None) => Box::new(DirectGrids::with_level(level)),
-            (None, Some(lights)) => Box::new(Grids::new(direct(level).0, ListedLightGrid::new(level, lights))),
-            (Some(camera), None) => Box::new(Grids::new(ListedGrid::new(level, camera), direct(level).1)),
-            (Some(camera), Some(lights)) => Box::new(ListedGrids::with_options(level, camera, lights)),
+            (None, None) => Box::new(direct()),
+            (None, Some(_)) => Box::new(TwoForms { camera: direct(), lights: listed }),
+            (Some(_), None) => Box::new(TwoForms { camera: listed, lights: direct() }),
+            (Some(_), Some(_)) => Box::new(listed),
         }
+    }
+}
+
+/// The camera's grid of one form, and the lights' grids of another.
+#[derive(Debug)]
+struct TwoForms<C, L> {
+    camera: C,
+    lights: L,
+}
+
+impl<C: Structure, L: Structure> Structure for TwoForms<C, L> {
+    fn build(&mut self, triangles: Triangles<'_>) {
+        self.camera.build(triangles);
+        self.lights.build(triangles);
+    }
+
+    fn see(&mut self, shot: &Question<'_>, seen: &mut SeenPixels) -> Result<Work, ImageTooLarge> {
+        self.camera.see(shot, seen)
+    }
+
+    fn shadow(
+        &mut self,
+        shot: &Question<'_>,
+        seen: &SeenPixels,
+        lights: &[LightSource],
+        masks: &mut [LightMask],
+    ) -> Work {
+        self.lights.shadow(shot, seen, lights, masks)
+    }
+
+    fn work_of_lights(&self) -> &[Work] {
+        self.lights.work_of_lights()
+    }
+
+    fn omitted(&self) -> &Omitted {
+        self.camera.omitted()
+    }
+
+    fn bytes(&self) -> Bytes {
+        let (camera, lights) = (self.camera.bytes(), self.lights.bytes());
+        Bytes { triangles: camera.triangles + lights.triangles, points: camera.points + lights.points }
+    }
+
+    fn validate(&mut self, shot: &Question<'_>, seen: &SeenPixels, lights: &[LightSource]) -> Result<(), String> {
+        self.camera.validate(shot, seen, &[])?;
+        self.lights.validate(shot, seen, lights)
     }
 }
 
@@ -85,7 +132,7 @@ impl Ours {
         Self { structure, seen: SeenPixels::default(), masks: Vec::new(), work: <[Work; 2]>::default() }
     }
 
-    pub(crate) fn trace(&mut self, shot: &Shot<'_>) -> Result<Times> {
+    pub(crate) fn trace(&mut self, shot: &Shot<'_>) -> anyhow::Result<Times> {
         let Self { structure, seen, masks, work: [of_camera, of_lights] } = self;
         let mut times = Times::default();
         time(&mut times.build, || structure.build_parts(shot.frame.triangles(), shot.frame.parts()));

@@ -5,12 +5,18 @@
 //! their tests hold them to the same predicate as the product.
 #![forbid(unsafe_code)]
 
+mod listed;
 mod packet;
+#[cfg(test)]
+#[allow(dead_code, reason = "some of it is for other tests")]
+#[path = "../../rays/src/random.rs"]
+mod random;
 mod single;
 mod statistics;
 mod structures;
 pub mod uniform;
 
+pub use listed::{Cells, ImpossibleCells, ImpossibleLightCells, ListedGrids, ListedLightOptions, ListedOptions};
 pub use single::Visit;
 pub use structures::{KdTrees, Listed, Uniform, structures};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};

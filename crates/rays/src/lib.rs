@@ -34,7 +34,6 @@ mod kdtree;
 mod light;
 #[doc(hidden)]
 pub mod light_grid;
-mod listed;
 #[doc(hidden)]
 pub mod parallel;
 mod parts;
@@ -67,20 +66,16 @@ pub use hash_key::HashKey;
 pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub use camera::{Camera, Projection, View};
-pub use camera_grid::{ImageTooLarge, PerspectiveGrid};
+pub use camera_grid::ImageTooLarge;
 pub use choice::{Choice, UnknownChoice};
-pub use grids::{CameraGrid, DirectGrids, Grids, LightsGrid, ListedGrids};
+pub use grids::DirectGrids;
 pub use kdtree::{
     BackgroundKdTree, Clipping, HierarchyKdTree, ImpossibleBackground, ImpossibleKdTreeOptions, KdAge, KdBuilder,
     KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
     KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
 };
-pub use light::LightSource;
-pub use light_grid::{LightCell, LightCells, LightFace, LightGrid};
-pub use listed::{
-    Cells, ImpossibleCells, ImpossibleLightCells, LightClamp, LightMapping, ListedGrid, ListedLightGrid,
-    ListedLightOptions, ListedOptions, NoLightClamp,
-};
+pub use light::{LightClamp, LightMapping, LightSource, NoLightClamp};
+pub use light_grid::{LightCell, LightCells, LightFace};
 pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};

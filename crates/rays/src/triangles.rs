@@ -116,7 +116,6 @@ impl Omitted {
         self.not_finite.count + self.zero_area.count + self.index_out_of_range.count
     }
 
-    #[doc(hidden)]
     pub fn note(&mut self, id: u32, why: Unusable) {
         let kind = match why {
             Unusable::NotFinite => &mut self.not_finite,
@@ -130,7 +129,6 @@ impl Omitted {
     }
 
     /// Forgets all triangles and keeps the memory.
-    #[doc(hidden)]
     pub fn clear(&mut self) {
         for kind in [&mut self.not_finite, &mut self.zero_area, &mut self.index_out_of_range] {
             kind.count = 0;
@@ -139,7 +137,6 @@ impl Omitted {
     }
 
     /// Adds the omitted triangles of `later`, whose ids are all higher.
-    #[doc(hidden)]
     pub fn append(&mut self, later: &Self) {
         let kinds = [
             (&mut self.not_finite, &later.not_finite),

@@ -26,7 +26,8 @@
 //!   sides of triangles that stop rays, [`Background`] (with [`Panorama`] for images) the surroundings, [`ToneMap`] the
 //!   brightness.
 //! - [`Structures`] finds structures by name. [`StructureKind`] is the trait for a structure of your own (`own_structure`),
-//!   [`KindOption`] one of its options, and [`GpuStructure`] its counterpart on a GPU. [`StructureOption`] describes an
+//!   [`KindOption`] one of its options, and [`GpuStructure`] its counterpart on a GPU, with
+//!   [`GpuGrids`] for grids of other cells. [`StructureOption`] describes an
 //!   option by name, and [`OptionValues`] its values; [`ImpossibleOption`] or [`UnknownStructure`] give the reason for a
 //!   refusal. [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of
 //!   command lines.
@@ -102,8 +103,8 @@ pub use settings::{CameraChoice, Settings, ToneMap};
 pub use sides::Sides;
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use structure::{
-    GpuStructure, ImpossibleOption, KindOption, OptionValues, Structure, StructureKind, StructureOption, Structures,
-    UnknownStructure,
+    GpuGrids, GpuStructure, ImpossibleOption, KindOption, OptionValues, Structure, StructureKind, StructureOption,
+    Structures, UnknownStructure,
 };
 pub use umbrage_files::{open_bytes, open_files};
 pub use umbrage_gallery as gallery;

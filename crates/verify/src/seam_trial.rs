@@ -3,11 +3,10 @@ use std::slice;
 
 use anyhow::{Result, ensure};
 use glam::Vec3;
-use umbrage_papers::UniformGrid;
+use umbrage_papers::{ListedGrids, UniformGrid};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, ListedGrids, SeenPixels, Shot, SingleRays as _,
-    Structure,
+    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, SeenPixels, Shot, SingleRays as _, Structure,
 };
 
 use crate::{Random, Seams, Sheet, SheetShape};

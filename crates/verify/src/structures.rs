@@ -2,11 +2,10 @@
 
 use std::num::NonZeroU32;
 
-use umbrage_papers::UniformGrid;
+use umbrage_papers::{Cells, ListedGrids, ListedLightOptions, ListedOptions, UniformGrid};
 pub use umbrage_papers::{Insertion, PacketSide, UniformOptions};
 use umbrage_rays::{
-    BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
-    ListedOptions, SahCosts, TwoLevelKdTree,
+    BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, SahCosts, TwoLevelKdTree,
 };
 pub use umbrage_rays::{
     Bvh, Clipping, DirectGrids, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,

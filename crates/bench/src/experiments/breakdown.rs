@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{ListedLightOptions, ListedOptions};
+use umbrage_papers::{ListedLightOptions, ListedOptions};
 
 use crate::flags::{ImageFlags, SceneFlags};
 use crate::grids::Forms;

@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::ListedOptions;
+use umbrage_papers::ListedOptions;
 
 use crate::flags::AnimationFlags;
 use crate::measure::measure;

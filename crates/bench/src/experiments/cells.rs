@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::Cells;
+use umbrage_papers::Cells;
 
 use super::sweep::{Chart, SweepFlags};
 

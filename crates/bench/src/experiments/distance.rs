@@ -3,7 +3,8 @@
 use anyhow::Result;
 use clap::Args;
 use glam::Vec3;
-use umbrage::rays::{LightSource, ListedLightOptions};
+use umbrage::rays::LightSource;
+use umbrage_papers::ListedLightOptions;
 
 use crate::flags::ImageFlags;
 use crate::grids::Forms;

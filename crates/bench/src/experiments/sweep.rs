@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{Cells, ListedOptions};
+use umbrage_papers::{Cells, ListedOptions};
 
 use crate::flags::ImageFlags;
 use crate::measure::{Costs, measure};

@@ -1,9 +1,10 @@
 use std::num::NonZeroU32;
 
-use umbrage::rays::{self, Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, SimdLevel};
-use umbrage::{Error, GpuStructure, KindOption, OptionValues, StructureKind};
+use umbrage::rays::{self, LightMapping, SimdLevel};
+use umbrage::{Error, GpuGrids, GpuStructure, KindOption, OptionValues, StructureKind};
 
 use super::{choice, option, parsed, whole_among};
+use crate::{Cells, ListedGrids, ListedLightOptions, ListedOptions};
 
 /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -112,7 +113,13 @@ impl StructureKind for Listed {
                        tracing tile";
             return Err(Error::StructureOptions(why.into()));
         }
-        Ok(Some(GpuStructure::listed(self.camera, self.light)))
+        Ok(Some(GpuStructure::grids_of(GpuGrids {
+            sorting_tile: tile,
+            slices: cells.slices(),
+            light_map: self.light.map,
+            light_clamp: self.light.clamp,
+            light_slices: self.light.slices(),
+        })))
     }
 }
 

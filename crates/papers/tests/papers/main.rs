@@ -5,6 +5,7 @@ mod far;
 mod kd_shafts;
 mod kd_tasks;
 mod light_buffer;
+mod listed;
 mod on_demand;
 mod pairs;
 mod queues;

@@ -51,7 +51,7 @@ impl Fragment {
 }
 
 /// Bytes of a slice's contents.
-pub(crate) fn bytes_of<T>(list: &[T]) -> usize {
+pub fn bytes_of<T>(list: &[T]) -> usize {
     size_of_val(list)
 }
 

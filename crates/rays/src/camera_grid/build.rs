@@ -1,11 +1,10 @@
 use std::ops::Range;
 
 use crate::dispatch;
-use crate::parallel::{Parallel, both};
+use crate::parallel::both;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x16};
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::bins::{Bins, Fragment, Listed, Path};
 use super::cull::BoxInImage;
@@ -26,7 +25,7 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// If a side of the image is longer than [`ImageTooLarge::LARGEST_SIDE`].
-    pub(super) fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<(), ImageTooLarge> {
+    pub(crate) fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<(), ImageTooLarge> {
         /// Sixteens of patches.
         const SMALLEST_RANGE: usize = 4;
         const MOST_RANGES: usize = 32;
@@ -53,19 +52,6 @@ impl PerspectiveGrid {
         listing.list(0, &mut self.ranges, &mut self.vertices[..patches.vertex_count()], &mut self.boxes);
         Ok(())
     }
-}
-
-/// Projects each vertex once, and adds one more for all indices that are out of range.
-pub(crate) fn project(level: SimdLevel, space: &PixelSpace, triangles: Triangles<'_>, vertices: &mut Vec<Vertex>) {
-    const CHUNK: usize = 4096;
-    vertices.resize(triangles.positions.len() + 1, Vertex::AWKWARD);
-    if let Some(last) = vertices.last_mut() {
-        *last = Vertex::AWKWARD;
-    }
-    let chunks = vertices.par_chunks_mut(CHUNK).zip(triangles.positions.par_chunks(CHUNK));
-    chunks.each(|(vertices, positions)| {
-        dispatch!(level, simd => vectorized!(simd => space.project(simd, positions, vertices)));
-    });
 }
 
 /// Sorts patches into tiles, and triangles of large or awkward patches one by one.

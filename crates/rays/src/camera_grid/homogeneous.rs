@@ -12,23 +12,23 @@ use crate::shot::TileOrder;
 /// A triangle with its [`EdgeFunctions`] in f64, of homogeneous pixel coordinates: for triangles that reach behind the eye,
 /// slivers and alpha masks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct HomogeneousTriangle {
+pub struct HomogeneousTriangle {
     /// Coefficients of each edge function for x, y and one. Positive inside where `oriented`.
     pub(crate) edges: [DVec3; 3],
     /// Error bound of each edge function at any sample.
     pub(crate) bounds: [f64; 3],
     /// Whether the edge functions' common sign at a hit is certain: a sample with one below zero is missed.
     pub(crate) oriented: bool,
-    pub(crate) depth: Depth,
+    pub depth: Depth,
     /// Lowest and highest x, and y, of pixels whose samples may be hit.
     limits: [[f64; 2]; 2],
     /// Largest distance along an axis between a sample and its pixel.
-    pub(crate) shift: f64,
+    pub shift: f64,
 }
 
 /// A general triangle's depth as a function of the sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Depth {
+pub enum Depth {
     /// Unknown, since too little is certain.
     Unknown,
     /// One over the depth is linear: perspective views.
@@ -49,17 +49,17 @@ pub(crate) enum Depth {
 
 /// Pixels in a square part of pixel space.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Square {
+pub struct Square {
     /// The leftmost column.
-    pub(crate) x: i32,
+    pub x: i32,
     /// The uppermost row.
-    pub(crate) y: i32,
+    pub y: i32,
     /// Pixels a side.
-    pub(crate) side: i32,
+    pub side: i32,
 }
 
 impl HomogeneousTriangle {
-    pub(crate) fn new(space: &PixelSpace, corners: [Vec3; 3]) -> Self {
+    pub fn new(space: &PixelSpace, corners: [Vec3; 3]) -> Self {
         let points = corners.map(|corner| space.camera_point(corner));
         let is_perspective = space.is_perspective();
         let [a, b, c] = points.map(|(point, _)| {
@@ -113,7 +113,7 @@ impl HomogeneousTriangle {
     }
 
     /// Whether certainly no ray of `square` hits the triangle.
-    pub(crate) fn misses(&self, square: Square) -> bool {
+    pub fn misses(&self, square: Square) -> bool {
         let half = 0.5 * f64::from(square.side - 1);
         let center = DVec3::new(f64::from(square.x) + half, f64::from(square.y) + half, 1.0);
         let beyond = |axis: usize| {
@@ -138,7 +138,7 @@ impl HomogeneousTriangle {
 ///
 /// # Errors
 /// The first error of `check`.
-pub(crate) fn check_pixels(
+pub fn check_pixels(
     space: &PixelSpace,
     triangle: &HomogeneousTriangle,
     square: Square,
@@ -237,14 +237,14 @@ impl Depth {
 impl Square {
     /// The smallest square with the image's first pixel in its corner that holds the image. Its side is a power of two, and
     /// at least a tile's.
-    pub(crate) fn around_image(space: &PixelSpace) -> Self {
+    pub fn around_image(space: &PixelSpace) -> Self {
         let (width, height) = space.size();
         let side = width.max(height).max(TileOrder::TILE).next_power_of_two() as i32;
         Self { x: -space.middle.x, y: -space.middle.y, side }
     }
 
     /// The four quarters of a square with an even side.
-    pub(crate) fn quarters(self) -> [Self; 4] {
+    pub fn quarters(self) -> [Self; 4] {
         let side = self.side / 2;
         [(0, 0), (side, 0), (0, side), (side, side)].map(|(x, y)| Self { x: self.x + x, y: self.y + y, side })
     }

@@ -13,17 +13,17 @@ use crate::simd::lanes::{TABLE, bits_of, load_corner, load_local_corner, look_up
 
 /// The corners of 16 triangles: x, y and inverse depth of each.
 #[derive(Clone, Copy)]
-pub(crate) struct Corners<S: Simd> {
+pub struct Corners<S: Simd> {
     pub(crate) x: [f32x16<S>; 3],
     pub(crate) y: [f32x16<S>; 3],
-    pub(crate) inverse_depth: [f32x16<S>; 3],
+    pub inverse_depth: [f32x16<S>; 3],
 }
 
 impl<S: Simd> Corners<S> {
     /// The corners of at most 16 triangles, given as indices of `vertices`. The last vertex stands for all indices out of
     /// range, and for missing triangles.
     #[inline(always)]
-    pub(crate) fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Self {
+    pub fn load(simd: S, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Self {
         let mut padded = [[u32::MAX; 3]; LANES];
         let triangles = triangles.try_into().unwrap_or_else(|_| {
             padded[..triangles.len()].copy_from_slice(triangles);
@@ -33,16 +33,6 @@ impl<S: Simd> Corners<S> {
         let [bx, by, bz, _] = load_corner(simd, vertices, triangles, 1);
         let [cx, cy, cz, _] = load_corner(simd, vertices, triangles, 2);
         Self { x: [ax, bx, cx], y: [ay, by, cy], inverse_depth: [az, bz, cz] }
-    }
-
-    /// The corners of at most 16 triangles, given by their ids.
-    #[inline(always)]
-    pub(crate) fn of_ids(simd: S, vertices: &[Vertex], triangles: Triangles<'_>, ids: &[u32]) -> Self {
-        let mut indices = [[u32::MAX; 3]; LANES];
-        for (corners, &id) in indices.iter_mut().zip(ids) {
-            *corners = triangles.indices[id as usize];
-        }
-        Self::load(simd, vertices, &indices)
     }
 
     /// The corners of 16 triangles, given as numbers of a few vertices, from the vertices' x, y and inverse depth.
@@ -68,7 +58,7 @@ impl<S: Simd> Corners<S> {
 
     /// Whether two corners are at the same point of the image.
     #[inline(always)]
-    pub(crate) fn coincide(&self) -> mask32x16<S> {
+    pub fn coincide(&self) -> mask32x16<S> {
         let Self { x, y, .. } = self;
         (x[0].simd_eq(x[1]) & y[0].simd_eq(y[1]))
             | (x[1].simd_eq(x[2]) & y[1].simd_eq(y[2]))
@@ -80,7 +70,7 @@ impl<S: Simd> Corners<S> {
     /// With δ the error of a corner and w and h the sides of the bounds, the bound is 4 δ (w + h) + 8 δ² + 8 ε w h (see
     /// [`Setup::new`]).
     #[inline(always)]
-    pub(crate) fn signed_area(&self, simd: S, error: f32x16<S>) -> [f32x16<S>; 2] {
+    pub fn signed_area(&self, simd: S, error: f32x16<S>) -> [f32x16<S>; 2] {
         let Self { x, y, .. } = *self;
         let (width, height) = (max3(x) - min3(x), max3(y) - min3(y));
         let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
@@ -103,16 +93,16 @@ pub(crate) fn sample_range<S: Simd>(corners: [f32x16<S>; 3], error: f32x16<S>) -
 }
 
 /// Pixels of the image whose samples 16 triangles may hit.
-pub(crate) struct PixelBounds<S: Simd> {
-    pub(crate) x: [f32x16<S>; 2],
-    pub(crate) y: [f32x16<S>; 2],
+pub struct PixelBounds<S: Simd> {
+    pub x: [f32x16<S>; 2],
+    pub y: [f32x16<S>; 2],
     /// Error bound of a corner.
-    pub(crate) error: f32x16<S>,
+    pub error: f32x16<S>,
 }
 
 impl<S: Simd> PixelBounds<S> {
     #[inline(always)]
-    pub(crate) fn new(simd: S, space: &PixelSpace, corners: &Corners<S>) -> Self {
+    pub fn new(simd: S, space: &PixelSpace, corners: &Corners<S>) -> Self {
         let largest = largest(corners.x, corners.y);
         // The second half ulp is for the sum of a coordinate and its error.
         let error = largest * splat(simd, 2.1 * HALF_ULP) + splat(simd, 1.1 * Vertex::ERROR_PIXELS);
@@ -145,7 +135,7 @@ fn clamp<S: Simd>(simd: S, [low, high]: [f32x16<S>; 2], middle: i32, side: u32) 
 }
 
 /// Edge functions, depth and their error bounds of 16 triangles in coordinates with an origin near the samples.
-pub(crate) struct Setup<S: Simd> {
+pub struct Setup<S: Simd> {
     /// Factor of x of each edge function; positive edge functions are inside.
     pub(crate) a: [f32x16<S>; 3],
     /// Factor of y.

@@ -5,30 +5,26 @@
 //! may overlap many, and tested there against blocks of 4×4 samples. A filter in f32 with a certified error bound decides
 //! nearly all samples, and the [predicate](crate::predicate) settles the rest, so that the answer is its own.
 
-pub(crate) mod bins;
+pub mod bins;
 pub(crate) mod build;
 mod cull;
 mod depth_order;
-pub(crate) mod homogeneous;
-pub(crate) mod lanes;
+pub mod homogeneous;
+pub mod lanes;
 mod list_large;
-pub(crate) mod pixel_space;
-pub(crate) mod samples;
+pub mod pixel_space;
+pub mod samples;
 mod small_patches;
-pub(crate) mod tile;
-pub(crate) mod trace;
+pub mod tile;
+pub mod trace;
 mod two_by_two;
 mod validate;
 
 use std::sync::Mutex;
 
-use web_time::Instant;
-
-use crate::grids::CameraGrid;
-use crate::patches::Patches;
-use crate::shot::{Counts, PixelWork, Seconds, SeenPixels, Shot, TileOrder};
+use crate::View;
+use crate::shot::TileOrder;
 use crate::simd::SimdLevel;
-use crate::{Omitted, View};
 use bins::{Bin, Bins, bytes_of};
 use cull::PixelBox;
 use pixel_space::{PixelSpace, Vertex};
@@ -71,7 +67,7 @@ impl ImageTooLarge {
     /// The largest side in pixels.
     pub const LARGEST_SIDE: u32 = 1 << 16;
 
-    pub(crate) fn check(view: &View) -> Result<(), Self> {
+    pub fn check(view: &View) -> Result<(), Self> {
         let &View { width, height, .. } = view;
         if width.max(height) > Self::LARGEST_SIDE { Err(Self { width, height }) } else { Ok(()) }
     }
@@ -85,7 +81,7 @@ impl PerspectiveGrid {
     }
 
     /// The image's order of tiles.
-    fn order(&self) -> TileOrder {
+    pub(crate) fn order(&self) -> TileOrder {
         let (width, height) = self.space.as_ref().map_or((0, 0), PixelSpace::size);
         TileOrder::new(width, height)
     }
@@ -94,47 +90,13 @@ impl PerspectiveGrid {
     fn tiles(&self) -> (u32, u32) {
         self.order().tiles()
     }
-}
 
-impl CameraGrid for PerspectiveGrid {
-    fn level_for_patches(&self) -> Option<SimdLevel> {
-        Some(self.level)
-    }
-
-    fn build(&mut self, shot: &Shot<'_>, patches: &Patches) -> Result<Seconds, ImageTooLarge> {
-        let start = Instant::now();
-        Self::build(self, shot, patches)?;
-        Ok(Seconds { list: start.elapsed().as_secs_f64(), ..Seconds::default() })
-    }
-
-    fn trace(&mut self, shot: &Shot<'_>, patches: &Patches, seen: &mut SeenPixels) -> Counts {
-        self.trace_tiles(shot, patches, seen, &mut vec![[]; self.order().slots()])
-    }
-
-    fn trace_counting(
-        &mut self,
-        shot: &Shot<'_>,
-        patches: &Patches,
-        seen: &mut SeenPixels,
-        work: &mut PixelWork,
-    ) -> Counts {
-        let work = work.start(self.order());
-        self.trace_tiles(shot, patches, seen, work)
-    }
-
-    fn omitted(&self) -> Option<&Omitted> {
-        None
-    }
-
-    fn bytes(&self) -> usize {
+    /// Bytes held for the last frame, without the pixels.
+    pub(crate) fn bytes(&self) -> usize {
         let bins = self.ranges.iter().flat_map(|range| &range.bins);
         bytes_of(&self.vertices)
             + bytes_of(&self.boxes)
             + bins.map(|bin| size_of::<Bin>() + bin.bytes()).sum::<usize>()
             + self.scratch.len() * size_of::<TileHits>()
-    }
-
-    fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {
-        Self::validate(self, shot, patches)
     }
 }

@@ -9,7 +9,7 @@ use crate::simd::vectors::{Vectors, narrow, widen};
 use crate::{Camera, Projection, Sides, View};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
-pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
+pub const HALF_ULP: f32 = f32::EPSILON / 2.0;
 
 /// A vertex in pixel space: x, y, inverse depth and a zero that pads it to a quarter of a 16-wide register. 16 bytes.
 ///
@@ -22,7 +22,7 @@ pub(crate) const HALF_ULP: f32 = f32::EPSILON / 2.0;
 /// and y mean nothing, except that vertices at one point behind the eye have the same.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
-pub(crate) struct Vertex(pub(crate) [f32; 4]);
+pub struct Vertex(pub(crate) [f32; 4]);
 
 impl From<Vertex> for [f32; 4] {
     #[inline(always)]
@@ -33,7 +33,7 @@ impl From<Vertex> for [f32; 4] {
 
 impl Vertex {
     /// The vertex that replaces every vertex the fast path can't take.
-    pub(crate) const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);
+    pub const AWKWARD: Self = Self([0.0, 0.0, -1.0, 0.0]);
 
     /// The inverse depth of vertices that are certainly behind the eye. No ray hits a triangle with three of them.
     pub(crate) const BEHIND: f32 = -2.0;
@@ -52,7 +52,7 @@ impl Vertex {
 
 /// The rays of one frame's camera as points in a plane: integer points plus shifts of at most a half.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PixelSpace {
+pub struct PixelSpace {
     view: View,
     /// Distances of samples from integer points.
     pub(crate) shifts: Shifts,
@@ -64,7 +64,7 @@ pub(crate) struct PixelSpace {
     /// The camera's forward axis in pixel space.
     pub(crate) axis_pixels: DVec2,
     /// The pixel whose sample has the coordinates (0, 0).
-    pub(crate) middle: IVec2,
+    pub middle: IVec2,
     /// Largest |x/z| and |y/z| that a vertex may have on the fast path; negative where no vertex may take it.
     pub(super) guard: f64,
     /// T of [`RELATIVE_EDGE_ERROR`](Self::RELATIVE_EDGE_ERROR), in pixels.
@@ -78,7 +78,7 @@ pub(crate) struct PixelSpace {
 }
 
 impl PixelSpace {
-    pub(crate) fn new(shot: &Shot<'_>) -> Self {
+    pub fn new(shot: &Shot<'_>) -> Self {
         let &Shot { ref view, offset_pixels, shifts, .. } = shot;
         let Camera { position, right, up, forward, projection } = view.camera;
         let [right, up, forward] = [right, up, forward].map(Vec3::as_dvec3);
@@ -145,7 +145,7 @@ impl PixelSpace {
     /// Each coordinate is wrong by at most 2⁻⁴⁵ r: the inverse matrix by 64 f64 roundings (its cofactors have 6, its
     /// determinant 30), the offset, product and sums by five, on each of three axes.
     #[inline(always)]
-    pub(crate) fn camera_point(&self, point: Vec3) -> (DVec3, f64) {
+    pub fn camera_point(&self, point: Vec3) -> (DVec3, f64) {
         let offset = DVec3::new(f64::from(point.x), f64::from(point.y), f64::from(point.z)) - self.eye;
         let [right, up, forward] = self.camera_from_world;
         let point = DVec3::new(dot(right, offset), dot(up, offset), dot(forward, offset));
@@ -154,7 +154,7 @@ impl PixelSpace {
 
     /// The sign of the area in pixel space, where y goes down, of triangles that show their front; zero where all have both
     /// sides.
-    pub(crate) fn facing(&self, sides: Sides<'_>) -> f32 {
+    pub fn facing(&self, sides: Sides<'_>) -> f32 {
         if sides == Sides::Both {
             return 0.0;
         }
@@ -173,7 +173,7 @@ impl PixelSpace {
     }
 
     /// Whether all rays start at the eye.
-    pub(crate) fn is_perspective(&self) -> bool {
+    pub fn is_perspective(&self) -> bool {
         matches!(self.view.camera.projection, Projection::Perspective { .. })
     }
 
@@ -183,7 +183,7 @@ impl PixelSpace {
     }
 
     /// Image width and height in pixels.
-    pub(crate) fn size(&self) -> (u32, u32) {
+    pub fn size(&self) -> (u32, u32) {
         (self.view.width, self.view.height)
     }
 
@@ -197,7 +197,7 @@ impl PixelSpace {
 
     /// Transforms positions to the same number of vertices.
     #[inline(always)]
-    pub(crate) fn project<S: Simd>(&self, simd: S, positions: &[Vec3], vertices: &mut [Vertex]) {
+    pub fn project<S: Simd>(&self, simd: S, positions: &[Vec3], vertices: &mut [Vertex]) {
         for (positions, vertices) in positions.chunks(LANES).zip(vertices.chunks_mut(LANES)) {
             let mut sixteen = [Vertex::AWKWARD; LANES];
             self.project_sixteen(simd, sixteen_of(simd, positions), &mut sixteen);

@@ -12,31 +12,31 @@ use crate::shot::{BlockSamples, Counts, Kind, SeenPixels, Shot, TileOrder, TileW
 use crate::simd::lanes::bits_of;
 
 /// Blocks of 4×4 samples a side of a tile.
-pub(crate) const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
+pub const BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 /// Samples of a tile.
-pub(crate) const SAMPLES: usize = TileOrder::TILE_PIXELS;
+pub const SAMPLES: usize = TileOrder::TILE_PIXELS;
 
 /// The nearest hits found so far in one tile of the [`TileOrder`], in blocks of 4×4 samples. 49 KB.
 #[repr(C, align(64))]
-pub(crate) struct Samples {
+pub struct Samples {
     /// Lower bounds of one over the depth; zero for no hit.
-    pub(crate) low: [f32; SAMPLES],
+    pub low: [f32; SAMPLES],
     /// Upper bounds.
-    pub(crate) high: [f32; SAMPLES],
-    pub(crate) triangle: [u32; SAMPLES],
+    pub high: [f32; SAMPLES],
+    pub triangle: [u32; SAMPLES],
     /// The samples' positions in each block.
     pub(crate) of_block: BlockSamples,
-    pub(crate) undecided: Vec<Undecided>,
+    pub undecided: Vec<Undecided>,
 }
 
 /// A triangle that may be the nearest at a sample, for the predicate to settle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Undecided {
+pub struct Undecided {
     /// The sample's index in the tile.
-    pub(crate) index: u32,
-    pub(crate) triangle: u32,
+    pub index: u32,
+    pub triangle: u32,
     /// Upper bound of the inverse depth.
-    pub(crate) high: f32,
+    pub high: f32,
 }
 
 impl Default for Samples {
@@ -125,11 +125,11 @@ impl Samples {
 
 /// A tile of a shot, for settling its samples.
 #[derive(Clone, Copy)]
-pub(crate) struct TileOfShot<'a> {
-    pub(crate) shot: &'a Shot<'a>,
-    pub(crate) space: &'a PixelSpace,
+pub struct TileOfShot<'a> {
+    pub shot: &'a Shot<'a>,
+    pub space: &'a PixelSpace,
     /// The tile's first column and row in the image.
-    pub(crate) corner: IVec2,
+    pub corner: IVec2,
 }
 
 impl TileOfShot<'_> {
@@ -184,7 +184,8 @@ impl TileOfShot<'_> {
     }
 
     /// Column and row in the image of a sample, given its index in the tile.
-    pub(crate) fn pixel(&self, index: usize) -> (u32, u32) {
+    #[inline]
+    pub fn pixel(&self, index: usize) -> (u32, u32) {
         let (block, sample) = (index / LANES, index % LANES);
         let side = TileOrder::BLOCK as usize;
         let x = self.corner.x as u32 + (block % BLOCKS * side + sample % side) as u32;

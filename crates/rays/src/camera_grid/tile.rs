@@ -22,16 +22,16 @@ pub(crate) const HALF: i32 = Bins::TILE as i32 / 2;
 
 /// The nearest hits so far in one tile, and the memory for finding them. 115 KB.
 #[repr(C, align(64))]
-pub(crate) struct TileHits {
-    pub(crate) samples: Samples,
+pub struct TileHits {
+    pub samples: Samples,
     /// Largest distance along an axis between a sample and integer coordinates.
     shift: f32,
     /// The minimum of `low` in each block.
-    pub(crate) farthest: [f32; BLOCKS * BLOCKS],
+    pub farthest: [f32; BLOCKS * BLOCKS],
     /// A bit for each block, row by row, with nearer hits since its `farthest` was computed.
     pub(crate) changed: [u16; BLOCKS],
     /// Blocks that the triangles of a batch may cover in part: 256 × the lane, plus the block.
-    pub(crate) queue: [u32; LANES * BLOCKS * BLOCKS],
+    pub queue: [u32; LANES * BLOCKS * BLOCKS],
     /// Blocks that the triangles cover wholly.
     pub(crate) covered: [u32; LANES * BLOCKS * BLOCKS],
     /// The possible hits of the queue's triangles.
@@ -55,7 +55,7 @@ struct PossibleHits {
 
 /// The entry of a queue for a lane and a block.
 #[inline(always)]
-pub(crate) fn queued(lane: usize, block: usize) -> u32 {
+pub fn queued(lane: usize, block: usize) -> u32 {
     (lane * BLOCKS * BLOCKS + block) as u32
 }
 
@@ -85,7 +85,7 @@ impl Default for TileHits {
 /// A batch of triangles in tile-local coordinates, one number a lane.
 #[derive(Default)]
 #[repr(C, align(64))]
-pub(crate) struct TriangleBatch {
+pub struct TriangleBatch {
     pub(crate) a: [[f32; LANES]; 3],
     pub(crate) b: [[f32; LANES]; 3],
     pub(crate) c: [[f32; LANES]; 3],
@@ -96,10 +96,10 @@ pub(crate) struct TriangleBatch {
     pub(crate) gradient: [[f32; LANES]; 2],
     pub(crate) depth_error: [f32; LANES],
     /// Upper bound of the inverse depth.
-    pub(crate) nearest: [f32; LANES],
+    pub nearest: [f32; LANES],
     pub(crate) ids: [u32; LANES],
     /// First and last column, and first and last row, of the blocks that hold a triangle's bounds.
-    pub(crate) blocks: [[i32; LANES]; 4],
+    pub blocks: [[i32; LANES]; 4],
 }
 
 impl TriangleBatch {
@@ -149,7 +149,7 @@ impl TileHits {
         (self.samples.of_block, self.shift) = (shifts.block(), shifts.reach());
     }
 
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.samples.clear();
         self.farthest.fill(0.0);
         self.changed.fill(0);
@@ -168,7 +168,7 @@ impl TileHits {
 
     /// Updates each block's farthest inverse depth, after samples were settled.
     #[inline(always)]
-    pub(crate) fn note_farthest<S: Simd>(&mut self, simd: S) {
+    pub fn note_farthest<S: Simd>(&mut self, simd: S) {
         for block in 0..BLOCKS * BLOCKS {
             self.note_farthest_in(simd, block);
         }
@@ -235,7 +235,7 @@ impl TileHits {
     /// Tests the first blocks of the queue, in part. For triangles that aren't in `decided`, the predicate has to settle
     /// every hit.
     #[inline(always)]
-    pub(crate) fn test_queue<S: Simd, const CERTAIN: bool>(
+    pub fn test_queue<S: Simd, const CERTAIN: bool>(
         &mut self,
         simd: S,
         batch: &TriangleBatch,
@@ -368,7 +368,7 @@ impl TileHits {
 
     /// Tests a general triangle against the samples of one block, as [`Samples::test_general`] does.
     #[inline(always)]
-    pub(crate) fn test_general<S: Simd>(
+    pub fn test_general<S: Simd>(
         &mut self,
         simd: S,
         triangle: &HomogeneousTriangle,

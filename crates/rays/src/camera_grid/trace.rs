@@ -24,7 +24,7 @@ use crate::vectorized;
 impl PerspectiveGrid {
     /// Finds the triangle that each pixel sees: bit for bit the same on any number of threads and at every SIMD level.
     /// Counts the work of pixels in `work`, which has an entry for each; a tile is one cell there.
-    pub(super) fn trace_tiles<const N: usize>(
+    pub(crate) fn trace_tiles<const N: usize>(
         &mut self,
         shot: &Shot<'_>,
         patches: &Patches,
@@ -45,9 +45,9 @@ impl PerspectiveGrid {
 }
 
 /// The inputs of the search, common to all tiles of an image.
-pub(crate) struct Tiles<'a> {
-    pub(crate) shot: &'a Shot<'a>,
-    pub(crate) space: &'a PixelSpace,
+pub struct Tiles<'a> {
+    pub shot: &'a Shot<'a>,
+    pub space: &'a PixelSpace,
 }
 
 /// The patches of the tiles' lists, with their projections.
@@ -73,7 +73,7 @@ impl ListedPatches<'_> {
 impl Tiles<'_> {
     /// Calls `search` with each tile, its index, and its triangles and inverse depths to write, on all threads. Returns the
     /// work. `scratch` has memory for each thread.
-    pub(crate) fn trace<const N: usize>(
+    pub fn trace<const N: usize>(
         &self,
         scratch: &mut Vec<Mutex<Box<TileHits>>>,
         seen: &mut SeenPixels,
@@ -93,7 +93,7 @@ impl Tiles<'_> {
     }
 
     /// Calls `search` with the tile at `index`, in this thread's part of `scratch`. Returns the work.
-    pub(crate) fn search<const N: usize>(
+    pub fn search<const N: usize>(
         &self,
         scratch: &[Mutex<Box<TileHits>>],
         index: usize,
@@ -115,18 +115,18 @@ impl Tiles<'_> {
 }
 
 /// The search of one tile.
-pub(crate) struct TileTrace<'a, const N: usize> {
-    pub(crate) at: TileOfShot<'a>,
-    pub(crate) tile: &'a mut TileHits,
-    pub(crate) work: TileWork<'a, N>,
-    pub(crate) tally: Counts,
+pub struct TileTrace<'a, const N: usize> {
+    pub at: TileOfShot<'a>,
+    pub tile: &'a mut TileHits,
+    pub work: TileWork<'a, N>,
+    pub tally: Counts,
 }
 
 /// Up to 16 triangles relative to the middle of a tile.
-pub(crate) struct Placed<S: Simd> {
-    pub(crate) corners: Corners<S>,
-    pub(crate) x: [f32x16<S>; 3],
-    pub(crate) y: [f32x16<S>; 3],
+pub struct Placed<S: Simd> {
+    pub corners: Corners<S>,
+    pub x: [f32x16<S>; 3],
+    pub y: [f32x16<S>; 3],
     /// Error bounds of a corner in the image, and here.
     corner_error: f32x16<S>,
     error: f32x16<S>,
@@ -134,7 +134,7 @@ pub(crate) struct Placed<S: Simd> {
     columns: [f32x16<S>; 2],
     rows: [f32x16<S>; 2],
     /// A bit for each triangle that may hit a sample of the tile that is in the image.
-    pub(crate) seen: u64,
+    pub seen: u64,
 }
 
 impl<const N: usize> TileTrace<'_, N> {
@@ -272,7 +272,7 @@ impl<const N: usize> TileTrace<'_, N> {
 
     /// Transforms 16 triangles to the tile's coordinates.
     #[inline(always)]
-    pub(crate) fn place<S: Simd>(&self, simd: S, corners: Corners<S>) -> Placed<S> {
+    pub fn place<S: Simd>(&self, simd: S, corners: Corners<S>) -> Placed<S> {
         let origin = self.at.corner - self.at.space.middle + IVec2::splat(HALF);
         let x = each!(x in corners.x => x - splat(simd, origin.x as f32));
         let y = each!(y in corners.y => y - splat(simd, origin.y as f32));
@@ -293,7 +293,7 @@ impl<const N: usize> TileTrace<'_, N> {
     /// Sets the triangles up for samples of pixels at most `overhang` outside of their bounds. Returns a bit for each
     /// triangle with a certain orientation.
     #[inline(always)]
-    pub(crate) fn set_up<S: Simd>(
+    pub fn set_up<S: Simd>(
         &self,
         simd: S,
         placed: &Placed<S>,
@@ -320,7 +320,7 @@ impl<const N: usize> TileTrace<'_, N> {
 
     /// Counts the tests of the blocks that were queued last.
     #[inline(always)]
-    pub(crate) fn count_queued(&mut self, [waiting, covered]: [usize; 2]) {
+    pub fn count_queued(&mut self, [waiting, covered]: [usize; 2]) {
         if N > 0 {
             for &queued in self.tile.queue[..waiting].iter().chain(&self.tile.covered[..covered]) {
                 let first = queued as usize % (BLOCKS * BLOCKS) * LANES;
@@ -375,19 +375,19 @@ impl<const N: usize> TileTrace<'_, N> {
         }
     }
 
-    pub(crate) fn settle_if_many(&mut self) {
+    pub fn settle_if_many(&mut self) {
         let at = self.at;
         at.settle_if_many(&mut self.tile.samples, &mut self.work, &mut self.tally);
     }
 
-    pub(crate) fn settle(&mut self) {
+    pub fn settle(&mut self) {
         let at = self.at;
         at.settle(&mut self.tile.samples, &mut self.work, &mut self.tally);
     }
 
     /// Copies the tile to the image.
     #[inline(always)]
-    pub(crate) fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
+    pub fn write<S: Simd>(&mut self, simd: S, triangle: &mut [u32], inverse_depth: &mut [f32]) {
         triangle.copy_from_slice(&self.tile.samples.triangle);
         for (block, inverse_depth) in inverse_depth.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
             let unsure = self.tile.write_middles(simd, block, inverse_depth);

@@ -16,7 +16,7 @@ impl PerspectiveGrid {
     ///
     /// # Errors
     /// Describes the first fault.
-    pub(super) fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {
+    pub(crate) fn validate(&self, shot: &Shot<'_>, patches: &Patches) -> Result<(), String> {
         let Some(space) = &self.space else { return Ok(()) };
         let Shot { triangles, sides, .. } = *shot;
         let (columns, rows) = self.tiles();

@@ -96,7 +96,7 @@ impl LightCells {
     }
 
     /// Starts anew for an image.
-    pub(crate) fn start(&mut self, order: TileOrder) {
+    pub fn start(&mut self, order: TileOrder) {
         self.order = order;
         self.of_pixels.clear();
         self.of_pixels.resize(order.slots(), None);
@@ -107,7 +107,7 @@ impl LightCells {
 
     /// Adds a face with columns and rows of cells, made from its points' least and largest distances. `located` has the
     /// pixel index of each of its points, its column and row, and its distance.
-    pub(crate) fn add_face(
+    pub fn add_face(
         &mut self,
         [columns, rows]: [usize; 2],
         face: impl FnOnce([f32; 2]) -> LightFace,
@@ -132,7 +132,7 @@ impl LightCells {
 
 impl Face {
     /// The face with this number of columns and rows, and with its points' highest and lowest nearness.
-    pub(crate) fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
+    pub fn light_face(&self, [columns, rows]: [usize; 2], [near, far]: [f32; 2]) -> LightFace {
         LightFace {
             columns: columns as u32,
             rows: rows as u32,
@@ -158,7 +158,7 @@ impl LightGrid {
     ///
     /// # Panics
     /// If `survey` wasn't called for `seen`.
-    pub(crate) fn locate_points(
+    pub(crate) fn locate(
         &mut self,
         shot: &Shot<'_>,
         patches: &Patches,
@@ -204,7 +204,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::{Camera, CameraGrid as _, LightsGrid as _, PerspectiveGrid, SimdLevel, Triangles, View};
+    use crate::{Camera, DirectGrids, Specialised as _, Structure as _, Triangles, View};
 
     #[test]
     fn every_point_that_is_seen_is_somewhere() {
@@ -220,15 +220,12 @@ mod tests {
         let camera = Camera::look_at(Vec3::new(1.0, 2.0, 2.5), Vec3::ZERO, Vec3::Y, 0.8);
         let (view, offset_pixels) = (View { camera, width: 100, height: 90 }, DVec2::splat(0.5));
         let mut seen = SeenPixels::default();
-        let mut camera_grid = PerspectiveGrid::default();
         let shot = Shot { offset_pixels, ..Shot::new(triangles, view) };
-        let mut patches = Patches::default();
-        patches.update(triangles, SimdLevel::default());
-        camera_grid.build(&shot, &patches).expect("a small image");
-        camera_grid.trace(&shot, &patches, &mut seen);
-        let (mut grid, mut located) = (LightGrid::default(), LightCells::default());
-        grid.survey(&shot, &seen);
-        grid.locate(&shot, &patches, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
+        let mut grids = DirectGrids::default();
+        grids.build(triangles);
+        grids.see(&shot, &mut seen).expect("a small image");
+        let mut located = LightCells::default();
+        grids.locate(&shot, &seen, &LightSource::Point { position: Vec3::new(2.0, 3.0, 0.0) }, &mut located);
         assert_eq!(located.faces.len(), 1);
         let mut points = 0;
         for (index, cell) in located.of_pixels.iter().enumerate() {

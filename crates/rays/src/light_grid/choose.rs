@@ -39,7 +39,7 @@ impl Side {
 
 /// Chooses the faces through which a light sees all points of `tiles`, with X `along` a direction where that can be; `None`
 /// where the light is no light at all and reaches everything.
-pub(crate) fn choose(light: &LightSource, along: DVec3, tiles: &[SurveyedTile], faces: &mut Vec<Face>) -> Option<()> {
+pub fn choose(light: &LightSource, along: DVec3, tiles: &[SurveyedTile], faces: &mut Vec<Face>) -> Option<()> {
     faces.clear();
     match *light {
         LightSource::Point { position } | LightSource::Spot { position, .. } => {
@@ -73,7 +73,7 @@ fn corners(tiles: &[SurveyedTile]) -> impl Iterator<Item = DVec3> {
 ///
 /// Along the image's rows, the points of 4×4 pixels fill more of their bounds: 5 to 20 % fewer tests of 16 points in the
 /// cloth, the statue, the marbles and the hall than along any other, but 7 % more in the forest and 21 % in the shards.
-pub(crate) fn across(forward: DVec3, along: DVec3) -> (DVec3, DVec3) {
+pub fn across(forward: DVec3, along: DVec3) -> (DVec3, DVec3) {
     let across = |along: DVec3| (along - forward * forward.dot(along)).normalize_or_zero();
     // Repeated for the rounding error left where they are nearly parallel: positions along parallel light share X and Y.
     let right = across(across(along));

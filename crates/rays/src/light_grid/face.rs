@@ -15,14 +15,14 @@ use crate::simd::vectors::{Vectors, dot, splat_vector};
 /// parallel light at (X, Y, W) = p. Either way a triangle is planar in (X, Y, W), straight lines stay straight, W grows
 /// towards the light, and the points of the face have X and Y in [−1, 1].
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Face {
+pub struct Face {
     pub(crate) origin: DVec3,
     pub(crate) x: DVec3,
     pub(crate) y: DVec3,
     pub(crate) z: DVec3,
     /// The factor of W in perspective.
     pub(crate) near: f64,
-    pub(crate) is_parallel: bool,
+    pub is_parallel: bool,
     /// The extents in X and Y of a unit length seen from a distance of one, and in W in parallel light.
     pub(crate) scale: DVec3,
     /// Lowest and highest X, and Y, of the points that are tested on this face, where several faces share the points. Faces
@@ -33,24 +33,24 @@ pub(crate) struct Face {
 }
 
 /// Half the distance from one to the next f32.
-pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+pub const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Half the distance from one to the next f64.
 pub(crate) use crate::predicate::ROUNDING;
 
 /// The largest |X| and |Y| of a mapped point: a point of the face is in [−1, 1]; one of a neighbouring face is outside by
 /// less than half of the rest, and the error of either is less than the other half.
-pub(crate) const POINT_LIMIT: f64 = 1.0 + 1.0 / 1024.0;
+pub const POINT_LIMIT: f64 = 1.0 + 1.0 / 1024.0;
 
 /// The largest error of X and Y of a point: a fraction of a cell.
 pub(crate) const LARGEST_POINT_ERROR: f64 = 1.0 / 4096.0;
 
 /// A triangle whose |X| or |Y| are all above this can't be between the light and the face's points.
-pub(crate) const FACE_LIMIT: f64 = 1.0 + 1.0 / 256.0;
+pub const FACE_LIMIT: f64 = 1.0 + 1.0 / 256.0;
 
 /// The margin of a triangle's bounds in X and Y: rounding its vertices, and the bounds, can't lose a point in it. See
 /// [`VertexErrors`].
-pub(crate) const VERTEX_MARGIN: f32 = 6.0 * HALF_ULP as f32;
+pub const VERTEX_MARGIN: f32 = 6.0 * HALF_ULP as f32;
 
 /// Least and largest [`Face::point_error`]; a thousand times the farthest point's error replaces the latter where it is
 /// more.
@@ -86,7 +86,7 @@ impl Face {
 
     /// Chooses the predicate's error for points of the face: four times the largest of any corner of a tile, unless that
     /// corner is practically on the light, a thousand times as near as another. Points with larger errors are outliers.
-    pub(crate) fn choose_point_error(&mut self, points: &PointSet<'_>, tiles: &[SurveyedTile]) {
+    pub fn choose_point_error(&mut self, points: &PointSet<'_>, tiles: &[SurveyedTile]) {
         let corners = tiles.iter().filter(|tile| tile.points > 0).flat_map(|tile| tile.corners);
         let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
         for corner in corners {
@@ -114,7 +114,7 @@ impl Face {
     }
 
     /// Whether some point of a tile may be on this face.
-    pub(crate) fn may_own(&self, tile: &SurveyedTile) -> bool {
+    pub fn may_own(&self, tile: &SurveyedTile) -> bool {
         let Some([x, y]) = self.owned else { return tile.points > 0 };
         // A frustum is outside where all its corners are outside of the same plane; a little is left for rounding.
         let corners = tile.corners.map(|corner| self.homogeneous(corner));
@@ -153,10 +153,10 @@ impl Face {
 /// rounding then moves it by at most ε, and the f64 before it by less than ε / 8, since the face is never scaled by more
 /// than 2²⁰ ([`project`](super::project) checks the rest). W has the same error in relation to itself.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct VertexErrors {
+pub struct VertexErrors {
     /// The predicate's own bound: the square of these times the triangle's extents in X, Y and W, in relation to the
     /// largest nearness.
-    pub(crate) of_predicate: [f32; 3],
+    pub of_predicate: [f32; 3],
     /// Error of the predicate's own weights of corners, as edge functions: the square of the first plus the second times the
     /// largest nearness.
     pub(crate) of_weights: [f32; 2],
@@ -164,7 +164,7 @@ pub(crate) struct VertexErrors {
 
 impl VertexErrors {
     /// The largest distance that rounding moves a vertex along X and Y.
-    pub(crate) const MOVED: f64 = 1.125 * HALF_ULP;
+    pub const MOVED: f64 = 1.125 * HALF_ULP;
 
     /// Bounds the errors that the predicate allows for before it calls a point shadowed.
     ///
@@ -178,7 +178,7 @@ impl VertexErrors {
     /// Its weights d · ((p − o) × (q − o)) have 64 roundings of |d| r², with r the largest component of any corner from o.
     /// An edge function of the filter is that × s.x · s.y / (z₀ z₁ z), in parallel light × s.x · s.y / |d|; depths of
     /// corners differ by at most a factor of two.
-    pub(crate) fn new(face: &Face) -> Self {
+    pub fn new(face: &Face) -> Self {
         let scale = face.scale;
         let across = 2.5 / scale.x + 2.5 / scale.y;
         let roundings = (64.0 * ROUNDING * scale.x * scale.y).sqrt();
@@ -207,22 +207,13 @@ impl VertexErrors {
 /// Lanes without a point of the face have no meaning.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Block {
-    pub(crate) x: [f32; LANES],
-    pub(crate) y: [f32; LANES],
+pub struct Block {
+    pub x: [f32; LANES],
+    pub y: [f32; LANES],
     /// Nearness to the light.
-    pub(crate) nearness: [f32; LANES],
+    pub nearness: [f32; LANES],
 }
 
 impl Block {
-    pub(crate) const EMPTY: Self = Self { x: [0.0; LANES], y: [0.0; LANES], nearness: [0.0; LANES] };
-}
-
-/// Error bounds of a block's points.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BlockErrors {
-    /// Error of X and Y.
-    pub(crate) position: f32,
-    /// Error of W.
-    pub(crate) nearness: f32,
+    pub const EMPTY: Self = Self { x: [0.0; LANES], y: [0.0; LANES], nearness: [0.0; LANES] };
 }

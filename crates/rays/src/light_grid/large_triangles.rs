@@ -21,16 +21,16 @@ pub(crate) struct LargeTriangles {
 /// A triangle as linear functions of X and Y: its [`EdgeFunctions`], with signs turned so that all three are positive where
 /// the triangle is hit in front of the light, and its nearness.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LargeTriangle {
+pub struct LargeTriangle {
     id: u32,
     /// Factors of X, Y and 1, the magnitudes of which sum up to one; zero for an edge of which nothing is known.
-    pub(crate) edges: [[f64; 3]; 3],
+    pub edges: [[f64; 3]; 3],
     /// Error bounds of the edge functions.
-    pub(crate) edge_errors: [f64; 3],
-    pub(crate) nearness: [f64; 3],
+    pub edge_errors: [f64; 3],
+    pub nearness: [f64; 3],
     /// Error bound of the difference in nearness to a point, with the margin by which the predicate wants points behind.
     /// Infinite, and the nearness zero, where nothing is known of it.
-    pub(crate) depth_error: f64,
+    pub depth_error: f64,
 }
 
 /// For each of the edge functions and the nearness of sixteen planes the factors of X and Y, and the constant.
@@ -142,16 +142,16 @@ impl SixteenPlanes {
 }
 
 /// A triangle's corners in a face's homogeneous coordinates, of which X and Y are quotients.
-pub(crate) struct HomogeneousCorners {
-    pub(crate) points: [DVec3; 3],
+pub struct HomogeneousCorners {
+    pub points: [DVec3; 3],
     /// Bounds of each corner's coordinates.
-    pub(crate) sizes: [f64; 3],
+    pub sizes: [f64; 3],
     /// Nearness of each corner times its third coordinate.
     nearnesses: [f64; 3],
 }
 
 impl HomogeneousCorners {
-    pub(crate) fn new(face: &Face, corners: [DVec3; 3]) -> Self {
+    pub fn new(face: &Face, corners: [DVec3; 3]) -> Self {
         let mut points = corners.map(|corner| face.homogeneous(corner));
         // In parallel light all are at the homogeneous distance one, and nearness is interpolated.
         let nearnesses = points.map(|point| if face.is_parallel { point.z } else { face.near });
@@ -180,7 +180,7 @@ impl LargeTriangle {
     /// The nearness is the sum of the edge functions, each times its corner's nearness or `near`, over the determinant. With
     /// S the magnitudes of its own factors, a corner's is at most sⱼ S. So each function's error makes 3 s₀ e S of it, also
     /// with the four roundings of the sum, 8 u sⱼ sₖ; and the determinant's 4.2 s₀ e S: together 3.15 times the latter.
-    pub(crate) fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
+    pub fn of(face: &Face, corners: [Vec3; 3], id: u32) -> [Option<Self>; 2] {
         let world = corners.map(Vec3::as_dvec3);
         let HomogeneousCorners { points, sizes, nearnesses } = HomogeneousCorners::new(face, world);
         let (norms, reach) = (face.norms(), world.map(|corner| (corner - face.origin).abs().max_element()));

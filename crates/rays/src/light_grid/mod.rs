@@ -16,20 +16,20 @@
 mod boxes;
 mod candidates;
 mod cells;
-pub(crate) mod choose;
-pub(crate) mod face;
+pub mod choose;
+pub mod face;
 mod filter;
-pub(crate) mod large_triangles;
+pub mod large_triangles;
 mod parts;
-pub(crate) mod pixel_map;
-pub(crate) mod point_set;
-pub(crate) mod points;
-pub(crate) mod project;
+pub mod pixel_map;
+pub mod point_set;
+pub mod points;
+pub mod project;
 mod refine;
 mod set_up;
-pub(crate) mod settle;
+pub mod settle;
 mod settle_eight;
-pub(crate) mod survey;
+pub mod survey;
 mod trace;
 mod validate;
 mod worker;
@@ -42,7 +42,6 @@ use rayon::prelude::*;
 use web_time::Instant;
 
 use crate::LightSource;
-use crate::grids::LightsGrid;
 use crate::patches::Patches;
 use crate::shot::{
     Bytes, Cone, Counts, LightMask, OpacityOfSides, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work,
@@ -192,35 +191,17 @@ impl LightGrid {
         }
         self.seconds.trace += start.elapsed().as_secs_f64();
     }
-}
 
-/// The next tile for a worker: the first of its own share, or the last of another's.
-fn next_tile(shares: &[Mutex<[usize; 2]>], worker: usize) -> Option<usize> {
-    (0..shares.len()).find_map(|other| {
-        let mut share = shares[(worker + other) % shares.len()].lock().ok()?;
-        let [first, end] = *share;
-        if first >= end {
-            None
-        } else if other == 0 {
-            share[0] += 1;
-            Some(first)
-        } else {
-            share[1] -= 1;
-            Some(end - 1)
-        }
-    })
-}
-
-impl LightsGrid for LightGrid {
-    fn level_for_patches(&self) -> Option<SimdLevel> {
-        Some(self.level)
-    }
-
-    fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+    /// Measures the distances of the points, once for all lights.
+    pub(crate) fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
         self.survey.find(shot, seen, self.level);
     }
 
-    fn shadow(
+    /// Finds which points `light` reaches; after a survey.
+    ///
+    /// # Panics
+    /// If it was built for another number of triangles.
+    pub(crate) fn shadow(
         &mut self,
         shot: &Shot<'_>,
         patches: &Patches,
@@ -254,18 +235,8 @@ impl LightsGrid for LightGrid {
         Work { counts: self.counts, seconds: self.seconds }
     }
 
-    fn locate(
-        &mut self,
-        shot: &Shot<'_>,
-        patches: &Patches,
-        seen: &SeenPixels,
-        light: &LightSource,
-        cells: &mut LightCells,
-    ) {
-        self.locate_points(shot, patches, seen, light, cells);
-    }
-
-    fn bytes(&self) -> Bytes {
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> Bytes {
         let workers: usize = self.workers.iter().map(ShadowWorker::bytes).sum();
         Bytes {
             triangles: self.on_face.bytes(),
@@ -273,7 +244,11 @@ impl LightsGrid for LightGrid {
         }
     }
 
-    fn validate(
+    /// As [`Structure::validate`](crate::Structure::validate), for one light; after a survey.
+    ///
+    /// # Errors
+    /// Describes the first fault.
+    pub(crate) fn validate(
         &mut self,
         shot: &Shot<'_>,
         patches: &Patches,
@@ -283,4 +258,21 @@ impl LightsGrid for LightGrid {
         patches.validate(shot.triangles)?;
         validate::validate(self, shot, patches, seen, light)
     }
+}
+
+/// The next tile for a worker: the first of its own share, or the last of another's.
+fn next_tile(shares: &[Mutex<[usize; 2]>], worker: usize) -> Option<usize> {
+    (0..shares.len()).find_map(|other| {
+        let mut share = shares[(worker + other) % shares.len()].lock().ok()?;
+        let [first, end] = *share;
+        if first >= end {
+            None
+        } else if other == 0 {
+            share[0] += 1;
+            Some(first)
+        } else {
+            share[1] -= 1;
+            Some(end - 1)
+        }
+    })
 }

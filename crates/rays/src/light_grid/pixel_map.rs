@@ -8,7 +8,7 @@ use crate::shot::CameraRays;
 /// camera at o and a ray's direction d, which is linear in column and row, the point is o + t d, and so its offset
 /// from the light, over t, d + (o − l) / t. An orthographic camera has o linear in column and row in place of d.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PixelMap {
+pub struct PixelMap {
     /// The factors of column, row, one and s.
     pub(crate) rows: [[f64; 4]; 4],
     /// Error of each R against its value for the predicate's point: at most the first of its two numbers, plus s times the
@@ -28,7 +28,7 @@ pub(crate) const ONE: usize = 2;
 pub(crate) const DEPTH: usize = 3;
 
 impl PixelMap {
-    pub(crate) fn new(face: &Face, rays: &CameraRays) -> Self {
+    pub fn new(face: &Face, rays: &CameraRays) -> Self {
         // The factors of one and of s, and the magnitudes of directions and of offsets from the light, in that order.
         let largest = rays.largest_origin + face.origin.abs().max_element();
         let (constant, varying, sizes) = if rays.is_perspective {

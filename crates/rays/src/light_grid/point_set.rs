@@ -15,7 +15,7 @@ use crate::simd::lanes::LANES;
 
 /// The points that a light is tested for. Each has an index, and there are full tiles of them.
 #[derive(Clone, Copy)]
-pub(crate) enum PointSet<'a> {
+pub enum PointSet<'a> {
     /// The points that an image's pixels show.
     Seen(SeenImage<'a>, CameraRays),
     /// Any points.
@@ -24,7 +24,7 @@ pub(crate) enum PointSet<'a> {
 
 impl<'a> PointSet<'a> {
     /// The triangles that points are on.
-    pub(crate) fn own(&self) -> &'a [u32] {
+    pub fn own(&self) -> &'a [u32] {
         match self {
             Self::Seen(image, _) => &image.seen.triangle,
             Self::Listed(list) => &list.own,
@@ -72,7 +72,7 @@ impl<'a> PointSet<'a> {
     }
 
     /// The segment between a light and a point; `None` if there is no such point.
-    pub(crate) fn shadow_ray(&self, index: usize, light: &LightSource) -> Option<ShadowRay> {
+    pub fn shadow_ray(&self, index: usize, light: &LightSource) -> Option<ShadowRay> {
         match self {
             Self::Seen(SeenImage { shot, seen }, _) => shot.shadow_ray(seen, index, light),
             Self::Listed(list) => {
@@ -88,7 +88,7 @@ impl<'a> PointSet<'a> {
 ///
 /// It takes 60 bytes a point. Keep it and fill it again: its memory is reused.
 #[derive(Default)]
-pub(crate) struct PointList {
+pub struct PointList {
     /// World positions.
     pub(super) points: Vec<HitPoint>,
     own: Vec<u32>,

@@ -16,16 +16,17 @@ use crate::vectorized;
 const ROW_BLOCKS: usize = (TileOrder::TILE / TileOrder::BLOCK) as usize;
 
 /// Blocks in a tile.
-pub(crate) const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
+pub const TILE_BLOCKS: usize = ROW_BLOCKS * ROW_BLOCKS;
 
 /// Groups in a tile: of 4×4 blocks, which are 16×16 pixels.
-pub(crate) const GROUPS: usize = TILE_BLOCKS / LANES;
+pub const GROUPS: usize = TILE_BLOCKS / LANES;
 
 /// Error of s in relation to itself, with one more rounding where it is a quotient.
 const OF_DEPTH: f32 = SeenPixels::RELATIVE_ERROR * 1.04;
 
 /// The index in the tile of a group's block.
-pub(crate) fn block_of(group: usize, block: usize) -> usize {
+#[inline]
+pub fn block_of(group: usize, block: usize) -> usize {
     (group / 4 * 4 + block / 4) * ROW_BLOCKS + group % 4 * 4 + block % 4
 }
 
@@ -33,7 +34,7 @@ pub(crate) fn block_of(group: usize, block: usize) -> usize {
 ///
 /// X less the origin's is as projective as X: with R₀ less X₀ R₃ for R₀ in [`PixelMap`], and so on for Y and W. So the
 /// tile's common offset costs no bits.
-pub(crate) struct TileMap<'a> {
+pub struct TileMap<'a> {
     points: &'a PointSet<'a>,
     face: &'a Face,
     source: Source<'a>,
@@ -67,15 +68,15 @@ enum Source<'a> {
 }
 
 /// The mapped points of a group's 16 blocks.
-pub(crate) struct MappedGroup {
+pub struct MappedGroup {
     /// The points of each block that are on the face.
-    pub(crate) members: [u16; LANES],
+    pub members: [u16; LANES],
     /// Lowest and highest X, Y and W of each block's, in relation to the origin.
     pub(crate) x: [[f32; LANES]; 2],
     pub(crate) y: [[f32; LANES]; 2],
     pub(crate) nearness: [[f32; LANES]; 2],
     /// Error of X and Y of any point, and of W.
-    pub(crate) errors: [f32; 2],
+    pub errors: [f32; 2],
 }
 
 /// The extremes of 16 blocks, a block to a lane.
@@ -101,13 +102,7 @@ struct Borders {
 }
 
 impl<'a> TileMap<'a> {
-    pub(crate) fn new(
-        points: &'a PointSet<'a>,
-        face: &'a Face,
-        pixels: &PixelMap,
-        tile: usize,
-        origin: [f32; 3],
-    ) -> Self {
+    pub fn new(points: &'a PointSet<'a>, face: &'a Face, pixels: &PixelMap, tile: usize, origin: [f32; 3]) -> Self {
         let (image, rays) = match points {
             PointSet::Seen(image, rays) => (image, rays),
             PointSet::Listed(list) => return Self::of_list(points, list, face, tile),
@@ -214,7 +209,7 @@ impl<'a> TileMap<'a> {
     /// Maps the points of a group of 16 blocks; `None` if none is on the face. Points of the face that can't be mapped are
     /// added to `outliers`, and the number mapped in f64 to `refined`.
     #[inline(always)]
-    pub(crate) fn map_group<S: Simd>(
+    pub fn map_group<S: Simd>(
         &self,
         simd: S,
         group: usize,

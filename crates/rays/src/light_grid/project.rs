@@ -261,7 +261,7 @@ impl Projector<'_> {
 ///
 /// The difference between X p.z and its limit is wrong by 4 u |x|₁ |v|, and by 7 u |z|₁ |v| for the other side and the sums.
 #[inline(always)]
-pub(crate) fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
+pub fn project_eight<S: Simd>(simd: S, face: &Face, position: Vectors<S>) -> (Vectors<S>, [u64; 5]) {
     const ROUNDINGS: f64 = 8.0 * ROUNDING;
     let constant = |value: f64| f64x8::splat(simd, value);
     let v = minus(position, splat_vector(simd, face.origin));

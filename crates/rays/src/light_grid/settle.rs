@@ -11,17 +11,17 @@ use crate::shot::{CameraRays, MaskPoints, Opacity, OpacityOfSides, SeenImage, Ti
 use crate::simd::SimdLevel;
 
 /// Settles the filter's undecided pairs: in f64, and by the predicate where f64 can't tell either.
-pub(crate) struct Settler<'a> {
-    pub(crate) points: PointSet<'a>,
-    pub(crate) light: &'a LightSource,
+pub struct Settler<'a> {
+    pub points: PointSet<'a>,
+    pub light: &'a LightSource,
     /// The triangles' opacity for this light.
-    pub(crate) opacity: OpacityOfSides<'a>,
+    pub opacity: OpacityOfSides<'a>,
     pub(crate) level: SimdLevel,
 }
 
 impl<'a> Settler<'a> {
     /// A settler for the points that an image's pixels show.
-    pub(crate) fn of_image(image: SeenImage<'a>, rays: CameraRays, light: &'a LightSource, level: SimdLevel) -> Self {
+    pub fn of_image(image: SeenImage<'a>, rays: CameraRays, light: &'a LightSource, level: SimdLevel) -> Self {
         let opacity = OpacityOfSides::of_light(image.shot, light);
         Self { points: PointSet::Seen(image, rays), light, opacity, level }
     }
@@ -44,7 +44,7 @@ impl<'a> Settler<'a> {
 
     /// Settles pairs of a point's index and a triangle, and sets the bits of shadowed points in `shadowed`, which has a word
     /// for each block from that of pixel `first` on; returns how many pairs the predicate was asked about.
-    pub(crate) fn settle(&self, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
+    pub fn settle(&self, pairs: &[[u32; 2]], first: usize, shadowed: &mut [u16]) -> u64 {
         dispatch!(self.level, simd => self.settle_with(simd, pairs, first, shadowed))
     }
 
@@ -79,7 +79,7 @@ impl<'a> Settler<'a> {
     }
 
     /// Tests the points that no face could map against every triangle; returns how many there are.
-    pub(crate) fn settle_outliers(&self, outliers: &mut Vec<u32>, shadowed: &mut [u16]) -> u64 {
+    pub fn settle_outliers(&self, outliers: &mut Vec<u32>, shadowed: &mut [u16]) -> u64 {
         let Self { points, light, opacity, .. } = self;
         outliers.sort_unstable();
         outliers.dedup();

@@ -12,32 +12,32 @@ use crate::simd::vectors::{LANES, splat};
 
 /// The distances of an image's points, for all lights.
 #[derive(Default)]
-pub(crate) struct Survey {
-    pub(crate) tiles: Vec<SurveyedTile>,
-    pub(crate) rays: CameraRays,
+pub struct Survey {
+    pub tiles: Vec<SurveyedTile>,
+    pub rays: CameraRays,
     /// Number of slots of the surveyed image in [`TileOrder`].
-    pub(crate) slots: usize,
+    pub slots: usize,
     /// The indices of pixels that show a triangle at an unknown depth: they are outliers of every light.
-    pub(crate) unknown: Vec<u32>,
+    pub unknown: Vec<u32>,
     /// Seconds that the survey took.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
 }
 
 impl Survey {
-    pub(crate) fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         self.tiles.capacity() * size_of::<SurveyedTile>() + self.unknown.capacity() * size_of::<u32>()
     }
 }
 
 /// The points of a tile of pixels.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct SurveyedTile {
+pub struct SurveyedTile {
     /// Number of its pixels that show a point at a known depth.
-    pub(crate) points: u32,
+    pub points: u32,
     /// Whether some pixel shows a point at an unknown depth.
     pub(crate) has_unknown: bool,
     /// The corners of a frustum around all points of known depth.
-    pub(crate) corners: [DVec3; 8],
+    pub corners: [DVec3; 8],
 }
 
 impl Survey {
@@ -45,7 +45,7 @@ impl Survey {
     ///
     /// # Panics
     /// If `seen` isn't of the size of the shot's view.
-    pub(crate) fn find(&mut self, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
+    pub fn find(&mut self, shot: &Shot<'_>, seen: &SeenPixels, level: SimdLevel) {
         let start = Instant::now();
         shot.expect_size(seen);
         let image = &SeenImage { shot, seen };

@@ -3,7 +3,6 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{Scanned, Scanner};
-use crate::grids::LightsGrid;
 use crate::light_grid::{LightGrid, PointList};
 use crate::patches::Patches;
 use crate::predicate::{HitPoint, ROUNDING};
@@ -202,7 +201,7 @@ impl Shadows {
     }
 
     fn bytes(&self) -> usize {
-        let grid = LightsGrid::bytes(&self.grid);
+        let grid = self.grid.bytes();
         grid.triangles + grid.points + self.blocks.capacity() * size_of::<u16>()
     }
 
@@ -292,7 +291,7 @@ impl Scanner {
     /// Finds the points that each light reaches. Cones of spots count, ranges and strengths don't; nor does the side of its
     /// own triangle that a point is on.
     ///
-    /// Points are sorted once for all lights, so that neighbours follow each other; the [light grid](LightGrid) then takes
+    /// Points are sorted once for all lights, so that neighbours follow each other; the light grid then takes
     /// tiles of them in place of an image's.
     ///
     /// # Panics

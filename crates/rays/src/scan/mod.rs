@@ -9,7 +9,7 @@
 //!
 //! One verb a file: `spread` sorts lines into tiles, `cull` finds patches, `slots` sorts a tile's lines into cells, `worker`
 //! transforms triangles and finds their lines, `test` tests sixteen pairs, `settle` decides. `lit` asks the
-//! [light grid](crate::LightGrid) which points lights reach.
+//! light grid which points lights reach.
 
 mod answers;
 mod cull;

@@ -1,11 +1,9 @@
 //! Structures with every pair of values of any two options.
 
-use std::num::NonZeroU32;
-
 use umbrage_rays::{
-    BackgroundKdTree, Bvh, Cells, Choice as _, Clipping, DirectGrids, HierarchyKdTree, KdBuilder, KdLayout, KdMailbox,
-    KdMoved, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightMapping, ListedGrids,
-    ListedLightOptions, ListedOptions, RebuildPolicy, SahCosts, SimdLevel, Structure, TwoLevelKdTree,
+    BackgroundKdTree, Bvh, Choice as _, Clipping, DirectGrids, HierarchyKdTree, KdBuilder, KdLayout, KdMailbox,
+    KdMoved, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, RebuildPolicy, SahCosts, SimdLevel,
+    Structure, TwoLevelKdTree,
 };
 
 use crate::support::pairs::{Row, check, covering};
@@ -78,29 +76,9 @@ fn kd_tree(row: &mut Row<'_>, level: SimdLevel) -> Box<dyn Structure> {
     }
 }
 
-fn listed(row: &mut Row<'_>, level: SimdLevel) -> Box<dyn Structure> {
-    let [tile, tiles, slices] = row.pick("cells", &[[16, 4, 8], [8, 1, 1], [8, 8, 7], [64, 1, 3]]);
-    let camera = ListedOptions {
-        cells: Cells::new(tile, tiles, slices).expect("possible cells"),
-        skips_blocks: row.pick("skips blocks", &[true, false]),
-        most_triangles: NonZeroU32::new(row.pick("most triangles", &[0, 3])),
-    };
-    let side = row.pick("side", &[1, 33, 192]);
-    let points = row.pick("points", &[16, 256, 4096]);
-    let light = ListedLightOptions::new(side, points, row.pick("triangles", &[5, 64, 512])).expect("possible cells");
-    let mut light = light.with_slices(row.pick("slices", &[1, 3, 16])).expect("possible slices");
-    light.map = row.pick("map", &[LightMapping::Faces, LightMapping::Spherical]);
-    Box::new(ListedGrids::with_options(level, camera, light))
-}
-
 #[test]
 fn kd_trees_of_all_pairs_of_options_answer_as_the_predicate_does() {
     check(kd_tree);
-}
-
-#[test]
-fn listed_grids_of_all_pairs_of_options_answer_as_the_predicate_does() {
-    check(listed);
 }
 
 #[test]

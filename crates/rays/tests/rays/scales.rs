@@ -4,8 +4,8 @@
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{
-    Bvh, Cone, DirectGrids, KdMoved, KdTree, KdTreeOptions, LightMapping, ListedGrids, ListedLightOptions,
-    ListedOptions, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner, SimdLevel, Sweep, TwoLevelKdTree,
+    Bvh, Cone, DirectGrids, KdMoved, KdTree, KdTreeOptions, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner,
+    SimdLevel, Sweep, TwoLevelKdTree,
 };
 
 use crate::support::scales::{SCALES, Structures, check_every_scale, check_far_parts, lights, meshes};
@@ -16,12 +16,8 @@ fn structures() -> Structures {
     let level = SimdLevel::default();
     let mut binned = KdTree::default();
     binned.set_options(KdTreeOptions::FAST).expect("possible options");
-    let mut spherical = ListedLightOptions::DEFAULT;
-    spherical.map = LightMapping::Spherical;
     vec![
         ("direct grids", Box::new(DirectGrids::default())),
-        ("listed grids", Box::new(ListedGrids::default())),
-        ("spherical grids", Box::new(ListedGrids::with_options(level, ListedOptions::DEFAULT, spherical))),
         ("kd-tree", Box::new(KdTree::default())),
         ("binned kd-tree", Box::new(binned)),
         ("two-level kd-tree", Box::new(TwoLevelKdTree::with_level(level, KdMoved::Transform))),

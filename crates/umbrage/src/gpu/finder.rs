@@ -7,13 +7,11 @@ use umbrage_gpu::{
     Band, Buffer, CameraGrid, CameraOptions, Done, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, LightOptions,
     Recorder, Sight,
 };
-use umbrage_rays::{
-    KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, ListedLightOptions, ListedOptions, SimdLevel,
-};
+use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, SimdLevel};
 use umbrage_scene::Frame;
 
 use crate::structure::GpuTree;
-use crate::{GpuStructure, Settled, Structure};
+use crate::{GpuGrids, GpuStructure, Settled, Structure};
 
 /// Finds the triangles that pixels see and the lights that reach them; rebuilt for every frame.
 pub(crate) trait Finder: Debug + Send + Sync {
@@ -105,8 +103,8 @@ impl Finders {
     /// the grids.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: &Structure) {
         // Settings are checked before anything is rendered.
-        let GpuStructure { listed, tree } = structure.on_gpu().ok().flatten().unwrap_or_else(GpuStructure::grids);
-        let (camera, lights) = listed.map(|(camera, lights)| (camera_options(camera), light_options(lights))).unzip();
+        let GpuStructure { grids, tree } = structure.on_gpu().ok().flatten().unwrap_or_else(GpuStructure::grids);
+        let (camera, lights) = grids.map(options_of).unzip();
         self.grids.camera.set_options(gpu, camera.unwrap_or_default());
         self.grids.lights.set_options(gpu, lights.unwrap_or_default());
         self.takes_tree = tree.is_some();
@@ -130,12 +128,10 @@ impl Finders {
     }
 }
 
-fn camera_options(ListedOptions { cells, .. }: ListedOptions) -> CameraOptions {
-    CameraOptions { mapping: (16 / cells.sorting_tile()).clamp(1, 2), slices: cells.slices() }
-}
-
-fn light_options(light: ListedLightOptions) -> LightOptions {
-    LightOptions { map: light.map, clamp: light.clamp, slices: light.slices() }
+fn options_of(grids: GpuGrids) -> (CameraOptions, LightOptions) {
+    let GpuGrids { sorting_tile, slices, light_map: map, light_clamp: clamp, light_slices } = grids;
+    let camera = CameraOptions { mapping: (16 / sorting_tile).clamp(1, 2), slices };
+    (camera, LightOptions { map, clamp, slices: light_slices })
 }
 
 /// Grids for the camera and for each light.

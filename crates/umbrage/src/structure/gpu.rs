@@ -1,4 +1,4 @@
-use umbrage_rays::{KdTreeOptions, ListedLightOptions, ListedOptions};
+use umbrage_rays::{KdTreeOptions, LightClamp, LightMapping};
 
 #[cfg(feature = "gpu")]
 use crate::gpu::MakeFinder;
@@ -7,8 +7,23 @@ use crate::gpu::MakeFinder;
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "there is no engine that reads it"))]
 pub struct GpuStructure {
-    pub(crate) listed: Option<(ListedOptions, ListedLightOptions)>,
+    pub(crate) grids: Option<GpuGrids>,
     pub(crate) tree: Option<GpuTree>,
+}
+
+/// Cells of a GPU's grids.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GpuGrids {
+    /// Pixels a side of the tiles that triangles are listed in: 8 or 16.
+    pub sorting_tile: u32,
+    /// Depth slices of the camera's grid.
+    pub slices: u32,
+    /// The map of points and triangles, for lights with a position.
+    pub light_map: LightMapping,
+    /// The angles that a spherical map divides into cells; by default the range of the points' angles.
+    pub light_clamp: Option<LightClamp>,
+    /// Depth slices of the lights' grids.
+    pub light_slices: u32,
 }
 
 /// A kd-tree on a GPU. Programs link its kernels only if they call [`GpuStructure::kd_tree`].
@@ -24,13 +39,13 @@ impl GpuStructure {
     /// The GPU's grids for the camera and for each light.
     #[must_use]
     pub fn grids() -> Self {
-        Self { listed: None, tree: None }
+        Self { grids: None, tree: None }
     }
 
-    /// The same with the cells of these options.
+    /// The same with these cells.
     #[must_use]
-    pub fn listed(camera: ListedOptions, light: ListedLightOptions) -> Self {
-        Self { listed: Some((camera, light)), tree: None }
+    pub fn grids_of(cells: GpuGrids) -> Self {
+        Self { grids: Some(cells), tree: None }
     }
 
     /// A kd-tree that the CPU builds with these options for each frame.
@@ -41,6 +56,6 @@ impl GpuStructure {
             #[cfg(feature = "gpu")]
             make: crate::gpu::kd_tree_finder,
         };
-        Self { listed: None, tree: Some(tree) }
+        Self { grids: None, tree: Some(tree) }
     }
 }

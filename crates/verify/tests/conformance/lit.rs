@@ -4,10 +4,11 @@ use std::f32::consts::FRAC_PI_4;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use umbrage_papers::ListedGrids;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Cone, DirectGrids, LightSource, ListedGrids, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel,
-    Structure as _, Triangles,
+    Cone, DirectGrids, LightSource, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel, Structure as _,
+    Triangles,
 };
 use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
 

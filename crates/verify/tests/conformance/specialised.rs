@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::num::NonZeroU32;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
+use umbrage_papers::{Cells, ListedGrids, ListedLightOptions, ListedOptions};
 use umbrage_rays::predicate::ShadowRay;
 use umbrage_rays::{
-    Cells, Cone, DirectGrids, ImageTooLarge, LightCell, LightCells, LightFace, LightMask, LightSource, ListedGrids,
-    ListedLightOptions, ListedOptions, PixelCounts, PixelWork, SeenPixels, Shot, Sides, SimdLevel, Specialised,
-    Structure, Triangles, Work,
+    Cone, DirectGrids, ImageTooLarge, LightCell, LightCells, LightFace, LightMask, LightSource, PixelCounts, PixelWork,
+    SeenPixels, Shot, Sides, SimdLevel, Specialised, Structure, Triangles, Work,
 };
 use umbrage_verify::lights::{point, sun};
 use umbrage_verify::structures::Make;
