@@ -13,7 +13,7 @@ mod random;
 mod structures;
 
 pub use listed::{
-    Cells, ImpossibleCells, ImpossibleLightCells, ListedGrids, ListedLightOptions, ListedOptions,
+    Cells, ImpossibleCells, ImpossibleLightCells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions,
 };
 pub use structures::{KdTrees, Listed, Uniform, structures};
 

@@ -37,9 +37,9 @@ pub mod light_grid;
 mod packet;
 #[doc(hidden)]
 pub mod parallel;
-mod parts;
 mod patches;
 #[cfg(test)]
+#[path = "tests/precise.rs"]
 mod precise;
 pub mod predicate;
 #[cfg(test)]
@@ -76,9 +76,8 @@ pub use kdtree::{
     KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
     KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
 };
-pub use light::{LightClamp, LightMapping, LightSource, NoLightClamp};
+pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace};
-pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
@@ -88,7 +87,7 @@ pub use shot::{
 };
 pub use simd::SimdLevel;
 pub use single::{SingleRays, Visit};
-pub use structure::{Specialised, Structure};
+pub use structure::{Parts, Specialised, Structure};
 pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};

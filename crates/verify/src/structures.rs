@@ -2,13 +2,12 @@
 
 use std::num::NonZeroU32;
 
-use umbrage_papers::{Cells, ListedGrids, ListedLightOptions, ListedOptions};
-use umbrage_rays::{
-    BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, SahCosts, TwoLevelKdTree, UniformGrid,
-};
+pub use umbrage::LightClamp;
+use umbrage_papers::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions};
+use umbrage_rays::{BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, SahCosts, TwoLevelKdTree, UniformGrid};
 pub use umbrage_rays::{
     Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal,
-    KdTreeOptions, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
+    KdTreeOptions, PacketSide, SimdLevel, Structure, UniformOptions,
 };
 
 /// Makes an empty structure.

@@ -28,13 +28,13 @@ use cells::Axis;
 use faces::Faces;
 use list::ListedRange;
 use map::LightMap;
-pub use options::{ImpossibleLightCells, ListedLightOptions};
+pub use options::{ImpossibleLightCells, LightMapping, ListedLightOptions};
 use pass::LightPass;
 use points::PointRow;
 use sphere::Sphere;
 use trace::Job;
 use umbrage_rays::shot::{LightMask, SeenImage, SeenPixels, Shot, Work};
-use umbrage_rays::{LightCells, LightMapping, LightSource, SimdLevel, debug_some};
+use umbrage_rays::{LightCells, LightSource, SimdLevel, debug_some};
 use worker::CellWorker;
 
 /// Finds the points seen by the camera that a light reaches, with triangles listed by cell, rebuilt for every frame and

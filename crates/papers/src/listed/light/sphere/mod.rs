@@ -16,6 +16,7 @@ use std::ops::{Range as Ids, RangeInclusive};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x16};
 use glam::{DVec3, Vec3};
+use umbrage::LightClamp;
 
 use super::ListedLightOptions;
 use super::cells::Axis;
@@ -31,7 +32,7 @@ use umbrage_rays::shot::{Cone, SeenImage};
 use umbrage_rays::simd::SimdLevel;
 use umbrage_rays::simd::lanes::{bits_of, max3, min3};
 use umbrage_rays::simd::vectors::{LANES, splat};
-use umbrage_rays::{LightClamp, LightFace, LightSource, Triangles};
+use umbrage_rays::{LightFace, LightSource, Triangles};
 
 /// The map of a light that sees all around it.
 ///
