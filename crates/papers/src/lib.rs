@@ -16,7 +16,9 @@ mod statistics;
 mod structures;
 pub mod uniform;
 
-pub use listed::{Cells, ImpossibleCells, ImpossibleLightCells, ListedGrids, ListedLightOptions, ListedOptions};
+pub use listed::{
+    Cells, ImpossibleCells, ImpossibleLightCells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions,
+};
 pub use single::Visit;
 pub use structures::{KdTrees, Listed, Uniform, structures};
 pub use uniform::{ImpossibleUniformOptions, Insertion, PacketSide, UniformGrid, UniformOptions};

@@ -5,7 +5,7 @@ use web_time::Instant;
 use crate::camera_grid::PerspectiveGrid;
 use crate::light_grid::LightGrid;
 use crate::patches::Patches;
-use crate::shot::{Bytes, Counts, LightMask, PixelWork, Seconds, SeenPixels, Shot, Work};
+use crate::shot::{Bytes, Counts, LightMask, PixelWork, Seconds, SeenImage, SeenPixels, Shot, Work};
 use crate::{ImageTooLarge, LightCells, LightSource, Omitted, SimdLevel, Specialised, Structure, Triangles};
 
 /// The fastest grids: one for the camera and one for each light in turn.
@@ -57,8 +57,9 @@ impl Structure for DirectGrids {
         shot.expect_masks(seen, lights, masks);
         let Self { light: grid, patches, of_lights, .. } = self;
         of_lights.clear();
-        grid.survey(shot, seen);
-        of_lights.extend(lights.iter().zip(masks).map(|(light, mask)| grid.shadow(shot, patches, seen, light, mask)));
+        let image = SeenImage { shot, seen };
+        grid.survey(image);
+        of_lights.extend(lights.iter().zip(masks).map(|(light, mask)| grid.shadow(image, patches, light, mask)));
         Work::of_lights(of_lights)
     }
 
@@ -77,8 +78,9 @@ impl Structure for DirectGrids {
 
     fn validate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, lights: &[LightSource]) -> Result<(), String> {
         self.camera.validate(shot, &self.patches)?;
-        self.light.survey(shot, seen);
-        lights.iter().try_for_each(|light| self.light.validate(shot, &self.patches, seen, light))
+        let image = SeenImage { shot, seen };
+        self.light.survey(image);
+        lights.iter().try_for_each(|light| self.light.validate(image, &self.patches, light))
     }
 
     fn patches(&self) -> Option<&Patches> {
@@ -104,7 +106,8 @@ impl Specialised for DirectGrids {
     }
 
     fn locate(&mut self, shot: &Shot<'_>, seen: &SeenPixels, light: &LightSource, cells: &mut LightCells) {
-        self.light.survey(shot, seen);
-        self.light.locate(shot, &self.patches, seen, light, cells);
+        let image = SeenImage { shot, seen };
+        self.light.survey(image);
+        self.light.locate(image, &self.patches, light, cells);
     }
 }

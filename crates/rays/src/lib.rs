@@ -36,9 +36,9 @@ mod light;
 pub mod light_grid;
 #[doc(hidden)]
 pub mod parallel;
-mod parts;
 mod patches;
 #[cfg(test)]
+#[path = "tests/precise.rs"]
 mod precise;
 pub mod predicate;
 #[cfg(test)]
@@ -74,9 +74,8 @@ pub use kdtree::{
     KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
     KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
 };
-pub use light::{LightClamp, LightMapping, LightSource, NoLightClamp};
+pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace};
-pub use parts::Parts;
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use ray_by_ray::SingleRays;
@@ -87,7 +86,7 @@ pub use shot::{
 };
 pub use simd::SimdLevel;
 pub use single::Visit;
-pub use structure::{Specialised, Structure};
+pub use structure::{Parts, Specialised, Structure};
 pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
 

@@ -26,11 +26,10 @@
 //!   sides of triangles that stop rays, [`Background`] (with [`Panorama`] for images) the surroundings, [`ToneMap`] the
 //!   brightness.
 //! - [`Structures`] finds structures by name. [`StructureKind`] is the trait for a structure of your own (`own_structure`),
-//!   [`KindOption`] one of its options, and [`GpuStructure`] its counterpart on a GPU, with
-//!   [`GpuGrids`] for grids of other cells. [`StructureOption`] describes an
-//!   option by name, and [`OptionValues`] its values; [`ImpossibleOption`] or [`UnknownStructure`] give the reason for a
-//!   refusal. [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of
-//!   command lines.
+//!   [`KindOption`] one of its options, and [`GpuStructure`] its counterpart on a GPU, with [`GpuGrids`] for grids of other
+//!   cells. [`StructureOption`] describes an option by name, and [`OptionValues`] its values, one kind of which is a
+//!   [`LightClamp`]; [`ImpossibleOption`], [`NoLightClamp`] or [`UnknownStructure`] give the reason for a refusal.
+//!   [`EngineKind`], [`HeatKind`] and [`spec`] are the other words of command lines.
 //! - [`Film`] holds each pixel's light, depth, normal and triangle, [`Image`] its colours for a screen; [`output`] writes
 //!   files of either. [`FilmLayers`] are a film's further [`Layers`], each a [`Layer`]: a [`LightLayer`] for each light, and
 //!   the [`Coverage`] of objects, with a [`Covered`] part for each object.
@@ -103,8 +102,8 @@ pub use settings::{CameraChoice, Settings, ToneMap};
 pub use sides::Sides;
 pub use stats::{OmittedTriangles, Settled, Stage, Stats};
 pub use structure::{
-    GpuGrids, GpuStructure, ImpossibleOption, KindOption, OptionValues, Structure, StructureKind, StructureOption,
-    Structures, UnknownStructure,
+    GpuGrids, GpuStructure, ImpossibleOption, KindOption, LightClamp, NoLightClamp, OptionValues, Structure,
+    StructureKind, StructureOption, Structures, UnknownStructure,
 };
 pub use umbrage_files::{open_bytes, open_files};
 pub use umbrage_gallery as gallery;

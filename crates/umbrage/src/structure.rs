@@ -17,7 +17,7 @@ use crate::Error;
 pub(crate) use gpu::GpuTree;
 pub use gpu::{GpuGrids, GpuStructure};
 pub use kind::{KindOption, StructureKind};
-pub use options::{ImpossibleOption, OptionValues, StructureOption};
+pub use options::{ImpossibleOption, LightClamp, NoLightClamp, OptionValues, StructureOption};
 pub use registry::{Structures, UnknownStructure};
 
 use kind::AnyKind;

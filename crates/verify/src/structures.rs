@@ -2,14 +2,13 @@
 
 use std::num::NonZeroU32;
 
-use umbrage_papers::{Cells, ListedGrids, ListedLightOptions, ListedOptions, UniformGrid};
+pub use umbrage::LightClamp;
+use umbrage_papers::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, UniformGrid};
 pub use umbrage_papers::{Insertion, PacketSide, UniformOptions};
-use umbrage_rays::{
-    BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, SahCosts, TwoLevelKdTree,
-};
+use umbrage_rays::{BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, SahCosts, TwoLevelKdTree};
 pub use umbrage_rays::{
     Bvh, Clipping, DirectGrids, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,
-    LightClamp, SimdLevel, Structure,
+    SimdLevel, Structure,
 };
 
 /// Makes an empty structure.

@@ -4,8 +4,8 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use glam::Vec3;
-use umbrage::rays::{LightMapping, LightSource};
-use umbrage_papers::ListedLightOptions;
+use umbrage::rays::LightSource;
+use umbrage_papers::{LightMapping, ListedLightOptions};
 
 use crate::flags::{ImageFlags, SceneFlags};
 use crate::grids::Forms;

@@ -8,7 +8,7 @@ mod shadows;
 mod sphere;
 
 use glam::DVec2;
-use umbrage_rays::{Cone, LightClamp, LightMapping, LightSource};
+use umbrage_rays::{Cone, LightSource};
 
 use crate::fit::{NEEDS_PAIRS, NEEDS_UNDECIDED, NEEDS_WORDS, Needs, Room};
 use crate::grid::header::{HEADER_TRIANGLE_GROUPS, HEADER_VERTEX_GROUPS, HEADER_WORDS};
@@ -23,17 +23,18 @@ use sphere::Sphere;
 /// Options of the lights' grids: they change the work, not the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightOptions {
-    /// Through faces, or by two angles around them; directional lights always have a face.
-    pub map: LightMapping,
-    /// The angles that get cells of their own, for lights that see by angles; by default the range of the points' angles.
-    pub clamp: Option<LightClamp>,
+    /// Whether lights see by two angles around them, instead of through faces; directional lights always have a face.
+    pub is_spherical: bool,
+    /// The angles that get cells of their own, for lights that see by angles: the lowest and highest α, and β, in degrees
+    /// from −180 to 180. By default the range of the points' angles.
+    pub clamp: Option<[f32; 4]>,
     /// Depth slices of a tile, 1 or more: points are tested against triangles in their slice and in those before it.
     pub slices: u32,
 }
 
 impl Default for LightOptions {
     fn default() -> Self {
-        Self { map: LightMapping::default(), clamp: None, slices: 1 }
+        Self { is_spherical: false, clamp: None, slices: 1 }
     }
 }
 
@@ -129,7 +130,7 @@ impl LightGrid {
     /// Sets the options for the next frames.
     pub fn set_options(&mut self, gpu: &Gpu, options: LightOptions) {
         self.options = options;
-        if options.map == LightMapping::Spherical && self.sphere.is_none() {
+        if options.is_spherical && self.sphere.is_none() {
             self.sphere = Some(Sphere::new(gpu));
         }
     }
@@ -164,7 +165,7 @@ impl LightGrid {
         self.casts_shadow.extend(lights.iter().map(Option::is_some));
         self.have_cones.clear();
         self.have_cones.extend(lights.iter().map(|light| light.as_ref().and_then(Cone::of).is_some()));
-        let is_spherical = self.options.map == LightMapping::Spherical;
+        let is_spherical = self.options.is_spherical;
         let has_angles = |light: &LightSource| is_spherical && !matches!(light, LightSource::Directional { .. });
         self.have_angles.clear();
         self.have_angles.extend(lights.iter().map(|light| light.as_ref().is_some_and(has_angles)));

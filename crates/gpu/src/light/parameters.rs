@@ -52,7 +52,7 @@ impl LightParameters {
                 half_height * (1.0 + view.width as f32 / view.height as f32)
             }
         };
-        let [left, right, low, high] = options.clamp.map_or([0; 4], |clamp| clamp.degrees().map(angle_units));
+        let [left, right, low, high] = options.clamp.map_or([0; 4], |clamp| clamp.map(angle_units));
         Self {
             vector: vector.to_array(),
             is_directional,

@@ -14,7 +14,7 @@ use web_time::Instant;
 use camera::ListedGrid;
 pub use camera::{Cells, ImpossibleCells, ListedOptions};
 use light::ListedLightGrid;
-pub use light::{ImpossibleLightCells, ListedLightOptions};
+pub use light::{ImpossibleLightCells, LightMapping, ListedLightOptions};
 
 /// A grid for the camera and one for each light in turn, as their paper describes them.
 #[derive(Debug, Default)]

@@ -1,10 +1,10 @@
 use std::num::NonZeroU32;
 
-use umbrage::rays::{self, LightMapping, SimdLevel};
+use umbrage::rays::{self, SimdLevel};
 use umbrage::{Error, GpuGrids, GpuStructure, KindOption, OptionValues, StructureKind};
 
 use super::{choice, option, parsed, whole_among};
-use crate::{Cells, ListedGrids, ListedLightOptions, ListedOptions};
+use crate::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions};
 
 /// Grids as their paper describes them, with triangles listed by cell, for the camera and for each light.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -116,7 +116,7 @@ impl StructureKind for Listed {
         Ok(Some(GpuStructure::grids_of(GpuGrids {
             sorting_tile: tile,
             slices: cells.slices(),
-            light_map: self.light.map,
+            lights_are_spherical: self.light.map == LightMapping::Spherical,
             light_clamp: self.light.clamp,
             light_slices: self.light.slices(),
         })))

@@ -2,8 +2,8 @@
 
 use std::num::NonZeroU32;
 
-use umbrage_papers::{Cells, ListedGrids, ListedLightOptions, ListedOptions};
-use umbrage_rays::{LightMapping, SimdLevel, Structure};
+use umbrage_papers::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions};
+use umbrage_rays::{SimdLevel, Structure};
 
 use crate::support::pairs::{Row, check};
 use crate::support::scales::{Structures, check_every_scale, check_far_parts};

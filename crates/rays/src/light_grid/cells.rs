@@ -8,9 +8,10 @@ use super::LightGrid;
 use super::face::{Block, Face};
 use super::pixel_map::PixelMap;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, block_of};
+use super::settle::Settler;
 use crate::LightSource;
 use crate::patches::Patches;
-use crate::shot::{SeenImage, SeenPixels, Shot, TileOrder};
+use crate::shot::{SeenImage, TileOrder};
 use crate::simd::lanes::{LANES, bits_of};
 
 /// The cell of a light's grid for the point that each pixel shows, in [`TileOrder`].
@@ -160,15 +161,14 @@ impl LightGrid {
     /// If `survey` wasn't called for `seen`.
     pub(crate) fn locate(
         &mut self,
-        shot: &Shot<'_>,
+        image: SeenImage<'_>,
         patches: &Patches,
-        seen: &SeenPixels,
         light: &LightSource,
         located: &mut LightCells,
     ) {
-        located.start(seen.order());
+        located.start(image.seen.order());
         let survey = std::mem::take(&mut self.survey);
-        let (settler, tiles) = (self.settler(SeenImage { shot, seen }, &survey, light), &survey.tiles);
+        let (settler, tiles) = (Settler::of_image(image, survey.rays, light, self.level), &survey.tiles);
         // Without light there are no faces.
         self.visit_faces(patches, &settler, tiles, |grid, face| {
             let expected: usize = tiles.iter().filter(|tile| face.may_own(tile)).map(|tile| tile.points as usize).sum();
@@ -204,6 +204,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
+    use crate::shot::{SeenPixels, Shot};
     use crate::{Camera, DirectGrids, Specialised as _, Structure as _, Triangles, View};
 
     #[test]

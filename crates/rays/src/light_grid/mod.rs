@@ -43,9 +43,7 @@ use web_time::Instant;
 
 use crate::LightSource;
 use crate::patches::Patches;
-use crate::shot::{
-    Bytes, Cone, Counts, LightMask, OpacityOfSides, Seconds, SeenImage, SeenPixels, Shot, TileOrder, Work,
-};
+use crate::shot::{Bytes, Cone, Counts, LightMask, OpacityOfSides, Seconds, SeenImage, TileOrder, Work};
 use crate::simd::SimdLevel;
 pub use cells::{LightCell, LightCells, LightFace};
 use face::Face;
@@ -152,10 +150,6 @@ impl LightGrid {
         self.outliers = outliers;
     }
 
-    fn settler<'a>(&self, image: SeenImage<'a>, survey: &Survey, light: &'a LightSource) -> Settler<'a> {
-        Settler::of_image(image, survey.rays, light, self.level)
-    }
-
     /// Finds which points of a face are in shadow, on `threads` threads: a word for each block.
     fn trace(
         &mut self,
@@ -193,7 +187,7 @@ impl LightGrid {
     }
 
     /// Measures the distances of the points, once for all lights.
-    pub(crate) fn survey(&mut self, shot: &Shot<'_>, seen: &SeenPixels) {
+    pub(crate) fn survey(&mut self, SeenImage { shot, seen }: SeenImage<'_>) {
         self.survey.find(shot, seen, self.level);
     }
 
@@ -203,18 +197,18 @@ impl LightGrid {
     /// If it was built for another number of triangles.
     pub(crate) fn shadow(
         &mut self,
-        shot: &Shot<'_>,
+        image: SeenImage<'_>,
         patches: &Patches,
-        seen: &SeenPixels,
         light: &LightSource,
         mask: &mut LightMask,
     ) -> Work {
+        let SeenImage { shot, seen } = image;
         mask.resize(seen.order());
         let shadowed = mask.blocks_mut();
         shadowed.fill(0);
         patches.expect(shot.triangles);
         let survey = std::mem::take(&mut self.survey);
-        let settler = self.settler(SeenImage { shot, seen }, &survey, light);
+        let settler = Settler::of_image(image, survey.rays, light, self.level);
         let tiles = (&*survey.tiles, rayon::current_num_threads());
         let is_light = self.visit_faces(patches, &settler, tiles.0, |grid, face| {
             grid.trace(face, tiles, patches, &settler, shadowed);
@@ -250,13 +244,12 @@ impl LightGrid {
     /// Describes the first fault.
     pub(crate) fn validate(
         &mut self,
-        shot: &Shot<'_>,
+        image: SeenImage<'_>,
         patches: &Patches,
-        seen: &SeenPixels,
         light: &LightSource,
     ) -> Result<(), String> {
-        patches.validate(shot.triangles)?;
-        validate::validate(self, shot, patches, seen, light)
+        patches.validate(image.shot.triangles)?;
+        validate::validate(self, image, patches, light)
     }
 }
 

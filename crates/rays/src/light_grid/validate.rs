@@ -7,12 +7,13 @@ use super::LightGrid;
 use super::boxes::SplatBox;
 use super::filter::{QUEUE, TilePoints, enqueue, may_touch};
 use super::set_up::{Record, SetUp};
+use super::settle::Settler;
 use super::trace::Tracer;
 use super::worker::{ShadowTile, ShadowWorker};
 use crate::LightSource;
 use crate::patches::Patches;
 use crate::predicate::ShadowRay;
-use crate::shot::{Cone, SeenImage, SeenPixels, Shot};
+use crate::shot::{Cone, SeenImage};
 use crate::simd::vectors::LANES;
 
 /// Maps the points that the pixels of `shot` have `seen` to each face of a light, and checks them. All triangles are taken
@@ -29,15 +30,15 @@ use crate::simd::vectors::LANES;
 /// If `survey` wasn't called for `seen`.
 pub(super) fn validate(
     grid: &mut LightGrid,
-    shot: &Shot<'_>,
+    image: SeenImage<'_>,
     patches: &Patches,
-    seen: &SeenPixels,
     light: &LightSource,
 ) -> Result<(), String> {
+    let SeenImage { shot, seen } = image;
     let slots = seen.triangle.len();
     let mut found = vec![false; slots];
     let survey = std::mem::take(&mut grid.survey);
-    let (settler, tiles) = (grid.settler(SeenImage { shot, seen }, &survey, light), &survey.tiles);
+    let (settler, tiles) = (Settler::of_image(image, survey.rays, light, grid.level), &survey.tiles);
     let rays: Vec<_> = (0..slots).map(|index| shot.shadow_ray(seen, index, light)).collect();
     let (mut result, mut number) = (Ok(()), 0);
     let mut outliers = Vec::new();

@@ -13,7 +13,6 @@
 
 mod answers;
 mod cull;
-mod job;
 mod lines;
 mod lit;
 mod settle;
@@ -31,7 +30,6 @@ use rayon::prelude::*;
 
 pub use answers::Scanned;
 use cull::Boxes;
-use job::{Asked, Job};
 use lines::Lines;
 use lit::LitPoints;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
@@ -39,7 +37,7 @@ use spread::Spread;
 use worker::ScanWorker;
 
 use crate::patches::Patches;
-use crate::{Omitted, Opacity, Opaque, Sides, SimdLevel, Triangles};
+use crate::{Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
 
 /// Directions from one or more origins, and the triangles that they may hit.
 #[derive(Clone, Copy)]
@@ -215,7 +213,7 @@ impl Scanner {
         asked: Asked,
         reach: f64,
     ) -> Job<'a> {
-        let scale = job::scale(reach);
+        let scale = scale(reach);
         let all_stop = opacity.are_all_opaque() && sides == Sides::Both;
         let Self { patches, boxes, level, .. } = self;
         Job { triangles, patches, boxes, opacity, sides, lines, asked, scale, all_stop, level: *level }
@@ -237,4 +235,51 @@ fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker]) {
             dispatch!(job.level, simd => worker.trace(simd, job, tile, &spread.order));
         }
     });
+}
+
+/// The kind of answer for lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    /// The nearest hit.
+    Nearest,
+    /// All hits, the nearest first.
+    All,
+    /// Whether there is any hit.
+    Any,
+}
+
+/// The inputs of tracing tiles.
+struct Job<'a> {
+    triangles: Triangles<'a>,
+    patches: &'a Patches,
+    boxes: &'a Boxes,
+    opacity: &'a dyn Opacity,
+    sides: Sides<'a>,
+    lines: Lines<'a>,
+    asked: Asked,
+    /// Factor for lengths: a power of two.
+    scale: f64,
+    /// Whether all sides of all triangles stop all lines.
+    all_stop: bool,
+    level: SimdLevel,
+}
+
+impl Job<'_> {
+    /// Whether a triangle stops every line that meets it.
+    fn always_stops(&self, id: u32) -> bool {
+        self.all_stop || (self.opacity.is_opaque(id) && self.sides.has_back(id))
+    }
+
+    /// Whether a triangle stops a ray that hits it at these weights.
+    fn stops(&self, ray: &Ray, id: u32, barycentric: [f32; 2]) -> bool {
+        self.all_stop
+            || (self.sides.stop(ray, id, self.triangles.corners(id)) && self.opacity.is_stopped_at(id, barycentric))
+    }
+}
+
+/// The power of two that makes a length about 2¹⁰. Then products of lengths don't overflow, and underflow only where they
+/// are far below the rounding errors of the others.
+fn scale(length: f64) -> f64 {
+    // The factor itself is an f32 far from the smallest and the largest.
+    if length > 0.0 && length.is_finite() { f64::exp2((10.0 - length.log2().ceil()).clamp(-122.0, 110.0)) } else { 1.0 }
 }

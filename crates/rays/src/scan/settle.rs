@@ -1,5 +1,5 @@
-use super::job::{Asked, Job};
 use super::worker::{HitCandidate, ScanWorker};
+use super::{Asked, Job};
 use crate::predicate::hits;
 use crate::{Hit, Ray};
 

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
+use super::Job;
 use super::cull::Frustum;
-use super::job::Job;
 use super::lines::Face;
 use super::spread::LineTile;
 use crate::simd::lanes::LANES;

@@ -11,7 +11,7 @@ const EPSILON: f32 = 1.0 / (1 << 24) as f32;
 /// Corners are relative to the lines' origin and sheared in f64 along the slopes (c, d) in the middle of the tile's lines,
 /// then rounded to f32. Lines have the rest of their slopes, at most h. These are [`Sheared`]'s offsets and slopes with
 /// H = h + 2⁻²⁰: the error of both in f64 is at most 2⁻⁴⁹ z. Products don't overflow, for scenes of the size that
-/// [`scale`](super::job::scale) makes.
+/// [`scale`](super::scale) makes.
 pub(super) struct LineTests<S: Simd> {
     /// Not missed, and not certainly outside of the line's ends.
     pub(super) possible: mask32x16<S>,

@@ -3,11 +3,11 @@ use fearless_simd::{Simd, f32x4, f32x16, mask32x16};
 use glam::DVec3;
 
 use super::cull::nearest_of;
-use super::job::{Asked, Job};
 use super::lines::Face;
 use super::slots::Slots;
 use super::spread::LineTile;
 use super::test::{Beam, LineTests, test};
+use super::{Asked, Job};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
 use crate::shear::SMALLEST;

@@ -11,7 +11,7 @@ use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightS
 use umbrage_scene::Frame;
 
 use crate::structure::GpuTree;
-use crate::{GpuGrids, GpuStructure, Settled, Structure};
+use crate::{GpuGrids, GpuStructure, LightClamp, Settled, Structure};
 
 /// Finds the triangles that pixels see and the lights that reach them; rebuilt for every frame.
 pub(crate) trait Finder: Debug + Send + Sync {
@@ -129,9 +129,9 @@ impl Finders {
 }
 
 fn options_of(grids: GpuGrids) -> (CameraOptions, LightOptions) {
-    let GpuGrids { sorting_tile, slices, light_map: map, light_clamp: clamp, light_slices } = grids;
+    let GpuGrids { sorting_tile, slices, lights_are_spherical: is_spherical, light_clamp, light_slices } = grids;
     let camera = CameraOptions { mapping: (16 / sorting_tile).clamp(1, 2), slices };
-    (camera, LightOptions { map, clamp, slices: light_slices })
+    (camera, LightOptions { is_spherical, clamp: light_clamp.map(LightClamp::degrees), slices: light_slices })
 }
 
 /// Grids for the camera and for each light.

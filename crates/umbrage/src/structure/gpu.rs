@@ -1,4 +1,6 @@
-use umbrage_rays::{KdTreeOptions, LightClamp, LightMapping};
+use umbrage_rays::KdTreeOptions;
+
+use super::LightClamp;
 
 #[cfg(feature = "gpu")]
 use crate::gpu::MakeFinder;
@@ -18,9 +20,9 @@ pub struct GpuGrids {
     pub sorting_tile: u32,
     /// Depth slices of the camera's grid.
     pub slices: u32,
-    /// The map of points and triangles, for lights with a position.
-    pub light_map: LightMapping,
-    /// The angles that a spherical map divides into cells; by default the range of the points' angles.
+    /// Whether lights with a position see by two angles around them, instead of through faces.
+    pub lights_are_spherical: bool,
+    /// The angles that these lights divide into cells; by default the range of the points' angles.
     pub light_clamp: Option<LightClamp>,
     /// Depth slices of the lights' grids.
     pub light_slices: u32,

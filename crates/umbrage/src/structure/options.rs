@@ -1,8 +1,8 @@
 //! Options of structures: names, descriptions and possible values.
 
+use std::fmt;
 use std::ops::RangeInclusive;
-
-use umbrage_rays::LightClamp;
+use std::str::FromStr;
 
 /// An option of a structure, for [`Structure::option`](crate::Structure::option) and
 /// [`Structure::set_option`](crate::Structure::set_option).
@@ -115,3 +115,60 @@ fn distance(from: &str, to: &str) -> usize {
     }
     row[to.len()]
 }
+
+/// A rectangle of angles α and β around a light, in degrees from −180 to 180.
+///
+/// Both are measured from the light's forward direction: a spot's own, or towards the middle of the camera's points. α is to
+/// the right, along the image's rows, and β to the third side. The rectangle's border cells also hold everything outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightClamp {
+    /// Lowest and highest α, lowest and highest β.
+    degrees: [f32; 4],
+}
+
+impl LightClamp {
+    /// A rectangle from the lowest and highest α, and the lowest and highest β; `None` for an empty range or angles beyond
+    /// ±180.
+    #[must_use]
+    pub fn new(degrees: [f32; 4]) -> Option<Self> {
+        let [left, right, low, high] = degrees;
+        let is_range = |low: f32, high: f32| -180.0 <= low && low < high && high <= 180.0;
+        (is_range(left, right) && is_range(low, high)).then_some(Self { degrees })
+    }
+
+    /// The angles, as for [`new`](Self::new).
+    #[must_use]
+    pub fn degrees(self) -> [f32; 4] {
+        self.degrees
+    }
+
+    /// Lowest and highest α, and β, in radians.
+    #[must_use]
+    pub fn radians(self) -> [[f32; 2]; 2] {
+        let [left, right, low, high] = self.degrees.map(f32::to_radians);
+        [[left, right], [low, high]]
+    }
+}
+
+/// As `-30:30:-20:20`.
+impl fmt::Display for LightClamp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [left, right, low, high] = self.degrees;
+        write!(f, "{left}:{right}:{low}:{high}")
+    }
+}
+
+impl FromStr for LightClamp {
+    type Err = NoLightClamp;
+
+    fn from_str(text: &str) -> Result<Self, NoLightClamp> {
+        let mut numbers = text.split(':').map(|number| number.parse().ok());
+        let degrees = std::array::from_fn(|_| numbers.next().flatten().unwrap_or(f32::NAN));
+        Self::new(degrees).filter(|_| numbers.next().is_none()).ok_or(NoLightClamp)
+    }
+}
+
+/// The error for a text that is no [`LightClamp`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give the lowest and highest α and β in degrees from -180 to 180, as -30:30:-20:20")]
+pub struct NoLightClamp;

@@ -1,5 +1,9 @@
 use rayon::prelude::*;
+use umbrage_rays::Triangles;
+use umbrage_rays::camera_grid::ImageTooLarge;
+use umbrage_rays::camera_grid::pixel_space::{PixelSpace, Vertex};
 use umbrage_rays::parallel::Parallel;
+use umbrage_rays::shot::{Seconds, Shot};
 use umbrage_rays::{SimdLevel, dispatch, vectorized};
 use web_time::Instant;
 
@@ -7,10 +11,6 @@ use super::drop::{Drop, UnsortedRange};
 use super::list::List;
 use super::{ListedGrid, Slices};
 use crate::listed::sorted::Sorted;
-use umbrage_rays::Triangles;
-use umbrage_rays::camera_grid::ImageTooLarge;
-use umbrage_rays::camera_grid::pixel_space::{PixelSpace, Vertex};
-use umbrage_rays::shot::{Seconds, Shot};
 
 impl ListedGrid {
     /// Replaces the grid by one for the triangles of `shot` and its pixels' rays; returns the times of the stages. Runs on

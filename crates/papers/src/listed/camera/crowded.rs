@@ -4,14 +4,14 @@ use std::num::NonZeroU32;
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use umbrage_rays::parallel::Parallel;
-
-use crate::listed::sorted::Sorted;
 use umbrage_rays::camera_grid::bins::bytes_of;
 use umbrage_rays::camera_grid::samples::{SAMPLES, Samples, Undecided};
 use umbrage_rays::camera_grid::tile::TileHits;
 use umbrage_rays::camera_grid::trace::{TileTrace, Tiles};
+use umbrage_rays::parallel::Parallel;
 use umbrage_rays::shot::{Counts, SeenPixels};
+
+use crate::listed::sorted::Sorted;
 
 /// A share of the list of each cell of a tile.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,6 @@ use std::ops::Range as Ids;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
-
-use super::list::Pair;
-use crate::listed::sorted::Sorted;
 use umbrage_rays::camera_grid::bins::bytes_of;
 use umbrage_rays::camera_grid::homogeneous::{HomogeneousTriangle, Square};
 use umbrage_rays::camera_grid::lanes::{Corners, PixelBounds};
@@ -12,6 +9,9 @@ use umbrage_rays::camera_grid::pixel_space::{HALF_ULP, PixelSpace, Vertex};
 use umbrage_rays::shot::{Opacity, Sides};
 use umbrage_rays::simd::lanes::{LANES, bits_of, max3, min3, splat};
 use umbrage_rays::{Omitted, Triangles};
+
+use super::list::Pair;
+use crate::listed::sorted::Sorted;
 
 /// The state of one range of triangles before its pairs are sorted by cell.
 #[derive(Clone, Debug, Default)]

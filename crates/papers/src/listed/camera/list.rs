@@ -1,13 +1,13 @@
 use glam::DVec3;
-
-use super::Cells;
-use super::drop::Kept;
-use super::slices::Slices;
 use umbrage_rays::Triangles;
 use umbrage_rays::camera_grid::ImageTooLarge;
 use umbrage_rays::camera_grid::homogeneous::{Depth, HomogeneousTriangle, Square};
 use umbrage_rays::camera_grid::pixel_space::PixelSpace;
 use umbrage_rays::shot::TileOrder;
+
+use super::Cells;
+use super::drop::Kept;
+use super::slices::Slices;
 
 /// A triangle and a cell in which it may be hit. 8 bytes.
 #[derive(Clone, Copy, Debug, Default)]

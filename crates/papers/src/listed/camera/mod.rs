@@ -15,15 +15,16 @@ mod validate;
 use std::num::NonZeroU32;
 use std::sync::Mutex;
 
+use umbrage_rays::camera_grid::bins::bytes_of;
+use umbrage_rays::camera_grid::pixel_space::{PixelSpace, Vertex};
+use umbrage_rays::camera_grid::tile::TileHits;
+use umbrage_rays::{Omitted, SimdLevel, TileOrder, debug_some};
+
 use crate::listed::sorted::Sorted;
 pub use cells::{Cells, ImpossibleCells};
 use crowded::Crowded;
 use drop::UnsortedRange;
 use slices::Slices;
-use umbrage_rays::camera_grid::bins::bytes_of;
-use umbrage_rays::camera_grid::pixel_space::{PixelSpace, Vertex};
-use umbrage_rays::camera_grid::tile::TileHits;
-use umbrage_rays::{Omitted, SimdLevel, TileOrder, debug_some};
 
 /// The triangles of a frame, listed by cell, for one ray through each pixel.
 ///

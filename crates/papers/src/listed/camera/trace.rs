@@ -1,19 +1,19 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::IVec2;
-use umbrage_rays::dispatch;
-
-use super::ListedGrid;
-use super::crowded::ListShare;
-use crate::listed::sorted::Sorted;
 use umbrage_rays::camera_grid::homogeneous::{HomogeneousTriangle, Square};
 use umbrage_rays::camera_grid::lanes::Corners;
 use umbrage_rays::camera_grid::samples::{BLOCKS, SAMPLES};
 use umbrage_rays::camera_grid::tile::{TileHits, TriangleBatch, queued};
 use umbrage_rays::camera_grid::trace::{Placed, TileTrace, Tiles};
+use umbrage_rays::dispatch;
 use umbrage_rays::shot::{Counts, Kind, SeenPixels, Shot, TileOrder};
 use umbrage_rays::simd::lanes::{LANES, bits_of, min3, splat};
 use umbrage_rays::vectorized;
+
+use super::ListedGrid;
+use super::crowded::ListShare;
+use crate::listed::sorted::Sorted;
 
 impl ListedGrid {
     /// Finds the triangle that each pixel sees: bit for bit the same on any number of threads and at every SIMD level.

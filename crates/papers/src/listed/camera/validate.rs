@@ -1,7 +1,8 @@
-use super::ListedGrid;
 use umbrage_rays::camera_grid::homogeneous::{HomogeneousTriangle, Square, check_pixels};
 use umbrage_rays::predicate::crossing;
 use umbrage_rays::shot::{Shot, TileOrder};
+
+use super::ListedGrid;
 
 impl ListedGrid {
     /// Checks that no triangle is listed in a sorting tile twice, and that each triangle is listed in every sorting tile

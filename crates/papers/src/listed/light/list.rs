@@ -1,8 +1,10 @@
 use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
+use umbrage_rays::Triangles;
 use umbrage_rays::dispatch;
 use umbrage_rays::parallel::Parallel;
+use umbrage_rays::shot::{Counts, OpacityOfSides};
 
 use super::cells::Axis;
 use super::map::LightMap;
@@ -11,8 +13,6 @@ use super::points::PointRow;
 use super::trace::LARGE;
 use super::{Bins, Entry, Lists};
 use crate::listed::sorted::Sorted;
-use umbrage_rays::Triangles;
-use umbrage_rays::shot::{Counts, OpacityOfSides};
 
 /// The entries of one range of triangles in cells.
 pub(super) struct ListedRange<M: LightMap> {

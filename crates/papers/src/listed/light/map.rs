@@ -3,15 +3,15 @@ use std::ops::Range as Ids;
 
 use fearless_simd::{Simd, mask32x16};
 use glam::Vec3;
+use umbrage_rays::light_grid::survey::Survey;
+use umbrage_rays::shot::SeenImage;
+use umbrage_rays::simd::SimdLevel;
+use umbrage_rays::{LightFace, LightSource, Triangles};
 
 use super::ListedLightOptions;
 use super::cells::Axis;
 use super::list::{ListedRange, Listing};
 use super::pass::LightPass;
-use umbrage_rays::light_grid::survey::Survey;
-use umbrage_rays::shot::SeenImage;
-use umbrage_rays::simd::SimdLevel;
-use umbrage_rays::{LightFace, LightSource, Triangles};
 
 /// The position of a point in a map.
 #[derive(Clone, Copy, Debug)]

@@ -21,6 +21,8 @@ mod trace;
 mod validate;
 mod worker;
 
+use umbrage_rays::shot::{LightMask, SeenImage, SeenPixels, Shot, Work};
+use umbrage_rays::{LightCells, LightSource, SimdLevel, debug_some};
 use web_time::Instant;
 
 use crate::listed::sorted::Sorted;
@@ -28,13 +30,11 @@ use cells::Axis;
 use faces::Faces;
 use list::ListedRange;
 use map::LightMap;
-pub use options::{ImpossibleLightCells, ListedLightOptions};
+pub use options::{ImpossibleLightCells, LightMapping, ListedLightOptions};
 use pass::LightPass;
 use points::PointRow;
 use sphere::Sphere;
 use trace::Job;
-use umbrage_rays::shot::{LightMask, SeenImage, SeenPixels, Shot, Work};
-use umbrage_rays::{LightCells, LightMapping, LightSource, SimdLevel, debug_some};
 use worker::CellWorker;
 
 /// Finds the points seen by the camera that a light reaches, with triangles listed by cell, rebuilt for every frame and
@@ -150,7 +150,6 @@ impl ListedLightGrid {
     pub(super) fn shadow(
         &mut self,
         shot: &Shot<'_>,
-
         seen: &SeenPixels,
         light: &LightSource,
         mask: &mut LightMask,

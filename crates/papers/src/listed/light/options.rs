@@ -1,5 +1,6 @@
+use umbrage::LightClamp;
+use umbrage_rays::choices;
 use umbrage_rays::simd::lanes::LANES;
-use umbrage_rays::{LightClamp, LightMapping};
 
 /// The options of the lights' grid of [`ListedGrids`](crate::ListedGrids). They change its speed only, not its answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +13,21 @@ pub struct ListedLightOptions {
     pub map: LightMapping,
     /// The angles that a spherical map divides into cells; by default the range of the points' angles.
     pub clamp: Option<LightClamp>,
+}
+
+/// The map from a light's points and triangles to cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightMapping {
+    /// One face if the light sees all points within a wide angle, else the sides of a cube, each with its own cells.
+    #[default]
+    Faces,
+    /// One grid of two angles all around the light (§4.1). Suns have no angles, and use a face.
+    Spherical,
+}
+
+choices! { LightMapping, "light map":
+    "faces" => Faces, "a face of tangents, or the sides of a cube";
+    "spherical" => Spherical, "the paper's: one grid of two angles around the light";
 }
 
 impl Default for ListedLightOptions {

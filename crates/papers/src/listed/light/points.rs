@@ -1,16 +1,16 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use umbrage_rays::light_grid::LightCells;
 use umbrage_rays::parallel::Parallel;
+use umbrage_rays::simd::lanes::bits_of;
+use umbrage_rays::simd::vectors::LANES;
 
 use super::cells::Axis;
 use super::map::{LightMap, Place};
 use super::pass::LightPass;
 use super::{Bins, Entry, Lists};
 use crate::listed::sorted::Sorted;
-use umbrage_rays::light_grid::LightCells;
-use umbrage_rays::simd::lanes::bits_of;
-use umbrage_rays::simd::vectors::LANES;
 
 /// Up to 16 points of a cell, which the filter tests at once. About 320 bytes.
 #[derive(Clone, Copy, Debug)]

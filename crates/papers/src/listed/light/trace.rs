@@ -5,7 +5,11 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
+use umbrage_rays::light_grid::settle::Settler;
 use umbrage_rays::parallel::Parallel;
+use umbrage_rays::shot::Counts;
+use umbrage_rays::simd::lanes::bits_of;
+use umbrage_rays::simd::vectors::LANES;
 
 use super::Lists;
 use super::map::LightMap;
@@ -13,10 +17,6 @@ use super::pass::LightPass;
 use super::points::{PointGroup, PointRow};
 use super::worker::{CellWorker, Open};
 use crate::listed::sorted::Sorted;
-use umbrage_rays::light_grid::settle::Settler;
-use umbrage_rays::shot::Counts;
-use umbrage_rays::simd::lanes::bits_of;
-use umbrage_rays::simd::vectors::LANES;
 
 /// Marks items of cells that are indices of large triangles instead of ids.
 pub(super) const LARGE: u32 = 1 << 31;

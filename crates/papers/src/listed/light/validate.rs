@@ -1,7 +1,8 @@
+use umbrage_rays::light_grid::settle::Settler;
+
 use super::Lists;
 use super::map::LightMap;
 use super::trace::LARGE;
-use umbrage_rays::light_grid::settle::Settler;
 
 impl<M: LightMap> Lists<M> {
     /// Checks the cells of a face built for the settler's light and image. Each of its points, the `members` of the blocks,

@@ -1,12 +1,12 @@
 use rayon::prelude::*;
+use umbrage_rays::light_grid::settle::Settler;
 use umbrage_rays::parallel::Parallel;
+use umbrage_rays::shot::Counts;
+use umbrage_rays::simd::vectors::LANES;
 
 use super::Lists;
 use super::map::LightMap;
 use super::pass::LightPass;
-use umbrage_rays::light_grid::settle::Settler;
-use umbrage_rays::shot::Counts;
-use umbrage_rays::simd::vectors::LANES;
 
 /// Undecided pairs that a thread collects before they are settled.
 const MOST_UNDECIDED: usize = 1 << 15;

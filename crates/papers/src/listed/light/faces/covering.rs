@@ -1,12 +1,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
-
-use super::{BlockErrors, Cells};
 use umbrage_rays::light_grid::face::{Block, Face, HALF_ULP, POINT_LIMIT, VERTEX_MARGIN};
 use umbrage_rays::light_grid::large_triangles::{HomogeneousCorners, LargeTriangle};
 use umbrage_rays::simd::lanes::min3;
 use umbrage_rays::simd::vectors::splat;
+
+use super::{BlockErrors, Cells};
 
 /// A [`LargeTriangle`] rounded to f32, for the cells that it covers. 64 bytes.
 #[derive(Clone, Copy, Debug)]

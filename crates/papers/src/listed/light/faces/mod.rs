@@ -11,15 +11,6 @@ use fearless_simd::{Simd, mask32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
-
-use super::ListedLightOptions;
-use super::cells::Axis;
-use super::list::{ListedRange, Listing};
-use super::map::{LightMap, Place};
-use super::pass::LightPass;
-use super::trace::LARGE;
-use covering::{CoveringTriangle, covering};
-use small::{BATCH, Batch, Mapped};
 use umbrage_rays::light_grid::choose;
 use umbrage_rays::light_grid::face::{Block, Face, HALF_ULP, VertexErrors};
 use umbrage_rays::light_grid::pixel_map::PixelMap;
@@ -31,6 +22,15 @@ use umbrage_rays::simd::SimdLevel;
 use umbrage_rays::simd::lanes::bits_of;
 use umbrage_rays::simd::vectors::LANES;
 use umbrage_rays::{LightFace, LightSource, Triangles};
+
+use super::ListedLightOptions;
+use super::cells::Axis;
+use super::list::{ListedRange, Listing};
+use super::map::{LightMap, Place};
+use super::pass::LightPass;
+use super::trace::LARGE;
+use covering::{CoveringTriangle, covering};
+use small::{BATCH, Batch, Mapped};
 
 /// The faces of a light, and the points and vertices on one of them.
 #[derive(Default)]

@@ -3,10 +3,9 @@ use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
-use umbrage_rays::parallel::Parallel;
-
 use umbrage_rays::light_grid::face::Face;
 use umbrage_rays::light_grid::project::project_eight;
+use umbrage_rays::parallel::Parallel;
 use umbrage_rays::simd::SimdLevel;
 use umbrage_rays::simd::vectors::{LANES, narrow, widen};
 

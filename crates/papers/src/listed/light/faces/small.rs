@@ -1,10 +1,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
-
-use super::BlockErrors;
 use umbrage_rays::light_grid::face::{Block, FACE_LIMIT, Face, HALF_ULP, VERTEX_MARGIN, VertexErrors};
 use umbrage_rays::simd::lanes::{max3, min3};
 use umbrage_rays::simd::vectors::{LANES, load_corner, splat};
+
+use super::BlockErrors;
 
 /// Triangles set up together before their points are tested.
 pub(super) const BATCH: usize = 64;

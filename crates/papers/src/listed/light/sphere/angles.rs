@@ -4,7 +4,6 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
-
 use umbrage_rays::simd::vectors::splat;
 
 /// Relative error bound of an angle of [`atan2`].

@@ -1,12 +1,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
+use umbrage_rays::light_grid::face::HALF_ULP;
+use umbrage_rays::simd::lanes::{max3, min3};
+use umbrage_rays::simd::vectors::{LANES, splat};
 
 use super::Frame;
 use super::points::SpherePoints;
 use super::vertices::Vertices;
-use umbrage_rays::light_grid::face::HALF_ULP;
-use umbrage_rays::simd::lanes::{max3, min3};
-use umbrage_rays::simd::vectors::{LANES, splat};
 
 /// ε, half the distance from one to the next f32.
 const EPSILON: f32 = HALF_ULP as f32;

@@ -16,6 +16,14 @@ use std::ops::{Range as Ids, RangeInclusive};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, mask32x16};
 use glam::{DVec3, Vec3};
+use umbrage::LightClamp;
+use umbrage_rays::light_grid::choose::across;
+use umbrage_rays::light_grid::survey::Survey;
+use umbrage_rays::shot::{Cone, SeenImage};
+use umbrage_rays::simd::SimdLevel;
+use umbrage_rays::simd::lanes::{bits_of, max3, min3};
+use umbrage_rays::simd::vectors::{LANES, splat};
+use umbrage_rays::{LightFace, LightSource, Triangles};
 
 use super::ListedLightOptions;
 use super::cells::Axis;
@@ -25,13 +33,6 @@ use super::pass::LightPass;
 use angles::Arc;
 use batch::{Batch, Corners};
 use points::{Offsets, Seen, SpherePoints};
-use umbrage_rays::light_grid::choose::across;
-use umbrage_rays::light_grid::survey::Survey;
-use umbrage_rays::shot::{Cone, SeenImage};
-use umbrage_rays::simd::SimdLevel;
-use umbrage_rays::simd::lanes::{bits_of, max3, min3};
-use umbrage_rays::simd::vectors::{LANES, splat};
-use umbrage_rays::{LightClamp, LightFace, LightSource, Triangles};
 
 /// The map of a light that sees all around it.
 ///

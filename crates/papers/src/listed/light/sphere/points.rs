@@ -4,16 +4,16 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16};
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
-
-use super::angles::{ANGLE_ERROR, atan2};
-use super::vertices::along_axes;
-use super::{Frame, LightPass, Place};
 use umbrage_rays::light_grid::face::HALF_ULP;
 use umbrage_rays::light_grid::points::TILE_BLOCKS;
 use umbrage_rays::predicate::ROUNDING;
 use umbrage_rays::shot::{CameraRays, Cone, EightPoints, SeenImage};
 use umbrage_rays::simd::lanes::bits_of;
 use umbrage_rays::simd::vectors::{LANES, largest, narrow, splat};
+
+use super::angles::{ANGLE_ERROR, atan2};
+use super::vertices::along_axes;
+use super::{Frame, LightPass, Place};
 
 /// ε, half the distance from one to the next f32.
 const EPSILON: f32 = HALF_ULP as f32;

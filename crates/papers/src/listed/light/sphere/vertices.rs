@@ -4,12 +4,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
 use umbrage_rays::parallel::Parallel;
-
-use super::Frame;
-use super::angles::atan2;
 use umbrage_rays::simd::SimdLevel;
 use umbrage_rays::simd::lanes::{load_corner, quads, sixteen_of};
 use umbrage_rays::simd::vectors::{LANES, Vectors, dot, largest, minus, narrow, splat, splat_vector, widen};
+
+use super::Frame;
+use super::angles::atan2;
 
 const CHUNK_VERTICES: usize = 2048;
 

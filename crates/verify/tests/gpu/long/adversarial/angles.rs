@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use umbrage_gpu::LightOptions;
-use umbrage_rays::{Camera, LightClamp, LightSource};
+use umbrage_rays::{Camera, LightSource};
 use umbrage_verify::lights::{point, sun};
 use umbrage_verify::views::{camera, placed, view};
 use umbrage_verify::{Random, TestMesh};
@@ -19,7 +19,7 @@ const CLAMPS: [[f32; 4]; 4] = [
 ];
 
 fn clamped(degrees: [f32; 4]) -> LightOptions {
-    LightOptions { clamp: LightClamp::new(degrees), slices: 2, ..SPHERICAL }
+    LightOptions { clamp: Some(degrees), slices: 2, ..SPHERICAL }
 }
 
 /// A ball around the origin, seen from inside, and a floor with a light between them and the origin in its middle.
@@ -84,7 +84,7 @@ fn thin_triangles_through_the_seam_and_through_right_angles() {
     let looks = [Vec3::new(0.1, 0.7, 3.4), Vec3::new(-3.3, 0.2, 0.4), Vec3::new(0.1, 3.5, -0.2)];
     for position in looks {
         let look = Camera::look_at(position, Vec3::new(0.1, 0.0, 0.05), Vec3::new(0.1, 0.6, 0.8), 1.2);
-        for clamp in [None, LightClamp::new(CLAMPS[0]), LightClamp::new(CLAMPS[2])] {
+        for clamp in [None, Some(CLAMPS[0]), Some(CLAMPS[2])] {
             let case = case(&mesh, view(look, 60, 50), &lights);
             let truth = truth_of_cpu(&case);
             grids.check_lights("strips", &case, &truth, LightOptions { clamp, ..SPHERICAL });

@@ -5,7 +5,7 @@ use umbrage_gpu::{
     CameraGrid, CameraOptions, Geometry, Gpu, GpuError, LightGrid, LightOptions, LightWork, Recorder, Sight,
     TriangleFlags,
 };
-use umbrage_rays::{DirectGrids, LightMapping, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, View};
+use umbrage_rays::{DirectGrids, LightMask, LightSource, SeenPixels, Structure as _, TileOrder, View};
 use umbrage_verify::lights::point;
 use umbrage_verify::views::{camera, view};
 use umbrage_verify::{Case, TestMesh, Truth};
@@ -20,9 +20,9 @@ const FORMS: [(CameraOptions, [LightOptions; 2]); 2] = [
 ];
 
 /// Lights that see through faces.
-const FACES: LightOptions = LightOptions { map: LightMapping::Faces, clamp: None, slices: 1 };
+const FACES: LightOptions = LightOptions { is_spherical: false, clamp: None, slices: 1 };
 /// Lights that see by angles.
-pub(crate) const SPHERICAL: LightOptions = LightOptions { map: LightMapping::Spherical, ..FACES };
+pub(crate) const SPHERICAL: LightOptions = LightOptions { is_spherical: true, ..FACES };
 
 /// Maximum number of questions for the oracle; the CPU's grids, which have been compared with it, answer more.
 const MOST_QUESTIONS: usize = 10_000_000;
