@@ -6,8 +6,9 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, KdTree, Ray, SingleRays as _, Structure, UniformGrid, UniformOptions};
+use umbrage::rays::{Bvh, Hit, Ray, SingleRays as _, Structure, UniformGrid, UniformOptions};
 use umbrage::scene::Frame;
+use umbrage_papers::KdTree;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
 use crate::flags::{SceneFlags, size};

@@ -1,12 +1,22 @@
 //! The structures and experiments of the papers that Umbrage follows.
 //!
-//! [`structures`] lists all structures with their options, for command lines, windows, tests and benches. The rest needs the
-//! feature `experiments`: builders, traversals and triangle tests that no product uses. `umbrage-bench` measures these, and
-//! their tests hold them to the same predicate as the product.
+//! [`structures`] lists all structures with their options, for command lines, windows, tests and benches. With the feature
+//! `gpu` rays go through the kd-tree on a GPU as well. The rest needs the feature `experiments`: builders, traversals and triangle
+//! tests that no product uses. `umbrage-bench` measures these, and their tests hold them to the same predicate as the
+//! product.
 #![forbid(unsafe_code)]
 
+#[doc(hidden)]
+pub mod kdtree;
 mod structures;
 
+#[cfg(feature = "gpu")]
+pub use kdtree::gpu::{KdNodes, KdSight, KdTracerOptions};
+pub use kdtree::{
+    BackgroundKdTree, Clipping, HierarchyKdTree, ImpossibleBackground, ImpossibleKdTreeOptions, KdAge, KdBuilder,
+    KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
+    KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
+};
 pub use structures::{KdTrees, Listed, Uniform, structures};
 
 #[cfg(feature = "experiments")]
@@ -15,7 +25,7 @@ pub mod clusters;
 pub mod gpu_kdtree;
 #[cfg(feature = "experiments")]
 pub mod kd_tasks;
-#[cfg(all(test, feature = "experiments"))]
+#[cfg(all(test, feature = "gpu"))]
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/src/layout.rs"]
 mod layout;
@@ -25,6 +35,10 @@ pub mod light_buffer;
 pub mod on_demand;
 #[cfg(feature = "experiments")]
 pub mod queue;
+#[cfg(test)]
+#[allow(dead_code, reason = "some of it is for other tests")]
+#[path = "../../rays/src/random.rs"]
+mod random;
 #[cfg(feature = "experiments")]
 pub mod reorder;
 #[cfg(feature = "experiments")]

@@ -21,7 +21,10 @@ impl Ray {
     }
 
     /// Whether it can hit anything: its origin is finite, its direction finite and not zero, its interval not empty.
-    pub(crate) fn is_sound(&self) -> bool {
+    #[doc(hidden)]
+    #[inline]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
         self.origin.is_finite() && self.goes_somewhere() && self.t_min < self.t_max
     }
 

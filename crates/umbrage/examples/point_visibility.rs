@@ -10,7 +10,7 @@ use umbrage::rays::{Bvh, LightSource, Opacity, SeenPixels, SingleRays};
 fn main() -> Result<(), Error> {
     let frame = umbrage::open("demo:shatter?triangles=2000")?.at(0.5)?;
     let triangles = frame.triangles();
-    // Any of the structures answers single rays alike: `KdTree` and `UniformGrid` have the same methods.
+    // Every structure that answers single rays has the same methods.
     let mut bvh = Bvh::default();
     bvh.build(triangles);
 

@@ -14,8 +14,6 @@ use umbrage_rays::SimdLevel;
 use crate::Error;
 
 pub use gpu::GpuStructure;
-#[cfg(feature = "gpu")]
-pub(crate) use gpu::GpuTree;
 pub use kind::{KindOption, StructureKind};
 pub use options::{ImpossibleOption, OptionValues, StructureOption};
 pub use registry::{Structures, UnknownStructure};

@@ -3,10 +3,10 @@ use std::slice;
 
 use anyhow::{Result, ensure};
 use glam::Vec3;
+use umbrage_papers::{KdTree, KdTreeOptions};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, ListedGrids, SeenPixels, Shot, SingleRays as _,
-    Structure, UniformGrid,
+    Bvh, DirectGrids, LightMask, LightSource, ListedGrids, SeenPixels, Shot, SingleRays as _, Structure, UniformGrid,
 };
 
 use crate::{Random, Seams, Sheet, SheetShape};

@@ -2,14 +2,14 @@
 
 use std::num::NonZeroU32;
 
-use umbrage_rays::{
-    BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
-    ListedOptions, SahCosts, TwoLevelKdTree, UniformGrid,
+use umbrage_papers::{BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, SahCosts, TwoLevelKdTree};
+pub use umbrage_papers::{
+    Clipping, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,
 };
 pub use umbrage_rays::{
-    Bvh, Clipping, DirectGrids, Insertion, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal,
-    KdTreeOptions, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
+    Bvh, DirectGrids, Insertion, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
 };
+use umbrage_rays::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, UniformGrid};
 
 /// Makes an empty structure.
 pub type Make = fn(SimdLevel) -> Box<dyn Structure>;

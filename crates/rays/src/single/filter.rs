@@ -4,7 +4,7 @@ use crate::shear::Sheared;
 
 /// A filter for one ray that rules out, in f32, triangles that its line certainly misses: [`Sheared`] along the axis of the
 /// direction's largest component, so that H is one.
-pub(crate) struct Filter {
+pub struct Filter {
     /// The two axes across, and the axis of the direction's largest component.
     axes: [usize; 3],
     /// Movement along the two axes, negated, per unit along the third.
@@ -20,7 +20,7 @@ impl Filter {
     const LARGEST_ERROR: f32 = 1e12;
 
     #[inline(always)]
-    pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
         let [x, y, z] = direction.abs().to_array();
         let largest = if x >= y && x >= z {
             0
@@ -38,7 +38,7 @@ impl Filter {
 
     /// Whether the ray's line certainly misses a triangle.
     #[inline(always)]
-    pub(crate) fn misses(&self, corners: [Vec3; 3]) -> bool {
+    pub fn misses(&self, corners: [Vec3; 3]) -> bool {
         let [a, b, c] = corners.map(|corner| (corner - self.origin).to_array());
         let offsets = self.axes.map(|axis| [a[axis], b[axis], c[axis]]);
         let sheared = Sheared::new(offsets, self.slopes, 1.0, self.blur);

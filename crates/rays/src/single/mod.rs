@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use crate::predicate::{ShadowRay, hit};
 use crate::{Hit, Ray, SeenPixels, Triangles};
-pub(crate) use filter::Filter;
+pub use filter::Filter;
 
 /// A structure that answers single rays, of any origin and direction.
 ///

@@ -117,7 +117,7 @@ mod tests {
         )+};
     }
 
-    kinds! { Listed: ListedGrids, Uniform: UniformGrid, Tree: KdTree }
+    kinds! { Listed: ListedGrids, Uniform: UniformGrid }
 
     /// The triangles and light masks of a frame's samples, by the samples' numbers.
     type Shown = Vec<(SeenPixels, Vec<LightMask>)>;
@@ -151,8 +151,7 @@ mod tests {
     #[test]
     fn four_samples_at_once_show_what_four_do() {
         let scenes = ["demo:glass?triangles=600", "demo:statue?triangles=1000", "demo:forest?triangles=3000"];
-        let structures =
-            [Structure::of::<Listed>(), Structure::of::<Uniform>(), Structure::of::<Tree>(), Structure::bvh()];
+        let structures = [Structure::of::<Listed>(), Structure::of::<Uniform>(), Structure::bvh()];
         let of_scenes = scenes.into_iter().flat_map(|name| [4, 8].map(|samples| (name, Structure::default(), samples)));
         let of_structures = structures.into_iter().map(|structure| (scenes[2], structure, 4));
         for (name, structure, samples) in of_scenes.chain(of_structures) {

@@ -1,7 +1,8 @@
 use anyhow::{Result, bail};
 use clap::Args;
-use umbrage::rays::{Counts, KdTree, KdTreeOptions, PacketSide, SeenPixels, Structure as _, UniformOptions};
+use umbrage::rays::{Counts, PacketSide, SeenPixels, Structure as _, UniformOptions};
 use umbrage::scene::Frame;
+use umbrage_papers::{KdTree, KdTreeOptions};
 
 use super::measure::{Way, measure};
 use crate::flags::ImageFlags;

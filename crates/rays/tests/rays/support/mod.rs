@@ -1,6 +1,10 @@
 //! Small meshes, and the nearest hit by asking the predicate about every triangle.
 #![allow(dead_code, reason = "not every test file uses all of it")]
 
+pub(crate) mod far;
+pub(crate) mod pairs;
+pub(crate) mod scales;
+
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::{ShadowRay, hit};
 use umbrage_rays::{Hit, Ray, Triangles, UniformOptions};
