@@ -12,11 +12,11 @@ use umbrage::Structure;
 use umbrage::gallery::{DEMOS, DemoScene};
 use umbrage::rays::LightSource;
 #[cfg(feature = "papers")]
-use umbrage::rays::{KdRebuild, KdTree, KdTreeCounts, Structure as _};
+use umbrage::rays::Structure as _;
 use umbrage::scene::Frame;
 use umbrage::{OmittedTriangles, Scene};
 #[cfg(feature = "papers")]
-use umbrage_papers::KdTrees;
+use umbrage_papers::{KdRebuild, KdTree, KdTreeCounts, KdTrees};
 
 use crate::engine;
 use crate::failure::Failure;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, KdTree, Ray, SingleRays as _, Structure};
+use umbrage::rays::{Bvh, Hit, Ray, SingleRays as _, Structure};
 use umbrage::scene::Frame;
 use umbrage_papers::uniform::any_rays::nearest_of_packet;
-use umbrage_papers::{UniformGrid, UniformOptions};
+use umbrage_papers::{KdTree, UniformGrid, UniformOptions};
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
 use crate::flags::{SceneFlags, size};

@@ -2,7 +2,7 @@ use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
-use crate::link::{link, link_text, shared_constants};
+use crate::link::{link, link_text, link_with, shared_constants};
 #[cfg(feature = "operations")]
 use crate::operations::Counter;
 use crate::pipelines::{EntryPoint, Pipeline};
@@ -61,6 +61,23 @@ impl Kernel {
         constants: &[(&str, f64)],
     ) -> [Self; N] {
         Self::of_root(gpu, path, path, || link(path), entries, constants)
+    }
+
+    /// The entry point `entry` of the module `path`, with values for its `override` constants. `modules` are those beside
+    /// the crate's, pairs of a path and a text; paths name modules for a device, so each belongs to one text.
+    ///
+    /// # Panics
+    /// If the shader isn't valid, or imports an item that doesn't exist.
+    #[must_use]
+    pub fn of_modules(
+        gpu: &Gpu,
+        modules: &[(&str, &str)],
+        path: &str,
+        entry: &'static str,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let [kernel] = Self::of_root(gpu, path, path, || link_with(modules, path), [entry], constants);
+        kernel
     }
 
     /// The entry point `entry` of a shader outside of this crate, which may import the crate's modules.

@@ -13,7 +13,6 @@ mod error;
 mod fit;
 mod geometry;
 mod grid;
-pub mod kdtree;
 mod kernel;
 #[cfg(test)]
 #[allow(dead_code, reason = "some of it is for other tests")]
@@ -56,6 +55,6 @@ pub use wgpu;
 #[doc(hidden)]
 pub mod internals {
     pub use crate::link::link_with;
-    pub use crate::rays::light_words;
-    pub use crate::view::ExactView;
+    pub use crate::rays::{RaySpace, ShadowLight, light_words};
+    pub use crate::view::{ExactView, PointView};
 }

@@ -42,7 +42,6 @@ const MODULES: &[(&str, &str)] = modules! {
     "camera::" in "camera/": balance nodes settle trace work;
     "exact::" in "exact/": camera cone corners double expansion mask predicate shadow single vector wide;
     "grid::" in "grid/": fixed header list project projection set_up space;
-    "kdtree::" in "kdtree/": ask fit levels node packet rays seen stack trail;
     "light::" in "light/": assign balance batches blocks cells choices choose cone depths light map points seen_point settle sort
         spread survey trace undecided;
     "light::sphere::" in "light/sphere/": angles arcs choose largest map trace turn vertex;

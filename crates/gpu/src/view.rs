@@ -42,7 +42,7 @@ impl From<&View> for ExactView {
 /// The camera whose pixels, and points on them, are traced, as in `point_view.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct PointView {
+pub struct PointView {
     view: ExactView,
     x_offset: [u32; 2],
     y_offset: [u32; 2],
@@ -53,7 +53,9 @@ pub(crate) struct PointView {
 }
 
 impl PointView {
-    pub(crate) fn new(band: &Band, offset_pixels: DVec2) -> Self {
+    /// Pixels of a band of rows, moved by an offset.
+    #[must_use]
+    pub fn new(band: &Band, offset_pixels: DVec2) -> Self {
         Self {
             view: (&band.view).into(),
             x_offset: words(offset_pixels.x),

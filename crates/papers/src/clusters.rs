@@ -9,9 +9,9 @@
 //! In the paper a cluster's map is that of its triangle of least residual motion, and the rest pose the best of all; here
 //! maps are least squares over the cluster's vertices, and the rest pose is the first.
 
+use crate::kdtree::fit;
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
-use umbrage_rays::internals::fit;
 
 /// Limits of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]

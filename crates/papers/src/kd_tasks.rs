@@ -1,13 +1,13 @@
 //! Simulated build times of a kd-tree on any number of threads, from counted work: a node's pass counts as its references.
 //!
-//! Passes are cut and wait for each other as in the builders of `umbrage-rays`; a free thread takes the task that has
+//! Passes are cut and wait for each other as in the tree's builders; a free thread takes the task that has
 //! waited longest. The model leaves out costs of memory, caches and scheduling, and the work before and after the
 //! nodes: boxes, the first sorting, the layout.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-use umbrage_rays::{KdBuilder, KdTree};
+use crate::{KdBuilder, KdTree};
 
 /// A subtree of fewer references is one task, …
 const SUBTREE: u64 = 1 << 12;

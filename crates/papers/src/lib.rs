@@ -1,10 +1,13 @@
 //! The structures and experiments of the papers that Umbrage follows.
 //!
-//! [`structures`] lists all structures with their options, for command lines, windows, tests and benches. The rest needs the
-//! feature `experiments`: builders, traversals and triangle tests that no product uses. `umbrage-bench` measures these, and
-//! their tests hold them to the same predicate as the product.
+//! [`structures`] lists all structures with their options, for command lines, windows, tests and benches. With the feature
+//! `gpu` rays go through the kd-tree on a GPU as well. The rest needs the feature `experiments`: builders, traversals and triangle
+//! tests that no product uses. `umbrage-bench` measures these, and their tests hold them to the same predicate as the
+//! product.
 #![forbid(unsafe_code)]
 
+#[doc(hidden)]
+pub mod kdtree;
 mod listed;
 mod packet;
 #[cfg(test)]
@@ -16,6 +19,13 @@ mod statistics;
 mod structures;
 pub mod uniform;
 
+#[cfg(feature = "gpu")]
+pub use kdtree::gpu::{KdNodes, KdSight, KdTracerOptions};
+pub use kdtree::{
+    BackgroundKdTree, Clipping, HierarchyKdTree, ImpossibleBackground, ImpossibleKdTreeOptions, KdAge, KdBuilder,
+    KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
+    KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
+};
 pub use listed::{
     Cells, ImpossibleCells, ImpossibleLightCells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions,
 };
@@ -29,7 +39,7 @@ pub mod clusters;
 pub mod gpu_kdtree;
 #[cfg(feature = "experiments")]
 pub mod kd_tasks;
-#[cfg(all(test, feature = "experiments"))]
+#[cfg(all(test, feature = "gpu"))]
 #[allow(dead_code, reason = "some of it is for other tests")]
 #[path = "../../gpu/src/layout.rs"]
 mod layout;

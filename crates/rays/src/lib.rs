@@ -30,7 +30,6 @@ mod edge_functions;
 #[doc(hidden)]
 pub mod grids;
 mod hash_key;
-mod kdtree;
 mod light;
 #[doc(hidden)]
 pub mod light_grid;
@@ -52,7 +51,6 @@ pub mod shear;
 pub mod shot;
 #[doc(hidden)]
 pub mod simd;
-mod single;
 mod structure;
 mod trace;
 #[doc(hidden)]
@@ -69,11 +67,6 @@ pub use camera::{Camera, Projection, View};
 pub use camera_grid::ImageTooLarge;
 pub use choice::{Choice, UnknownChoice};
 pub use grids::DirectGrids;
-pub use kdtree::{
-    BackgroundKdTree, Clipping, HierarchyKdTree, ImpossibleBackground, ImpossibleKdTreeOptions, KdAge, KdBuilder,
-    KdLayout, KdMailbox, KdMoved, KdPacketOptions, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeCounts,
-    KdTreeOptions, RebuildPolicy, SahCosts, TwoLevelCounts, TwoLevelKdTree,
-};
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace};
 pub use patches::Patches;
@@ -85,7 +78,6 @@ pub use shot::{
     SeenPixels, Shifts, Shot, Sides, TileOrder, Work,
 };
 pub use simd::SimdLevel;
-pub use single::Visit;
 pub use structure::{Parts, Specialised, Structure};
 pub use trace::{Rays, Trace, TracedBy, Tracer};
 pub use triangles::{Omitted, OmittedKind, Triangles};
@@ -97,9 +89,6 @@ pub mod internals {
         Child as BvhChild, Inside as BvhInside, Kind as BvhKind, LESS as BVH_LESS, Leaf as BvhLeaf,
         LeafHits as BvhFound, Line as BvhLine, MORE as BVH_MORE, Nearest as BvhNearest, Node as BvhNode,
         Slabs as BvhSlabs, WIDTH as BVH_WIDTH,
-    };
-    pub use crate::kdtree::{
-        Ask, Extent, Filter, HALF_ULP, LANES, MOST_RAYS, Node, Nodes, Plane, Rays, Scale, Wide, fit, load,
     };
     pub use crate::triangles::Unusable;
 }

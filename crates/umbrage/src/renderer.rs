@@ -80,8 +80,8 @@ impl Renderer {
 
     /// A renderer that works on a GPU. Triangles and shadows are the CPU's; colours differ by rounding.
     ///
-    /// Where [`Settings::structure`] is a kd-tree, the CPU builds it and the GPU traces it; with any other, the GPU uses its
-    /// grids.
+    /// Where [`Settings::structure`] has a [counterpart](crate::GpuStructure) on a GPU, that finds triangles and shadows;
+    /// with any other, the GPU uses its grids.
     ///
     /// # Errors
     /// Where the device has no memory for fixed tables.

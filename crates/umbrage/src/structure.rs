@@ -13,8 +13,6 @@ use umbrage_rays::SimdLevel;
 
 use crate::Error;
 
-#[cfg(feature = "gpu")]
-pub(crate) use gpu::GpuTree;
 pub use gpu::{GpuGrids, GpuStructure};
 pub use kind::{KindOption, StructureKind};
 pub use options::{ImpossibleOption, LightClamp, NoLightClamp, OptionValues, StructureOption};

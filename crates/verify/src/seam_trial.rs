@@ -3,11 +3,9 @@ use std::slice;
 
 use anyhow::{Result, ensure};
 use glam::Vec3;
-use umbrage_papers::{ListedGrids, UniformGrid};
+use umbrage_papers::{KdTree, KdTreeOptions, ListedGrids, UniformGrid};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    Bvh, DirectGrids, KdTree, KdTreeOptions, LightMask, LightSource, SeenPixels, Shot, SingleRays as _, Structure,
-};
+use umbrage_rays::{Bvh, DirectGrids, LightMask, LightSource, SeenPixels, Shot, SingleRays as _, Structure};
 
 use crate::{Random, Seams, Sheet, SheetShape};
 

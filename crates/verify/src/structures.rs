@@ -3,13 +3,15 @@
 use std::num::NonZeroU32;
 
 pub use umbrage::LightClamp;
-use umbrage_papers::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, UniformGrid};
-pub use umbrage_papers::{Insertion, PacketSide, UniformOptions};
-use umbrage_rays::{BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree, SahCosts, TwoLevelKdTree};
-pub use umbrage_rays::{
-    Bvh, Clipping, DirectGrids, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,
-    SimdLevel, Structure,
+use umbrage_papers::{
+    BackgroundKdTree, Cells, HierarchyKdTree, KdPacketOptions, KdTree, LightMapping, ListedGrids, ListedLightOptions,
+    ListedOptions, SahCosts, TwoLevelKdTree, UniformGrid,
 };
+pub use umbrage_papers::{
+    Clipping, Insertion, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,
+    PacketSide, UniformOptions,
+};
+pub use umbrage_rays::{Bvh, DirectGrids, SimdLevel, Structure};
 
 /// Makes an empty structure.
 pub type Make = fn(SimdLevel) -> Box<dyn Structure>;

@@ -5,10 +5,11 @@ use std::ops::RangeInclusive;
 use eframe::egui::{self, ComboBox, DragValue, Slider};
 use glam::Vec3;
 use umbrage::gpu::Adapter;
-use umbrage::rays::{Choice, KdBuilder};
+use umbrage::rays::Choice;
 use umbrage::scene::{Ground, GroundChoice, GroundSurface, Light, OpenOptions};
 use umbrage::spec::BackgroundSpec;
 use umbrage::{OptionValues, Settings, Sides, StructureOption, ToneMap};
+use umbrage_papers::KdBuilder;
 
 use crate::app::App;
 use crate::choices::{Choices, EngineChoice, Resolution};

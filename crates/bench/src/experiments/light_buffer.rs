@@ -4,8 +4,9 @@ use anyhow::Result;
 use clap::Args;
 use rayon::prelude::*;
 use umbrage::rays::predicate::{HitPoint, ShadowRay};
-use umbrage::rays::{Bvh, KdTree, KdTreeOptions, LightSource, SingleRays, Structure as _};
+use umbrage::rays::{Bvh, LightSource, SingleRays, Structure as _};
 use umbrage_papers::light_buffer::LightBuffer;
+use umbrage_papers::{KdTree, KdTreeOptions};
 
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;

@@ -5,8 +5,9 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles};
+use umbrage::rays::{Ray, SingleRays as _, Triangles};
 use umbrage_papers::queue::Queue;
+use umbrage_papers::{KdTree, KdTreeOptions};
 
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;

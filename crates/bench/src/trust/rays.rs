@@ -4,8 +4,8 @@ use anyhow::Result;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage::rays::predicate::{self, HitPoint, ShadowRay};
-use umbrage::rays::{Bvh, KdTree, KdTreeOptions, LightSource, Ray, SingleRays, Structure, Triangles};
-use umbrage_papers::{UniformGrid, UniformOptions};
+use umbrage::rays::{Bvh, LightSource, Ray, SingleRays, Structure, Triangles};
+use umbrage_papers::{KdTree, KdTreeOptions, UniformGrid, UniformOptions};
 use umbrage_verify::{Random, SeamTrial, TestMesh};
 
 use super::{Effort, Finding};

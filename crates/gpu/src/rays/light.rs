@@ -7,7 +7,7 @@ use crate::grid::words;
 /// A light for shadow questions, as in `light.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct ShadowLight {
+pub struct ShadowLight {
     vector: [u32; 3],
     is_directional: u32,
     axis: [f32; 3],
@@ -23,7 +23,8 @@ pub(crate) struct ShadowLight {
 impl ShadowLight {
     /// `None` stands for a light without shadows. Its mask starts at the word `mask`, the transmittances at the word
     /// `tints`, and a packet has `packet` questions.
-    pub(crate) fn new(light: Option<&LightSource>, packet: u32, mask: u32, tints: u32) -> Self {
+    #[must_use]
+    pub fn new(light: Option<&LightSource>, packet: u32, mask: u32, tints: u32) -> Self {
         let cone = light.and_then(Cone::of);
         let [x, y, z, is_directional] = light.map_or([0; 4], light_words);
         Self {
@@ -60,7 +61,7 @@ mod tests {
             mask,
             tints
         });
-        for path in ["kdtree::ask", "rays::lit", "onward::ask", "onward::tinted"] {
+        for path in ["rays::lit", "onward::ask", "onward::tinted"] {
             assert_eq!(differences(&module(&link(path)), &light), [""; 0], "{path}");
         }
     }

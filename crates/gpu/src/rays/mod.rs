@@ -1,9 +1,9 @@
 //! Rays of any kind through a structure that the CPU builds.
 //!
 //! Rays, or shadow questions, lie in buffers (`records`). `line` prepares each for f32. A walk takes it through the
-//! structure and tests triangles with `tester`: `hierarchy` through that of [`umbrage_rays::Bvh`], those of
-//! [`kdtree`](crate::kdtree) through a kd-tree. `settle` decides the undecided hits by the predicate, and finds the hits'
-//! t. `tracer` runs these stages. So answers are those of the CPU, bit for bit.
+//! structure and tests triangles with `tester`: `hierarchy` through that of [`umbrage_rays::Bvh`], others through
+//! structures of other crates ([`Walk`]). `settle` decides the undecided hits by the predicate, and finds the hits' t.
+//! `tracer` runs these stages. So answers are those of the CPU, bit for bit.
 //!
 //! **Units.** A power of two scales the largest coordinate of the structure's bounds to between one half and one, another
 //! one the largest component of a ray's direction to between one and two. t is counted in lengths of that direction
@@ -61,10 +61,12 @@ mod space;
 mod tracer;
 
 pub use hierarchy::Hierarchy;
-pub(crate) use light::ShadowLight;
+#[doc(hidden)] // For the kd-tree in `umbrage-papers`.
+pub use light::ShadowLight;
 pub use records::RayRecords;
 #[doc(hidden)] // For frames in `umbrage-papers`.
 pub use records::light_words;
 pub use space::Part;
-pub(crate) use space::RaySpace;
+#[doc(hidden)] // For the kd-tree in `umbrage-papers`.
+pub use space::RaySpace;
 pub use tracer::{RayTracer, RayTracerOptions, RayTracerWork, Walk};

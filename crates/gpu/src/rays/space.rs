@@ -5,7 +5,7 @@ use crate::{Buffer, Gpu, GpuError};
 /// Uniform of `line.wgsl` and `tester.wgsl`: the space of a structure.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct RaySpace {
+pub struct RaySpace {
     min: [f32; 3],
     /// The power of two that scales the bounds to at most one.
     pub(super) scale: f32,
@@ -24,7 +24,8 @@ impl RaySpace {
     const LOST_EXPONENT: i32 = -126;
 
     /// The space of a structure with these bounds, the lower corner first; above the upper one if it is empty.
-    pub(crate) fn new([min, max]: [[f32; 3]; 2]) -> Self {
+    #[must_use]
+    pub fn new([min, max]: [[f32; 3]; 2]) -> Self {
         let is_empty = (0..3).any(|axis| min[axis] > max[axis]);
         let largest = min.into_iter().chain(max).fold(0.0_f32, |largest, at| largest.max(at.abs()));
         // The exponent of the next power of two above, exactly, from the exponent bits.
@@ -49,7 +50,8 @@ impl RaySpace {
     }
 
     /// For a kd-tree whose left children follow their parents.
-    pub(crate) fn with_left_children_first(self, left_follows: bool) -> Self {
+    #[must_use]
+    pub fn with_left_children_first(self, left_follows: bool) -> Self {
         Self { left_follows: if left_follows { u32::MAX } else { 0 }, ..self }
     }
 
@@ -59,7 +61,8 @@ impl RaySpace {
     }
 
     /// The largest magnitude of a coordinate of the bounds, or zero.
-    pub(crate) fn reach(&self) -> f32 {
+    #[must_use]
+    pub fn reach(&self) -> f32 {
         if self.is_empty != 0 {
             return 0.0;
         }
@@ -72,13 +75,17 @@ impl RaySpace {
 #[derive(Debug)]
 pub struct Part {
     pub(super) space: Buffer,
-    pub(crate) nodes: Buffer,
-    pub(crate) ids: Buffer,
+    #[doc(hidden)]
+    pub nodes: Buffer,
+    #[doc(hidden)]
+    pub ids: Buffer,
 }
 
 impl Part {
     /// Empty buffers.
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
         Self {
             space: Buffer::uniform(gpu, "space of rays"),
             nodes: Buffer::storage(gpu, "nodes"),
@@ -86,11 +93,14 @@ impl Part {
         }
     }
 
-    pub(crate) fn write_space(&mut self, gpu: &Gpu, space: RaySpace) -> Result<(), GpuError> {
+    #[doc(hidden)]
+    pub fn write_space(&mut self, gpu: &Gpu, space: RaySpace) -> Result<(), GpuError> {
         self.space.write(gpu, &[space])
     }
 
-    pub(crate) fn bytes(&self) -> u64 {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
         self.space.bytes() + self.nodes.bytes() + self.ids.bytes()
     }
 }
@@ -104,7 +114,7 @@ mod tests {
     #[test]
     fn the_space_is_that_of_the_shaders() {
         let layout = layout!(RaySpace { min, scale, max, scale_high, left_follows, is_lost, is_empty, continues });
-        for path in ["rays::line", "rays::hierarchy", "kdtree::stack"] {
+        for path in ["rays::line", "rays::hierarchy"] {
             assert_eq!(differences(&module(&link(path)), &layout), [""; 0], "{path}");
         }
     }

@@ -7,17 +7,22 @@ use crate::{Buffer, Done, Fetch, Geometry, Gpu, GpuError, Groups, Kernel, Record
 /// The kernel that leads rays through a structure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walk {
-    pub(crate) path: &'static str,
-    pub(crate) entry: &'static str,
-    pub(crate) constants: Vec<(&'static str, f64)>,
+    /// WGSL modules beside this crate's: pairs of a path and a text.
+    pub modules: &'static [(&'static str, &'static str)],
+    /// Path of the kernel's module.
+    pub path: &'static str,
+    /// Name of its entry point.
+    pub entry: &'static str,
+    /// Values of its `override` constants.
+    pub constants: Vec<(&'static str, f64)>,
     /// Rays that are traced together, if any are.
-    pub(crate) packet: Option<u32>,
+    pub packet: Option<u32>,
 }
 
 impl Walk {
     /// Through a [`Hierarchy`](super::Hierarchy).
     pub const HIERARCHY: Self =
-        Self { path: "rays::hierarchy", entry: "by_hierarchy", constants: Vec::new(), packet: None };
+        Self { modules: &[], path: "rays::hierarchy", entry: "by_hierarchy", constants: Vec::new(), packet: None };
 }
 
 /// How rays are traced.
@@ -344,12 +349,16 @@ impl RayTracer {
     }
 
     /// Needs of each use: its header begins with the number of undecided hits.
-    pub(crate) fn needs(&self) -> &Buffer {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn needs(&self) -> &Buffer {
         &self.needs
     }
 
     /// Number of undecided hits that there is room for.
-    pub(crate) fn room(&self) -> u32 {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn room(&self) -> u32 {
         let hits = (self.undecided.bytes() / 4).saturating_sub(Self::UNDECIDED_HEADER) / Self::UNDECIDED_WORDS;
         hits.min(u64::from(u32::MAX)) as u32
     }
@@ -369,7 +378,8 @@ fn walks(gpu: &Gpu, options: &RayTracerOptions) -> [Kernel; 2] {
 /// The kernel for a kind of question, given as constants.
 fn walk(gpu: &Gpu, RayTracerOptions { walk, counts, .. }: &RayTracerOptions, asked: &[(&str, f64)]) -> Kernel {
     let counts = ("RAY_COUNTS", f64::from(u8::from(*counts)));
-    Kernel::new(gpu, walk.path, walk.entry, &[walk.constants.as_slice(), &[counts], asked].concat())
+    let constants = [walk.constants.as_slice(), &[counts], asked].concat();
+    Kernel::of_modules(gpu, walk.modules, walk.path, walk.entry, &constants)
 }
 
 /// Kernels for nearest hits and for shadows, made by `kernel` from the constant that tells them apart.

@@ -3,9 +3,11 @@ use glam::Vec3;
 use umbrage_rays::{LightSource, View};
 
 use super::raster::Raster;
-use super::{KdNodes, KdRecords, KdTracer, KdTracerOptions};
 use umbrage_gpu::internals::{ExactView, light_words};
+use umbrage_gpu::rays::{RayRecords, RayTracer};
 use umbrage_gpu::{Buffer, Done, Geometry, Gpu, GpuError, Groups, Kernel, Recorder};
+
+use crate::{KdNodes, KdTracerOptions};
 
 /// A material: Lambert's, with a mirror over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -47,7 +49,7 @@ pub struct KdScenery {
 /// any depth. Nothing is read back in between.
 #[derive(Debug)]
 pub struct KdFrame {
-    tracer: KdTracer,
+    tracer: RayTracer,
     eye: Kernel,
     bounce: Kernel,
     size_bounced: Kernel,
@@ -60,8 +62,8 @@ pub struct KdFrame {
     surface_view: Buffer,
     materials: Buffer,
     /// Rays of one bounce and of the next, alternating.
-    rays: [KdRecords; 2],
-    shadows: KdRecords,
+    rays: [RayRecords; 2],
+    shadows: RayRecords,
     film: Buffer,
     /// Set by [`KdFrame::prepare`].
     size: [u32; 2],
@@ -105,9 +107,9 @@ impl KdFrame {
     /// Makes the stages.
     #[must_use]
     pub fn new(gpu: &Gpu, options: KdTracerOptions) -> Self {
-        let kernel = |path, entry| super::kernel(gpu, path, entry, &[]);
+        let kernel = |path, entry| Kernel::of_modules(gpu, super::MODULES, path, entry, &[]);
         Self {
-            tracer: KdTracer::new(gpu, options),
+            tracer: RayTracer::new(gpu, options),
             eye: kernel("kdtree::eye", "eye"),
             bounce: kernel("kdtree::bounce", "bounce"),
             size_bounced: kernel("kdtree::bounce", "size_bounced"),
@@ -118,8 +120,8 @@ impl KdFrame {
             bounce_views: [Buffer::uniform(gpu, "scenery"), Buffer::uniform(gpu, "scenery at the last")],
             surface_view: Buffer::uniform(gpu, "rasterised image"),
             materials: Buffer::storage(gpu, "kd-tree materials"),
-            rays: [KdRecords::new(gpu), KdRecords::new(gpu)],
-            shadows: KdRecords::new(gpu),
+            rays: [RayRecords::new(gpu), RayRecords::new(gpu)],
+            shadows: RayRecords::new(gpu),
             film: Buffer::storage(gpu, "kd-tree film"),
             size: [0; 2],
             bounces: 0,
@@ -129,12 +131,12 @@ impl KdFrame {
 
     /// The tracer.
     #[must_use]
-    pub fn tracer(&self) -> &KdTracer {
+    pub fn tracer(&self) -> &RayTracer {
         &self.tracer
     }
 
     /// The tracer, for other rays.
-    pub fn tracer_mut(&mut self) -> &mut KdTracer {
+    pub fn tracer_mut(&mut self) -> &mut RayTracer {
         &mut self.tracer
     }
 
@@ -212,8 +214,8 @@ impl KdFrame {
                 self.tracer.record_nearest(gpu, recorder, geometry, tree, rays);
             }
 
-            recorder.clear_words(next.buffer(), KdRecords::HEADER);
-            recorder.clear_words(self.shadows.buffer(), KdRecords::HEADER);
+            recorder.clear_words(next.buffer(), RayRecords::HEADER);
+            recorder.clear_words(self.shadows.buffer(), RayRecords::HEADER);
             let view = &self.bounce_views[usize::from(bounce == self.bounces)];
             let buffers = [
                 view,
@@ -227,18 +229,18 @@ impl KdFrame {
                 &self.film,
             ];
             recorder.stage("bounce", |pass| {
-                self.bounce.dispatch(gpu, pass, &buffers, Groups::Indirect(rays.sizes(), KdRecords::GROUPS));
+                self.bounce.dispatch(gpu, pass, &buffers, Groups::Indirect(rays.sizes(), RayRecords::GROUPS));
                 self.size_bounced.dispatch(gpu, pass, &buffers, Groups::Flat(1));
             });
 
             self.tracer.record_blocked(gpu, recorder, geometry, tree, &self.shadows);
             let buffers = [self.shadows.buffer(), self.tracer.shadows(), &self.film];
-            let groups = Groups::Indirect(self.shadows.sizes(), KdRecords::GROUPS);
+            let groups = Groups::Indirect(self.shadows.sizes(), RayRecords::GROUPS);
             recorder.stage("lighten", |pass| self.lighten.dispatch(gpu, pass, &buffers, groups));
         }
     }
 
-    /// As [`KdTracer::finish`].
+    /// As [`RayTracer::finish`].
     ///
     /// # Errors
     /// As there.
@@ -253,15 +255,15 @@ impl KdFrame {
         &self.film
     }
 
-    /// The rays of the last bounce; their hits are in [`KdTracer::hits`].
+    /// The rays of the last bounce; their hits are in [`RayTracer::hits`].
     #[must_use]
-    pub fn last_rays(&self) -> &KdRecords {
+    pub fn last_rays(&self) -> &RayRecords {
         &self.rays[self.bounces as usize % 2]
     }
 
-    /// The shadow questions of the last bounce; their answers are in [`KdTracer::shadows`].
+    /// The shadow questions of the last bounce; their answers are in [`RayTracer::shadows`].
     #[must_use]
-    pub fn last_shadows(&self) -> &KdRecords {
+    pub fn last_shadows(&self) -> &RayRecords {
         &self.shadows
     }
 

@@ -1,7 +1,8 @@
+use crate::kdtree::{Ask, Filter, HALF_ULP, LANES, Nodes, Rays, Scale};
+use crate::{KdMailbox, KdTree};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
-use umbrage_rays::internals::{Ask, Filter, HALF_ULP, LANES, Nodes, Rays, Scale};
-use umbrage_rays::{Counts, KdMailbox, KdTree, Triangles};
+use umbrage_rays::{Counts, Triangles};
 
 use super::search::Met;
 use super::shaft::{Bundle, Lines, Shaft, alive};

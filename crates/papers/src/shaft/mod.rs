@@ -11,11 +11,12 @@ mod search;
 #[allow(clippy::module_inception, reason = "one file for each of the parts")]
 mod shaft;
 
+use crate::KdTree;
+use crate::kdtree::{Ask, Extent, LANES, Rays, Scale};
 use fearless_simd::Simd;
 use umbrage_rays::dispatch;
-use umbrage_rays::internals::{Ask, Extent, LANES, Rays, Scale};
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{Counts, Hit, KdTree, Ray, Triangles};
+use umbrage_rays::{Counts, Hit, Ray, Triangles};
 
 use beam::Beam;
 pub use options::{KdCulling, KdEntry, ShaftLead, ShaftOptions};

@@ -1,8 +1,8 @@
-use umbrage_rays::KdMailbox;
+use crate::KdMailbox;
 
 /// How shafts are used. No option changes the hits.
 ///
-/// Nanoseconds of one busy core for each ray, as in [`KdPacketOptions`](umbrage_rays::KdPacketOptions):
+/// Nanoseconds of one busy core for each ray, as in [`KdPacketOptions`](crate::KdPacketOptions):
 ///
 /// | | Bunny: camera | bounce | shadow | Sibenik: camera | bounce | shadow |
 /// |---|---|---|---|---|---|---|

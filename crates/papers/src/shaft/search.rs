@@ -1,5 +1,6 @@
-use umbrage_rays::internals::{Extent, Nodes, Scale};
-use umbrage_rays::{Counts, KdTree, Ray, Triangles};
+use crate::KdTree;
+use crate::kdtree::{Extent, Nodes, Scale};
+use umbrage_rays::{Counts, Ray, Triangles};
 
 use super::KdEntry;
 use super::shaft::Shaft;

@@ -1,8 +1,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 
+use crate::kdtree::{Extent, HALF_ULP, LANES, MOST_RAYS, Plane, Rays, Scale, load};
 use umbrage_rays::Ray;
-use umbrage_rays::internals::{Extent, HALF_ULP, LANES, MOST_RAYS, Plane, Rays, Scale, load};
 
 use super::bits_of;
 use super::search::Met;

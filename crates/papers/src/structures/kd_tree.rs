@@ -1,7 +1,8 @@
-use umbrage::rays::{
-    self, BackgroundKdTree, Choice, Clipping, HierarchyKdTree, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox,
-    KdMoved, KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeOptions, SahCosts, SimdLevel, TwoLevelKdTree,
+use crate::{
+    BackgroundKdTree, Clipping, HierarchyKdTree, ImpossibleKdTreeOptions, KdBuilder, KdLayout, KdMailbox, KdMoved,
+    KdPacketWidth, KdRebuild, KdTraversal, KdTree, KdTreeOptions, SahCosts, TwoLevelKdTree,
 };
+use umbrage::rays::{self, Choice, SimdLevel};
 use umbrage::{Error, GpuStructure, KindOption, OptionValues, StructureKind};
 
 use super::{choice, option, parsed};
@@ -122,7 +123,12 @@ impl StructureKind for KdTrees {
     }
 
     fn on_gpu(&self) -> Result<Option<GpuStructure>, Error> {
-        Ok(Some(GpuStructure::kd_tree(self.options)))
+        #[cfg(feature = "gpu")]
+        let counterpart = GpuStructure::with_finder(self.options);
+        // Programs without this feature have no engine on a GPU.
+        #[cfg(not(feature = "gpu"))]
+        let counterpart = GpuStructure::grids();
+        Ok(Some(counterpart))
     }
 }
 

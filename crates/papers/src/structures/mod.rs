@@ -1,4 +1,4 @@
-//! The papers' structures for users: names, options, and the making of each. `umbrage-rays` has their code.
+//! The papers' structures for users: names, options, and the making of each.
 
 mod grid;
 mod kd_tree;

@@ -2,7 +2,8 @@
 
 use glam::{Quat, Vec3};
 use umbrage_papers::clusters::{ClusterOptions, clusters};
-use umbrage_rays::{KdMoved, Parts, Ray, SingleRays as _, Structure as _, TwoLevelKdTree};
+use umbrage_papers::{KdMoved, TwoLevelKdTree};
+use umbrage_rays::{Parts, Ray, SingleRays as _, Structure as _};
 
 use crate::support::{Mesh, Random, nearest_of_all};
 

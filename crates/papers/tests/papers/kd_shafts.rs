@@ -5,11 +5,11 @@ use umbrage_papers::shaft::{
     EntryPoint, KdCulling, KdEntry, ShaftLead, ShaftOptions, blocked_of_shafts, nearest_of_shafts,
     nearest_of_shafts_below,
 };
-use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{
-    Hit, KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray,
-    SahCosts, SimdLevel, Triangles,
+use umbrage_papers::{
+    KdBuilder, KdMailbox, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, SahCosts,
 };
+use umbrage_rays::predicate::{HitPoint, ShadowRay};
+use umbrage_rays::{Hit, LightSource, Ray, SimdLevel, Triangles};
 
 use crate::support::{self, Mesh, Random, blocked_by_any, blocks, nearest_of_all, random_ray, scene};
 

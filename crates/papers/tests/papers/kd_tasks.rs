@@ -1,5 +1,6 @@
 use umbrage_papers::kd_tasks::{Tasks, tasks};
-use umbrage_rays::{KdBuilder, KdTree, KdTreeOptions, Triangles};
+use umbrage_papers::{KdBuilder, KdTree, KdTreeOptions};
+use umbrage_rays::Triangles;
 
 #[test]
 fn threads_wait_for_what_comes_before() {

@@ -2,8 +2,15 @@
 
 mod clusters;
 mod far;
+mod kd_background;
+mod kd_hierarchy;
+mod kd_packets;
 mod kd_shafts;
 mod kd_tasks;
+mod kd_tree;
+mod kd_tree_lazy;
+mod kd_trees;
+mod kd_two_level;
 mod light_buffer;
 mod listed;
 mod on_demand;

@@ -1,10 +1,10 @@
 //! Structures by name: their options, and the registry that finds them.
 
-use umbrage::rays::{Bvh, Choice as _, KdRebuild, KdTreeOptions, SimdLevel};
+use umbrage::rays::{Bvh, Choice as _, SimdLevel};
 use umbrage::{
     Error, KindOption, OptionValues, Renderer, Settings, Structure, StructureKind, StructureOption, Structures,
 };
-use umbrage_papers::{KdTrees, structures};
+use umbrage_papers::{KdRebuild, KdTreeOptions, KdTrees, structures};
 
 /// Some values that an option can have.
 fn values(option: &StructureOption) -> Vec<String> {

@@ -23,13 +23,7 @@ const FEWEST: usize = 5;
 ///
 /// # Panics
 /// If an index, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
-pub(crate) fn hits(
-    level: SimdLevel,
-    triangles: Triangles<'_>,
-    rays: &[Ray],
-    pairs: &[(u32, u32)],
-    hits: &mut [Option<Hit>],
-) {
+pub fn hits(level: SimdLevel, triangles: Triangles<'_>, rays: &[Ray], pairs: &[(u32, u32)], hits: &mut [Option<Hit>]) {
     let mut all = All { triangles, rays, pairs, hits };
     dispatch!(level, simd => all.answer(simd));
 }

@@ -18,7 +18,8 @@ use glam::{DVec3, Vec3};
 
 use crate::{Hit, Ray, Triangles};
 use double::Double;
-pub(crate) use eight::hits;
+#[doc(hidden)]
+pub use eight::hits;
 use expansion::Expansion;
 pub(crate) use near::hit_of_near_at;
 

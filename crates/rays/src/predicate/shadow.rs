@@ -130,6 +130,7 @@ impl ShadowRay {
     /// strictly on the other: so a surface that coincides with the point's own doesn't shadow it. Call it for triangles
     /// other than the point's own.
     #[must_use]
+    #[inline]
     pub fn blocked_by(&self, corners: [Vec3; 3]) -> Option<[f32; 2]> {
         if is_missed(self.ray.origin, self.ray.direction, corners) {
             return None;

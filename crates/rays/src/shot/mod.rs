@@ -12,7 +12,6 @@ mod pixel_work;
 mod seen;
 mod shifts;
 mod sides;
-mod statistics;
 mod tile_order;
 mod work;
 
@@ -32,8 +31,6 @@ pub use shifts::BlockSamples;
 pub use shifts::Shifts;
 pub use sides::OpacityOfSides;
 pub use sides::Sides;
-pub use statistics::Statistics;
-pub use statistics::{Steps, Tally};
 pub use tile_order::TileOrder;
 pub use work::{Bytes, Counts, Seconds, Work};
 

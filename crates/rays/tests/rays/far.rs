@@ -1,73 +1,14 @@
-//! Scenes that one far vertex stretches, or that one triangle covers: they cost as much as ordinary ones.
-
-use std::ops::ControlFlow;
+//! Scenes that one far vertex stretches, or that one triangle covers.
 
 use glam::{DVec3, Vec3};
-use umbrage_rays::predicate::hit;
-use umbrage_rays::{Bvh, Choice as _, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SingleRays as _, Visit};
+use umbrage_rays::{Bvh, Hit, Ray, SingleRays as _};
 
-use crate::support::far::{check_answers, damaged, ordinary, rays};
+use crate::support::far::check_answers;
 use crate::support::{Mesh, Random, nearest_of_all};
-
-/// Counts the triangles that rays are tested against.
-fn tests(structure: &impl Visit, mesh: &Mesh, rays: &[Ray]) -> usize {
-    let triangles = mesh.triangles();
-    let mut count = 0;
-    for ray in rays {
-        let _ = structure.visit(triangles, ray, |id, t_max| {
-            count += 1;
-            if let Some(hit) = hit(ray, triangles, id) {
-                *t_max = t_max.min(hit.t);
-            }
-            ControlFlow::Continue(())
-        });
-    }
-    count
-}
-
-fn tree(builder: KdBuilder, mesh: &Mesh) -> KdTree {
-    let mut tree = KdTree::default();
-    tree.set_options(KdTreeOptions { builder, ..KdTreeOptions::FAST }).expect("possible options");
-    tree.build(mesh.triangles());
-    tree.check(mesh.triangles()).expect("a valid tree");
-    tree
-}
-
-#[test]
-fn rays_are_tested_against_hardly_more_triangles() {
-    let (rays, ordinary) = (rays(), ordinary());
-    use KdBuilder::{Naive, SpatialInTurn, SpatialMedian};
-    // Planes in the middle of space take a level for each power of two before they come near the other triangles.
-    let builders = KdBuilder::all().filter(|builder| ![Naive, SpatialMedian, SpatialInTurn].contains(builder));
-    for builder in builders {
-        let usual = tests(&tree(builder, &ordinary), &ordinary, &rays);
-        for (name, mesh) in damaged() {
-            let count = tests(&tree(builder, &mesh), &mesh, &rays);
-            // Far triangles are in many leaves: those of a vertex are six.
-            let most = 4 * usual + 30 * 6 * rays.len();
-            assert!(count < most, "{builder}: {name}: {count} tests instead of {usual}, of {}", mesh.indices.len());
-        }
-    }
-}
 
 #[test]
 fn answers_are_the_predicates() {
     check_answers(Bvh::default());
-    let mut tree = KdTree::default();
-    tree.set_options(KdTreeOptions { builder: KdBuilder::Binned, ..KdTreeOptions::FAST }).expect("possible options");
-    check_answers(tree);
-}
-
-#[test]
-fn packets_hit_what_the_predicate_says() {
-    let rays = rays();
-    for (name, mesh) in damaged() {
-        let triangles = mesh.triangles();
-        let mut packet = vec![None; rays.len()];
-        tree(KdBuilder::Binned, &mesh).nearest_of_packet(triangles, &rays, |_| true, &mut packet);
-        let expected: Vec<Option<Hit>> = rays.iter().map(|ray| nearest_of_all(triangles, ray, |_| true)).collect();
-        assert_eq!(packet, expected, "{name}");
-    }
 }
 
 #[test]

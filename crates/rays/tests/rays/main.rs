@@ -2,12 +2,6 @@
 
 mod far;
 mod hierarchy;
-mod kd_background;
-mod kd_hierarchy;
-mod kd_packets;
-mod kd_tree;
-mod kd_tree_lazy;
-mod kd_two_level;
 mod pairs;
 mod scales;
 mod support;

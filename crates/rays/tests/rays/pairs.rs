@@ -1,12 +1,8 @@
 //! Structures with every pair of values of any two options.
 
-use umbrage_rays::{
-    BackgroundKdTree, Bvh, Choice as _, Clipping, DirectGrids, HierarchyKdTree, KdBuilder, KdLayout, KdMailbox,
-    KdMoved, KdPacketOptions, KdPacketWidth, KdTraversal, KdTree, KdTreeOptions, RebuildPolicy, SahCosts, SimdLevel,
-    Structure, TwoLevelKdTree,
-};
+use umbrage_rays::{Bvh, DirectGrids};
 
-use crate::support::pairs::{Row, check, covering};
+use crate::support::pairs::{check, covering};
 
 #[test]
 fn every_pair_of_values_is_in_some_row() {
@@ -23,62 +19,6 @@ fn every_pair_of_values_is_in_some_row() {
         let least = sorted[0] * sorted[1];
         assert!((least..=least + least / 4 + 8).contains(&rows.len()), "{counts:?}: {} rows", rows.len());
     }
-}
-
-fn kd_tree(row: &mut Row<'_>, level: SimdLevel) -> Box<dyn Structure> {
-    let entries = KdTraversal::MOST_ENTRIES;
-    let traversals = [KdTraversal::Stack, KdTraversal::Restart, KdTraversal::PushDown];
-    let stacks = [1, 3, entries].map(KdTraversal::ShortStack);
-    let builders: Vec<KdBuilder> = KdBuilder::all().collect();
-    let options = KdTreeOptions {
-        builder: row.pick("builder", &builders),
-        clipping: row.pick("clipping", &[Clipping::Boxes, Clipping::Triangles]),
-        layout: row.pick("layout", &[KdLayout::DepthFirst, KdLayout::Subtrees, KdLayout::Scattered]),
-        traversal: row.pick("traversal", &[traversals, stacks].concat()),
-        packets: KdPacketOptions {
-            width: row.pick("width", &[KdPacketWidth::Four, KdPacketWidth::Eight, KdPacketWidth::Sixteen]),
-            mailbox: row.pick("mailbox", &[KdMailbox::None, KdMailbox::Ring, KdMailbox::Hashed]),
-        },
-        costs: SahCosts {
-            mailbox: row.pick("mailbox costs", &[false, true]),
-            failures: row.pick("failures", &[0, 2, SahCosts::MOST_FAILURES]),
-            ..KdTreeOptions::DEFAULT.costs
-        },
-        lazy_below: row.pick("lazy below", &[0, 20, 200]),
-    };
-    let form = row.pick("rebuild", &["whole", "transform", "rebuild", "enclose", "hierarchy", "background", "never"]);
-    let two_level = |moved| {
-        let mut trees = TwoLevelKdTree::with_level(level, moved);
-        trees.set_options(options).expect("possible options");
-        Box::new(trees)
-    };
-    match form {
-        "transform" => two_level(KdMoved::Transform),
-        "rebuild" => two_level(KdMoved::Rebuild),
-        "enclose" => two_level(KdMoved::Enclose),
-        "hierarchy" => {
-            let mut tree = HierarchyKdTree::with_level(level);
-            tree.set_options(options).expect("possible options");
-            Box::new(tree)
-        }
-        "background" | "never" => {
-            let mut tree = BackgroundKdTree::new(1).expect("a thread").at_level(level);
-            tree.set_options(options).expect("possible options");
-            let most = if form == "never" { f64::INFINITY } else { 1.0 };
-            tree.set_policy(RebuildPolicy { rebuild_above: most, wait_above: f64::INFINITY }).expect("a policy");
-            Box::new(tree)
-        }
-        _ => {
-            let mut tree = KdTree::with_level(level);
-            tree.set_options(options).expect("possible options");
-            Box::new(tree)
-        }
-    }
-}
-
-#[test]
-fn kd_trees_of_all_pairs_of_options_answer_as_the_predicate_does() {
-    check(kd_tree);
 }
 
 #[test]

@@ -3,26 +3,14 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{
-    Bvh, Cone, DirectGrids, KdMoved, KdTree, KdTreeOptions, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner,
-    SimdLevel, Sweep, TwoLevelKdTree,
-};
+use umbrage_rays::{Bvh, Cone, DirectGrids, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner, Sweep};
 
 use crate::support::scales::{SCALES, Structures, check_every_scale, check_far_parts, lights, meshes};
 use crate::support::{Random, blocked_by_any, nearest_of_all};
 
 /// Every structure, by its name.
 fn structures() -> Structures {
-    let level = SimdLevel::default();
-    let mut binned = KdTree::default();
-    binned.set_options(KdTreeOptions::FAST).expect("possible options");
-    vec![
-        ("direct grids", Box::new(DirectGrids::default())),
-        ("kd-tree", Box::new(KdTree::default())),
-        ("binned kd-tree", Box::new(binned)),
-        ("two-level kd-tree", Box::new(TwoLevelKdTree::with_level(level, KdMoved::Transform))),
-        ("hierarchy", Box::new(Bvh::default())),
-    ]
+    vec![("direct grids", Box::new(DirectGrids::default())), ("hierarchy", Box::new(Bvh::default()))]
 }
 
 #[test]

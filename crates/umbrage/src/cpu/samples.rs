@@ -98,26 +98,7 @@ mod tests {
     use crate::cpu::Cpu;
     use crate::engine::{Engine as _, Output};
     use crate::renderer::at_once;
-    use crate::{Error, Film, Settings, Stats, Structure, StructureKind};
-
-    /// Makes kinds of structures of `umbrage-rays`, which are registered elsewhere.
-    macro_rules! kinds {
-        ($($kind:ident: $structure:ident),+) => {$(
-            #[derive(Clone, Debug, Default, PartialEq)]
-            struct $kind;
-
-            impl StructureKind for $kind {
-                const NAME: &'static str = stringify!($kind);
-                const ABOUT: &'static str = "";
-
-                fn make(&self, _: SimdLevel, _: bool) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
-                    Ok(Box::new(umbrage_rays::$structure::default()))
-                }
-            }
-        )+};
-    }
-
-    kinds! { Tree: KdTree }
+    use crate::{Film, Settings, Stats, Structure};
 
     /// The triangles and light masks of a frame's samples, by the samples' numbers.
     type Shown = Vec<(SeenPixels, Vec<LightMask>)>;
@@ -151,7 +132,7 @@ mod tests {
     #[test]
     fn four_samples_at_once_show_what_four_do() {
         let scenes = ["demo:glass?triangles=600", "demo:statue?triangles=1000", "demo:forest?triangles=3000"];
-        let structures = [Structure::of::<Tree>(), Structure::bvh()];
+        let structures = [Structure::bvh()];
         let of_scenes = scenes.into_iter().flat_map(|name| [4, 8].map(|samples| (name, Structure::default(), samples)));
         let of_structures = structures.into_iter().map(|structure| (scenes[2], structure, 4));
         for (name, structure, samples) in of_scenes.chain(of_structures) {

@@ -1,31 +1,36 @@
+use std::any::Any;
 use std::fmt::Debug;
 use umbrage_rays::parallel::both;
 
 use glam::DVec2;
-use umbrage_gpu::kdtree::{KdSight, KdTracerOptions};
 use umbrage_gpu::{
     Band, Buffer, CameraGrid, CameraOptions, Done, Fit, Geometry, Gpu, GpuError, Groups, LightGrid, LightOptions,
     Recorder, Sight,
 };
-use umbrage_rays::{KdPacketOptions, KdPacketWidth, KdTree, KdTreeOptions, LightSource, SimdLevel};
+use umbrage_rays::LightSource;
 use umbrage_scene::Frame;
 
-use crate::structure::GpuTree;
 use crate::{GpuGrids, GpuStructure, LightClamp, Settled, Structure};
 
 /// Finds the triangles that pixels see and the lights that reach them; rebuilt for every frame.
-pub(crate) trait Finder: Debug + Send + Sync {
+pub trait Finder: Any + Debug + Send + Sync {
     /// Whether it is built from a frame's vertices on the CPU.
     fn needs_vertices(&self) -> bool {
         false
     }
 
     /// Rebuilds the parts that serve all layers of a frame.
+    ///
+    /// # Errors
+    /// If they need more bytes than one buffer of the device can have.
     fn build(&mut self, _gpu: &Gpu, _frame: &Frame) -> Result<(), GpuError> {
         Ok(())
     }
 
     /// Prepares a layer: parameters and room.
+    ///
+    /// # Errors
+    /// If a stage needs more bytes than one buffer of the device can have.
     fn prepare(&mut self, gpu: &Gpu, question: &Question<'_>) -> Result<(), GpuError>;
 
     /// Records all stages.
@@ -38,9 +43,15 @@ pub(crate) trait Finder: Debug + Send + Sync {
     fn groups(&self) -> Groups<'_>;
 
     /// Records a copy of the pixels' hits, for a next layer behind it.
+    ///
+    /// # Errors
+    /// If the device has no room for it.
     fn keep(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError>;
 
     /// Checks a layer that is done. Where there was too little room, makes more and returns false.
+    ///
+    /// # Errors
+    /// If the device is lost, or has no more room.
     fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError>;
 
     /// Whether any pixel of the last finished layer shows a triangle.
@@ -56,74 +67,89 @@ pub(crate) trait Finder: Debug + Send + Sync {
     fn pixel_bytes(&self) -> u64 {
         Band::PIXEL_BYTES
     }
-
-    /// Sets the options of a kd-tree; other finders have none.
-    fn set_tree_options(&mut self, _gpu: &Gpu, _options: KdTreeOptions) {}
 }
 
-/// Makes a finder that goes through a kd-tree with these options.
-pub(crate) type MakeFinder = fn(&Gpu, KdTreeOptions) -> Box<dyn Finder>;
+/// The options of one kind of finder. Kernels take long to compile, so a finder that was made once gets other options.
+pub trait MakeFinder: Debug + Send + Sync {
+    /// A finder with these options.
+    fn make(&self, gpu: &Gpu) -> Box<dyn Finder>;
+
+    /// Sets these options of a finder; `false` if it is of another kind.
+    fn set_options(&self, gpu: &Gpu, finder: &mut dyn Finder) -> bool;
+}
 
 /// The inputs of a layer.
-pub(crate) struct Question<'a> {
-    pub(super) geometry: &'a Geometry,
-    pub(super) band: &'a Band,
-    pub(super) offset_pixels: DVec2,
-    pub(super) sight: Sight,
+#[derive(Debug)]
+pub struct Question<'a> {
+    /// The scene's vertices and triangles.
+    pub geometry: &'a Geometry,
+    /// Rows of the image.
+    pub band: &'a Band,
+    /// Offset of the sample from the pixel's centre.
+    pub offset_pixels: DVec2,
+    /// Whether triangles behind those of the last layer are wanted.
+    pub sight: Sight,
     /// `None` for lights that cast no shadow.
-    pub(super) lights: &'a [Option<LightSource>],
+    pub lights: &'a [Option<LightSource>],
     /// Workgroups that shade.
-    pub(super) groups: u32,
+    pub groups: u32,
 }
 
 /// The results of a layer, in the order of [`TileOrder`](umbrage_rays::TileOrder).
-pub(crate) struct Found<'a> {
+#[derive(Debug)]
+pub struct Found<'a> {
     /// Each slot's triangle.
-    pub(super) seen: &'a Buffer,
-    pub(super) slots: u64,
+    pub seen: &'a Buffer,
+    /// Number of slots.
+    pub slots: u64,
     /// For each light a bit for each slot.
-    pub(super) lit: &'a Buffer,
-    pub(super) lit_words: u64,
+    pub lit: &'a Buffer,
+    /// Number of words of all lights' bits.
+    pub lit_words: u64,
 }
 
 /// The finders of a GPU. Kernels take long to compile, so those used once are kept.
 #[derive(Debug)]
 pub(super) struct Finders {
     grids: Grids,
-    tree: Option<Box<dyn Finder>>,
-    takes_tree: bool,
+    others: Vec<Box<dyn Finder>>,
+    /// Index of the chosen one of `others`; `None` for the grids.
+    other: Option<usize>,
 }
 
 impl Finders {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        Self { grids: Grids::new(gpu), tree: None, takes_tree: false }
+        Self { grids: Grids::new(gpu), others: Vec::new(), other: None }
     }
 
     /// Chooses the finder for [`Settings::structure`](crate::Settings::structure) from now on: its counterpart on a GPU, or
     /// the grids.
     pub(super) fn choose(&mut self, gpu: &Gpu, structure: &Structure) {
         // Settings are checked before anything is rendered.
-        let GpuStructure { grids, tree } = structure.on_gpu().ok().flatten().unwrap_or_else(GpuStructure::grids);
+        let GpuStructure { grids, finder } = structure.on_gpu().ok().flatten().unwrap_or_else(GpuStructure::grids);
         let (camera, lights) = grids.map(options_of).unzip();
         self.grids.camera.set_options(gpu, camera.unwrap_or_default());
         self.grids.lights.set_options(gpu, lights.unwrap_or_default());
-        self.takes_tree = tree.is_some();
-        if let Some(GpuTree { options, make }) = tree {
-            self.tree.get_or_insert_with(|| make(gpu, options)).set_tree_options(gpu, options);
-        }
+        self.other = finder.map(|options| {
+            let known = self.others.iter_mut().position(|other| options.set_options(gpu, &mut **other));
+            known.unwrap_or_else(|| {
+                self.others.push(options.make(gpu));
+                self.others.len() - 1
+            })
+        });
     }
 
     pub(super) fn chosen(&self) -> &dyn Finder {
-        match &self.tree {
-            Some(tree) if self.takes_tree => &**tree,
-            _ => &self.grids,
+        match self.other {
+            Some(index) => &*self.others[index],
+            None => &self.grids,
         }
     }
 
     pub(super) fn chosen_mut(&mut self) -> &mut dyn Finder {
-        match &mut self.tree {
-            Some(tree) if self.takes_tree => &mut **tree,
-            _ => &mut self.grids,
+        match self.other {
+            Some(index) => &mut *self.others[index],
+            None => &mut self.grids,
         }
     }
 }
@@ -197,103 +223,5 @@ impl Finder for Grids {
     fn bytes(&self) -> [u64; 3] {
         let triangles = self.camera.structure_bytes() + self.lights.structure_bytes();
         [triangles, self.lights.point_bytes(), self.camera.pixel_bytes()]
-    }
-}
-
-/// A kd-tree that the CPU builds.
-#[derive(Debug)]
-struct TreeOfFrame {
-    tree: KdTree,
-    options: KdTreeOptions,
-    sight: KdSight,
-}
-
-impl TreeOfFrame {
-    fn new(gpu: &Gpu, options: KdTreeOptions) -> Self {
-        let tree = KdTree::with_level(SimdLevel::default());
-        Self { tree, options, sight: KdSight::new(gpu, tracer_options(options)) }
-    }
-}
-
-/// Makes a finder with a kd-tree that the CPU builds.
-pub(crate) fn kd_tree_finder(gpu: &Gpu, options: KdTreeOptions) -> Box<dyn Finder> {
-    Box::new(TreeOfFrame::new(gpu, options))
-}
-
-/// The same traversal and packet width as on the CPU.
-fn tracer_options(KdTreeOptions { traversal, packets, .. }: KdTreeOptions) -> KdTracerOptions {
-    let KdPacketOptions { width, .. } = packets;
-    let lanes = match width {
-        KdPacketWidth::Four => 4,
-        KdPacketWidth::Eight => 8,
-        KdPacketWidth::Sixteen => 16,
-    };
-    KdTracerOptions { traversal, packet: Some(lanes), ..KdTracerOptions::DEFAULT }
-}
-
-impl Finder for TreeOfFrame {
-    fn needs_vertices(&self) -> bool {
-        true
-    }
-
-    fn build(&mut self, gpu: &Gpu, frame: &Frame) -> Result<(), GpuError> {
-        // Settings are checked before anything is rendered.
-        self.tree.set_options(self.options).ok();
-        self.tree.build(frame.triangles());
-        self.sight.build(gpu, &self.tree)
-    }
-
-    fn prepare(&mut self, gpu: &Gpu, question: &Question<'_>) -> Result<(), GpuError> {
-        let Question { band, offset_pixels, sight, lights, groups, .. } = *question;
-        self.sight.prepare(gpu, band, offset_pixels, sight, lights, groups)
-    }
-
-    fn record(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, geometry: &Geometry) {
-        self.sight.record(gpu, recorder, geometry);
-    }
-
-    fn found(&self) -> Found<'_> {
-        let Self { sight, .. } = self;
-        let lit_words = u64::from(sight.light_count()) * sight.slots() / 32;
-        Found { seen: sight.seen(), slots: sight.slots(), lit: sight.lit(), lit_words }
-    }
-
-    fn groups(&self) -> Groups<'_> {
-        self.sight.groups()
-    }
-
-    fn keep(&mut self, _gpu: &Gpu, recorder: &mut Recorder<'_>) -> Result<(), GpuError> {
-        self.sight.keep(recorder);
-        Ok(())
-    }
-
-    fn finish(&mut self, gpu: &Gpu, done: &Done) -> Result<bool, GpuError> {
-        self.sight.finish(gpu, done)
-    }
-
-    fn sees_any(&self) -> bool {
-        self.sight.sees_any()
-    }
-
-    /// The number of these camera rays isn't counted.
-    fn count_settled(&self, [of_camera, of_lights]: &mut [Settled; 2]) {
-        of_camera.rays = None;
-        for work in self.sight.work() {
-            let settled = if work.is_shadow { &mut *of_lights } else { &mut *of_camera };
-            settled.tests += u64::from(work.undecided_hits);
-        }
-    }
-
-    fn bytes(&self) -> [u64; 3] {
-        [self.sight.structure_bytes(), 0, self.sight.pixel_bytes()]
-    }
-
-    fn pixel_bytes(&self) -> u64 {
-        KdSight::PIXEL_BYTES
-    }
-
-    fn set_tree_options(&mut self, gpu: &Gpu, options: KdTreeOptions) {
-        self.options = options;
-        self.sight.set_options(gpu, tracer_options(options));
     }
 }

@@ -27,6 +27,8 @@ mod tables;
 use std::sync::Arc;
 use umbrage_rays::parallel::both;
 
+#[doc(hidden)] // For structures of other crates.
+pub use finder::{Finder, Found, MakeFinder, Question};
 #[doc(hidden)] // For tests of the stage `pose`.
 pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
@@ -42,8 +44,7 @@ use crate::engine::{Engine, Outcome, Output, Staged};
 use crate::motion::Next;
 use crate::sampling::{Sample, Samples};
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
-use finder::{Finders, Found, Question};
-pub(crate) use finder::{MakeFinder, kd_tree_finder};
+use finder::Finders;
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
 use mirrors::{Mirrored, Mirrors, following, looked_around};

@@ -1,16 +1,18 @@
-use umbrage_rays::KdTreeOptions;
+#[cfg(feature = "gpu")]
+use std::sync::Arc;
 
 use super::LightClamp;
 
 #[cfg(feature = "gpu")]
 use crate::gpu::MakeFinder;
 
-/// The counterpart of a structure on a GPU, among those that the engine has.
+/// The counterpart of a structure on a GPU: the engine's grids, or a finder of the structure's own.
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "there is no engine that reads it"))]
 pub struct GpuStructure {
     pub(crate) grids: Option<GpuGrids>,
-    pub(crate) tree: Option<GpuTree>,
+    #[cfg(feature = "gpu")]
+    pub(crate) finder: Option<Arc<dyn MakeFinder>>,
 }
 
 /// Cells of a GPU's grids.
@@ -28,36 +30,28 @@ pub struct GpuGrids {
     pub light_slices: u32,
 }
 
-/// A kd-tree on a GPU. Programs link its kernels only if they call [`GpuStructure::kd_tree`].
-#[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "there is no engine that reads it"))]
-pub(crate) struct GpuTree {
-    pub(crate) options: KdTreeOptions,
-    #[cfg(feature = "gpu")]
-    pub(crate) make: MakeFinder,
-}
-
 impl GpuStructure {
     /// The GPU's grids for the camera and for each light.
     #[must_use]
     pub fn grids() -> Self {
-        Self { grids: None, tree: None }
+        Self {
+            grids: None,
+            #[cfg(feature = "gpu")]
+            finder: None,
+        }
     }
 
     /// The same with these cells.
     #[must_use]
     pub fn grids_of(cells: GpuGrids) -> Self {
-        Self { grids: Some(cells), tree: None }
+        Self { grids: Some(cells), ..Self::grids() }
     }
 
-    /// A kd-tree that the CPU builds with these options for each frame.
+    /// A finder with these options.
+    #[cfg(feature = "gpu")]
+    #[doc(hidden)]
     #[must_use]
-    pub fn kd_tree(options: KdTreeOptions) -> Self {
-        let tree = GpuTree {
-            options,
-            #[cfg(feature = "gpu")]
-            make: crate::gpu::kd_tree_finder,
-        };
-        Self { grids: None, tree: Some(tree) }
+    pub fn with_finder(options: impl MakeFinder + 'static) -> Self {
+        Self { finder: Some(Arc::new(options)), ..Self::grids() }
     }
 }

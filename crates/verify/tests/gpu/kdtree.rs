@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 use umbrage::gallery::DEMOS;
-use umbrage::rays::{Camera, KdPacketOptions, KdPacketWidth, KdTraversal, KdTreeOptions, LightSource, Projection};
+use umbrage::rays::{Camera, LightSource, Projection};
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Texture, TextureUse, Wrap};
 use umbrage::{Renderer, Settings, Sides, Structure};
-use umbrage_papers::{KdTrees, structures};
+use umbrage_papers::{KdPacketOptions, KdPacketWidth, KdTraversal, KdTreeOptions, KdTrees, structures};
 use umbrage_verify::{Differences, Random, real_scene};
 
 use crate::common::{renderer, small_renderer};

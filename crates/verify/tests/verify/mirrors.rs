@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
-use umbrage::rays::{Camera, KdBuilder, KdTreeOptions, SimdLevel};
+use umbrage::rays::{Camera, SimdLevel};
 use umbrage::scene::{Frame, Material, Materials, Mesh};
 use umbrage::{Background, Error, Renderer, Settings, Structure};
-use umbrage_papers::{KdTrees, Listed, Uniform, UniformOptions};
+use umbrage_papers::{KdBuilder, KdTreeOptions, KdTrees, Listed, Uniform, UniformOptions};
 use umbrage_verify::{Random, TestMesh};
 
 /// Triangles, each with the index of its material.

@@ -1,9 +1,9 @@
 //! Moving scenes, through kd-trees that outlive a frame.
 
-use umbrage::rays::{Choice as _, KdMoved, KdRebuild, TwoLevelKdTree};
+use umbrage::rays::Choice as _;
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Scene, Settings, Structure};
-use umbrage_papers::KdTrees;
+use umbrage_papers::{KdMoved, KdRebuild, KdTrees, TwoLevelKdTree};
 use umbrage_verify::real_scene;
 
 /// Scenes of the gallery with parts, and files with moving nodes and a skin.

@@ -144,7 +144,7 @@ fn what_is_not_there_is_found() {
         "umbrage render --engine",
     ]
     .into_iter()
-    .chain(["conformance::listed", "papers::what_is_not_there_is_found", "umbrage::rays::KdLayout"])
+    .chain(["conformance::listed", "papers::what_is_not_there_is_found", "umbrage_papers::KdLayout"])
     {
         assert_eq!(checker.fault(there), None);
     }

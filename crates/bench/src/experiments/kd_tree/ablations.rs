@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{Clipping, KdLayout, KdMailbox, KdPacketOptions, KdTreeOptions, SahCosts};
+use umbrage_papers::{Clipping, KdLayout, KdMailbox, KdPacketOptions, KdTreeOptions, SahCosts};
 
 use super::builders::{Trial, TrialRays};
 use super::measure::{KdFlags, frame};

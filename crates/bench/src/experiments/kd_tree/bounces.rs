@@ -1,6 +1,6 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{KdPacketOptions, KdTraversal};
+use umbrage_papers::{KdPacketOptions, KdTraversal};
 
 use super::measure::{Grouping, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};

@@ -1,8 +1,9 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use umbrage::rays::{Choice, KdBuilder, KdTraversal, KdTree, KdTreeOptions, Ray, Structure as _};
+use umbrage::rays::{Choice, Ray, Structure as _};
 use umbrage::scene::Frame;
+use umbrage_papers::{KdBuilder, KdTraversal, KdTree, KdTreeOptions};
 
 use super::measure::{Cost, Grouping, KdFlags, Way, frame, race};
 use crate::grids::time;
@@ -86,7 +87,7 @@ pub(super) struct Trial {
     /// Milliseconds with one thread, and with all.
     build_alone: f64,
     build: f64,
-    counts: umbrage::rays::KdTreeCounts,
+    counts: umbrage_papers::KdTreeCounts,
     bytes: usize,
     /// Costs of the camera's rays and of scattered rays, one at a time, and of the camera's rays in packets.
     pub(super) costs: [Cost; 3],

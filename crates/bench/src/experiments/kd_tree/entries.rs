@@ -1,7 +1,8 @@
 use anyhow::{Result, ensure};
 use clap::Args;
-use umbrage::rays::{Choice as _, Counts, KdMailbox, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, SahCosts};
+use umbrage::rays::{Choice as _, Counts};
 use umbrage_papers::shaft::{KdCulling, KdEntry, ShaftLead, ShaftOptions};
+use umbrage_papers::{KdMailbox, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, SahCosts};
 
 use super::measure::{Cost, Grouping, KdFlags, Way, frame, race};
 use crate::rays::{hits_of, mirrored, of_camera_by_tiles};

@@ -1,11 +1,9 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{
-    BackgroundKdTree, HierarchyKdTree, Hit, KdBuilder, KdTree, KdTreeOptions, Ray, SingleRays as _, Structure as _,
-    Triangles,
-};
+use umbrage::rays::{Hit, Ray, SingleRays as _, Structure as _, Triangles};
 use umbrage::scene::Frame;
+use umbrage_papers::{BackgroundKdTree, HierarchyKdTree, KdBuilder, KdTree, KdTreeOptions};
 
 use super::measure::KdFlags;
 use crate::grids::time;

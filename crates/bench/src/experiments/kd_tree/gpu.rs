@@ -1,9 +1,11 @@
 use anyhow::{Result, bail};
 use clap::Args;
 use glam::Vec3;
-use umbrage::rays::{KdTraversal, KdTree, KdTreeOptions, LightSource};
+use umbrage::rays::LightSource;
+use umbrage_gpu::rays::RayTracerWork;
 use umbrage_gpu::{Adapter, DeviceLimits, Geometry, Gpu, Recorder, StageTime};
-use umbrage_papers::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScenery, KdTracerOptions, KdTracerWork};
+use umbrage_papers::gpu_kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery};
+use umbrage_papers::{KdNodes, KdTracerOptions, KdTraversal, KdTree, KdTreeOptions};
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;
@@ -123,7 +125,7 @@ impl Rays {
 fn shares_in_use(rendered: &KdFrame) -> [Option<f64>; 2] {
     [false, true].map(|is_shadow| {
         let of_kind = rendered.tracer().work().iter().filter(|work| work.is_shadow == is_shadow);
-        let all = of_kind.fold(KdTracerWork::default(), |mut all, work| {
+        let all = of_kind.fold(RayTracerWork::default(), |mut all, work| {
             all.visits += work.visits;
             all.steps += work.steps;
             all

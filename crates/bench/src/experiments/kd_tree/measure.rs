@@ -3,11 +3,10 @@ use std::hint::black_box;
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
-use umbrage::rays::{
-    Counts, Hit, KdPacketOptions, KdTraversal, KdTree, KdTreeOptions, Ray, SingleRays as _, Triangles,
-};
+use umbrage::rays::{Counts, Hit, Ray, SingleRays as _, Triangles};
 use umbrage::scene::Frame;
 use umbrage_papers::shaft::{EntryPoint, ShaftOptions, nearest_of_shafts, nearest_of_shafts_below};
+use umbrage_papers::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions};
 
 use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;

@@ -5,11 +5,10 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use clap::Args;
 use umbrage::Scene;
-use umbrage::rays::{
-    BackgroundKdTree, HierarchyKdTree, KdMoved, KdTree, KdTreeOptions, Parts, Structure, Triangles, TwoLevelKdTree,
-};
+use umbrage::rays::{Parts, Structure, Triangles};
 use umbrage::scene::{Frame, Mesh};
 use umbrage_papers::clusters::{ClusterOptions, clusters};
+use umbrage_papers::{BackgroundKdTree, HierarchyKdTree, KdMoved, KdTree, KdTreeOptions, TwoLevelKdTree};
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
 use super::measure::KdFlags;

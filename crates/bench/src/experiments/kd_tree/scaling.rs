@@ -1,8 +1,9 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use umbrage::rays::{Choice as _, KdBuilder, KdTree, KdTreeOptions};
+use umbrage::rays::Choice as _;
 use umbrage_papers::kd_tasks::tasks;
+use umbrage_papers::{KdBuilder, KdTree, KdTreeOptions};
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;

@@ -1,6 +1,7 @@
 use anyhow::Result;
 use clap::Args;
-use umbrage::rays::{Counts, KdPacketOptions, KdPacketWidth, KdTraversal};
+use umbrage::rays::Counts;
+use umbrage_papers::{KdPacketOptions, KdPacketWidth, KdTraversal};
 
 use super::measure::{Cost, Grouping, KdFlags, Way, frame, race, tree};
 use crate::plot::{LineChart, Scale, Series};

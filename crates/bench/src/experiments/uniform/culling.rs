@@ -1,8 +1,8 @@
 use anyhow::{Result, bail};
 use clap::Args;
-use umbrage::rays::{Counts, KdTree, KdTreeOptions, SeenPixels, Structure as _};
+use umbrage::rays::{Counts, SeenPixels, Structure as _};
 use umbrage::scene::Frame;
-use umbrage_papers::{PacketSide, UniformOptions};
+use umbrage_papers::{KdTree, KdTreeOptions, PacketSide, UniformOptions};
 
 use super::measure::{Way, measure};
 use crate::flags::ImageFlags;

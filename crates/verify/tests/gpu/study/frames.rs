@@ -2,9 +2,10 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_gpu::{Geometry, Gpu, Recorder};
-use umbrage_papers::gpu_kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
+use umbrage_papers::gpu_kdtree::{KdFrame, KdMaterial, KdPrimary, KdScenery};
+use umbrage_papers::{KdTracerOptions, KdTraversal, KdTreeOptions};
 use umbrage_rays::predicate::ShadowRay;
-use umbrage_rays::{Camera, Hit, KdTraversal, KdTreeOptions, LightSource, Projection, SingleRays as _, View};
+use umbrage_rays::{Camera, Hit, LightSource, Projection, SingleRays as _, View};
 
 use super::support::{Mesh, Random, blocks};
 use super::{Device, Scene, bits, device, walks};

@@ -5,10 +5,12 @@ mod rays;
 mod visits;
 
 use glam::DVec3;
+use umbrage_gpu::rays::{RayRecords, RayTracer, RayTracerWork};
 use umbrage_gpu::{Geometry, Gpu, Recorder};
-use umbrage_papers::gpu_kdtree::{KdFrame, KdNodes, KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
+use umbrage_papers::gpu_kdtree::KdFrame;
+use umbrage_papers::{KdNodes, KdTracerOptions, KdTraversal, KdTree, KdTreeOptions};
 use umbrage_rays::predicate::HitPoint;
-use umbrage_rays::{Hit, KdTraversal, KdTree, KdTreeOptions, LightSource, Ray, SingleRays as _};
+use umbrage_rays::{Hit, LightSource, Ray, SingleRays as _};
 
 use crate::common::{self, Pool, Pooled};
 use crate::support::{self, Mesh};
@@ -67,14 +69,20 @@ impl Scene {
 }
 
 /// A tracer's nearest hits of rays.
-fn nearest(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> Vec<Option<Hit>> {
-    let mut records = KdRecords::new(gpu);
+fn nearest(gpu: &Gpu, tracer: &mut RayTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> Vec<Option<Hit>> {
+    let mut records = RayRecords::new(gpu);
     records.write_rays(gpu, rays.iter().copied(), tracer.options().lanes()).expect("room");
     nearest_of(gpu, tracer, scene, &records, rays.len())
 }
 
 /// A tracer's nearest hits of `count` rays on the GPU.
-fn nearest_of(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, records: &KdRecords, count: usize) -> Vec<Option<Hit>> {
+fn nearest_of(
+    gpu: &Gpu,
+    tracer: &mut RayTracer,
+    scene: &Scene,
+    records: &RayRecords,
+    count: usize,
+) -> Vec<Option<Hit>> {
     loop {
         tracer.prepare(gpu, count as u32, 1).expect("room");
         let mut recorder = Recorder::new(gpu);
@@ -87,8 +95,8 @@ fn nearest_of(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, records: &KdRecor
 }
 
 /// A tracer's answers for points and lights.
-fn blocked(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, questions: &[(LightSource, HitPoint, u32)]) -> Vec<bool> {
-    let mut records = KdRecords::new(gpu);
+fn blocked(gpu: &Gpu, tracer: &mut RayTracer, scene: &Scene, questions: &[(LightSource, HitPoint, u32)]) -> Vec<bool> {
+    let mut records = RayRecords::new(gpu);
     records.write_shadows(gpu, questions.iter().copied(), tracer.options().lanes()).expect("room");
     loop {
         tracer.prepare(gpu, questions.len() as u32, 1).expect("room");
@@ -106,7 +114,7 @@ fn bits(hit: Option<Hit>) -> Option<(u32, u64, [u32; 2])> {
 }
 
 /// Compares with the CPU; returns the number of hits, and the work.
-fn check(gpu: &Gpu, tracer: &mut KdTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> (usize, KdTracerWork) {
+fn check(gpu: &Gpu, tracer: &mut RayTracer, scene: &Scene, rays: &[(Ray, Option<u32>)]) -> (usize, RayTracerWork) {
     let found = nearest(gpu, tracer, scene, rays);
     let mut hits = 0;
     for ((ray, own), found) in rays.iter().zip(found) {

@@ -1,9 +1,10 @@
 //! Rays of all kinds, by each traversal.
 
 use glam::{DVec3, Vec3};
-use umbrage_papers::gpu_kdtree::{KdRecords, KdTracer, KdTracerOptions, KdTracerWork};
+use umbrage_gpu::rays::{RayRecords, RayTracer, RayTracerWork};
+use umbrage_papers::{KdLayout, KdTracerOptions, KdTreeOptions};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{KdLayout, KdTreeOptions, LightSource, Ray, SingleRays as _};
+use umbrage_rays::{LightSource, Ray, SingleRays as _};
 
 use super::support::{Mesh, Random, blocks, grazing_rays, random_ray, rays_in_planes, rays_with_intervals, scene};
 use super::{Device, Scene, bits, blocked, check, device, free, nearest_of, walks};
@@ -50,7 +51,7 @@ fn rays_from_triangles_hit_what_those_of_the_cpu_do() {
     let gpu = &device.gpu;
     let mut random = Random(21);
     let options = KdTracerOptions { from_triangles: true, ..KdTracerOptions::DEFAULT };
-    let mut tracer = KdTracer::new(gpu, options);
+    let mut tracer = RayTracer::new(gpu, options);
     let mut touched = 0;
     for mesh in [scene(&mut random), blocks(&mut random, 80)] {
         let scene = Scene::new(gpu, mesh, KdTreeOptions::DEFAULT);
@@ -81,7 +82,7 @@ fn rays_from_triangles_hit_what_those_of_the_cpu_do() {
             }
         }
         rays.retain(|(_, direction, _)| *direction != DVec3::ZERO);
-        let mut records = KdRecords::new(gpu);
+        let mut records = RayRecords::new(gpu);
         records.write_rays_from(gpu, rays.iter().copied(), tracer.options().lanes()).expect("room");
         let found = nearest_of(gpu, &mut tracer, &scene, &records, rays.len());
         let mut hits = 0;
@@ -107,7 +108,7 @@ fn invocations_in_step_take_as_many_steps_as_the_slowest() {
     let mut random = Random(3);
     let scene = Scene::new(gpu, scene(&mut random), KdTreeOptions::DEFAULT);
     let rays = free((0..75).map(|_| random_ray(&mut random, 3.0)).collect::<Vec<_>>());
-    let used = |work: &KdTracerWork| work.visits.nodes + work.visits.tests;
+    let used = |work: &RayTracerWork| work.visits.nodes + work.visits.tests;
     for options in walks() {
         tracer.set_options(gpu, options);
         let (_, together) = check(gpu, tracer, &scene, &rays);

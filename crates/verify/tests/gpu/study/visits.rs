@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 use umbrage_gpu::Gpu;
-use umbrage_papers::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery, KdTracerOptions};
-use umbrage_rays::{Camera, Counts, KdBuilder, KdTraversal, KdTreeOptions, LightSource, View};
+use umbrage_papers::gpu_kdtree::{KdMaterial, KdPrimary, KdScenery};
+use umbrage_papers::{KdBuilder, KdTracerOptions, KdTraversal, KdTreeOptions};
+use umbrage_rays::{Camera, Counts, LightSource, View};
 use umbrage_verify::real_scene;
 
 use super::frames::{SCENERY, render, triangle};
