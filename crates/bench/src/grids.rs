@@ -163,3 +163,37 @@ impl Ours {
         self.structure.bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use umbrage::rays::{Camera, View};
+
+    use super::*;
+
+    #[test]
+    fn camera_and_lights_may_have_grids_of_different_forms() {
+        let positions = [[-2, 0, -2], [2, 0, -2], [0, 0, 3], [-1, 1, 0], [1, 1, 0], [0, 1, 1]];
+        let positions = positions.map(|position| Vec3::from(position.map(|axis| axis as f32)));
+        let triangles = Triangles { positions: &positions, indices: &[[0, 2, 1], [3, 5, 4]] };
+        let camera = Camera::look_at(Vec3::new(1.0, 4.0, 3.0), Vec3::ZERO, Vec3::Y, 0.9);
+        let shot = Question::new(triangles, View { camera, width: 70, height: 50 });
+        let lights = [LightSource::Point { position: Vec3::new(0.3, 3.0, 0.2) }];
+        let answers = |forms: Forms| {
+            let (mut structure, mut seen) = (forms.make(SimdLevel::default()), SeenPixels::default());
+            let mut masks = [LightMask::default()];
+            structure.build(triangles);
+            structure.see(&shot, &mut seen).expect("a small image");
+            structure.shadow(&shot, &seen, &lights, &mut masks);
+            assert_eq!(structure.validate(&shot, &seen, &lights), Ok(()), "{forms:?}");
+            assert!(structure.bytes().triangles > 0, "{forms:?}");
+            (seen.triangle, masks)
+        };
+        let (camera, lights) = (Some(ListedOptions::DEFAULT), Some(ListedLightOptions::DEFAULT));
+        let direct = answers(Forms::default());
+        assert!((100..2000).contains(&direct.1[0].count()), "{}", direct.1[0].count());
+        for (camera, lights) in [(camera, None), (None, lights), (camera, lights)] {
+            assert!(answers(Forms { camera, lights }) == direct, "{camera:?}, {lights:?}");
+        }
+    }
+}
