@@ -70,6 +70,7 @@ mod open;
 pub mod output;
 mod panorama;
 mod pixel_view;
+mod plan;
 mod points;
 mod probe;
 mod renderer;
