@@ -45,7 +45,7 @@ pub use kernel::{Groups, Kernel};
 pub use light::{LightGrid, LightOptions, LightWork};
 pub use mask::{MaskMaterial, MaskTexture, MaskVertex, Masks, TriangleFlags};
 pub use omit::Omit;
-pub use onward::{Onward, OnwardLight};
+pub use onward::{Onward, OnwardLayers, OnwardLight};
 #[cfg(feature = "operations")]
 pub use operations::KernelOperations;
 pub use recorder::{Done, Fetch, Recorder, StageTime};

@@ -77,7 +77,7 @@ impl Renderer {
     /// # Errors
     /// Where [`Frame::check`] rejects the frame, the image has no pixels or too many, or a GPU renders.
     pub fn see<'a>(&mut self, frame: &'a Frame, view: &View) -> Result<Seen<'a>, Error> {
-        let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
+        let cpu = self.answering.as_mut().ok_or(Error::AnswersOnGpu)?;
         Settings { width: view.width, height: view.height, camera: view.camera.into(), ..Settings::default() }
             .check()?;
         frame.check()?;
@@ -92,7 +92,7 @@ impl Renderer {
     /// # Errors
     /// Where [`Frame::check`] would reject a light, or a GPU renders.
     pub fn shadow(&mut self, seen: &Seen<'_>, lights: &[Light]) -> Result<Vec<LightMask>, Error> {
-        let cpu = self.engine.cpu().ok_or(Error::AnswersOnGpu)?;
+        let cpu = self.answering.as_mut().ok_or(Error::AnswersOnGpu)?;
         seen.frame.check_lit_by(lights)?;
         cpu.lit_alone(seen.frame, lights, &seen.view, &seen.pixels)
     }
@@ -112,7 +112,7 @@ impl Renderer {
         light: Option<usize>,
         counts: &mut WorkCounts,
     ) -> Result<(), Error> {
-        let cpu = self.engine.cpu().ok_or(Error::CountsOnGpu)?;
+        let cpu = self.answering.as_mut().ok_or(Error::CountsOnGpu)?;
         settings.check()?;
         if !settings.structure.is_specialised() {
             return Err(Error::CountsOfStructure);

@@ -2,20 +2,18 @@
 //! differs by rounding.
 
 use std::fmt::Debug;
-use std::mem;
 use std::pin::Pin;
-use std::task::{Context, Poll};
 
 use umbrage_rays::{LightMask, SeenPixels, View, Work};
-use umbrage_scene::{Frame, Light, Scene};
+use umbrage_scene::{Frame, Light};
 
 use crate::background::Surroundings;
-use crate::cpu::Cpu;
+use crate::frame::Subject;
 use crate::motion::Next;
 use crate::sampling::Samples;
 use crate::{Error, Film, Settings, Stats};
 
-/// A frame with its lights, view and surroundings, as the settings choose them.
+/// A frame with its lights, view, surroundings and samples, as the settings and an exposure choose them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Staged<'a> {
     pub(crate) frame: &'a Frame,
@@ -27,6 +25,10 @@ pub(crate) struct Staged<'a> {
     pub(crate) view: View,
     pub(crate) settings: &'a Settings,
     pub(crate) surroundings: &'a Surroundings<'a>,
+    /// The samples to take of each pixel.
+    pub(crate) samples: Samples,
+    /// Number of the band of rows that takes them.
+    pub(crate) band: usize,
 }
 
 impl Staged<'_> {
@@ -59,145 +61,77 @@ impl Output {
     }
 }
 
-/// A stage's result: known at once on the CPU, and perhaps awaited on a GPU.
-pub(crate) enum Outcome<'a> {
-    Known(Result<(), Error>),
-    #[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "the CPU's are known"))]
-    Awaited(Pin<Box<dyn Future<Output = Result<(), Error>> + 'a>>),
+/// A stage that is done at once on the CPU, and perhaps awaited on a GPU.
+pub(crate) type Outcome<'a> = Pin<Box<dyn Future<Output = Result<(), Error>> + 'a>>;
+
+/// The groups of samples and rows in which an engine renders a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passes {
+    /// Number of bands of rows that are rendered one after the other.
+    pub(crate) bands: usize,
+    /// Whether four samples of a pixel are traced together, rather than one after the other.
+    pub(crate) by_four: bool,
 }
 
-#[cfg(feature = "gpu")]
-impl<'a> Outcome<'a> {
-    pub(crate) fn of(stage: impl Future<Output = Result<(), Error>> + 'a) -> Self {
-        Self::Awaited(Box::pin(stage))
-    }
-}
-
-impl Future for Outcome<'_> {
-    type Output = Result<(), Error>;
-
-    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
-        match self.get_mut() {
-            // Futures aren't polled again once they are ready.
-            Self::Known(known) => Poll::Ready(mem::replace(known, Ok(()))),
-            Self::Awaited(stage) => stage.as_mut().poll(context),
-        }
-    }
+/// Answers of the last samples of the last frame.
+pub(crate) struct Last<'a> {
+    pub(crate) samples: Samples,
+    /// The triangles that pixels showed: each of four samples is a pixel here.
+    pub(crate) seen: &'a SeenPixels,
+    /// For each light, the pixels that it lit.
+    pub(crate) light_masks: &'a [LightMask],
+    /// The camera's work for the CPU's grid; zero where there is none.
+    pub(crate) camera_work: Work,
+    /// The work of each light that casts shadows for the CPU's grid; empty where there is none.
+    pub(crate) light_work: &'a [Work],
+    /// The texture that the frame was rendered to.
+    #[cfg(feature = "gpu")]
+    pub(crate) texture: Option<umbrage_gpu::wgpu::Texture>,
 }
 
 /// The stages of a frame, in the order in which they are called, and queries about the last frame.
 ///
-/// Each stage counts its time in the [`Stats`]. Between stages of a sample a GPU has nothing to say to the CPU: it does
-/// [seeing](Self::see) and [shadowing](Self::shadow) as part of [shading](Self::shade), all of it recorded and submitted at
-/// once, under the finer names of its kernels.
+/// Each stage counts its time in the [`Stats`]. A GPU notes the sample that it is to [see](Self::see) and
+/// [shadow](Self::shadow), and records these stages under the finer names of its kernels, before those that
+/// [shade](Self::shade): all are submitted at once, and recorded again with more room where a list was too small.
 pub(crate) trait Engine: Debug + Send + Sync {
-    /// Rejects settings and outputs that this engine doesn't support, before the last frame is touched.
-    fn check(&self, settings: &Settings, output: Output) -> Result<(), Error>;
-
     /// Begins a frame: resets the counts of the last one.
-    fn begin(&mut self, settings: &Settings);
+    ///
+    /// # Errors
+    /// Where this engine doesn't support the settings or the output; the last frame then stays.
+    fn begin(&mut self, settings: &Settings, output: Output) -> Result<(), Error>;
 
-    /// Poses a frame at `seconds`: its moment, or another one that its picture is made of. A GPU may keep its vertices
-    /// to itself, see [`Engine::whole_frame`].
-    fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error>;
-
-    /// Prepares for a frame that comes with its vertices, in place of [animating](Self::animate) one.
-    fn adopt(&mut self) {}
+    /// Poses a scene at its moment, or prepares for a frame that comes with its vertices. A GPU may keep the vertices of a
+    /// scene to itself, see [`Engine::whole_frame`].
+    fn animate(&mut self, subject: Subject<'_>, settings: &Settings, frame: &mut Frame) -> Result<(), Error>;
 
     /// Rebuilds the structures and tables that serve all samples of a moment.
-    fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error>;
+    fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<Passes, Error>;
 
-    /// Number of bands of rows in which the frame is rendered, one after the other: the CPU has room for all of it.
-    fn bands(&self) -> usize {
-        1
-    }
-
-    /// Whether four samples of a pixel are traced together, rather than one after the other.
-    fn traces_four(&self, _view: &View) -> bool {
-        false
-    }
-
-    /// Finds the triangle that each pixel shows at these samples.
-    fn see(&mut self, _staged: &Staged<'_>, _samples: &Samples, _stats: &mut Stats) -> Result<(), Error> {
-        Ok(())
-    }
+    /// Finds the triangle that each pixel shows at the samples.
+    fn see(&mut self, staged: &Staged<'_>, stats: &mut Stats) -> Result<(), Error>;
 
     /// Finds the visible points that each light reaches.
-    fn shadow(&mut self, _staged: &Staged<'_>, _samples: &Samples, _stats: &mut Stats) -> Result<(), Error> {
-        Ok(())
-    }
+    fn shadow(&mut self, staged: &Staged<'_>, stats: &mut Stats) -> Result<(), Error>;
 
-    /// Adds each pixel's radiance at these samples to the film, or to planes that [develop](Self::develop) brings
-    /// there.
+    /// Adds each pixel's radiance at the samples to the film, or to planes that [develop](Self::develop) brings there; then
+    /// the chosen layers to the film. `next` is the scene's next pose, for samples that have motion.
     fn shade<'a>(
         &'a mut self,
         staged: &'a Staged<'a>,
-        band: usize,
-        samples: &'a Samples,
+        next: Option<&'a Next<'a>>,
         film: &'a mut Film,
         stats: &'a mut Stats,
     ) -> Outcome<'a>;
 
-    /// Adds these samples to the chosen layers. `next` is the scene's next pose, for samples that have motion.
-    fn layers(
-        &mut self,
-        _staged: &Staged<'_>,
-        _samples: &Samples,
-        _next: Option<&Next<'_>>,
-        _film: &mut Film,
-        _stats: &mut Stats,
-    ) {
-    }
+    /// Brings a band, summed over its samples so far, to the output, if it isn't there.
+    fn develop<'a>(&'a mut self, staged: &'a Staged<'a>, film: &'a mut Film, stats: &'a mut Stats) -> Outcome<'a>;
 
-    /// Brings a band, summed over all samples, to the output, if it isn't there: the CPU shades into the film itself.
-    fn develop<'a>(
-        &'a mut self,
-        _staged: &'a Staged<'a>,
-        _band: usize,
-        _output: Output,
-        _film: &'a mut Film,
-        _stats: &'a mut Stats,
-    ) -> Outcome<'a> {
-        Outcome::Known(Ok(()))
-    }
-
-    /// The texture that the last frame was rendered to.
-    #[cfg(feature = "gpu")]
-    fn texture(&self) -> Option<umbrage_gpu::wgpu::Texture> {
-        None
-    }
-
-    /// The CPU, whose stages can be asked for without rendering.
-    fn cpu(&mut self) -> Option<&mut Cpu> {
-        None
-    }
-
-    /// Whether pictures have the frame's points and lines.
-    fn draws_marks(&self) -> bool {
-        false
-    }
-
-    /// The triangle that each pixel showed at the last sample.
-    fn seen(&self) -> &SeenPixels;
-
-    /// For each light, the pixels that it lit at the last sample.
-    fn light_masks(&self) -> &[LightMask];
-
-    /// The camera's work for the CPU's grid, at the samples that were traced last; zero where there is none.
-    fn camera_work(&self) -> Work {
-        Work::default()
-    }
-
-    /// The work of each light that casts shadows for the CPU's grid, at the samples that were traced last; empty where
-    /// there is none.
-    fn light_work(&self) -> &[Work] {
-        &[]
-    }
+    /// The last samples' answers.
+    fn last(&self) -> Last<'_>;
 
     /// The frame with its vertices, posed on the CPU if it comes without.
-    fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
-        frame
-    }
+    fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame;
 
     /// Adds the engine's own counts to the stats, which have those of the triangles, the film and the camera rays.
     fn count(&self, frame: &Frame, stats: &mut Stats);

@@ -7,12 +7,13 @@ use glam::{DVec2, DVec3, Vec3};
 use umbrage_rays::{Camera, LightSource, Projection, View};
 use umbrage_scene::{Frame, Light, LightShape};
 
-use crate::engine::Staged;
+use crate::engine::{Passes, Staged};
+use crate::noise::NoiseMeter;
 use crate::points::{disk, pair, triple};
 use crate::probe::middle_depth;
 use crate::sampling::Samples;
 use crate::sky::SkyLights;
-use crate::{Error, Settings};
+use crate::{Error, Film, Settings};
 
 /// The dimensions, beside their pixels, that a frame's samples spread over.
 #[derive(Debug)]
@@ -70,12 +71,120 @@ impl Spread {
     }
 }
 
+/// The exposures of a frame, band by band, until there are as many as the settings ask for or their noise is low enough.
+#[derive(Debug)]
+pub(crate) struct Exposures<'a> {
+    settings: &'a Settings,
+    spread: Spread,
+    passes: Passes,
+    /// Number of groups of samples in each band.
+    groups: u32,
+    band: usize,
+    /// Number of the band's groups that were taken.
+    taken: u32,
+    /// Seconds of the last exposure.
+    seconds: f64,
+    noise: NoiseMeter,
+    is_even: bool,
+}
+
+impl<'a> Exposures<'a> {
+    /// The exposures of a frame whose first moment is built.
+    pub(crate) fn new(settings: &'a Settings, spread: Spread, passes: Passes) -> Self {
+        let by_four = passes.by_four && !spread.is_wide() && Samples::can_be_four(settings.samples);
+        Self {
+            settings,
+            spread,
+            passes: Passes { by_four, ..passes },
+            groups: if by_four { settings.samples / 4 } else { settings.samples },
+            band: 0,
+            taken: 0,
+            seconds: 0.0,
+            noise: NoiseMeter::default(),
+            is_even: false,
+        }
+    }
+
+    /// The next exposure; `None` once there are enough.
+    pub(crate) fn next(&mut self) -> Option<Exposure> {
+        if self.taken == self.groups && self.band + 1 < self.passes.bands {
+            (self.band, self.taken) = (self.band + 1, 0);
+        }
+        if self.is_even || self.taken == self.groups {
+            return None;
+        }
+        // A single exposure is in the middle of every dimension.
+        let number = (self.groups > 1).then_some(self.taken);
+        let samples = Samples::group(self.taken, self.settings.samples, self.passes.by_four);
+        let from_middle = |number| pair(number, Exposure::MOMENT).x - 0.5;
+        let seconds = number.map_or(0.0, |number| self.spread.shutter_seconds * from_middle(number));
+        let is_posed = seconds == self.seconds;
+        (self.seconds, self.taken) = (seconds, self.taken + 1);
+        Some(Exposure { number, samples, band: self.band, seconds, is_posed })
+    }
+
+    /// The exposure's own view: the same scene from its point of the lens, with each light at one point, stored in `lights`.
+    /// Its samples' rays are shifted in their pixels for it.
+    pub(crate) fn expose<'b>(
+        &self,
+        exposure: &Exposure,
+        staged: &Staged<'b>,
+        lights: &'b mut Vec<Light>,
+    ) -> Staged<'b> {
+        let Self { spread, .. } = self;
+        let Exposure { samples, band, .. } = *exposure;
+        let mut exposed = Staged { samples, band, ..*staged };
+        let Some(number) = exposure.number else { return exposed };
+        if let Some(lens) = spread.lens {
+            let (view, shift_pixels) = lens.seen_through(disk(pair(number, Exposure::LENS)), &staged.view);
+            (exposed.view, exposed.samples) = (view, samples.shifted(shift_pixels));
+        }
+        if spread.has_wide_lights || spread.sky.is_some() {
+            lights.extend(staged.lights.iter().zip((Exposure::FIRST_LIGHT..).step_by(2)).map(|(light, dimension)| {
+                let source = point_of(light.source, spread.shape_of(light), number, dimension);
+                Light { source, ..light.clone() }
+            }));
+            if let Some(sky) = &spread.sky {
+                lights.push(sky.light(pair(number, Exposure::SKY)));
+                exposed.sky_lights = 1;
+            }
+            exposed.lights = lights;
+        }
+        exposed
+    }
+
+    /// Whether the film has to be complete now: at the end of a band, and where its noise is measured.
+    pub(crate) fn need_film(&self) -> bool {
+        self.taken == self.groups || NoiseMeter::looks_at(self.samples(), self.settings)
+    }
+
+    /// Measures the noise of a film that is the sum of all exposures so far.
+    pub(crate) fn measure(&mut self, film: &Film) {
+        self.is_even = self.noise.is_even(film, self.samples(), self.settings);
+    }
+
+    /// Number of samples of the band that were taken.
+    pub(crate) fn samples(&self) -> u32 {
+        self.taken * if self.passes.by_four { 4 } else { 1 }
+    }
+
+    /// The part of the frame that was taken, 0 to 1.
+    pub(crate) fn part(&self) -> f32 {
+        (self.band as f32 + self.taken as f32 / self.groups as f32) / self.passes.bands as f32
+    }
+}
+
 /// One of the exact frames that make a picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exposure {
-    number: u32,
-    /// Whether it is the only one: then it is in the middle of every dimension.
-    is_only: bool,
+    /// Its index in its band; `None` for the only one.
+    number: Option<u32>,
+    samples: Samples,
+    band: usize,
+    /// The time from the frame's moment to this exposure, negative before it.
+    pub(crate) seconds: f64,
+    /// Whether the exposure before was at the same time.
+    pub(crate) is_posed: bool,
 }
 
 impl Exposure {
@@ -85,97 +194,58 @@ impl Exposure {
     const FIRST_LIGHT: u32 = 2;
     const SKY: u32 = u32::MAX / 4;
 
-    /// Exposure `number` of all exposures.
-    pub(crate) fn new(number: u32, samples: &Samples) -> Self {
-        let of = samples.as_slice()[0].of / samples.as_slice().len() as u32;
-        Self { number, is_only: of == 1 }
+    /// Whether it is the first one of its band.
+    pub(crate) fn is_first(&self) -> bool {
+        self.number.is_none_or(|number| number == 0)
     }
+}
 
-    /// The time from the frame's moment to this exposure, in seconds, negative before it.
-    pub(crate) fn seconds(self, spread: &Spread) -> f64 {
-        if self.is_only { 0.0 } else { spread.shutter_seconds * (pair(self.number, Self::MOMENT).x - 0.5) }
+/// Point `number` of a light's shape.
+///
+/// A flat light's points are equally dense everywhere. From each direction a ball should look like a disk that is
+/// equally bright everywhere, as does a sphere whose surface sends light equally in all directions. So points are as
+/// dense as 1/√(1 − r²) at r of its radius: the sphere in four dimensions, seen from the side. Without occlusion,
+/// irradiance is the centre's: that of a point is a field as gravity's, and the field of a ball is that of its centre
+/// (Newton's shells).
+fn point_of(source: LightSource, shape: LightShape, number: u32, dimension: u32) -> LightSource {
+    if !shape.is_wide() {
+        return source;
     }
-
-    /// The exposure's own view: the same scene from its point of the lens, with each light at one point, stored in `lights`.
-    /// The returned samples' rays are shifted in their pixels for it.
-    pub(crate) fn of<'a>(
-        self,
-        staged: &Staged<'a>,
-        samples: &Samples,
-        spread: &Spread,
-        lights: &'a mut Vec<Light>,
-    ) -> (Staged<'a>, Samples) {
-        let (mut exposed, mut samples) = (*staged, *samples);
-        if self.is_only {
-            return (exposed, samples);
-        }
-        if let Some(lens) = spread.lens {
-            let (view, shift_pixels) = lens.seen_through(disk(pair(self.number, Self::LENS)), &staged.view);
-            (exposed.view, samples) = (view, samples.shifted(shift_pixels));
-        }
-        if spread.has_wide_lights || spread.sky.is_some() {
-            lights.clear();
-            lights.extend(staged.lights.iter().zip((Self::FIRST_LIGHT..).step_by(2)).map(|(light, dimension)| {
-                let source = self.point_of(light.source, spread.shape_of(light), dimension);
-                Light { source, ..light.clone() }
-            }));
-            if let Some(sky) = &spread.sky {
-                lights.push(sky.light(pair(self.number, Self::SKY)));
-                exposed.sky_lights = 1;
-            }
-            exposed.lights = lights;
-        }
-        (exposed, samples)
-    }
-
-    /// A point of a light's shape.
-    ///
-    /// A flat light's points are equally dense everywhere. From each direction a ball should look like a disk that is
-    /// equally bright everywhere, as does a sphere whose surface sends light equally in all directions. So points are as
-    /// dense as 1/√(1 − r²) at r of its radius: the sphere in four dimensions, seen from the side. Without occlusion,
-    /// irradiance is the centre's: that of a point is a field as gravity's, and the field of a ball is that of its centre
-    /// (Newton's shells).
-    fn point_of(self, source: LightSource, shape: LightShape, dimension: u32) -> LightSource {
-        if !shape.is_wide() {
-            return source;
-        }
-        let drawn = triple(self.number, dimension);
-        let flat = disk(drawn.truncate());
-        // Offset from the light's middle; a flat light faces `direction`.
-        let off = |direction: Vec3| {
-            let in_plane = |point: DVec2| {
-                let [across, up] = Light::axes(direction);
-                across * point.x + up * point.y
-            };
-            match shape {
-                LightShape::Ball(radius) => {
-                    let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * libm::cos(TAU * drawn.z), flat.y);
-                    point * f64::from(radius)
-                }
-                LightShape::Disk(radius) => in_plane(flat * f64::from(radius)),
-                LightShape::Rectangle { width, height } => {
-                    in_plane((drawn.truncate() - 0.5) * DVec2::new(width.into(), height.into()))
-                }
-            }
+    let drawn = triple(number, dimension);
+    let flat = disk(drawn.truncate());
+    // Offset from the light's middle; a flat light faces `direction`.
+    let off = |direction: Vec3| {
+        let in_plane = |point: DVec2| {
+            let [across, up] = Light::axes(direction);
+            across * point.x + up * point.y
         };
-        let moved = |position: Vec3, direction: Vec3| {
-            (position.as_dvec3() + off(direction)).as_vec3().clamp(Vec3::MIN, Vec3::MAX)
-        };
-        match source {
-            LightSource::Point { position } => LightSource::Point { position: moved(position, Vec3::NEG_Y) },
-            LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-                let position = moved(position, direction);
-                LightSource::Spot { position, direction, inner_radians, outer_radians }
+        match shape {
+            LightShape::Ball(radius) => {
+                let point = DVec3::new(flat.x, (1.0 - drawn.x).sqrt() * libm::cos(TAU * drawn.z), flat.y);
+                point * f64::from(radius)
             }
-            LightSource::Directional { direction } => {
-                // A flat light is a lamp, which has a position.
-                let LightShape::Ball(degrees) = shape else { return source };
-                let along = direction.as_dvec3().normalize();
-                let (right, up) = along.any_orthonormal_pair();
-                let off = libm::tan(f64::from(degrees).to_radians()) * flat;
-                let direction = (along + right * off.x + up * off.y).normalize().as_vec3();
-                LightSource::Directional { direction }
+            LightShape::Disk(radius) => in_plane(flat * f64::from(radius)),
+            LightShape::Rectangle { width, height } => {
+                in_plane((drawn.truncate() - 0.5) * DVec2::new(width.into(), height.into()))
             }
+        }
+    };
+    let moved =
+        |position: Vec3, direction: Vec3| (position.as_dvec3() + off(direction)).as_vec3().clamp(Vec3::MIN, Vec3::MAX);
+    match source {
+        LightSource::Point { position } => LightSource::Point { position: moved(position, Vec3::NEG_Y) },
+        LightSource::Spot { position, direction, inner_radians, outer_radians } => {
+            let position = moved(position, direction);
+            LightSource::Spot { position, direction, inner_radians, outer_radians }
+        }
+        LightSource::Directional { direction } => {
+            // A flat light is a lamp, which has a position.
+            let LightShape::Ball(degrees) = shape else { return source };
+            let along = direction.as_dvec3().normalize();
+            let (right, up) = along.any_orthonormal_pair();
+            let off = libm::tan(f64::from(degrees).to_radians()) * flat;
+            let direction = (along + right * off.x + up * off.y).normalize().as_vec3();
+            LightSource::Directional { direction }
         }
     }
 }
@@ -204,6 +274,8 @@ impl Lens {
 
 #[cfg(test)]
 mod tests {
+    use std::iter;
+
     use super::*;
     use crate::sampling::Sample;
 
@@ -212,9 +284,8 @@ mod tests {
         let (radius, count) = (2.0, 4096);
         let points: Vec<Vec3> = (0..count)
             .map(|number| {
-                let exposure = Exposure { number, is_only: false };
                 let centre = LightSource::Point { position: Vec3::ONE };
-                let LightSource::Point { position } = exposure.point_of(centre, LightShape::Ball(radius), 6) else {
+                let LightSource::Point { position } = point_of(centre, LightShape::Ball(radius), number, 6) else {
                     panic!("a point")
                 };
                 position - Vec3::ONE
@@ -238,8 +309,7 @@ mod tests {
             for dimension in [2, 4, 6, 8] {
                 let mut irradiance = DVec3::ZERO;
                 for number in 0..count {
-                    let exposure = Exposure { number, is_only: false };
-                    let LightSource::Point { position } = exposure.point_of(centre, LightShape::Ball(1.0), dimension)
+                    let LightSource::Point { position } = point_of(centre, LightShape::Ball(1.0), number, dimension)
                     else {
                         panic!()
                     };
@@ -273,12 +343,37 @@ mod tests {
         }
     }
 
+    fn spread(shutter_seconds: f64) -> Spread {
+        Spread { shutter_seconds, light_radius: 0.0, lens: None, has_wide_lights: false, sky: None }
+    }
+
     #[test]
     fn a_single_exposure_is_in_the_middle() {
-        for count in [1, 4, 16] {
-            for (number, samples) in (0..).zip(Samples::all(count, true)) {
-                assert_eq!(Exposure::new(number, &samples).is_only, count < 16, "{count}");
+        for samples in [1, 4, 16] {
+            let settings = Settings { samples, ..Settings::default() };
+            let passes = Passes { bands: 1, by_four: true };
+            let mut exposures = Exposures::new(&settings, spread(0.0), passes);
+            while let Some(exposure) = exposures.next() {
+                assert_eq!(exposure.number.is_none(), samples < 16, "{samples}");
             }
+            let mut exposures = Exposures::new(&settings, spread(0.5), passes);
+            let moves = iter::from_fn(|| exposures.next()).filter(|exposure| !exposure.is_posed).count();
+            assert_eq!(moves as u32, if samples == 1 { 0 } else { samples }, "four moments aren't traced together");
         }
+    }
+
+    #[test]
+    fn every_band_takes_every_sample_and_is_then_complete() {
+        let settings = Settings { samples: 6, ..Settings::default() };
+        let mut exposures = Exposures::new(&settings, spread(0.0), Passes { bands: 2, by_four: true });
+        for (step, (band, index)) in
+            [0, 1].into_iter().flat_map(|band| (0..6).map(move |index| (band, index))).enumerate()
+        {
+            let exposure = exposures.next().expect("one for each sample of each band");
+            assert_eq!((exposure.band, exposure.samples.as_slice()[0].index), (band, index));
+            assert_eq!((exposure.is_first(), exposures.need_film()), (index == 0, index == 5));
+            assert_eq!(exposures.part(), (step + 1) as f32 / 12.0);
+        }
+        assert!(exposures.next().is_none() && exposures.samples() == 6);
     }
 }

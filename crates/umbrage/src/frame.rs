@@ -4,10 +4,8 @@ use umbrage_scene::{Frame, Scene, check_lights};
 
 use crate::background::Surroundings;
 use crate::engine::{Engine, Output};
-use crate::exposure::{Exposure, Spread};
+use crate::exposure::{Exposures, Spread};
 use crate::motion::Next;
-use crate::noise::NoiseMeter;
-use crate::sampling::Samples;
 use crate::{Error, Layer, Renderer, Settings, Stats};
 
 /// The subject of a picture.
@@ -20,21 +18,21 @@ pub(crate) enum Subject<'a> {
 }
 
 impl Renderer {
-    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, layers, develop. With a wide lens,
-    /// an open shutter or lights with a size it is the mean of exact frames, each at another point of these.
+    /// Renders a frame to the film or to a texture: animate, build, see, shadow, shade, develop. With a wide lens, an
+    /// open shutter or lights with a size it is the mean of exact frames, each at another point of these.
     pub(crate) async fn render_subject(
         &mut self,
         subject: Subject<'_>,
         settings: &Settings,
         output: Output,
     ) -> Result<(), Error> {
-        let Self { engine, posed, next, view, film, stats, progress } = self;
+        let Self { engine, posed, next, view, film, last_sample, stats, progress, .. } = self;
         let engine = engine.as_mut();
         settings.check()?;
-        engine.check(settings, output)?;
         subject.check(settings)?;
+        engine.begin(settings, output)?;
         stats.start();
-        engine.begin(settings);
+        last_sample.take();
         progress.set(0.0);
 
         let surroundings = Surroundings::new(&settings.background);
@@ -44,45 +42,32 @@ impl Renderer {
         *view = Some(staged.view);
         film.resize(output.fetched(&staged.view), staged.has_flat())?;
         film.clear_layers(&staged)?;
-        stats.time("build", || engine.build(&staged, output))?;
-        let by_four = engine.traces_four(&staged.view) && !spread.is_wide();
-        let mut posed_at = 0.0;
-        let mut taken = settings.samples;
-        for band in 0..engine.bands() {
-            let mut noise = NoiseMeter::default();
-            for (samples, number) in Samples::all(settings.samples, by_four).zip(0..) {
-                progress.go_on()?;
-                let exposure = Exposure::new(number, &samples);
-                if exposure.seconds(&spread) != posed_at {
-                    posed_at = exposure.seconds(&spread);
-                    frame = animate(engine, subject.after(posed_at), settings, posed, stats)?;
-                    staged = settings.stage(frame, &surroundings)?;
-                    stats.time("build", || engine.build(&staged, output))?;
-                }
-                let mut lights = Vec::new();
-                let (exposed, samples) = exposure.of(&staged, &samples, &spread, &mut lights);
-                engine.see(&exposed, &samples, stats)?;
-                engine.shadow(&exposed, &samples, stats)?;
-                engine.shade(&exposed, band, &samples, film, stats).await?;
-                // Motion is that of the pixels' first samples.
-                let next = if number == 0 { Next::of(subject, posed_at, &staged, next)? } else { None };
-                engine.layers(&exposed, &samples, next.as_ref(), film, stats);
-                progress.set(samples.part_up_to(number, band, engine.bands()));
-                let so_far = (number + 1) * samples.as_slice().len() as u32;
-                if NoiseMeter::looks_at(so_far, settings) {
-                    engine.develop(&staged, band, output, film, stats).await?;
-                }
-                if noise.is_even(film, so_far, settings) {
-                    taken = so_far;
-                    break;
-                }
+        let passes = stats.time("build", || engine.build(&staged, output))?;
+        let mut exposures = Exposures::new(settings, spread, passes);
+        while let Some(exposure) = exposures.next() {
+            progress.go_on()?;
+            if !exposure.is_posed {
+                frame = animate(engine, subject.after(exposure.seconds), settings, posed, stats)?;
+                staged = settings.stage(frame, &surroundings)?;
+                stats.time("build", || engine.build(&staged, output))?;
             }
-            engine.develop(&staged, band, output, film, stats).await?;
+            let mut lights = Vec::new();
+            let exposed = exposures.expose(&exposure, &staged, &mut lights);
+            engine.see(&exposed, stats)?;
+            engine.shadow(&exposed, stats)?;
+            // Motion is that of the pixels' first samples.
+            let next = if exposure.is_first() { Next::of(subject, exposure.seconds, &staged, next)? } else { None };
+            engine.shade(&exposed, next.as_ref(), film, stats).await?;
+            progress.set(exposures.part());
+            if exposures.need_film() {
+                engine.develop(&exposed, film, stats).await?;
+                exposures.measure(film);
+            }
         }
-        film.average(taken);
+        film.average(exposures.samples());
         frame.materials.check_textures()?;
 
-        stats.count(&staged, taken, film, engine);
+        stats.count(&staged, exposures.samples(), film, engine);
         Ok(())
     }
 }
@@ -117,8 +102,8 @@ fn animate<'a>(
     stats: &mut Stats,
 ) -> Result<&'a Frame, Error> {
     match subject {
-        Subject::Moment(scene, seconds) => {
-            stats.time("animate", || engine.animate(scene, seconds, settings, posed))?;
+        Subject::Moment(scene, _) => {
+            stats.time("animate", || engine.animate(subject, settings, posed))?;
             if let Some(lights) = &settings.lights {
                 posed.lights.clone_from(lights);
             } else if posed.light_is_made {
@@ -130,7 +115,7 @@ fn animate<'a>(
             Ok(posed)
         }
         Subject::Frame(frame) => {
-            engine.adopt();
+            engine.animate(subject, settings, posed)?;
             let Frame { mesh, lights, cameras, .. } = posed;
             // An empty frame would allocate anew.
             let is_blank = mesh.triangles.is_empty() && lights.is_empty() && cameras.is_empty();

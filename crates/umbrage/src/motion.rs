@@ -64,22 +64,26 @@ impl<'a> Next<'a> {
 
 /// The position of a point in the image, in pixels from its upper left corner; `None` behind the camera.
 fn pixel_of(view: &View, point: DVec3) -> Option<DVec2> {
-    let Camera { position, right, up, forward, projection } = view.camera;
+    let position = along_axes(view, point);
+    let is_behind = matches!(view.camera.projection, Projection::Perspective { .. }) && position.z <= 0.0;
+    (!is_behind).then(|| in_image(view, position))
+}
+
+/// A point of the world along the camera's axes; z is its depth.
+pub(crate) fn along_axes(view: &View, point: DVec3) -> DVec3 {
+    let Camera { position, right, up, forward, .. } = view.camera;
     let offset = point - position.as_dvec3();
-    let half_height = match projection {
-        Projection::Perspective { tan_half_height } => {
-            let depth = offset.dot(forward.as_dvec3());
-            if depth <= 0.0 {
-                return None;
-            }
-            depth * f64::from(tan_half_height)
-        }
+    DVec3::from([right, up, forward].map(|axis| offset.dot(axis.as_dvec3())))
+}
+
+/// The pixels from the image's upper left corner to a point before the camera, given along its axes.
+pub(crate) fn in_image(view: &View, point: DVec3) -> DVec2 {
+    let half_height = match view.camera.projection {
+        Projection::Perspective { tan_half_height } => f64::from(tan_half_height) * point.z,
         Projection::Orthographic { half_height } => f64::from(half_height),
     };
-    let [width, height] = [view.width, view.height].map(f64::from);
-    let pixels_per_unit = height / (2.0 * half_height);
-    let across = DVec2::new(offset.dot(right.as_dvec3()), -offset.dot(up.as_dvec3()));
-    Some(0.5 * DVec2::new(width, height) + across * pixels_per_unit)
+    let half_size = 0.5 * DVec2::new(view.width.into(), view.height.into());
+    half_size + DVec2::new(point.x, -point.y) * (half_size.y / half_height)
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 use std::pin::pin;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 use umbrage_rays::{LightMask, SeenPixels, SimdLevel, View, Work};
 use umbrage_scene::{Frame, Scene};
 
-use crate::cpu::Cpu;
-use crate::engine::{Engine, Output};
+use crate::cpu::{Cpu, last_alone};
+use crate::engine::{Engine, Last, Output};
 use crate::frame::Subject;
 use crate::{Error, Film, Settings, Stats};
 
@@ -15,12 +15,16 @@ use crate::{Error, Film, Settings, Stats};
 #[derive(Debug)]
 pub struct Renderer {
     pub(crate) engine: Box<dyn Engine>,
+    /// Answers without a picture; `None` on a GPU.
+    pub(crate) answering: Option<Box<Cpu>>,
     /// The last scene, posed at its moment.
     pub(crate) posed: Frame,
     /// The same scene a moment later, if motion is asked for.
     pub(crate) next: Frame,
     pub(crate) view: Option<View>,
     pub(crate) film: Film,
+    /// Hits and light masks of the last sample alone, made on demand if several were traced together.
+    pub(crate) last_sample: OnceLock<(SeenPixels, Vec<LightMask>)>,
     pub(crate) stats: Stats,
     pub(crate) progress: Progress,
 }
@@ -67,7 +71,7 @@ impl Progress {
 /// On the CPU, with the widest instructions that it has.
 impl Default for Renderer {
     fn default() -> Self {
-        Self::with_engine(Cpu::default())
+        Self::with_simd_level(SimdLevel::default())
     }
 }
 
@@ -75,7 +79,7 @@ impl Renderer {
     /// A renderer whose grids use the instructions of `level` rather than the widest; pictures are the same.
     #[must_use]
     pub fn with_simd_level(level: SimdLevel) -> Self {
-        Self::with_engine(Cpu::with_level(level))
+        Self::with_engine(Cpu::with_level(level), Some(Cpu::with_level(level).into()))
     }
 
     /// A renderer that works on a GPU. Triangles and shadows are the CPU's; colours differ by rounding.
@@ -87,13 +91,21 @@ impl Renderer {
     /// Where the device has no memory for fixed tables.
     #[cfg(feature = "gpu")]
     pub fn with_gpu(gpu: umbrage_gpu::Gpu) -> Result<Self, Error> {
-        Ok(Self::with_engine(crate::gpu::GpuEngine::new(gpu)?))
+        Ok(Self::with_engine(crate::gpu::GpuEngine::new(gpu)?, None))
     }
 
-    fn with_engine(engine: impl Engine + 'static) -> Self {
-        let (posed, film, stats) = (Frame::default(), Film::default(), Stats::default());
-        let next = Frame::default();
-        Self { engine: Box::new(engine), posed, next, view: None, film, stats, progress: Progress::default() }
+    fn with_engine(engine: impl Engine + 'static, answering: Option<Box<Cpu>>) -> Self {
+        Self {
+            engine: Box::new(engine),
+            answering,
+            posed: Frame::default(),
+            next: Frame::default(),
+            view: None,
+            film: Film::default(),
+            last_sample: OnceLock::new(),
+            stats: Stats::default(),
+            progress: Progress::default(),
+        }
     }
 
     /// Renders `scene` at a moment, on the threads of the current rayon pool.
@@ -134,7 +146,7 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<umbrage_gpu::wgpu::Texture, Error> {
         at_once(self.render_subject(Subject::Moment(scene, seconds), settings, Output::Texture))?;
-        self.engine.texture().ok_or(Error::TextureOnCpu)
+        self.engine.last().texture.ok_or(Error::TextureOnCpu)
     }
 
     /// Renders triangles of your own, on the threads of the current rayon pool. They are borrowed during the call, and
@@ -216,25 +228,31 @@ impl Renderer {
     /// The work of the camera's grid for the last group of samples of the last frame; zero without a grid.
     #[must_use]
     pub fn camera_work(&self) -> Work {
-        self.engine.camera_work()
+        self.engine.last().camera_work
     }
 
     /// The work of each light's grid for the last group of samples of the last frame; empty without a grid.
     #[must_use]
     pub fn light_work(&self) -> &[Work] {
-        self.engine.light_work()
+        self.engine.last().light_work
     }
 
     /// Each pixel's triangle at the last frame's last sample.
     #[must_use]
     pub fn seen(&self) -> &SeenPixels {
-        self.engine.seen()
+        self.last_sample().map_or(self.engine.last().seen, |(seen, _)| seen)
     }
 
     /// For each light of the last frame, the pixels that it reached at the last sample.
     #[must_use]
     pub fn light_masks(&self) -> &[LightMask] {
-        self.engine.light_masks()
+        self.last_sample().map_or(self.engine.last().light_masks, |(_, masks)| masks)
+    }
+
+    /// Hits and masks of the last sample, if it wasn't traced alone.
+    fn last_sample(&self) -> Option<&(SeenPixels, Vec<LightMask>)> {
+        let Last { samples, seen, light_masks, .. } = self.engine.last();
+        (samples.side() > 1).then(|| self.last_sample.get_or_init(|| last_alone(&samples, seen, light_masks)))
     }
 
     /// The view of the last frame; `None` before the first.

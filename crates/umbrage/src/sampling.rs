@@ -58,16 +58,22 @@ impl Samples {
         Self { samples: [sample; 4], are_four: false, offset_pixels, shifts: Shifts::NONE }
     }
 
-    /// All samples of a pixel, four by four where `by_four` is set and their number is a power of two from 4 to 4096. Others
-    /// aren't at points that f32 can represent in all pixels of a tile, and stay alone.
+    /// All samples of a pixel, four by four where `by_four` is set and [their number allows it](Self::can_be_four).
     pub fn all(count: u32, by_four: bool) -> impl Iterator<Item = Self> {
-        let groups = count / 4;
-        let by_four =
-            by_four && count.is_multiple_of(4) && (0..groups).all(|group| Self::four(group, groups).is_some());
-        (0..if by_four { groups } else { count }).map(move |index| {
-            let four = if by_four { Self::four(index, groups) } else { None };
-            four.unwrap_or_else(|| Self::one(Sample::number(index, count)))
-        })
+        let by_four = by_four && Self::can_be_four(count);
+        (0..if by_four { count / 4 } else { count }).map(move |index| Self::group(index, count, by_four))
+    }
+
+    /// Whether so many samples may be traced four by four: a power of two from 4 to 4096. Others aren't at points that f32
+    /// can represent in all pixels of a tile.
+    pub(crate) fn can_be_four(count: u32) -> bool {
+        count.is_multiple_of(4) && (0..count / 4).all(|group| Self::four(group, count / 4).is_some())
+    }
+
+    /// One group of `count` samples, four by four or alone.
+    pub(crate) fn group(index: u32, count: u32, by_four: bool) -> Self {
+        let four = if by_four { Self::four(index, count / 4) } else { None };
+        four.unwrap_or_else(|| Self::one(Sample::number(index, count)))
     }
 
     /// Four of 4 × `groups` samples.
@@ -102,12 +108,6 @@ impl Samples {
         self.samples.iter_mut().for_each(|sample| sample.offset_pixels += pixels);
         self.offset_pixels += pixels * f64::from(self.side());
         self
-    }
-
-    /// The part of a frame, 0 to 1, that is done after these samples, which are group `number` in band `band`.
-    pub(crate) fn part_up_to(&self, number: u32, band: usize, bands: usize) -> f32 {
-        let groups = self.samples[0].of / self.as_slice().len() as u32;
-        (band as f32 + (number + 1) as f32 / groups as f32) / bands as f32
     }
 
     /// The shot of these samples, as one image, from a shot of an image's pixels.

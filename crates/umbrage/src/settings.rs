@@ -6,6 +6,7 @@ use umbrage_scene::{Frame, Light, check_camera, check_lights};
 use crate::background::Surroundings;
 use crate::engine::Staged;
 use crate::film::{Coverage, Covered};
+use crate::sampling::{Sample, Samples};
 use crate::{Background, Error, Layer, Layers, Sides, Structure};
 
 /// How a frame is rendered.
@@ -195,7 +196,8 @@ impl Settings {
     ) -> Result<Staged<'a>, Error> {
         let view = self.view(frame)?;
         check_camera(&view.camera).map_err(Error::Camera)?;
-        Ok(Staged { frame, lights: self.lights(frame), sky_lights: 0, view, settings: self, surroundings })
+        let (lights, samples) = (self.lights(frame), Samples::one(Sample::MIDDLE));
+        Ok(Staged { frame, lights, sky_lights: 0, view, settings: self, surroundings, samples, band: 0 })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

@@ -112,7 +112,6 @@ impl Stats {
         self.triangles = frame.mesh.triangles.len() - frame.mesh.ground_triangles;
         self.vertices = frame.positions.len();
         self.marks = frame.mesh.marks.len();
-        self.omitted_marks = if engine.draws_marks() { 0 } else { self.marks };
         self.lights = lights.len();
         self.camera_rays = u64::from(view.width) * u64::from(view.height) * u64::from(samples);
         self.frame_bytes = frame.bytes();

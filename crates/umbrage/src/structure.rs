@@ -1,6 +1,5 @@
 //! Acceleration structures as values: a kind, with a value for each of its options.
 
-mod built_in;
 mod gpu;
 mod kind;
 mod options;
@@ -9,12 +8,13 @@ mod registry;
 use std::fmt;
 use std::sync::Arc;
 
-use umbrage_rays::SimdLevel;
+use umbrage_rays::{Bvh, DirectGrids, SimdLevel};
 
 use crate::Error;
 
 pub use gpu::{GpuGrids, GpuStructure};
 pub use kind::{KindOption, StructureKind};
+pub(crate) use options::edits;
 pub use options::{ImpossibleOption, LightClamp, NoLightClamp, OptionValues, StructureOption};
 pub use registry::{Structures, UnknownStructure};
 
@@ -45,7 +45,7 @@ impl Structure {
     /// One bounding volume hierarchy for all rays.
     #[must_use]
     pub fn bvh() -> Self {
-        Self::of::<built_in::Hierarchy>()
+        Self::of::<Hierarchy>()
     }
 
     /// Its kind, with its options, if it is of type `K`.
@@ -165,7 +165,7 @@ impl Structure {
 /// Grids made for the rays: a perspective grid for the camera, and one for each light.
 impl Default for Structure {
     fn default() -> Self {
-        Self::of::<built_in::Direct>()
+        Self::of::<Direct>()
     }
 }
 
@@ -189,5 +189,36 @@ impl fmt::Display for Structure {
             write!(f, "{separator}{}={value}", option.name)?;
         }
         Ok(())
+    }
+}
+
+/// Grids made for the rays of a camera and of each light.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Direct;
+
+impl StructureKind for Direct {
+    const NAME: &'static str = "perspective";
+    const ABOUT: &'static str = "grids made for the camera's and the lights' rays";
+    const IS_SPECIALISED: bool = true;
+
+    fn make(&self, level: SimdLevel, _sends_rays_onward: bool) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
+        Ok(Box::new(DirectGrids::with_level(level)))
+    }
+
+    fn on_gpu(&self) -> Result<Option<GpuStructure>, Error> {
+        Ok(Some(GpuStructure::grids()))
+    }
+}
+
+/// A bounding volume hierarchy.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Hierarchy;
+
+impl StructureKind for Hierarchy {
+    const NAME: &'static str = "bvh";
+    const ABOUT: &'static str = "a bounding volume hierarchy for all rays";
+
+    fn make(&self, level: SimdLevel, _sends_rays_onward: bool) -> Result<Box<dyn umbrage_rays::Structure>, Error> {
+        Ok(Box::new(Bvh::with_level(level)))
     }
 }

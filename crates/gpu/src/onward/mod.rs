@@ -60,6 +60,17 @@ pub struct Onward {
     flat_plane_of_film: u32,
 }
 
+/// Limits on surfaces that a ray passes in a row.
+#[derive(Clone, Copy, Debug)]
+pub struct OnwardLayers {
+    /// Number of surfaces from which rays with a throughput below `least_part` end.
+    pub many: u32,
+    /// Throughput, 0 to 1.
+    pub least_part: f32,
+    /// Number of surfaces from which all rays end.
+    pub most: u32,
+}
+
 impl Onward {
     /// Number of planes for mirrors alone.
     pub const MIRRORS: u32 = 2;
@@ -80,8 +91,10 @@ impl Onward {
 
     /// Makes the kernels and empty buffers.
     #[must_use]
-    pub fn new(gpu: &Gpu) -> Self {
+    pub fn new(gpu: &Gpu, layers: OnwardLayers) -> Self {
         let kernel = |path, entry| Kernel::new(gpu, path, entry, &[]);
+        let OnwardLayers { many, least_part, most } = layers;
+        let layers = [("MANY_LAYERS", many.into()), ("LEAST_PART", least_part.into()), ("MOST_LAYERS", most.into())];
         Self {
             hierarchy: Hierarchy::new(gpu),
             passed: Hierarchy::new(gpu),
@@ -89,7 +102,7 @@ impl Onward {
             count: kernel("onward::count", "count"),
             scan: Scan::new(gpu),
             locate: kernel("onward::locate", "locate"),
-            send: kernel("onward::send", "send"),
+            send: Kernel::new(gpu, "onward::send", "send", &layers),
             meet: kernel("onward::meet", "meet"),
             add: kernel("onward::add", "add"),
             point_view: Buffer::uniform(gpu, "view of points"),

@@ -26,11 +26,11 @@ import package::onward::way::{
 @group(0) @binding(7) var<storage, read> paths_before: array<OnwardPath>;
 
 const SEND_INFINITE = F64(0u, 0x7ff00000u);
-// The CPU's limits on surfaces in a row: from the first number on, rays with a throughput below this end; from the
-// second on, all rays do.
-const MANY_LAYERS: u32 = 32u;
-const LEAST_PART = 1.0 / 1024.0;
-const MOST_LAYERS: u32 = 256u;
+// Limits on surfaces in a row: from the first number on, rays with a throughput below this end; from the second on, all
+// rays do.
+override MANY_LAYERS: u32;
+override LEAST_PART: f32;
+override MOST_LAYERS: u32;
 
 @compute @workgroup_size(64)
 fn send(at: Invocation) {

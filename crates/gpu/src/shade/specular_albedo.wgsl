@@ -1,4 +1,4 @@
-// The specular layer's table and shadowing: crates/umbrage/src/shade/specular_albedo.rs.
+// The specular layer's table and shadowing: crates/umbrage/src/shade/albedo.rs.
 
 import package::shade::tables::{SPECULAR_ALBEDO_SIDE, SPECULAR_ALBEDO_WORD, shade_texels};
 

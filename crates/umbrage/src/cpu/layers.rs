@@ -20,14 +20,13 @@ use crate::sampling::{Sample, Samples};
 pub(crate) struct SeenAndLit<'a> {
     pub(crate) seen: &'a SeenPixels,
     pub(crate) masks: &'a [LightMask],
-    pub(crate) samples: &'a Samples,
 }
 
 impl SeenAndLit<'_> {
     /// Adds their values to the film's layers. Layers of a single sample take the first one.
     pub(crate) fn add_layers(&self, staged: &Staged<'_>, next: Option<&Next<'_>>, film: &mut Film) {
         let (frame, width) = (staged.frame, film.width as usize);
-        let seen = SeenRows { seen: self.seen, samples: self.samples, width: film.width };
+        let seen = SeenRows { seen: self.seen, samples: &staged.samples, width: film.width };
         self.add_lit(staged, &seen, &mut film.layers);
         let layers = &mut film.layers;
         if !layers.object.is_empty() || !layers.coverage.pixels().is_empty() {

@@ -15,6 +15,7 @@ use super::hit_of;
 use super::onward::{Onward, Queue};
 use super::strip::{Flat, Shaded, Strip};
 use crate::engine::Staged;
+use crate::motion::{along_axes, in_image};
 use crate::sampling::{Sample, Samples};
 use crate::shade::Block;
 use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put};
@@ -70,8 +71,8 @@ impl Marks {
     const NEAR: f64 = 1e-6;
 
     /// Projects a frame's points and lines; `None` where it has none.
-    pub(super) fn new(staged: &Staged<'_>, samples: &Samples) -> Option<Self> {
-        let Staged { frame, ref view, settings, .. } = *staged;
+    pub(super) fn new(staged: &Staged<'_>) -> Option<Self> {
+        let Staged { frame, ref view, settings, ref samples, .. } = *staged;
         if frame.mesh.marks.is_empty() {
             return None;
         }
@@ -207,7 +208,7 @@ impl Projector<'_> {
             if z < least { from.lerp(to, (least - z) / (to_z - z)) } else { from }
         };
         (a, b) = (cut(a, b), cut(b, a));
-        let [from, to] = [self.in_image(a.position), self.in_image(b.position)];
+        let [from, to] = [a, b].map(|vertex| in_image(self.view, vertex.position));
         let [first, last] = self.range(self.margins[1]).clip(from, to - from)?;
         let z = [a.position.z, b.position.z];
         // Parameters along the line differ between the image and space.
@@ -234,23 +235,11 @@ impl Projector<'_> {
     }
 
     fn vertex(&self, vertex: u32, material_color: Vec3) -> Option<Vertex> {
-        let camera = &self.view.camera;
-        let offset = self.frame.positions[vertex as usize].as_dvec3() - camera.position.as_dvec3();
-        let along = |axis: Vec3| offset.dot(axis.as_dvec3());
-        let position = DVec3::new(along(camera.right), along(camera.up), along(camera.forward));
+        let position = along_axes(self.view, self.frame.positions[vertex as usize].as_dvec3());
         let own = self.frame.mesh.colors.get(vertex as usize).map_or(Vec3::ONE, |color| color.truncate());
         // Overflow is as bright as films can be.
         let color = (material_color * own).map(|part| at_most_brightest(part).max(0.0));
         position.is_finite().then_some(Vertex { position, color })
-    }
-
-    fn in_image(&self, position: DVec3) -> DVec2 {
-        let half_height = match self.view.camera.projection {
-            Projection::Perspective { tan_half_height } => f64::from(tan_half_height) * position.z,
-            Projection::Orthographic { half_height } => f64::from(half_height),
-        };
-        let half_size = 0.5 * DVec2::new(self.view.width.into(), self.view.height.into());
-        half_size + DVec2::new(position.x, -position.y) * (half_size.y / half_height)
     }
 
     fn end(&self, Vertex { position, color }: Vertex) -> Option<End> {
@@ -258,7 +247,7 @@ impl Projector<'_> {
             Projection::Perspective { .. } => 1.0 / position.z,
             Projection::Orthographic { .. } => position.z,
         } as f32;
-        let at = self.in_image(position).as_vec2();
+        let at = in_image(self.view, position).as_vec2();
         (position.z > 0.0 && depth.is_finite() && depth > 0.0 && at.is_finite()).then_some(End {
             position: at,
             depth,

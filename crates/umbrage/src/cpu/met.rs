@@ -55,20 +55,20 @@ impl<S: Simd> Met<S> {
                 layers.coat_mirror(simd, is_mirror, (mirrored, mirrored_through), through.scaled(surface.opacity));
             is_mirror |= coat_mirrors;
         }
-        let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.follows.bounces));
+        let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.plan.bounces));
         let (mut mirrors, mut glass) = (0, 0);
         if follows != 0 {
             let lanes = follows & hits.shown & !surface.unlit & !surface.catches;
             glass = lanes & surface.volume & surface.transmitted.is_something().to_bitmask() as u16;
             // A bent normal may mirror rays into the triangle.
             let is_outside = surface.geometric_normal.dot(leads).simd_gt(0.0);
-            let mut is_seen = mirrored_through.largest().simd_gt(shading.follows.least);
+            let mut is_seen = mirrored_through.largest().simd_gt(shading.plan.least);
             let mut is_followed = is_mirror & is_outside;
-            if shading.follows.gloss {
+            if shading.plan.gloss {
                 is_followed |= is_outside | !is_mirror;
                 if let Some(layers) = &surface.layers {
                     let of_coat = through.scaled(surface.opacity * layers.coat_albedo(simd));
-                    is_seen |= of_coat.largest().simd_gt(shading.follows.least);
+                    is_seen |= of_coat.largest().simd_gt(shading.plan.least);
                 }
             }
             mirrors = (is_followed & is_seen).to_bitmask() as u16 & lanes & !glass;

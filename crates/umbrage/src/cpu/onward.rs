@@ -13,17 +13,11 @@ use super::met::Ways;
 use super::shade::Shading;
 use super::stops;
 use super::strip::Strip;
+use crate::plan::Plan;
 use crate::points::pair_of_pixel;
 use crate::shade::glass::{Media, attenuation, reflected_part, refracted};
 use crate::shade::gloss::{Facets, Gloss, scattered};
 use crate::shade::lanes::{Each, LANES, at_most_brightest, lanes_of, put, vector_of};
-
-/// Number of surfaces in a row from which rays with a throughput below [`LEAST_PART`] end.
-const MANY_LAYERS: u32 = 32;
-/// Number of surfaces in a row from which only opaque ones stop a ray, so that every ray ends.
-const MOST_LAYERS: u32 = 256;
-/// About a quarter of a level, of 255, of a white pixel.
-const LEAST_PART: f32 = 1.0 / 1024.0;
 
 /// The path from a ray back to the camera.
 #[derive(Clone, Copy, Debug)]
@@ -189,7 +183,7 @@ impl Shading<'_> {
         let Meeting { ray, hit, path } = meeting;
         let point = self.lit_point(ray, hit);
         let direction = scattered(normal, path.point(Path::AROUND));
-        let position = (point.position + direction * f64::from(self.follows.around)).as_vec3();
+        let position = (point.position + direction * f64::from(self.plan.around)).as_vec3();
         let source = LightSource::Point { position: position.clamp(Vec3::MIN, Vec3::MAX) };
         let (triangle, pixel) = (hit.triangle, path.pixel);
         shadows.push(Shadow { ray: ShadowRay::new(&source, point), triangle, source, pixel, radiance, coverage });
@@ -197,14 +191,14 @@ impl Shading<'_> {
 
     /// The nearest hit that stops a ray.
     fn nearest(&self, Onward { ray, path, from }: &Onward) -> Option<Hit> {
-        debug_assert!(self.sends_rays_onward, "what answers rays that go on was built");
-        if path.layers >= MANY_LAYERS && path.through.max_element() < LEAST_PART {
+        debug_assert!(self.plan.goes_on(), "the structure for secondary rays was built");
+        if path.layers >= Plan::MANY_LAYERS && path.through.max_element() < Plan::LEAST_PART {
             return None;
         }
         let triangles = self.frame.triangles();
         let stops = |other: &Hit| {
             stops(self.frame, ray, other, self.sides)
-                && (path.layers < MOST_LAYERS || !self.frame.material(other.triangle).is_see_through())
+                && (path.layers < Plan::MOST_LAYERS || !self.frame.material(other.triangle).is_see_through())
         };
         match from {
             From::Behind => self.rays_onward.nearest(triangles, ray, &stops),
@@ -313,7 +307,7 @@ impl Shading<'_> {
             let reflected = reflected_part(cosine, ratio) as f32;
             mirrored += through * channels * reflected;
             let through = through * channels * transmitted * (1.0 - reflected);
-            if through.max_element() > self.follows.least {
+            if through.max_element() > self.plan.least {
                 let by =
                     |normal: DVec3| refracted(direction, normal, ratio).filter(|to| to.dot(geometric_normal) < 0.0);
                 // A bent normal may refract rays out of the triangle.
@@ -323,7 +317,7 @@ impl Shading<'_> {
                 }
             }
         }
-        if (is_smooth || facets.is_some()) && mirrored.max_element() > self.follows.least {
+        if (is_smooth || facets.is_some()) && mirrored.max_element() > self.plan.least {
             let direction = direction + normal * (2.0 * cosine);
             if direction.dot(geometric_normal) > 0.0 {
                 let mirrored = mirrored * unshadowed(direction);

@@ -18,6 +18,13 @@ pub(super) struct OneSample {
     quarter: [u32; 2],
 }
 
+/// Hits and light masks of the last of some samples alone.
+pub(crate) fn last_alone(samples: &Samples, seen: &SeenPixels, masks: &[LightMask]) -> (SeenPixels, Vec<LightMask>) {
+    let (width, height) = seen.order().size();
+    let pixels = TileOrder::new(width / samples.side(), height / samples.side());
+    OneSample::new(seen.order(), samples, samples.as_slice().len() - 1).alone(pixels, seen, masks)
+}
+
 /// The slots of one sample of each pixel of a block.
 pub(super) struct Slots {
     slots: Each<usize>,
@@ -44,12 +51,7 @@ impl OneSample {
     }
 
     /// The triangles and light masks of this sample alone, in the order of an image's `pixels`.
-    pub(super) fn alone(
-        &self,
-        pixels: TileOrder,
-        seen: &SeenPixels,
-        masks: &[LightMask],
-    ) -> (SeenPixels, Vec<LightMask>) {
+    fn alone(&self, pixels: TileOrder, seen: &SeenPixels, masks: &[LightMask]) -> (SeenPixels, Vec<LightMask>) {
         let (width, height) = pixels.size();
         let (mut alone, mut alone_masks) = (SeenPixels::default(), vec![LightMask::default(); masks.len()]);
         alone.resize(width, height);
@@ -96,7 +98,7 @@ mod tests {
     use super::*;
     use crate::background::Surroundings;
     use crate::cpu::Cpu;
-    use crate::engine::{Engine as _, Output};
+    use crate::engine::{Engine as _, Output, Staged};
     use crate::renderer::at_once;
     use crate::{Film, Settings, Stats, Structure};
 
@@ -114,9 +116,10 @@ mod tests {
         engine.build(&staged, Output::Film).expect("a structure");
         let mut shown = vec![(SeenPixels::default(), Vec::new()); settings.samples as usize];
         for samples in Samples::all(settings.samples, by_four) {
-            engine.see(&staged, &samples, &mut stats).expect("a small image");
-            engine.shadow(&staged, &samples, &mut stats).expect("lights");
-            at_once(engine.shade(&staged, 0, &samples, &mut film, &mut stats)).expect("a film");
+            let staged = Staged { samples, ..staged };
+            engine.see(&staged, &mut stats).expect("a small image");
+            engine.shadow(&staged, &mut stats).expect("lights");
+            at_once(engine.shade(&staged, None, &mut film, &mut stats)).expect("a film");
             let pixels = TileOrder::new(settings.width, settings.height);
             for (which, sample) in samples.as_slice().iter().enumerate() {
                 let one = OneSample::new(engine.seen.order(), &samples, which);
@@ -124,7 +127,8 @@ mod tests {
             }
         }
         let (seen, masks) = shown.last().expect("a sample");
-        assert!(engine.seen().triangle == seen.triangle && engine.light_masks() == masks, "the last sample's");
+        let (last, last_masks) = last_alone(&engine.last().samples, engine.last().seen, engine.last().light_masks);
+        assert!(last.triangle == seen.triangle && last_masks == *masks, "the last sample's");
         let rays = [engine.shadow_rays, stats.stages.len() as u64];
         (film, shown, rays)
     }

@@ -14,23 +14,22 @@ use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::OneSample;
 use super::strip::{Flat, Shaded, Strip};
 use super::terminator::smooth_point;
-use super::{Cpu, Follows, hit_of};
+use super::{Cpu, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
 use crate::engine::Staged;
-use crate::sampling::Samples;
+use crate::plan::Plan;
 use crate::shade::glass::Media;
 use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Footprint};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
-    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, samples: &Samples, marks: Option<&Marks>, film: &mut Film) {
-        let Staged { frame, lights, sky_lights, ref view, surroundings, .. } = *staged;
-        let Self { masks: lit, seen, sides, follows, .. } = self;
-        let (sides, follows, rays_onward) = (sides.get(), *follows, self.single_rays());
+    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, marks: Option<&Marks>, film: &mut Film) {
+        let Staged { frame, lights, sky_lights, ref view, surroundings, ref samples, .. } = *staged;
+        let Self { masks: lit, seen, sides, plan, .. } = self;
+        let (sides, plan, rays_onward) = (sides.get(), *plan, self.single_rays());
         let (level, footprint) = (self.level, Footprint::new(view, samples.as_slice()[0].of));
-        let tints = follows.bounces > 0 && frame.is_see_through();
         let first_sky_light = lights.len() - sky_lights;
         let shading = Shading {
             rays_onward,
@@ -43,10 +42,8 @@ impl Cpu {
             footprint,
             smooth_terminator: self.smooth_terminator.is_some(),
             sides,
-            follows,
-            tints,
+            plan,
             has_flat: staged.has_flat(),
-            sends_rays_onward: follows.any(frame),
         };
         let Film { color, flat, depth, normal, triangle, .. } = film;
         let rows = TileOrder::BLOCK as usize * view.width as usize;
@@ -89,7 +86,7 @@ impl Cpu {
 
 /// Inputs for shading one sample.
 pub(super) struct Shading<'a> {
-    /// For secondary rays.
+    /// For secondary rays; built if any [go on](Plan::goes_on).
     pub(super) rays_onward: &'a dyn SingleRays,
     lit: &'a [LightMask],
     seen: &'a SeenPixels,
@@ -102,13 +99,9 @@ pub(super) struct Shading<'a> {
     /// Whether shadows are those of the smooth surfaces that the vertex normals describe.
     pub(super) smooth_terminator: bool,
     pub(super) sides: Sides<'a>,
-    pub(super) follows: Follows,
-    /// Whether see-through surfaces tint the light that passes them.
-    pub(super) tints: bool,
+    pub(super) plan: Plan,
     /// Whether the film has [`Film::flat`].
     has_flat: bool,
-    /// Whether `rays_onward` is built.
-    pub(super) sends_rays_onward: bool,
 }
 
 /// How light from the surroundings arrives.
@@ -152,7 +145,7 @@ impl Shading<'_> {
                 let (mut reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
                 let mut tint = through;
-                if self.tints && light.casts_shadow {
+                if self.plan.tints() && light.casts_shadow {
                     tint = Vectors::load(simd, &self.tints(&meeting, light, is_lit.to_bitmask() as u16));
                     reflected = reflected * tint;
                 }
@@ -165,11 +158,7 @@ impl Shading<'_> {
         let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]);
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            self.go_on(
-                &meeting,
-                &met.ways(simd, &rays, &hits, [through, passing], self.follows.gloss),
-                &mut queue.next,
-            );
+            self.go_on(&meeting, &met.ways(simd, &rays, &hits, [through, passing], self.plan.gloss), &mut queue.next);
         }
         if self.around_light() == AroundLight::Near {
             self.look_around_from(simd, &met, through, f32x16::splat(simd, 1.0), &meeting, &mut queue.shadows);
@@ -245,7 +234,7 @@ impl Shading<'_> {
         }
         let passing = met.passing(simd, through);
         if met.leads_on(passing) {
-            self.go_on(&meeting, &met.ways(simd, &rays, &hits, [through, passing], self.follows.gloss), queue);
+            self.go_on(&meeting, &met.ways(simd, &rays, &hits, [through, passing], self.plan.gloss), queue);
         }
         if self.around_light() == AroundLight::Near {
             self.look_around_from(simd, &met, through, is_straight, &meeting, shadows);
@@ -306,7 +295,7 @@ impl Shading<'_> {
     pub(super) fn around_light(&self) -> AroundLight {
         if self.first_sky_light < self.lights.len() {
             AroundLight::Lights
-        } else if self.follows.around > 0.0 {
+        } else if self.plan.around > 0.0 {
             AroundLight::Near
         } else {
             AroundLight::Even
@@ -374,7 +363,7 @@ impl Shading<'_> {
         }
         let mut surrounding = self.surroundings.blurred(simd, from, roughness);
         let is_mirror = surface.reflectance.is_mirror().to_bitmask() as u16;
-        let (followed, coats_followed) = if self.follows.gloss {
+        let (followed, coats_followed) = if self.plan.gloss {
             (met.mirrors | met.glass, met.mirrors)
         } else {
             // Below a coat that is a mirror, the base reflects the surroundings, unless it is a mirror too.

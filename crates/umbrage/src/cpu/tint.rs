@@ -23,7 +23,7 @@ impl Shading<'_> {
                 return false;
             }
             let stops = opacity.stops(id, barycentric);
-            if !stops && self.tints {
+            if !stops && self.plan.tints() {
                 passed.borrow_mut().push((id, barycentric));
             }
             stops

@@ -1,16 +1,14 @@
 use std::sync::Arc;
 
-use umbrage_gpu::shade::{FilmPlanes, Shade, ShadeSample};
-use umbrage_gpu::{Band, Buffer, Geometry, Gpu, GpuError, Onward, OnwardLight, Recorder};
-use umbrage_rays::{Bvh, LightSource, Triangles};
+use umbrage_gpu::shade::{FilmPlanes, Shade};
+use umbrage_gpu::{Buffer, Geometry, Gpu, GpuError, Onward, OnwardLayers, OnwardLight, Recorder};
+use umbrage_rays::{Bvh, Triangles};
 use umbrage_scene::{Frame, Materials, Mesh, OpaquePart};
 
-use super::tables::sample_rays;
-use super::{add_times, all_sources};
+use super::{Turn, add_times};
+use crate::Stats;
 use crate::cpu::Kept;
-use crate::engine::Staged;
-use crate::sampling::Sample;
-use crate::{Settings, Stats};
+use crate::plan::Plan;
 
 /// Traces rays from mirrors through a hierarchy that the CPU builds.
 #[derive(Debug)]
@@ -27,9 +25,7 @@ pub(super) struct Mirrors {
 
 /// The inputs for mirrors of a frame's sample.
 pub(super) struct Mirrored<'a> {
-    pub(super) staged: &'a Staged<'a>,
-    pub(super) band: &'a Band,
-    pub(super) sample: &'a Sample,
+    pub(super) turn: &'a Turn,
     pub(super) geometry: &'a Geometry,
     /// The camera rays' triangles.
     pub(super) seen: &'a Buffer,
@@ -43,7 +39,7 @@ impl Mirrors {
             passed: Bvh::default(),
             kept: Kept::default(),
             painted: None,
-            onward: Onward::new(gpu),
+            onward: Onward::new(gpu, Plan::LAYERS),
             light: OnwardLight::default(),
         }
     }
@@ -97,10 +93,10 @@ impl Mirrors {
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
         let Self { onward, light, .. } = self;
-        let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
-        onward.start(gpu, band, sample.offset_pixels, planes, *light)?;
-        onward.prepare_first(gpu, &all_sources(staged.lights))?;
-        shade.prepare_first(gpu, &following(staged.settings, sample, sample_rays(band, sample)), *light)?;
+        let Mirrored { turn, geometry, seen } = *mirrored;
+        onward.start(gpu, &turn.band, turn.sample.offset_pixels, planes, *light)?;
+        onward.prepare_first(gpu, &turn.sources)?;
+        shade.prepare_first(gpu, &turn.rays(), *light)?;
         loop {
             let mut recorder = Recorder::new(gpu);
             onward.record_first(gpu, &mut recorder, geometry, [planes.planes(), seen, lit], shade);
@@ -127,12 +123,10 @@ impl Mirrors {
         stats: &mut Stats,
     ) -> Result<(), GpuError> {
         let Self { onward, light, .. } = self;
-        let Mirrored { staged, band, sample, geometry, seen } = *mirrored;
-        let film = planes.planes();
-        let sources: Vec<Option<LightSource>> = all_sources(staged.lights);
-        let of_rays = following(staged.settings, sample, sample_rays(band, sample));
+        let Mirrored { turn, geometry, seen } = *mirrored;
+        let (film, of_rays) = (planes.planes(), turn.rays());
         if !light.is_asked_first() {
-            onward.start(gpu, band, sample.offset_pixels, planes, *light)?;
+            onward.start(gpu, &turn.band, turn.sample.offset_pixels, planes, *light)?;
         }
         loop {
             let mut recorder = Recorder::new(gpu);
@@ -142,7 +136,7 @@ impl Mirrors {
             if rays == 0 {
                 break;
             }
-            onward.prepare(gpu, rays, &sources)?;
+            onward.prepare(gpu, rays, &turn.sources)?;
             shade.prepare_onward(gpu, &of_rays, onward)?;
             loop {
                 let mut recorder = Recorder::new(gpu);
@@ -170,14 +164,27 @@ impl Mirrors {
     }
 }
 
-/// The rays of a sample, with the limits of their secondary rays.
-pub(super) fn following(settings: &Settings, sample: &Sample, rays: ShadeSample) -> ShadeSample {
-    let Settings { bounces, least_contribution, .. } = *settings;
-    let looks_around = u32::from(looked_around(settings) > 0.0);
-    ShadeSample { bounces, least_contribution, number: sample.index, looks_around, ..rays }
-}
+impl Plan {
+    const LAYERS: OnwardLayers =
+        OnwardLayers { many: Self::MANY_LAYERS, least_part: Self::LEAST_PART, most: Self::MOST_LAYERS };
 
-/// Ambient-occlusion radius, in world units; 0 with a single sample, since one direction says nothing.
-pub(super) fn looked_around(settings: &Settings) -> f32 {
-    if settings.samples > 1 { settings.ambient_occlusion } else { 0.0 }
+    /// Effects on light besides opaque shadows.
+    pub(super) fn light(self) -> OnwardLight {
+        OnwardLight { takes_colors: self.tints(), around: self.around }
+    }
+
+    /// Number of the film's planes for secondary rays.
+    pub(super) fn ways(self) -> u32 {
+        match () {
+            () if self.mirrors && self.gloss => Onward::GLOSSY_WAYS,
+            () if self.is_see_through && (self.bounces > 0 || self.around > 0.0) => Onward::ALL_WAYS,
+            () if self.mirrors => Onward::MIRRORS,
+            () => 0,
+        }
+    }
+
+    /// Whether surfaces are shaded layer by layer, one behind the other: see-through ones without other secondary rays.
+    pub(super) fn is_in_layers(self) -> bool {
+        self.is_see_through && self.ways() == 0
+    }
 }

@@ -34,20 +34,22 @@ pub use rig::tables as rig_tables;
 pub use umbrage_gpu::{Adapter, DeviceLimits, Gpu, GpuError, wgpu};
 
 use umbrage_gpu::shade::{FilmKeeps, FilmPlanes, Layer, Shade, ShadeInputs, ShadeSample};
-use umbrage_gpu::{Band, Buffer, Done, Fetch, Groups, Onward, OnwardLight, Recorder, Sight};
-use umbrage_rays::{LightMask, LightSource, SeenPixels};
-use umbrage_scene::{Frame, Light, Scene};
+use umbrage_gpu::{Band, Buffer, Done, Fetch, Geometry, Groups, Onward, Recorder, Sight};
+use umbrage_rays::{LightMask, LightSource, SeenPixels, Work};
+use umbrage_scene::{Frame, Light};
 use web_time::Instant;
 
-use crate::cpu::{SeenAndLit, material_mirrors};
-use crate::engine::{Engine, Outcome, Output, Staged};
+use crate::cpu::SeenAndLit;
+use crate::engine::{Engine, Last, Outcome, Output, Passes, Staged};
+use crate::frame::Subject;
 use crate::motion::Next;
+use crate::plan::Plan;
 use crate::sampling::{Sample, Samples};
 use crate::{CameraChoice, Error, Film, Settings, Settled, Stats};
 use finder::Finders;
 use first_layer::FirstLayer;
 use geometry::FrameGeometry;
-use mirrors::{Mirrored, Mirrors, following, looked_around};
+use mirrors::{Mirrored, Mirrors};
 use picture::Picture;
 use rig::FrameRig;
 use tables::{Tables, sample_rays};
@@ -69,12 +71,11 @@ pub(crate) struct GpuEngine {
     nothing: Buffer,
     /// The bands of rows in which the frame is rendered.
     bands: Vec<Band>,
-    /// Whether surfaces are shaded layer by layer, one behind the other.
-    is_see_through: bool,
-    /// Tracer of secondary rays, made for the first frame that has any; and the number of this frame's planes for them.
+    plan: Plan,
+    /// Tracer of secondary rays, made for the first frame that has any.
     mirrors: Option<Mirrors>,
-    ways: u32,
-    light: OnwardLight,
+    /// The sample that is seen, shadowed and shaded.
+    turn: Option<Turn>,
     output: Output,
     /// The first hits of pixels and their light masks, fetched.
     seen: SeenPixels,
@@ -96,12 +97,24 @@ pub(crate) struct GpuEngine {
 }
 
 /// One sample of a band.
-struct Turn<'a> {
-    staged: &'a Staged<'a>,
-    band: &'a Band,
-    sample: &'a Sample,
+#[derive(Debug)]
+struct Turn {
+    plan: Plan,
+    band: Band,
+    sample: Sample,
+    /// Sources of the lights; `None` for a light without shadows.
+    sources: Vec<Option<LightSource>>,
     /// Whether the film is fetched after it.
     is_last: bool,
+}
+
+impl Turn {
+    /// The rays of the sample, with the limits of their secondary rays.
+    fn rays(&self) -> ShadeSample {
+        let Plan { bounces, least: least_contribution, around, .. } = self.plan;
+        let (number, looks_around) = (self.sample.index, u32::from(around > 0.0));
+        ShadeSample { bounces, least_contribution, number, looks_around, ..sample_rays(&self.band, &self.sample) }
+    }
 }
 
 /// A band on its way from the GPU.
@@ -133,8 +146,6 @@ impl FilmFetch {
 }
 
 impl GpuEngine {
-    /// Maximum number of see-through surfaces in a row, as on the CPU.
-    const MOST_LAYERS: usize = 256;
     /// Maximum number of tries for a layer, each with more room: the size of a list is known once those before it fit.
     const MOST_TRIES: usize = 16;
 
@@ -161,10 +172,9 @@ impl GpuEngine {
             picture: picture?,
             nothing: Buffer::storage(&gpu, "nothing seen"),
             bands: Vec::new(),
-            is_see_through: false,
+            plan: Plan::default(),
             mirrors: None,
-            ways: 0,
-            light: OnwardLight::default(),
+            turn: None,
             output: Output::Film,
             seen: SeenPixels::default(),
             lit: Vec::new(),
@@ -184,18 +194,17 @@ impl GpuEngine {
     ///
     /// All stages go to the GPU at once, and nothing is read back between them. Where their lists were too small, the
     /// layer isn't shaded, and all stages run again with more room.
-    async fn layer(&mut self, turn: &Turn<'_>, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
-        let shades = !self.light.is_asked_first();
-        let may_fetch = turn.is_last && shades && !self.is_see_through && self.ways == 0;
+    async fn layer(&mut self, turn: &Turn, is_first: bool, stats: &mut Stats) -> Result<bool, GpuError> {
+        let Turn { plan, band, sample, sources: lights, is_last } = turn;
+        let shades = !plan.light().is_asked_first();
+        let may_fetch = *is_last && shades && !plan.is_in_layers() && plan.ways() == 0;
         let Self { gpu, rig, geometry, finders, shade, planes, first, lit: masks, .. } = self;
         let (geometry, finder) = (geometry.geometry(), finders.chosen_mut());
-        let Turn { staged, band, sample, .. } = *turn;
-        let sources = all_sources(staged.lights);
         let (sight, offset_pixels) = (Sight { is_behind: !is_first }, sample.offset_pixels);
-        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !self.is_see_through };
-        shade.prepare(gpu, &following(staged.settings, sample, sample_rays(band, sample)), layer, planes)?;
+        let layer = Layer { is_of_first_sample: sample.index == 0, is_first, is_last: !plan.is_in_layers() };
+        shade.prepare(gpu, &turn.rays(), layer, planes)?;
         for _ in 0..Self::MOST_TRIES {
-            let (lights, groups) = (&sources[..], shade.groups());
+            let groups = shade.groups();
             finder.prepare(gpu, &Question { geometry, band, offset_pixels, sight, lights, groups })?;
             let mut recorder = Recorder::new(gpu);
             rig.record(gpu, &mut recorder, geometry, shade);
@@ -209,7 +218,7 @@ impl GpuEngine {
             if shades {
                 recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, finder.groups()));
             }
-            if self.is_see_through {
+            if plan.is_in_layers() {
                 finder.keep(gpu, &mut recorder)?;
             }
             let fetch = may_fetch.then(|| FilmFetch::record(&mut recorder, planes, first, band, masks.len()));
@@ -228,85 +237,61 @@ impl GpuEngine {
     }
 
     /// Renders one sample of a band, layer by layer if surfaces are see-through.
-    async fn shade_sample(
-        &mut self,
-        staged: &Staged<'_>,
-        band: &Band,
-        sample: &Sample,
-        stats: &mut Stats,
-    ) -> Result<(), GpuError> {
-        if sample.index == 0 {
-            self.planes.prepare(&self.gpu, band.size(), self.keeps(staged))?;
+    async fn shade_sample(&mut self, turn: &Turn, stats: &mut Stats) -> Result<(), GpuError> {
+        self.layer(turn, true, stats).await?;
+        if turn.plan.light().is_asked_first() {
+            self.shade_asked(turn, stats).await?;
         }
-        let is_last = self.output == Output::Film && sample.index + 1 == staged.settings.samples;
-        let turn = Turn { staged, band, sample, is_last };
-        self.layer(&turn, true, stats).await?;
-        if self.light.is_asked_first() {
-            self.shade_asked(&turn, stats).await?;
+        if turn.plan.ways() > 0 {
+            return self.follow_mirrors(turn, stats).await;
         }
-        if self.ways > 0 {
-            return self.follow_mirrors(&turn, stats).await;
-        }
-        if !self.is_see_through {
+        if !turn.plan.is_in_layers() {
             return Ok(());
         }
-        for _ in 1..Self::MOST_LAYERS {
-            if !self.layer(&turn, false, stats).await? {
+        for _ in 1..Plan::MOST_LAYERS {
+            if !self.layer(turn, false, stats).await? {
                 break;
             }
         }
-        self.shade_surroundings(band, sample, stats).await
+        self.shade_surroundings(turn, stats).await
     }
 
     /// Shades the first hits once their tints and ambient occlusion are known.
-    async fn shade_asked(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
+    async fn shade_asked(&mut self, turn: &Turn, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
         let Some(mirrors) = mirrors else { return Ok(()) };
-        let Turn { staged, band, sample, .. } = *turn;
         let geometry = geometry.geometry();
         let Found { seen, lit, .. } = finders.chosen().found();
-        let mirrored = Mirrored { staged, band, sample, geometry, seen };
-        mirrors.ask_first(gpu, &mirrored, lit, shade, planes, stats).await?;
+        mirrors.ask_first(gpu, &Mirrored { turn, geometry, seen }, lit, shade, planes, stats).await?;
         let (lit, tints_word) = mirrors.asked();
-        let rays = ShadeSample { tints_word, ..following(staged.settings, sample, sample_rays(band, sample)) };
-        shade.prepare(gpu, &rays, Layer::only(sample.index == 0), planes)?;
-        let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let inputs = ShadeInputs { seen, lit, positions, triangles };
-        let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
-        add_times(stats, &recorder.submit().await?);
-        Ok(())
+        let rays = ShadeSample { tints_word, ..turn.rays() };
+        shade.prepare(gpu, &rays, Layer::only(turn.sample.index == 0), planes)?;
+        shade_all(gpu, shade, geometry, [seen, lit], planes, stats).await
     }
 
     /// Traces and shades a sample's secondary rays.
-    async fn follow_mirrors(&mut self, turn: &Turn<'_>, stats: &mut Stats) -> Result<(), GpuError> {
+    async fn follow_mirrors(&mut self, turn: &Turn, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, mirrors, .. } = self;
         let Some(mirrors) = mirrors else { return Ok(()) };
-        let Turn { staged, band, sample, .. } = *turn;
         let (geometry, seen) = (geometry.geometry(), finders.chosen().found().seen);
-        let mirrored = Mirrored { staged, band, sample, geometry, seen };
-        mirrors.follow(gpu, &mirrored, shade, planes, stats).await
+        mirrors.follow(gpu, &Mirrored { turn, geometry, seen }, shade, planes, stats).await
     }
 
     /// The planes that the film has for a frame.
     fn keeps(&self, staged: &Staged<'_>) -> FilmKeeps {
-        FilmKeeps { first: true, through: self.is_see_through, flat: staged.has_flat(), ways: self.ways }
+        let (through, ways) = (self.plan.is_in_layers(), self.plan.ways());
+        FilmKeeps { first: true, through, flat: staged.has_flat(), ways }
     }
 
     /// Shades the surroundings, seen through all layers.
-    async fn shade_surroundings(&mut self, band: &Band, sample: &Sample, stats: &mut Stats) -> Result<(), GpuError> {
+    async fn shade_surroundings(&mut self, turn: &Turn, stats: &mut Stats) -> Result<(), GpuError> {
         let Self { gpu, geometry, finders, shade, planes, nothing, .. } = self;
-        let none = vec![SeenPixels::NONE; band.order().slots()];
-        nothing.write(gpu, &none)?;
+        let Turn { band, sample, .. } = turn;
+        nothing.write(gpu, &vec![SeenPixels::NONE; band.order().slots()])?;
         let layer = Layer { is_of_first_sample: sample.index == 0, is_first: false, is_last: true };
         shade.prepare(gpu, &sample_rays(band, sample), layer, planes)?;
-        let geometry = geometry.geometry();
-        let (positions, triangles) = (geometry.positions(), geometry.triangles());
-        let inputs = ShadeInputs { seen: nothing, lit: finders.chosen().found().lit, positions, triangles };
-        let mut recorder = Recorder::new(gpu);
-        recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
-        add_times(stats, &recorder.submit().await?);
-        Ok(())
+        let lit = finders.chosen().found().lit;
+        shade_all(gpu, shade, geometry.geometry(), [nothing, lit], planes, stats).await
     }
 
     /// Fetches the first hits of a band's sample, and the lights that reach them.
@@ -375,15 +360,12 @@ impl GpuEngine {
 }
 
 impl Engine for GpuEngine {
-    fn check(&self, settings: &Settings, output: Output) -> Result<(), Error> {
+    fn begin(&mut self, settings: &Settings, output: Output) -> Result<(), Error> {
         match settings.structure.on_gpu() {
-            _ if settings.smooth_terminator => Err(Error::TerminatorOnGpu),
-            _ if settings.noise > 0.0 && output == Output::Texture => Err(Error::NoiseOfTexture),
-            counterpart => counterpart.map(drop),
+            _ if settings.smooth_terminator => return Err(Error::TerminatorOnGpu),
+            _ if settings.noise > 0.0 && output == Output::Texture => return Err(Error::NoiseOfTexture),
+            counterpart => drop(counterpart?),
         }
-    }
-
-    fn begin(&mut self, settings: &Settings) {
         self.uploaded_before = self.gpu.uploaded_bytes();
         self.finders.choose(&self.gpu, &settings.structure);
         if !self.is_finished {
@@ -397,12 +379,18 @@ impl Engine for GpuEngine {
         self.fetched = None;
         self.shadow_rays.clear();
         self.settled = [Settled { rays: Some(0), ..Settled::default() }, Settled::default()];
+        Ok(())
     }
 
     /// Where a rig moves the scene, its vertices are posed on the GPU alone, unless a camera is made from them.
-    fn animate(&mut self, scene: &Scene, seconds: f64, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
-        let goes_on = settings.bounces > 0 || looked_around(settings) > 0.0;
-        if self.finders.chosen().needs_vertices() || goes_on || !settings.layers.is_empty() {
+    fn animate(&mut self, subject: Subject<'_>, settings: &Settings, frame: &mut Frame) -> Result<(), Error> {
+        let Subject::Moment(scene, seconds) = subject else {
+            self.rig.leave();
+            return Ok(());
+        };
+        let Plan { bounces, around, .. } = Plan::limits(settings);
+        let may_go_on = bounces > 0 || around > 0.0;
+        if self.finders.chosen().needs_vertices() || may_go_on || !settings.layers.is_empty() {
             self.rig.leave();
             return Ok(scene.pose(seconds, frame)?);
         }
@@ -413,22 +401,10 @@ impl Engine for GpuEngine {
         Ok(())
     }
 
-    fn adopt(&mut self) {
-        self.rig.leave();
-    }
-
     /// Uploads the changes of a frame.
-    fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<(), Error> {
+    fn build(&mut self, staged: &Staged<'_>, output: Output) -> Result<Passes, Error> {
         let Staged { frame, lights, view, settings, .. } = *staged;
-        let (follows, is_see_through) = (settings.bounces > 0, frame.is_see_through());
-        self.light = OnwardLight { takes_colors: is_see_through && follows, around: looked_around(settings) };
-        self.ways = match () {
-            () if follows && settings.gloss && settings.samples > 1 => Onward::GLOSSY_WAYS,
-            () if is_see_through && (follows || self.light.is_asked_first()) => Onward::ALL_WAYS,
-            () if follows && has_mirrors(frame) => Onward::MIRRORS,
-            () => 0,
-        };
-        self.is_see_through = is_see_through && self.ways == 0;
+        self.plan = Plan::new(settings, frame);
         self.output = output;
         self.shadowing_lights = lights.iter().filter(|light| light.casts_shadow).count() as u64;
         let rig = self.rig.rig().map(Arc::as_ref);
@@ -440,13 +416,14 @@ impl Engine for GpuEngine {
         self.seen.inverse_depth.fill(f32::NAN);
         self.lit.resize(lights.len(), LightMask::default());
         self.lit.iter_mut().for_each(|mask| mask.resize(self.seen.order()));
-        let goes_on = self.ways > 0 || self.light.is_asked_first();
-        let onward_bytes = if goes_on { Onward::pixel_bytes(self.ways) } else { 0 };
+        let (light, ways) = (self.plan.light(), self.plan.ways());
+        let goes_on = ways > 0 || light.is_asked_first();
+        let onward_bytes = if goes_on { Onward::pixel_bytes(ways) } else { 0 };
         let pixel_bytes = self.keeps(staged).plane_bytes().max(onward_bytes);
         let finder = self.finders.chosen_mut();
         finder.build(&self.gpu, frame)?;
         if goes_on {
-            self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame, self.light)?;
+            self.mirrors.get_or_insert_with(|| Mirrors::new(&self.gpu)).build(&self.gpu, frame, light)?;
         }
         self.bands = Band::all(&self.gpu, &view, finder.pixel_bytes().max(pixel_bytes)).collect();
         self.shadow_rays.resize(self.bands.len(), 0);
@@ -456,82 +433,74 @@ impl Engine for GpuEngine {
             Settings { layers, .. } if !layers.is_empty() => return Err(Error::LayersInBands),
             _ => {}
         }
+        Ok(Passes { bands: self.bands.len(), by_four: false })
+    }
+
+    fn see(&mut self, staged: &Staged<'_>, _stats: &mut Stats) -> Result<(), Error> {
+        let Staged { view, settings, samples, .. } = *staged;
+        let band = Band { view, ..self.bands[staged.band].clone() };
+        let sample = samples.as_slice()[0];
+        if sample.index == 0 {
+            self.planes.prepare(&self.gpu, band.size(), self.keeps(staged))?;
+        }
+        let is_last = self.output == Output::Film && sample.index + 1 == settings.samples;
+        self.turn = Some(Turn { plan: self.plan, band, sample, sources: Vec::new(), is_last });
         Ok(())
     }
 
-    fn bands(&self) -> usize {
-        self.bands.len()
+    fn shadow(&mut self, staged: &Staged<'_>, _stats: &mut Stats) -> Result<(), Error> {
+        self.tables.upload_lights(&self.gpu, staged, &mut self.shade)?;
+        let source = |light: &Light| light.casts_shadow.then_some(light.source);
+        if let Some(turn) = &mut self.turn {
+            turn.sources.extend(staged.lights.iter().map(source));
+        }
+        Ok(())
     }
 
-    /// Adds samples to the film on the GPU, one after the other: sees, shadows and shades.
     fn shade<'a>(
         &'a mut self,
         staged: &'a Staged<'a>,
-        band: usize,
-        samples: &'a Samples,
-        _film: &'a mut Film,
-        stats: &'a mut Stats,
-    ) -> Outcome<'a> {
-        Outcome::of(async move {
-            let band = Band { view: staged.view, ..self.bands[band].clone() };
-            self.tables.upload_lights(&self.gpu, staged, &mut self.shade)?;
-            for sample in samples.as_slice() {
-                self.shade_sample(staged, &band, sample, stats).await?;
-                self.shaded = sample.index + 1;
-            }
-            if !staged.settings.layers.is_empty() {
-                self.fetch_seen(&band).await?;
-            }
-            Ok(())
-        })
-    }
-
-    fn layers(
-        &mut self,
-        staged: &Staged<'_>,
-        samples: &Samples,
-        next: Option<&Next<'_>>,
-        film: &mut Film,
-        stats: &mut Stats,
-    ) {
-        // A texture has none.
-        if !staged.settings.layers.is_empty() && self.output == Output::Film {
-            let all = SeenAndLit { seen: &self.seen, masks: &self.lit, samples };
-            stats.time("layers", || all.add_layers(staged, next, film));
-        }
-    }
-
-    fn develop<'a>(
-        &'a mut self,
-        staged: &'a Staged<'a>,
-        band: usize,
-        output: Output,
+        next: Option<&'a Next<'a>>,
         film: &'a mut Film,
         stats: &'a mut Stats,
     ) -> Outcome<'a> {
-        Outcome::of(async move {
-            match output {
-                Output::Film => {
-                    let start = Instant::now();
-                    self.fetch(band, film).await?;
-                    stats.add("fetch", start.elapsed().as_secs_f64() * 1e3);
-                }
-                Output::Texture => self.develop_to_texture(band, staged.settings, stats).await?,
+        Box::pin(async move {
+            let Some(turn) = self.turn.take() else { return Ok(()) };
+            self.shade_sample(&turn, stats).await?;
+            self.shaded = turn.sample.index + 1;
+            // A texture has no layers.
+            if !staged.settings.layers.is_empty() && self.output == Output::Film {
+                self.fetch_seen(&turn.band).await?;
+                let all = SeenAndLit { seen: &self.seen, masks: &self.lit };
+                stats.time("layers", || all.add_layers(staged, next, film));
             }
             Ok(())
         })
     }
 
-    fn texture(&self) -> Option<wgpu::Texture> {
-        self.picture.texture()
+    fn develop<'a>(&'a mut self, staged: &'a Staged<'a>, film: &'a mut Film, stats: &'a mut Stats) -> Outcome<'a> {
+        Box::pin(async move {
+            match self.output {
+                Output::Film => {
+                    let start = Instant::now();
+                    self.fetch(staged.band, film).await?;
+                    stats.add("fetch", start.elapsed().as_secs_f64() * 1e3);
+                }
+                Output::Texture => self.develop_to_texture(staged.band, staged.settings, stats).await?,
+            }
+            Ok(())
+        })
     }
 
-    fn seen(&self) -> &SeenPixels {
-        &self.seen
-    }
-
-    fn light_masks(&self) -> &[LightMask] {
-        &self.lit
+    fn last(&self) -> Last<'_> {
+        Last {
+            samples: Samples::one(Sample::MIDDLE),
+            seen: &self.seen,
+            light_masks: &self.lit,
+            camera_work: Work::default(),
+            light_work: &[],
+            texture: self.picture.texture(),
+        }
     }
 
     fn whole_frame<'a>(&'a self, frame: &'a Frame) -> &'a Frame {
@@ -541,6 +510,7 @@ impl Engine for GpuEngine {
     /// Of the work of several layers, only that of the surfaces seen first is counted; their shadow rays are those of the
     /// last sample, times the number of samples.
     fn count(&self, frame: &Frame, stats: &mut Stats) {
+        stats.omitted_marks = stats.marks;
         stats.vertices = self.geometry.geometry().vertex_count() as usize;
         stats.shadow_rays = self.shadow_rays.iter().sum();
         stats.count_settled(self.settled.map(Some));
@@ -561,14 +531,20 @@ fn add_times(stats: &mut Stats, done: &Done) {
     done.times.iter().for_each(|stage| stats.add(stage.name, stage.milliseconds));
 }
 
-/// Whether any surface is a mirror.
-fn has_mirrors(frame: &Frame) -> bool {
-    frame.materials.materials.iter().any(|material| material_mirrors(material, false))
-}
-
-/// Sources of the lights; `None` for a light without shadows.
-fn all_sources(lights: &[Light]) -> Vec<Option<LightSource>> {
-    lights.iter().map(|light| light.casts_shadow.then_some(light.source)).collect()
+/// Shades all hits of a band, for which `shade` is prepared: the triangles of slots, and the lights that reach them.
+async fn shade_all(
+    gpu: &Gpu,
+    shade: &Shade,
+    geometry: &Geometry,
+    [seen, lit]: [&Buffer; 2],
+    planes: &FilmPlanes,
+    stats: &mut Stats,
+) -> Result<(), GpuError> {
+    let inputs = ShadeInputs { seen, lit, positions: geometry.positions(), triangles: geometry.triangles() };
+    let mut recorder = Recorder::new(gpu);
+    recorder.stage("shade", |pass| shade.record(gpu, pass, &inputs, planes, Groups::Flat(shade.groups())));
+    add_times(stats, &recorder.submit().await?);
+    Ok(())
 }
 
 /// The least linear value of each level of an eight-bit channel of a picture.

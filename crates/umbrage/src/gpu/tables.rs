@@ -92,7 +92,7 @@ impl Tables {
         }
         let has_sheen = |of: &Material| layer_bits(of) & ShadeLayers::SHEEN != 0;
         let sheen = materials.materials.iter().any(has_sheen).then(sheen_albedo_table);
-        let mut texels = Texels::new(ColorSpace::linear_from_srgb(), &specular_albedo_table(), sheen);
+        let mut texels = Texels::new(ColorSpace::linear_from_srgb(), specular_albedo_table(), sheen.as_ref());
         let words: Vec<u32> = materials.textures.iter().map(|texture| add_texture(&mut texels, texture)).collect();
         self.panorama_word = panorama.map_or(0, |panorama| add_panorama(&mut texels, panorama));
         let rows: Vec<_> = materials.materials.iter().map(|of| material(of, &materials.textures, &words)).collect();

@@ -6,17 +6,16 @@
 //! Programs that end on a signal call [`remove_partial_files`] first.
 
 mod apng;
+mod eight_bits;
 mod exr;
 mod format;
 mod frame_rate;
 mod gif;
-mod jpeg;
 mod mp4;
 mod numbered_path;
 mod palette;
 mod partial_file;
 mod png;
-mod webp;
 mod writer;
 mod y4m;
 

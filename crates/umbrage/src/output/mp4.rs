@@ -91,34 +91,14 @@ const NO_FFMPEG: &str = "MP4 files are made by the program ffmpeg, which isn't f
 
 /// The arguments of ffmpeg: raw video comes on standard input, and its colours are those of BT.709.
 fn arguments(to: &Path) -> Vec<OsString> {
-    const BEFORE: [&str; 22] = [
-        "-v",
-        "error",
-        "-y",
-        "-f",
-        "yuv4mpegpipe",
-        "-i",
-        "-",
-        "-vf",
-        "setparams=color_primaries=bt709:color_trc=bt709:colorspace=bt709",
-        "-color_primaries",
-        "bt709",
-        "-color_trc",
-        "bt709",
-        "-colorspace",
-        "bt709",
-        "-pix_fmt",
-        "yuv420p",
-        "-crf",
-        "18",
-        "-movflags",
-        "+faststart",
-        "-f",
-    ];
+    const BEFORE: &str = "-v error -y -f yuv4mpegpipe -i - \
+                          -vf setparams=color_primaries=bt709:color_trc=bt709:colorspace=bt709 \
+                          -color_primaries bt709 -color_trc bt709 -colorspace bt709 \
+                          -pix_fmt yuv420p -crf 18 -movflags +faststart -f mp4";
     // Without `file:`, a colon in a folder's name would end the name of a protocol.
     let mut file = OsString::from("file:");
     file.push(to);
-    BEFORE.iter().map(OsString::from).chain(["mp4".into(), file]).collect()
+    BEFORE.split(' ').map(OsString::from).chain([file]).collect()
 }
 
 /// Checks that a video can have frames of this size.

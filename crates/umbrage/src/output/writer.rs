@@ -12,8 +12,8 @@ use super::partial_file::{self, Look, PartialFile};
 use super::png::Coding;
 use super::y4m::Y4mWriter;
 use super::{
-    BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, JpegQuality, NumberedPath, exr, extensions,
-    jpeg, mp4, png, webp,
+    BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, JpegQuality, NumberedPath, eight_bits, exr,
+    extensions, mp4, png,
 };
 use crate::{Background, Film, Image, Settings};
 
@@ -225,8 +225,8 @@ impl Stills {
     fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings, look: Look<'_>) -> Result<(), Error> {
         let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
         match self.format {
-            Format::Jpeg => jpeg::write(&film.develop(settings), &path, self.options.jpeg_quality, look),
-            Format::WebP => webp::write(&film.develop(settings), &path, look),
+            Format::Jpeg => eight_bits::write_jpeg(&film.develop(settings), &path, self.options.jpeg_quality, look),
+            Format::WebP => eight_bits::write_webp(&film.develop(settings), &path, look),
             Format::Exr => {
                 let rate = self.numbered.as_ref().map(|_| self.options.rate);
                 exr::write(film, &path, self.options.float_depth, rate, look)

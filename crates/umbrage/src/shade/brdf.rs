@@ -4,11 +4,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
+use super::albedo::{fifth_power, specular_albedo, visibility};
 use super::gloss::Gloss;
 use super::lanes::Vectors;
 use super::layer_paint::LayerPaint;
 use super::layers::Layers;
-use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
 /// The metallic-roughness model of glTF 2.0 (appendix B), Lambert below a GGX microfacet layer, with two corrections of
 /// energy: the diffuse part lacks the light that the layer reflects, and rough metals keep their light.

@@ -3,9 +3,9 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 use umbrage_scene::Clearcoat;
 
+use super::albedo::{fifth_power, specular_albedo, visibility};
 use super::brdf::{SMOOTHEST, distribution};
 use super::lanes::{Each, Vectors};
-use super::specular_albedo::{fifth_power, specular_albedo, visibility};
 
 /// A clear lacquer seen from one side: `KHR_materials_clearcoat`, which has Fresnel's term of its smooth normal rather than
 /// of its microfacets.

@@ -3,8 +3,8 @@ use std::f32::consts::PI;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
+use super::albedo::fifth_power;
 use super::lanes::{Each, Vector, Vectors};
-use super::specular_albedo::fifth_power;
 use super::transcendental::{cosine, exp};
 
 /// A thin film seen from one side: Belcour and Barla, *A Practical Extension to Microfacet Theory for the Modeling of

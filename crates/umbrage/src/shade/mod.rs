@@ -1,6 +1,7 @@
 //! The look of surfaces, a block of pixels at a time: hits of rays, their attributes and reflectance, and the light that
 //! reaches them.
 
+mod albedo;
 mod brdf;
 mod coat;
 mod film;
@@ -15,17 +16,16 @@ mod layers;
 mod paint;
 mod rays;
 mod sheen;
-mod specular_albedo;
 mod surface;
 mod texels;
 pub(crate) mod transcendental;
 
+#[cfg(feature = "gpu")]
+pub(crate) use albedo::specular_albedo_table;
 pub(crate) use brdf::{Reflectance, SMOOTHEST, SeenReflectance};
 pub(crate) use hits::BlockHits;
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};
 #[cfg(feature = "gpu")]
 pub(crate) use sheen::sheen_albedo_table;
-#[cfg(feature = "gpu")]
-pub(crate) use specular_albedo::specular_albedo_table;
 pub(crate) use surface::{Footprint, Surface};

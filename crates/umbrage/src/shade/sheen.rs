@@ -6,7 +6,8 @@ use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 use umbrage_rays::{SimdLevel, dispatch};
 
-use super::lanes::{Each, LANES, Vector, Vectors};
+use super::albedo::{SIDE, Table, looked_up};
+use super::lanes::{LANES, Vector, Vectors};
 use super::transcendental::{exp2, power};
 
 /// The least perceptual roughness. Fibres that lean less are visible only from so near the surface that pixels hardly show
@@ -134,51 +135,28 @@ impl<S: Simd> Masking<S> {
     }
 }
 
-/// Entries along each side of the table.
-const SIDE: usize = 24;
-
 /// Directional albedo of white fibres, by perceptual roughness and the root of the cosine to the view, both from 0 to 1: 2.3
 /// KB.
-static TABLE: LazyLock<[[f32; SIDE]; SIDE]> = LazyLock::new(|| {
+static TABLE: LazyLock<Table<1>> = LazyLock::new(|| {
     let value = |index: usize| index as f32 / (SIDE - 1) as f32;
     let roughness = |row: usize| value(row).max(0.5 * STRAIGHTEST);
     let integrated = |row, column: usize| {
         let n_v = (value(column) * value(column)).max(1e-4);
         dispatch!(SimdLevel::default(), simd => integrated(simd, roughness(row), n_v))
     };
-    std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column)))
+    std::array::from_fn(|row| std::array::from_fn(|column| [integrated(row, column)]))
 });
 
 /// The table, by roughness and then by the root of the cosine, both from 0 to 1.
 #[cfg(feature = "gpu")]
-pub(crate) fn sheen_albedo_table() -> &'static [[f32; SIDE]; SIDE] {
-    &TABLE
+pub(crate) fn sheen_albedo_table() -> [[f32; SIDE]; SIDE] {
+    TABLE.map(|row| row.map(|[albedo]| albedo))
 }
 
 #[inline(always)]
 fn albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x16<S>) -> f32x16<S> {
-    const LAST: f32 = (SIDE - 1) as f32;
-    let (row, column) = (roughness.max(0.0).min(1.0) * LAST, n_v.max(0.0).min(1.0).sqrt() * LAST);
-    let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
-    let (down, right) = (row - upper, column - left);
-    let [a, b, c, d] = &gather(&upper.into(), &left.into());
-    let (a, b) = (f32x16::from_slice(simd, a), f32x16::from_slice(simd, b));
-    let (c, d) = (f32x16::from_slice(simd, c), f32x16::from_slice(simd, d));
-    let (above, below) = (a + (b - a) * right, c + (d - c) * right);
-    above + (below - above) * down
-}
-
-/// The four entries of the table to mix in each lane.
-fn gather(rows: &Each<f32>, columns: &Each<f32>) -> [Each<f32>; 4] {
-    let table = &*TABLE;
-    let mut corners = [[0.0; LANES]; 4];
-    for lane in 0..LANES {
-        let (row, column) = ((rows[lane] as usize).min(SIDE - 2), (columns[lane] as usize).min(SIDE - 2));
-        for (which, corner) in corners.iter_mut().enumerate() {
-            corner[lane] = table[row + which / 2][column + which % 2];
-        }
-    }
-    corners
+    let [albedo] = looked_up(simd, &TABLE, roughness.max(0.0).min(1.0), n_v.max(0.0).min(1.0).sqrt());
+    albedo
 }
 
 /// The integral over light directions, by the midpoint rule.

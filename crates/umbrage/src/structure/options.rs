@@ -93,7 +93,7 @@ pub(super) fn unknown(name: &str, known: &[&str]) -> String {
         return "it has no options".to_owned();
     }
     let all = format!("choose one of {}", known.join(", "));
-    match known.iter().map(|known| (distance(name, known), known)).min() {
+    match known.iter().map(|known| (edits(name, known), known)).min() {
         Some((changes, nearest)) if 2 * changes <= name.len().max(nearest.len()) => {
             format!("did you mean `{nearest}`? {all}")
         }
@@ -102,7 +102,8 @@ pub(super) fn unknown(name: &str, known: &[&str]) -> String {
 }
 
 /// The number of letters to insert, remove or replace between two words (Levenshtein 1966).
-fn distance(from: &str, to: &str) -> usize {
+pub(crate) fn edits(from: &str, to: &str) -> usize {
+    // Those between the letters of `from` so far and each start of `to`.
     let mut row: Vec<usize> = (0..=to.len()).collect();
     for (index, letter) in from.bytes().enumerate() {
         let mut diagonal = row[0];

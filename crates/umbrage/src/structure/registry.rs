@@ -1,7 +1,6 @@
-use super::Structure;
-use super::built_in::{Direct, Hierarchy};
 use super::kind::StructureKind;
 use super::options::{ImpossibleOption, unknown};
+use super::{Direct, Hierarchy, Structure};
 
 /// Structures to choose from by name, each with its default options: those built in, and any that are added.
 #[derive(Clone, Debug)]

@@ -2,7 +2,6 @@
 
 mod cryptomatte;
 mod header;
-mod layers;
 
 use std::io;
 use std::path::Path;
@@ -10,11 +9,11 @@ use std::path::Path;
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, SmallVec, WritableImage, f16,
 };
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::partial_file::Look;
 use super::{Error, FrameRate, partial_file};
-use crate::Film;
+use crate::{Film, FilmLayers, LightLayer};
 
 /// The bits of colours in an EXR file; depths and normals always have 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,7 +69,7 @@ fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>
     ]
     .into_iter()
     .map(|(name, samples)| (name.to_owned(), samples))
-    .chain(layers::channels(film))
+    .chain(layer_channels(film))
     .map(|(name, samples)| AnyChannel::new(name.as_str(), samples))
     .collect()
 }
@@ -78,6 +77,43 @@ fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>
 /// The nearest half-precision value; the largest finite one for larger values.
 fn nearest_half(value: f32) -> f16 {
     f16::from_f32(if value.is_finite() { value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()) } else { value })
+}
+
+/// The names and samples of all layers of a film.
+fn layer_channels(film: &Film) -> Vec<(String, FlatSamples)> {
+    let FilmLayers { shadow, motion, barycentric, object, .. } = &film.layers;
+    let mut channels: Vec<(String, FlatSamples)> = Vec::new();
+    for (layer, name) in shadow.iter().zip(names_of_lights(shadow)) {
+        channels.push((format!("shadow.{name}"), FlatSamples::F32(layer.lit.clone())));
+    }
+    for (vectors, names) in [(motion, ["motion.X", "motion.Y"]), (barycentric, ["barycentric.u", "barycentric.v"])] {
+        let axes: [fn(&Vec2) -> f32; 2] = [|vector| vector.x, |vector| vector.y];
+        for (name, axis) in names.into_iter().zip(axes).filter(|_| !vectors.is_empty()) {
+            channels.push((name.to_owned(), FlatSamples::F32(vectors.iter().map(axis).collect())));
+        }
+    }
+    if !object.is_empty() {
+        channels.push(("ids.object".to_owned(), FlatSamples::U32(object.clone())));
+        channels.push(("ids.triangle".to_owned(), FlatSamples::U32(film.triangle.clone())));
+    }
+    channels.extend(cryptomatte::channels(&film.layers));
+    channels
+}
+
+/// The name of each light's channel: the light's, with `_` for every character but ASCII letters, digits, `-` and `_`. It is
+/// the light's index from 0 where the name has no letter, is very long, or is another light's too.
+fn names_of_lights(lights: &[LightLayer]) -> Vec<String> {
+    const MOST_LETTERS: usize = 64;
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+    let plain = |light: &LightLayer| -> String {
+        light.name.chars().map(|letter| if is_plain(letter) { letter } else { '_' }).collect()
+    };
+    let names: Vec<String> = lights.iter().map(plain).collect();
+    let is_usable = |name: &String| {
+        let is_name = name.chars().any(|letter| letter.is_ascii_alphabetic()) && name.len() <= MOST_LETTERS;
+        is_name && names.iter().filter(|other| *other == name).count() == 1
+    };
+    names.iter().enumerate().map(|(n, name)| if is_usable(name) { name.clone() } else { n.to_string() }).collect()
 }
 
 #[cfg(test)]
@@ -139,5 +175,13 @@ mod tests {
         }
         assert_eq!(channel("B"), FlatSamples::F16(vec![f16::MAX; 15]));
         assert_eq!(channel("id"), FlatSamples::U32(film().triangle));
+    }
+
+    #[test]
+    fn lights_have_channels_of_their_own() {
+        let names = ["key", "", "rim light.001", "7", "twin", "twin", "été", "日", &"x".repeat(99)];
+        let lights = names.map(|name| LightLayer { name: name.into(), lit: Vec::new() });
+        let expected = ["key", "1", "rim_light_001", "3", "4", "5", "_t_", "7", "8"];
+        assert_eq!(names_of_lights(&lights), expected);
     }
 }

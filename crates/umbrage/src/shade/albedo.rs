@@ -1,3 +1,5 @@
+//! Directional albedo from tables, and the terms of microfacets that they are integrated from.
+
 use std::f32::consts::PI;
 use std::sync::LazyLock;
 
@@ -8,54 +10,68 @@ use umbrage_rays::{SimdLevel, dispatch};
 
 use super::lanes::{Each, LANES, Vector};
 
-/// Entries along each side of the table.
-const SIDE: usize = 24;
+/// Entries along each side of a table.
+pub(super) const SIDE: usize = 24;
+
+/// Entries of `N` numbers by two variables from 0 to 1.
+pub(super) type Table<const N: usize> = [[[f32; N]; SIDE]; SIDE];
+
+/// The numbers between a table's entries, at a row and a column from 0 to 1.
+#[inline(always)]
+pub(super) fn looked_up<S: Simd, const N: usize>(
+    simd: S,
+    table: &Table<N>,
+    row: f32x16<S>,
+    column: f32x16<S>,
+) -> [f32x16<S>; N] {
+    const LAST: f32 = (SIDE - 1) as f32;
+    let (row, column) = (row * LAST, column * LAST);
+    let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
+    let (down, right) = (row - upper, column - left);
+    let corners = gather(table, &upper.into(), &left.into());
+    let mut numbers = [f32x16::splat(simd, 0.0); N];
+    for (number, [a, b, c, d]) in numbers.iter_mut().zip(&corners) {
+        let (a, b) = (f32x16::from_slice(simd, a), f32x16::from_slice(simd, b));
+        let (c, d) = (f32x16::from_slice(simd, c), f32x16::from_slice(simd, d));
+        let (above, below) = (a + (b - a) * right, c + (d - c) * right);
+        *number = above + (below - above) * down;
+    }
+    numbers
+}
+
+/// The four entries of a table to mix in each lane, number by number.
+fn gather<const N: usize>(table: &Table<N>, rows: &Each<f32>, columns: &Each<f32>) -> [[Each<f32>; 4]; N] {
+    let mut corners = [[[0.0; LANES]; 4]; N];
+    for lane in 0..LANES {
+        let (row, column) = ((rows[lane] as usize).min(SIDE - 2), (columns[lane] as usize).min(SIDE - 2));
+        for (number, corners) in corners.iter_mut().enumerate() {
+            for (which, corner) in corners.iter_mut().enumerate() {
+                corner[lane] = table[row + which / 2][column + which % 2][number];
+            }
+        }
+    }
+    corners
+}
 
 /// Scale and bias of f0 by perceptual roughness and cosine, both from 0 to 1: 4.6 KB.
-static TABLE: LazyLock<[[Vec2; SIDE]; SIDE]> = LazyLock::new(|| {
+static TABLE: LazyLock<Table<2>> = LazyLock::new(|| {
     // At zero itself the integrand has no value.
     let value = |index: usize| (index as f32 / (SIDE - 1) as f32).max(1e-3);
     let integrated = |row, column| dispatch!(SimdLevel::default(), simd => integrated(simd, value(row), value(column)));
-    std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column)))
+    std::array::from_fn(|row| std::array::from_fn(|column| integrated(row, column).into()))
 });
 
 /// The table, by roughness and then by cosine, both from 0 to 1.
 #[cfg(feature = "gpu")]
-pub(crate) fn specular_albedo_table() -> [[[f32; 2]; SIDE]; SIDE] {
-    TABLE.map(|row| row.map(Vec2::into))
+pub(crate) fn specular_albedo_table() -> &'static Table<2> {
+    &TABLE
 }
 
 /// Scale and bias of f0 in the directional albedo of a GGX layer, at the cosine `n_v` between normal and view: the
 /// second of the two sums into which Karis splits light from all around (*Real Shading in Unreal Engine 4*, 2013).
 #[inline(always)]
 pub(super) fn specular_albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x16<S>) -> [f32x16<S>; 2] {
-    const LAST: f32 = (SIDE - 1) as f32;
-    let (row, column) = (roughness.max(0.0).min(1.0) * LAST, n_v.max(0.0).min(1.0) * LAST);
-    let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
-    let (down, right) = (row - upper, column - left);
-    let corners = gather(&upper.into(), &left.into());
-    let mut sums = [f32x16::splat(simd, 0.0); 2];
-    for (part, sum) in sums.iter_mut().enumerate() {
-        let [a, b] = [f32x16::from_slice(simd, &corners[0][part]), f32x16::from_slice(simd, &corners[1][part])];
-        let [c, d] = [f32x16::from_slice(simd, &corners[2][part]), f32x16::from_slice(simd, &corners[3][part])];
-        let (above, below) = (a + (b - a) * right, c + (d - c) * right);
-        *sum = above + (below - above) * down;
-    }
-    sums
-}
-
-/// The four entries of the table to mix in each lane: scales, then biases.
-fn gather(rows: &Each<f32>, columns: &Each<f32>) -> [[Each<f32>; 2]; 4] {
-    let table = &*TABLE;
-    let mut corners = [[[0.0; LANES]; 2]; 4];
-    for lane in 0..LANES {
-        let (row, column) = ((rows[lane] as usize).min(SIDE - 2), (columns[lane] as usize).min(SIDE - 2));
-        let of_lane = [table[row][column], table[row][column + 1], table[row + 1][column], table[row + 1][column + 1]];
-        for (corner, entry) in corners.iter_mut().zip(of_lane) {
-            (corner[0][lane], corner[1][lane]) = (entry.x, entry.y);
-        }
-    }
-    corners
+    looked_up(simd, &TABLE, roughness.max(0.0).min(1.0), n_v.max(0.0).min(1.0))
 }
 
 /// The integral over light directions, by microfacet normals drawn from the distribution itself.
