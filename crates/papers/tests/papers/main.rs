@@ -1,15 +1,12 @@
 //! The papers' structures by name, and experiments on the CPU, as one program; those on the GPU are in `gpu`.
 
 mod clusters;
-mod far;
 mod kd_shafts;
 mod kd_tasks;
 mod light_buffer;
 mod on_demand;
-mod pairs;
 mod queues;
 mod reorder;
-mod scales;
 mod structures;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;
