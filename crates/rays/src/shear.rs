@@ -141,14 +141,16 @@ impl Lanes for f32 {
         self.abs()
     }
 
+    // One instruction each; `f32::min` and `max` take five to pass over NaN. A filter for single rays takes a sixth less time
+    // than with those. Where a coordinate is NaN, so is the doubt, and either number will do.
     #[inline(always)]
     fn least(self, other: Self) -> Self {
-        self.min(other)
+        if self < other { self } else { other }
     }
 
     #[inline(always)]
     fn most(self, other: Self) -> Self {
-        self.max(other)
+        if self > other { self } else { other }
     }
 
     #[inline(always)]

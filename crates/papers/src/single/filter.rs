@@ -119,11 +119,15 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_is_left_to_the_predicate() {
-        let corners = [Vec3::X, Vec3::Y, Vec3::Z];
+        let corners = [Vec3::X, Vec3::Y, Vec3::Z].map(|corner| corner + Vec3::X * 5.0);
+        let filter = Filter::new(DVec3::ZERO, DVec3::ONE);
+        assert!(filter.misses(corners));
         for bad in [f32::NAN, f32::INFINITY, f32::MAX] {
-            let [a, b, _] = corners;
-            let filter = Filter::new(DVec3::ZERO, DVec3::ONE);
-            assert!(!filter.misses([a, b, Vec3::splat(bad)]), "{bad}");
+            for (corner, axis) in (0..9).map(|at| (at / 3, at % 3)) {
+                let mut corners = corners;
+                corners[corner][axis] = bad;
+                assert!(!filter.misses(corners), "{bad} for coordinate {axis} of corner {corner}");
+            }
         }
         let beyond = Filter::new(DVec3::splat(1e300), DVec3::X);
         assert!(!beyond.misses(corners));

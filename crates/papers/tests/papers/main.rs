@@ -1,7 +1,6 @@
 //! The papers' structures by name, and experiments on the CPU, as one program; those on the GPU are in `gpu`.
 
 mod clusters;
-mod far;
 mod kd_background;
 mod kd_hierarchy;
 mod kd_packets;
@@ -14,10 +13,8 @@ mod kd_two_level;
 mod light_buffer;
 mod listed;
 mod on_demand;
-mod pairs;
 mod queues;
 mod reorder;
-mod scales;
 mod structures;
 #[path = "../../../rays/tests/rays/support/mod.rs"]
 mod support;

@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_papers::{Insertion, PacketSide, UniformGrid, UniformOptions};
-use umbrage_rays::{Bvh, Choice as _, Hit, Ray, SingleRays as _, Structure as _, Triangles};
+use umbrage_rays::{Bvh, Choice as _, Hit, Ray, SimdLevel, SingleRays as _, Structure, Triangles};
 
-use crate::support::{self, CORNER_CELLS, Mesh, Random, nearest_of_all as nearest, random_ray};
+use crate::support::{self, CORNER_CELLS, Mesh, Random, far, nearest_of_all as nearest, pairs, random_ray, scales};
 
 /// World position of the first corner of a cell, which may be one beyond the last.
 fn corner_of(grid: &UniformGrid, cell: [u32; 3]) -> DVec3 {
@@ -308,4 +308,46 @@ fn packets_are_named_by_their_side() {
     for side in PacketSide::all() {
         assert_eq!((side.name(), side.name().parse()), (side.pixels().to_string().as_str(), Ok(side)));
     }
+}
+
+fn of_row(row: &mut pairs::Row<'_>, level: SimdLevel) -> Box<dyn Structure> {
+    let packets: Vec<PacketSide> = PacketSide::all().collect();
+    let options = UniformOptions {
+        cells_per_triangle: row.pick("cells", &[0.3, 6.0, 60.0]),
+        macrocell: row.pick("macrocell", &[1, 4, 6]),
+        insertion: row.pick("insertion", &[Insertion::Boxes, Insertion::Exact]),
+        packet: row.pick("packet", &packets),
+        nested_above: row.pick("nested above", &[None, Some(1), Some(8)]),
+        shadow_spread: row.pick("spread", &[1e-4, 0.05, 10.0]),
+    };
+    let mut grid = UniformGrid::with_level(level);
+    grid.set_options(options).expect("possible options");
+    Box::new(grid)
+}
+
+fn structures() -> scales::Structures {
+    let mut nested = UniformGrid::default();
+    let options = UniformOptions { cells_per_triangle: 0.3, nested_above: Some(4), ..UniformOptions::DEFAULT };
+    nested.set_options(options).expect("possible options");
+    vec![("uniform grid", Box::new(UniformGrid::default())), ("nested grid", Box::new(nested))]
+}
+
+#[test]
+fn grids_of_all_pairs_of_options_answer_as_the_predicate_does() {
+    pairs::check(of_row);
+}
+
+#[test]
+fn scenes_of_every_scale_are_seen_and_lit_as_the_predicate_says() {
+    scales::check_every_scale(structures());
+}
+
+#[test]
+fn scenes_some_of_which_is_far_away_are_seen_and_lit_as_the_predicate_says() {
+    scales::check_far_parts(structures());
+}
+
+#[test]
+fn scenes_with_one_far_vertex_or_one_huge_triangle_are_answered_as_the_predicate_does() {
+    far::check_answers(UniformGrid::default());
 }
