@@ -1,12 +1,15 @@
 //! The GPU's kd-tree shows the CPU's triangles and shadows, as the GPU's grids do.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 
 use glam::{Vec3, Vec4};
 use umbrage::gallery::DEMOS;
-use umbrage::rays::{Camera, LightSource, Projection};
+use umbrage::gpu::{Finder, Gpu, MakeFinder};
+use umbrage::rays::{Camera, LightSource, Projection, SimdLevel};
 use umbrage::scene::{Alpha, ColorSpace, Filter, Frame, Light, Material, Materials, Texture, TextureUse, Wrap};
-use umbrage::{Renderer, Settings, Sides, Structure};
+use umbrage::{Error, GpuStructure, Renderer, Settings, Sides, Structure, StructureKind};
 use umbrage_papers::{KdPacketOptions, KdPacketWidth, KdTraversal, KdTreeOptions, KdTrees, structures};
 use umbrage_verify::{Differences, Random, real_scene};
 
@@ -125,6 +128,49 @@ fn what_a_gpu_would_ignore_is_refused() {
         let error = gpu.render(&scene, 0.0, &Settings { structure, ..sized(20, 20) }).expect_err("refused");
         assert!(error.is_of_settings() && error.to_string().contains(&option[..4]), "{error}");
     }
+}
+
+/// The kd-tree, whose finders are counted as they are made.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Counted(KdTrees);
+
+static MADE: AtomicUsize = AtomicUsize::new(0);
+
+impl StructureKind for Counted {
+    const NAME: &'static str = "counted";
+    const ABOUT: &'static str = "a kd-tree";
+
+    fn make(&self, level: SimdLevel, onward: bool) -> Result<Box<dyn umbrage::rays::Structure>, Error> {
+        self.0.make(level, onward)
+    }
+
+    fn on_gpu(&self) -> Result<Option<GpuStructure>, Error> {
+        Ok(Some(GpuStructure::with_finder(self.clone())))
+    }
+}
+
+impl MakeFinder for Counted {
+    fn make(&self, gpu: &Gpu) -> Box<dyn Finder> {
+        MADE.fetch_add(1, Relaxed);
+        self.0.options.make(gpu)
+    }
+
+    fn set_options(&self, gpu: &Gpu, finder: &mut dyn Finder) -> bool {
+        self.0.options.set_options(gpu, finder)
+    }
+}
+
+#[test]
+fn a_finder_is_made_once_for_all_options() {
+    let Some(mut gpu) = renderer() else { return };
+    let scene = umbrage::open("demo:cloth?triangles=500").expect("a scene of the gallery");
+    let counted = |number| kd_tree(number).kind().map(|trees: &KdTrees| Structure::new(Counted(trees.clone())));
+    for (name, structure) in [("a tree", counted(0)), ("grids", None), ("with other options", counted(1))] {
+        let settings = Settings { structure: structure.unwrap_or_default(), ..sized(20, 20) };
+        compare(name, &mut gpu, &scene, 0.0, &settings).expect_none(name);
+    }
+    // Another test's renderer may have one already.
+    assert!(MADE.load(Relaxed) <= 1, "{MADE:?} finders");
 }
 
 /// Tests that take long, which `cargo run -p ci` runs with `--all` alone.
