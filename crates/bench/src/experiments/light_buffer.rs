@@ -11,7 +11,7 @@ use umbrage_papers::{KdTree, KdTreeOptions};
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::{hits_of, of_camera, scattered};
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, row};

@@ -9,7 +9,7 @@ use umbrage_papers::{KdNodes, KdTracerOptions, KdTraversal, KdTree, KdTreeOption
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Row, row};
 

@@ -10,7 +10,7 @@ use umbrage_papers::{KdPacketOptions, KdTraversal, KdTree, KdTreeOptions};
 
 use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::{Hits, PACKET, PACKET_CORNERS};
 use crate::table::Table;
 
