@@ -1,6 +1,7 @@
 //! Lines of files: the limit for each, and those of code in each crate.
 
-use std::path::Path;
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
 use std::str::Lines;
 
 use crate::log::{Outcome, of_complaints};
@@ -25,12 +26,16 @@ pub(crate) fn check(root: &Path) -> Outcome {
 /// # Errors
 /// If a file can't be read.
 pub(crate) fn print(root: &Path) -> Result<(), String> {
-    let mut totals = std::collections::BTreeMap::<String, [usize; 2]>::new();
+    let mut totals = BTreeMap::<String, [usize; 2]>::new();
+    let mut of_tests = HashSet::new();
+    for path in files(&root.join("crates"), "rs")? {
+        of_tests.extend(test_modules(&path, &read(&path)?));
+    }
     for (language, extension) in ["rs", "wgsl"].into_iter().enumerate() {
         for path in files(&root.join("crates"), extension)? {
             let mut parts = path.strip_prefix(root).unwrap_or(&path).iter().skip(1);
             let (name, folder) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
-            let is_test = path.ends_with("tests.rs") || parts.any(|part| part == "tests");
+            let is_test = path.ends_with("tests.rs") || of_tests.contains(&path) || parts.any(|part| part == "tests");
             if folder == "src" && !is_test {
                 totals.entry(name.to_string_lossy().into_owned()).or_default()[language] += of_code(&read(&path)?);
             }
@@ -41,6 +46,16 @@ pub(crate) fn print(root: &Path) -> Result<(), String> {
         println!("{name:<10}{rust:>8}{wgsl:>8}");
     }
     Ok(())
+}
+
+/// Files of modules that a file declares for tests alone.
+fn test_modules(path: &Path, text: &str) -> Vec<PathBuf> {
+    let is_root = ["lib.rs", "main.rs", "mod.rs"].iter().any(|name| path.ends_with(name));
+    let folder = if is_root { path.with_file_name("") } else { path.with_extension("") };
+    let items = text.split("#[cfg(test)]\n").skip(1);
+    let declared = items.filter_map(|item| item.lines().find(|line| !line.starts_with("#[")));
+    let names = declared.filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';'));
+    names.map(|name| folder.join(name).with_extension("rs")).collect()
 }
 
 fn of_code(text: &str) -> usize {
@@ -87,6 +102,13 @@ mod tests {
         assert_eq!(check(folder.path()), Ok(()));
         write("a/long.rs", MAX_LINES + 1);
         assert_eq!(check(folder.path()), Err("a/long.rs: 601 lines, more than 600".to_owned().into()));
+    }
+
+    #[test]
+    fn modules_for_tests_are_found() {
+        let text = "mod a;\n#[cfg(test)]\n#[allow(b)]\nmod c;\n#[cfg(test)]\nmod tests {\n}\n";
+        assert_eq!(test_modules(Path::new("x/mod.rs"), text), [Path::new("x/c.rs")]);
+        assert_eq!(test_modules(Path::new("x/y.rs"), text), [Path::new("x/y/c.rs")]);
     }
 
     #[test]
