@@ -160,6 +160,6 @@ fn a_hall_with_lights_in_it() {
     let truth = truth_of_cpu(&case);
     for options in [LightOptions::default(), SPHERICAL] {
         grids.check_lights("hall", &case, &truth, options);
-        println!("{:?}: {:?}", options.map, grids.work());
+        println!("{options:?}: {:?}", grids.work());
     }
 }
