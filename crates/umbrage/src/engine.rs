@@ -28,6 +28,7 @@ pub(crate) struct Staged<'a> {
     /// The samples to take of each pixel.
     pub(crate) samples: Samples,
     /// Number of the band of rows that takes them.
+    #[cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "the CPU has one for all rows"))]
     pub(crate) band: usize,
 }
 
