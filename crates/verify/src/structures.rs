@@ -6,9 +6,7 @@ use umbrage_papers::{BackgroundKdTree, HierarchyKdTree, KdPacketOptions, KdTree,
 pub use umbrage_papers::{
     Clipping, KdBuilder, KdLayout, KdMailbox, KdMoved, KdPacketWidth, KdTraversal, KdTreeOptions,
 };
-pub use umbrage_rays::{
-    Bvh, DirectGrids, Insertion, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions,
-};
+pub use umbrage_rays::{Bvh, DirectGrids, Insertion, LightClamp, PacketSide, SimdLevel, Structure, UniformOptions};
 use umbrage_rays::{Cells, LightMapping, ListedGrids, ListedLightOptions, ListedOptions, UniformGrid};
 
 /// Makes an empty structure.
