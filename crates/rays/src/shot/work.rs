@@ -55,8 +55,8 @@ impl AddAssign for Work {
 named_numbers! {
     /// Amounts of work for an answer. A structure counts some of them; the rest is zero.
     Counts of u64 {
-        /// Traced rays: those in packets of a grid, single rays of a tree. Counted with the feature `statistics`, as are the
-        /// next nine.
+        /// Traced rays: those in packets of a grid, single rays of a tree. Counted with the feature `statistics` of
+        /// `umbrage-papers`, as are the next nine.
         rays,
         /// Groups of rays that were traced together.
         packets,
