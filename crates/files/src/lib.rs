@@ -11,6 +11,7 @@ mod memory;
 mod open;
 mod origin;
 mod polygon;
+mod scalar;
 mod smooth;
 mod still;
 mod text;

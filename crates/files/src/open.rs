@@ -202,6 +202,16 @@ fn scene_of(
     scene.hiding(&options.hidden).map_err(|cause| Error::address(address.to_string_lossy(), cause))
 }
 
+/// The error for a name that a file doesn't have, with those that it has.
+pub(crate) fn unknown_name(path: &Path, kind: &str, wanted: &str, names: &[String]) -> Error {
+    let cause = if names.is_empty() {
+        format!("there is no {kind} `{wanted}`, as the file has none")
+    } else {
+        format!("there is no {kind} `{wanted}`; the file has {}", names.join(", "))
+    };
+    Error::address(path.to_string_lossy(), cause)
+}
+
 /// Reads a file whose triangles don't move; its materials may be shared with the last one's.
 pub(crate) fn read_still(path: &Path, shared: &mut SharedMaterials) -> Result<Still, Error> {
     let (limits, crease_degrees) = (shared.limits.clone(), shared.crease_degrees);

@@ -49,8 +49,8 @@ pub(crate) fn smooth(
     budget.take_for::<CornerNormal>(fans.corners.len(), SMOOTH_NORMALS)?;
     let mut corner_normals = vec![CornerNormal::default(); fans.corners.len()];
     let least_cosine = libm::cos(f64::from(crease_degrees.min(180.0)).to_radians());
-    fans.each(&mut corner_normals, |fan, normals| {
-        fan.smooth(&fans, &frame.positions, &frame.mesh.triangles, least_cosine, normals);
+    fans.each(&mut corner_normals, |corners, normals| {
+        fans.smooth(corners, &frame.positions, &frame.mesh.triangles, least_cosine, normals);
     });
     if flat == FlatTriangles::Shared {
         let mut bends = vec![false; frame.mesh.triangles.len()];
@@ -88,11 +88,6 @@ struct Fans {
     corners: Vec<u32>,
 }
 
-/// The corners at one position.
-struct Fan {
-    corners: Range<usize>,
-}
-
 impl Fans {
     fn new(positions: &[Vec3], triangles: &[[u32; 3]], budget: &Budget) -> Result<Self, String> {
         let corners = triangles.len().checked_mul(3).filter(|&corners| u32::try_from(corners).is_ok());
@@ -128,7 +123,7 @@ impl Fans {
     }
 
     /// Calls `work` in parallel for each position with its part of `values`, which has an element per corner.
-    fn each<T: Send>(&self, values: &mut [T], work: impl Fn(&Fan, &mut [T]) + Sync) {
+    fn each<T: Send>(&self, values: &mut [T], work: impl Fn(&[u32], &mut [T]) + Sync) {
         /// Positions per task.
         const GRAIN: usize = 1024;
         let mut pieces = Vec::with_capacity(self.len() / GRAIN + 1);
@@ -143,28 +138,26 @@ impl Fans {
             for position in positions {
                 let corners = self.corners_of(position..position + 1);
                 let (own, others) = piece.split_at_mut(corners.len());
-                work(&Fan { corners }, own);
+                work(&self.corners[corners], own);
                 piece = others;
             }
         });
     }
-}
 
-impl Fan {
     /// Edges with more triangles than this are creases, since comparing all pairs would take too long.
     const MOST_AT_AN_EDGE: usize = 8;
     /// Normals with at least this cosine, 0.02°, count as equal.
     const SAME: f64 = 1.0 - 6e-8;
 
+    /// Finds the normals of the corners at one position.
     fn smooth(
         &self,
-        fans: &Fans,
+        corners: &[u32],
         positions: &[Vec3],
         triangles: &[[u32; 3]],
         least_cosine: f64,
         normals: &mut [CornerNormal],
     ) {
-        let corners = &fans.corners[self.corners.clone()];
         // The corner's vertex, and the next two of its triangle.
         let around = |corner: u32| {
             let (triangle, first) = (triangles[corner as usize / 3], corner as usize % 3);
@@ -175,7 +168,7 @@ impl Fan {
         let mut edges = Vec::with_capacity(2 * corners.len());
         for (index, &corner) in (0_u32..).zip(corners) {
             if facets[index as usize].is_there() {
-                let [_, next, last] = around(corner).map(|vertex| fans.position_of_vertex[vertex as usize]);
+                let [_, next, last] = around(corner).map(|vertex| self.position_of_vertex[vertex as usize]);
                 edges.extend([(next, index), (last, index)]);
             }
         }

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use umbrage_scene::{Animated, Error, Frame, Materials, Mesh};
+use umbrage_scene::{Animated, Error, Frame, Material, Materials, Mesh};
 
 use crate::memory::Budget;
 
@@ -36,12 +36,7 @@ impl Vertices {
     ///
     /// # Errors
     /// Where there is no memory for it, or there are more vertices than a 32-bit index counts.
-    pub(crate) fn color_triangles(
-        &mut self,
-        triangles: &mut [[u32; 3]],
-        colors: &[Vec4],
-        budget: &Budget,
-    ) -> Result<(), String> {
+    fn color_triangles(&mut self, triangles: &mut [[u32; 3]], colors: &[Vec4], budget: &Budget) -> Result<(), String> {
         if colors.is_empty() {
             return Ok(());
         }
@@ -76,6 +71,32 @@ impl Vertices {
             }
         }
         Ok(())
+    }
+
+    /// Makes a frame of one material without lights and cameras: clay, or the vertices' own colours, or else those of the
+    /// triangles.
+    ///
+    /// # Errors
+    /// As [`Vertices::color_triangles`].
+    pub(crate) fn into_plain_frame(
+        mut self,
+        mut triangles: Vec<[u32; 3]>,
+        triangle_colors: &[Vec4],
+        budget: &Budget,
+    ) -> Result<Frame, String> {
+        if self.colors.is_empty() {
+            self.color_triangles(&mut triangles, triangle_colors, budget)?;
+        }
+        let material = if self.colors.is_empty() {
+            Material::clay()
+        } else {
+            // The only colours are the vertices' or the triangles' own.
+            Material { double_sided: true, ..Material::default() }
+        };
+        let materials = Arc::new(Materials { materials: vec![material], textures: Vec::new() });
+        budget.take_for::<u32>(triangles.len(), "triangles' materials")?;
+        let material_of_triangle = vec![0; triangles.len()];
+        Ok(self.into_frame(triangles, material_of_triangle, materials))
     }
 
     /// Makes a frame of triangles between these vertices, without lights and cameras.

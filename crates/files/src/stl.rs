@@ -3,10 +3,9 @@
 use std::collections::HashMap;
 use std::path::Path;
 use std::str::FromStr;
-use std::sync::Arc;
 
 use glam::{DVec3, Vec3, Vec4};
-use umbrage_scene::{ColorSpace, Error, Frame, Material, Materials};
+use umbrage_scene::{ColorSpace, Error, Material};
 
 use crate::memory::Budget;
 use crate::origin::{FarBounds, local};
@@ -43,20 +42,13 @@ pub(crate) fn read(path: &Path, origin: Option<DVec3>, budget: &Budget) -> Resul
         (soup, origin)
     };
     drop(bytes);
-    let Welded { positions, mut triangles, colors, .. } = soup;
+    let Welded { positions, triangles, colors, .. } = soup;
     if triangles.is_empty() {
         warnings.push("the file has no triangles".to_owned());
     }
-    let mut vertices = Vertices { positions, ..Vertices::default() };
-    let colored = vertices.color_triangles(&mut triangles, &colors, budget);
-    colored.map_err(|cause| Error::malformed(path, "the triangles", cause))?;
-    let mut frame = Frame::from_triangles(vertices.positions, triangles);
-    if !vertices.colors.is_empty() {
-        let mesh = Arc::make_mut(&mut frame.mesh);
-        mesh.colors = vertices.colors;
-        let materials = vec![Material { double_sided: true, ..Material::default() }];
-        frame.materials = Arc::new(Materials { materials, textures: Vec::new() });
-    }
+    let vertices = Vertices { positions, ..Vertices::default() };
+    let frame = vertices.into_plain_frame(triangles, &colors, budget);
+    let frame = frame.map_err(|cause| Error::malformed(path, "the triangles", cause))?;
     Ok(Still { frame, warnings, origin, ..Still::default() })
 }
 
@@ -221,39 +213,33 @@ impl<'a> Tokens<'a> {
 
     /// Skips the name after `solid`: up to the first facet or the end, if its line has one, else the whole line.
     fn skip_name(&mut self) {
-        let mut rest = std::mem::take(&mut self.line);
-        loop {
-            let (word, after) = keyword(rest);
-            let is = |word: &[u8], known: &[u8]| word.eq_ignore_ascii_case(known);
-            if is(word, b"facet") && is(keyword(after).0, b"normal") || is(word, b"endsolid") {
-                self.line = rest;
-                return;
-            }
-            if word.is_empty() {
-                return;
-            }
-            rest = after;
-        }
+        self.line = from_word(self.line, begins_content);
     }
 
     /// Skips the name after `endsolid`: up to the next solid, if its line has one with a facet or an end, else the whole
     /// line.
     fn skip_last_name(&mut self) {
-        let mut rest = std::mem::take(&mut self.line);
-        loop {
-            let (word, after) = keyword(rest);
-            if word.eq_ignore_ascii_case(b"solid") {
-                let mut ahead = Self { line: after, ..self.clone() };
-                ahead.skip_name();
-                self.line = if ahead.line.is_empty() { &[] } else { rest };
-                return;
-            }
-            if word.is_empty() {
-                return;
-            }
-            rest = after;
-        }
+        let solid = from_word(self.line, |word, _| word.eq_ignore_ascii_case(b"solid"));
+        let has_content = !from_word(keyword(solid).1, begins_content).is_empty();
+        self.line = if has_content { solid } else { &[] };
     }
+}
+
+/// The part of a line from the first word that `is_it`, given that and the rest; empty if there is none.
+fn from_word(mut line: &[u8], is_it: impl Fn(&[u8], &[u8]) -> bool) -> &[u8] {
+    loop {
+        let (word, after) = keyword(line);
+        if word.is_empty() || is_it(word, after) {
+            return line;
+        }
+        line = after;
+    }
+}
+
+/// Whether a word, with `after` behind it, is a facet's first or a solid's last.
+fn begins_content(word: &[u8], after: &[u8]) -> bool {
+    let is = |word: &[u8], known: &[u8]| word.eq_ignore_ascii_case(known);
+    is(word, b"facet") && is(keyword(after).0, b"normal") || is(word, b"endsolid")
 }
 
 impl<'a> Iterator for Tokens<'a> {

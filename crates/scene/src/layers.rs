@@ -32,19 +32,7 @@ impl Layers {
     /// The textures of all layers.
     #[must_use]
     pub fn textures(&self) -> [Option<TextureUse>; 10] {
-        let Self { specular, clearcoat, sheen, anisotropy, iridescence } = self;
-        [
-            specular.texture,
-            specular.color_texture,
-            clearcoat.texture,
-            clearcoat.roughness_texture,
-            clearcoat.normal_texture,
-            sheen.color_texture,
-            sheen.roughness_texture,
-            anisotropy.texture,
-            iridescence.texture,
-            iridescence.thickness_texture,
-        ]
+        self.clone().textures_mut().map(|texture| *texture)
     }
 
     /// As [`textures`](Self::textures), to change them.

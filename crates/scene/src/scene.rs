@@ -86,17 +86,9 @@ impl Animated for Frame {
 #[derive(Debug)]
 pub struct Scene {
     source: Arc<dyn Animated>,
-    animation_bounds: Bounds,
-    /// See [`size`](Self::size).
-    size: f32,
+    survey: Arc<Survey>,
     /// Lights the frames of a file that has no light of its own.
     sun: Light,
-    /// The names of the objects that its first moment has.
-    objects: Vec<Arc<str>>,
-    /// Whether its first moment has neither lights nor a floor.
-    lacks_floor: bool,
-    /// Whether its first moment has points or lines.
-    has_marks: bool,
     hidden: Option<Hidden>,
     ground: Option<Grounded>,
     files: Vec<PathBuf>,
@@ -119,19 +111,8 @@ impl Scene {
     /// # Errors
     /// Where the source can't be posed at one of the few moments that its bounds are found from.
     pub fn new(source: Box<dyn Animated>) -> Result<Self, Error> {
-        let Survey { bounds: animation_bounds, size, objects, lacks_floor, has_marks } = Survey::of(&*source)?;
-        Ok(Self {
-            source: source.into(),
-            animation_bounds,
-            size,
-            sun: sun_above(),
-            objects,
-            lacks_floor,
-            has_marks,
-            hidden: None,
-            ground: None,
-            files: Vec::new(),
-        })
+        let survey = Arc::new(Survey::of(&*source)?);
+        Ok(Self { source: source.into(), survey, sun: sun_above(), hidden: None, ground: None, files: Vec::new() })
     }
 
     /// The same scene, opened from these files ([`Scene::files`]), its own first.
@@ -144,7 +125,7 @@ impl Scene {
     /// files, parts of built-in scenes. Empty where triangles are of one object without a name.
     #[must_use]
     pub fn objects(&self) -> &[Arc<str>] {
-        &self.objects
+        &self.survey.objects
     }
 
     /// The same scene without the objects of these names, in which `*` stands for any characters and `?` for any one.
@@ -170,20 +151,12 @@ impl Scene {
     /// # Errors
     /// Where a name is none of the scene's [objects](Self::objects), with the names that there are.
     pub fn hiding(&self, names: &[String]) -> Result<Self, String> {
-        let unknown = |unknown: &str| unknown_object(unknown, &self.objects);
-        let hidden = if names.is_empty() { None } else { Some(Hidden::new(names, &self.objects).map_err(unknown)?) };
-        let mut scene = Self {
-            source: Arc::clone(&self.source),
-            animation_bounds: self.animation_bounds,
-            size: self.size,
-            sun: self.sun.clone(),
-            objects: self.objects.clone(),
-            lacks_floor: self.lacks_floor,
-            has_marks: self.has_marks,
-            hidden,
-            ground: None,
-            files: self.files.clone(),
-        };
+        let unknown = |unknown: &str| unknown_object(unknown, &self.survey.objects);
+        let hidden =
+            if names.is_empty() { None } else { Some(Hidden::new(names, &self.survey.objects).map_err(unknown)?) };
+        let (source, survey) = (Arc::clone(&self.source), Arc::clone(&self.survey));
+        let (sun, files) = (self.sun.clone(), self.files.clone());
+        let mut scene = Self { source, survey, sun, hidden, ground: None, files };
         scene.set_ground(self.ground());
         Ok(scene)
     }
@@ -191,7 +164,7 @@ impl Scene {
     /// Whether the scene's first moment has points or lines.
     #[must_use]
     pub fn has_marks(&self) -> bool {
-        self.has_marks
+        self.survey.has_marks
     }
 
     /// Whether an object isn't shown.
@@ -203,7 +176,7 @@ impl Scene {
     /// Puts a ground under the scene, in place of the last one, or takes that away.
     pub fn set_ground(&mut self, ground: Option<Ground>) {
         let [_, level, _] = self.origin();
-        self.ground = ground.map(|ground| Grounded::new(ground, self.animation_bounds, level));
+        self.ground = ground.map(|ground| Grounded::new(ground, self.survey.bounds, level));
     }
 
     /// As [`set_ground`](Self::set_ground), by a choice.
@@ -211,7 +184,7 @@ impl Scene {
         let is_file = !self.files.is_empty();
         self.set_ground(match choice {
             GroundChoice::None => None,
-            GroundChoice::Auto => (is_file && self.lacks_floor).then(Ground::default),
+            GroundChoice::Auto => (is_file && self.survey.lacks_floor).then(Ground::default),
             GroundChoice::Own(ground) => Some(ground),
         });
     }
@@ -238,12 +211,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::at`]; `frame` then holds no useful scene.
     pub fn pose(&self, seconds: f64, frame: &mut Frame) -> Result<(), Error> {
-        if !seconds.is_finite() {
-            return Err(Error::Moment(seconds));
-        }
-        begin(frame);
-        self.source.pose(self.looped(seconds), frame)?;
-        self.finish(seconds, frame);
+        self.fill(seconds, frame, |moment, frame| self.source.pose(moment, frame))?;
         if let Some(grounded) = &self.ground {
             grounded.put_under(frame);
         }
@@ -259,12 +227,7 @@ impl Scene {
     /// As [`Scene::at`].
     pub fn pose_rig(&self, seconds: f64, frame: &mut Frame, pose: &mut Pose) -> Result<Option<Arc<Rig>>, Error> {
         let Some(rig) = self.source.rig() else { return Ok(None) };
-        if !seconds.is_finite() {
-            return Err(Error::Moment(seconds));
-        }
-        begin(frame);
-        self.source.pose_rig(self.looped(seconds), frame, pose)?;
-        self.finish(seconds, frame);
+        self.fill(seconds, frame, |moment, frame| self.source.pose_rig(moment, frame, pose))?;
         Ok(Some(match &self.ground {
             Some(grounded) => grounded.put_under_rig(rig, frame, pose),
             None => Arc::clone(rig),
@@ -278,11 +241,21 @@ impl Scene {
         if seconds > duration && duration > 0.0 { seconds % duration } else { seconds.max(0.0) }
     }
 
-    /// Completes a frame with the scene's own data and a light if it has none, and takes hidden objects out.
-    fn finish(&self, seconds: f64, frame: &mut Frame) {
+    /// Poses a moment, completes the frame with the scene's own data and a light if it has none, and takes hidden objects out.
+    fn fill(
+        &self,
+        seconds: f64,
+        frame: &mut Frame,
+        pose: impl FnOnce(f64, &mut Frame) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        if !seconds.is_finite() {
+            return Err(Error::Moment(seconds));
+        }
+        begin(frame);
+        pose(self.looped(seconds), frame)?;
         frame.seconds = seconds;
         frame.origin = self.origin();
-        frame.animation_bounds = self.animation_bounds;
+        frame.animation_bounds = self.survey.bounds;
         frame.light_is_made = frame.lights.is_empty();
         if frame.light_is_made {
             frame.lights.push(self.made_light(frame.cameras.first().map(|named| &named.camera)));
@@ -290,6 +263,7 @@ impl Scene {
         if let Some(hidden) = &self.hidden {
             hidden.take_out(&mut frame.mesh);
         }
+        Ok(())
     }
 
     /// The light of frames without lights: a sun above the left of the [framing camera](Frame::framing_camera), or a lamp
@@ -297,9 +271,9 @@ impl Scene {
     #[must_use]
     pub fn made_light(&self, camera: Option<&Camera>) -> Light {
         let mut light = self.sun.clone();
-        let diagonal = diagonal(self.animation_bounds);
+        let diagonal = diagonal(self.survey.bounds);
         let inside = camera.filter(|camera| {
-            let Bounds { min, max } = self.animation_bounds;
+            let Bounds { min, max } = self.survey.bounds;
             camera.position.cmpge(min).all() && camera.position.cmple(max).all()
         });
         if let Some(camera) = inside {
@@ -315,7 +289,7 @@ impl Scene {
     /// nothing can be hit.
     #[must_use]
     pub fn size(&self) -> f32 {
-        self.size
+        self.survey.size
     }
 
     /// The point of the world that coordinates of frames, cameras and lights count from: zero, unless the coordinates of the
@@ -392,6 +366,7 @@ impl Scene {
 }
 
 /// Facts about a scene that don't change.
+#[derive(Debug, Default)]
 struct Survey {
     /// Bounds over a few moments, enough for a view that doesn't cut much off.
     bounds: Bounds,
@@ -411,8 +386,7 @@ impl Survey {
         let duration = source.duration_seconds();
         let moments = if duration > 0.0 { MOMENTS } else { 1 };
         let mut frame = Frame::default();
-        let mut survey =
-            Self { bounds: Bounds::EMPTY, size: 0.0, objects: Vec::new(), lacks_floor: false, has_marks: false };
+        let mut survey = Self::default();
         for moment in 0..moments {
             begin(&mut frame);
             source.pose(duration * f64::from(moment) / f64::from(moments), &mut frame)?;

@@ -14,8 +14,8 @@ use super::curve::{Curve, Interpolation};
 use super::document::Document;
 use super::moved::{Moved, Target};
 use super::nodes::rotation;
-use super::visibility::Toggle;
 use crate::Clip;
+use crate::open::unknown_name;
 
 /// One property of one node, over time.
 #[derive(Debug)]
@@ -28,7 +28,6 @@ pub(super) struct Channel {
 /// The channels of one animation.
 struct Channels {
     plain: Vec<Channel>,
-    toggles: Vec<Toggle>,
     moved: Vec<Moved>,
 }
 
@@ -38,8 +37,6 @@ pub(super) struct Animations {
     pub(super) animations: Vec<Animation>,
     /// In order of application.
     pub(super) channels: Vec<Channel>,
-    /// Changes of nodes' visibility, of the animations that play.
-    pub(super) toggles: Vec<Toggle>,
     /// Other properties moved by pointers, of the animations that play.
     pub(super) moved: Vec<Moved>,
     /// Time at which the last of all animations ends.
@@ -63,14 +60,12 @@ impl Animations {
         check_size(document)?;
         for (number, json) in document.json.animations.iter().enumerate() {
             let channels = read_channels(document, json, number, &weights, warnings)?;
-            let (toggles, moved) = read_pointers(document, json, number, warnings)?;
-            let curves =
-                channels.iter().map(|channel| &channel.curve).chain(toggles.iter().map(|toggle| &toggle.curve));
-            let curves = curves.chain(moved.iter().map(|moved| &moved.curve));
+            let moved = read_pointers(document, json, number, warnings)?;
+            let curves = channels.iter().map(|channel| &channel.curve).chain(moved.iter().map(|moved| &moved.curve));
             let seconds = curves.map(Curve::end_seconds).fold(0.0, f32::max);
             let name = json.name.clone().unwrap_or_default();
             read.animations.push(Animation { name, seconds: f64::from(seconds), plays: false });
-            all.push(Channels { plain: channels, toggles, moved });
+            all.push(Channels { plain: channels, moved });
         }
         let plays = chosen(path, clip, &read.animations, &all)?;
         for ((number, animation), channels) in read.animations.iter_mut().enumerate().zip(all) {
@@ -78,7 +73,6 @@ impl Animations {
                 animation.plays = true;
                 read.duration_seconds = read.duration_seconds.max(animation.seconds);
                 read.channels.extend(channels.plain);
-                read.toggles.extend(channels.toggles);
                 read.moved.extend(channels.moved);
             }
         }
@@ -123,9 +117,8 @@ fn independent(channels: &[Channels]) -> bool {
     let mut moved = HashSet::new();
     channels.iter().all(|channels| {
         let plain = channels.plain.iter().map(|channel| Thing::Property(channel.node, channel.property as u8));
-        let toggles = channels.toggles.iter().map(|toggle| Thing::Visibility(toggle.node));
         let others = channels.moved.iter().map(|moved| Thing::Other(moved.target));
-        let own: HashSet<_> = plain.chain(toggles).chain(others).collect();
+        let own: HashSet<_> = plain.chain(others).collect();
         own.into_iter().all(|thing| moved.insert(thing))
     })
 }
@@ -134,25 +127,15 @@ fn independent(channels: &[Channels]) -> bool {
 #[derive(PartialEq, Eq, Hash)]
 enum Thing {
     Property(u32, u8),
-    Visibility(u32),
     Other(Target),
 }
 
-fn unknown_clip(path: &Path, name: &str, animations: &[Animation]) -> Error {
-    let names: Vec<_> = animations
-        .iter()
-        .enumerate()
-        .map(|(number, animation)| match animation.name.as_str() {
-            "" => number.to_string(),
-            name => format!("`{name}`"),
-        })
-        .collect();
-    let cause = if names.is_empty() {
-        format!("there is no animation `{name}`, as the file has none")
-    } else {
-        format!("there is no animation `{name}`; the file has {}", names.join(", "))
+fn unknown_clip(path: &Path, wanted: &str, animations: &[Animation]) -> Error {
+    let name = |(number, animation): (usize, &Animation)| match animation.name.as_str() {
+        "" => number.to_string(),
+        name => format!("`{name}`"),
     };
-    Error::address(path.to_string_lossy(), cause)
+    unknown_name(path, "animation", wanted, &animations.iter().enumerate().map(name).collect::<Vec<_>>())
 }
 
 fn read_channels(
@@ -200,31 +183,27 @@ fn read_pointers(
     json: &json::Animation,
     number: usize,
     warnings: &mut Vec<String>,
-) -> Result<(Vec<Toggle>, Vec<Moved>), Error> {
-    let (mut toggles, mut moved) = (Vec::new(), Vec::new());
+) -> Result<Vec<Moved>, Error> {
+    let mut all = Vec::new();
     for channel in document.pointers.iter().filter(|channel| channel.animation == number) {
         let location = channel.location();
-        let curve = |components: usize| {
-            let samplers_location = format_args!("{location}.sampler");
-            let sampler = document.element(&json.samplers, "samplers", channel.sampler, samplers_location)?;
-            let location = format!("animations[{number}].samplers[{}]", channel.sampler);
-            read_curve(document, sampler, Values::Numbers(components), components, &location)
+        let Some(target) = Target::of(&channel.pointer) else {
+            warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
+            continue;
         };
-        if let Some(node) = channel.toggled_node() {
-            document.element(&document.json.nodes, "nodes", node, format_args!("{location}.target"))?;
-            let curve = curve(1)?;
+        target.check(document, &format!("{location}.target"))?;
+        let sampler_location = format_args!("{location}.sampler");
+        let sampler = document.element(&json.samplers, "samplers", channel.sampler, sampler_location)?;
+        let (location, width) = (format!("animations[{number}].samplers[{}]", channel.sampler), target.components());
+        let mut curve = read_curve(document, sampler, Values::Numbers(width), width, &location)?;
+        if let Target::Visibility(_) = target {
             // There is nothing between visible and hidden.
             let values = (0..curve.times.len()).map(|keyframe| curve.value(keyframe)[0]).collect();
-            let curve = Curve { values, interpolation: Interpolation::Step, ..curve };
-            toggles.push(Toggle { node: node as u32, curve });
-        } else if let Some(target) = Target::of(&channel.pointer) {
-            target.check(document, &format!("{location}.target"))?;
-            moved.push(Moved { target, curve: curve(target.components())? });
-        } else {
-            warnings.push(format!("{location} was left out: what it moves, `{}`, is not animated", channel.pointer));
+            curve = Curve { values, interpolation: Interpolation::Step, ..curve };
         }
+        all.push(Moved { target, curve });
     }
-    Ok((toggles, moved))
+    Ok(all)
 }
 
 /// The kind of element of an animation's output.

@@ -51,13 +51,12 @@ pub(super) fn cameras(
         let Some(camera) = node.camera else { continue };
         let location = format_args!("nodes[{number}].camera");
         let json = document.element(&document.json.cameras, "cameras", camera.value(), location)?;
-        match projection(json) {
-            Some(projection) => {
-                let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
-                cameras.push(NodeCamera { node: number as u32, number: camera.value(), name: name.into(), projection });
-            }
-            None => warnings.push(format!("cameras[{}] was left out, as it sees nothing", camera.value())),
-        }
+        let Some(projection) = projection(json) else {
+            warnings.push(format!("cameras[{}] was left out, as it sees nothing", camera.value()));
+            continue;
+        };
+        let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
+        cameras.push(NodeCamera { node: number as u32, number: camera.value(), name: name.into(), projection });
     }
     Ok(cameras)
 }
@@ -78,31 +77,23 @@ pub(super) fn lights(document: &Document, nodes: &Nodes, warnings: &mut Vec<Stri
         let of_file = light.light.value();
         let location = format_args!("nodes[{number}].extensions.KHR_lights_punctual.light");
         let json = document.element(all, "extensions.KHR_lights_punctual.lights", of_file, location)?;
-        match source(json, of_file, warnings) {
-            Some(source) => {
-                let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
-                let color = Vec3::from_array(json.color);
-                if json.intensity < 0.0 || color.min_element() < 0.0 {
-                    warnings.push(format!("light {of_file} has a negative colour or intensity, which was taken as 0"));
-                }
-                let range = json.range.filter(|&range| range > 0.0 && range.is_finite());
-                if json.range.is_some() && range.is_none() {
-                    warnings.push(format!("the range of light {of_file} is not above 0 and was left out"));
-                }
-                let not_negative = |number: f32| if number < 0.0 { 0.0 } else { number };
-                let light = Light {
-                    name: name.into(),
-                    color: color.map(not_negative),
-                    range,
-                    ..Light::new(source, not_negative(json.intensity))
-                };
-                lights.push(NodeLight { node: number as u32, number: of_file, light });
-            }
-            None => {
-                warnings
-                    .push(format!("light {of_file} was left out, as its type is none of point, spot and directional"));
-            }
+        let Some(source) = source(json, of_file, warnings) else {
+            warnings.push(format!("light {of_file} was left out, as its type is none of point, spot and directional"));
+            continue;
+        };
+        let name = node.name.as_ref().or(json.name.as_ref()).map_or("", String::as_str);
+        let color = Vec3::from_array(json.color);
+        if json.intensity < 0.0 || color.min_element() < 0.0 {
+            warnings.push(format!("light {of_file} has a negative colour or intensity, which was taken as 0"));
         }
+        let range = json.range.filter(|&range| range > 0.0 && range.is_finite());
+        if json.range.is_some() && range.is_none() {
+            warnings.push(format!("the range of light {of_file} is not above 0 and was left out"));
+        }
+        let not_negative = |number: f32| if number < 0.0 { 0.0 } else { number };
+        let made = Light::new(source, not_negative(json.intensity));
+        let light = Light { name: name.into(), color: color.map(not_negative), range, ..made };
+        lights.push(NodeLight { node: number as u32, number: of_file, light });
     }
     Ok(lights)
 }

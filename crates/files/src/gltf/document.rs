@@ -191,20 +191,41 @@ impl Document {
     pub(super) fn fetch(&self, uri: &str, limit: u64, bytes: &mut Vec<u8>, budget: &Budget) -> Result<(), String> {
         // Bytes in base64 are shorter than that.
         budget.take(uri.len() as u64, "a URI's bytes")?;
-        let path = match resolve(&self.folder, budget.may_read(), uri)? {
-            Resource::Embedded(mut embedded) => {
-                budget.reserve(bytes, embedded.len(), "a URI's bytes")?;
-                bytes.append(&mut embedded);
-                return Ok(());
+        if let Some(scheme) = scheme(uri) {
+            if !scheme.eq_ignore_ascii_case("data") {
+                return Err(format!("`{scheme}:` URIs are not read; put the file beside the scene or embed it"));
             }
-            Resource::File(path) => path,
-            Resource::InOtherCase(path, names) => {
-                self.renamed.lock().unwrap_or_else(PoisonError::into_inner).insert(names);
-                path
-            }
-        };
+            let url = DataUrl::process(uri).map_err(|_| "a data URI without a comma before its bytes")?;
+            let (mut embedded, _) = url.decode_to_vec().map_err(|error| format!("broken base64: {error}"))?;
+            budget.reserve(bytes, embedded.len(), "a URI's bytes")?;
+            bytes.append(&mut embedded);
+            return Ok(());
+        }
+        let path = self.find(uri, budget.may_read())?;
         let read = folder::append(&path, limit, bytes, budget);
         read.map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// The file that a relative URI names.
+    ///
+    /// # Errors
+    /// A message why it is refused, such as a path out of the scene's folder.
+    fn find(&self, uri: &str, files: &Files) -> Result<PathBuf, String> {
+        let relative = percent_decode_str(uri).decode_utf8().map_err(|_| "a path that is not UTF-8")?;
+        if relative.is_empty() {
+            return Err("an empty URI".to_owned());
+        }
+        // Checked after decoding, so that `%2F` and `%2E` hide nothing.
+        let (path, _) = self.folder.file(&relative).ok_or_else(|| {
+            format!(
+                "`{relative}` is outside of the scene's folder; if you trust the file, allow that (--allow-outside)"
+            )
+        })?;
+        let other = if files.has(&path) { None } else { self.folder.in_other_case(&relative, files) };
+        let Some(((other, _), name)) = other else { return Ok(path) };
+        let mut renamed = self.renamed.lock().unwrap_or_else(PoisonError::into_inner);
+        renamed.insert([relative.into_owned(), name]);
+        Ok(other)
     }
 
     /// Warnings about files that were read under another name.
@@ -394,47 +415,6 @@ fn tighten(json: &mut Value) -> bool {
             whole.is_some()
         }
         _ => false,
-    }
-}
-
-/// The resource that a URI of a glTF file refers to.
-#[derive(Debug)]
-enum Resource {
-    /// The bytes inside a `data:` URI.
-    Embedded(Vec<u8>),
-    /// A file beside the scene's.
-    File(PathBuf),
-    /// A file whose name differs in case, with the requested and the actual name.
-    InOtherCase(PathBuf, [String; 2]),
-}
-
-/// Resolves `uri` against the scene's folder.
-///
-/// # Errors
-/// A message why the URI is refused: a path out of the folder, a scheme other than `data:`, or broken base64.
-fn resolve(folder: &Folder, files: &Files, uri: &str) -> Result<Resource, String> {
-    if let Some(scheme) = scheme(uri) {
-        if !scheme.eq_ignore_ascii_case("data") {
-            return Err(format!("`{scheme}:` URIs are not read; put the file beside the scene or embed it"));
-        }
-        let url = DataUrl::process(uri).map_err(|_| "a data URI without a comma before its bytes")?;
-        let (bytes, _) = url.decode_to_vec().map_err(|error| format!("broken base64: {error}"))?;
-        return Ok(Resource::Embedded(bytes));
-    }
-    let relative = percent_decode_str(uri).decode_utf8().map_err(|_| "a path that is not UTF-8")?;
-    if relative.is_empty() {
-        return Err("an empty URI".to_owned());
-    }
-    // Checked after decoding, so that `%2F` and `%2E` hide nothing.
-    match folder.file(&relative) {
-        Some((path, _)) if files.has(&path) => Ok(Resource::File(path)),
-        Some((path, _)) => Ok(match folder.in_other_case(&relative, files) {
-            Some(((path, _), name)) => Resource::InOtherCase(path, [relative.into_owned(), name]),
-            None => Resource::File(path),
-        }),
-        None => Err(format!(
-            "`{relative}` is outside of the scene's folder; if you trust the file, allow that (--allow-outside)"
-        )),
     }
 }
 

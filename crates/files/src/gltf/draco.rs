@@ -13,6 +13,7 @@ use serde::Deserialize;
 use umbrage_scene::Error;
 
 use super::document::Document;
+use crate::scalar::Scalar;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
@@ -170,43 +171,32 @@ fn values(attribute: &PointAttribute, accessor: &Accessor, points: usize) -> Res
     if components != kind.multiplicity() {
         return Err(format!("the stream has {components} components where {} are needed", kind.multiplicity()));
     }
-    let width = width(attribute.data_type()).ok_or("values of a kind that glTF has not")?;
+    let scalar = scalar(attribute.data_type()).ok_or("values of a kind that glTF has not")?;
     let (data, stride) = (attribute.buffer().data(), attribute.byte_stride() as usize);
     let mut bytes = Vec::with_capacity(points * components * component.0.size());
     for point in 0..points as u32 {
         let first = attribute.mapped_index(PointIndex(point)).0 as usize;
-        let value = first.checked_mul(stride).and_then(|first| data.get(first..)?.get(..components * width));
+        let value = first.checked_mul(stride).and_then(|first| data.get(first..)?.get(..components * scalar.bytes()));
         let value = value.ok_or_else(|| format!("there is no value for vertex {point}"))?;
-        for scalar in value.chunks_exact(width) {
-            write(number(attribute.data_type(), scalar), component.0, &mut bytes);
+        for number in value.chunks_exact(scalar.bytes()) {
+            write(scalar.decode(number, false), component.0, &mut bytes);
         }
     }
     Ok(bytes)
 }
 
-/// Bytes per component; `None` for types that glTF doesn't have.
-fn width(kind: DataType) -> Option<usize> {
-    match kind {
-        DataType::Int8 | DataType::Uint8 | DataType::Bool => Some(1),
-        DataType::Int16 | DataType::Uint16 => Some(2),
-        DataType::Int32 | DataType::Uint32 | DataType::Float32 => Some(4),
-        _ => None,
-    }
-}
-
-/// Decodes one number of type `kind` from its bytes.
-fn number(kind: DataType, bytes: &[u8]) -> f64 {
-    let four = || *bytes.first_chunk().unwrap_or(&[0; 4]);
-    let two = || *bytes.first_chunk().unwrap_or(&[0; 2]);
-    match kind {
-        DataType::Int8 => f64::from(bytes[0] as i8),
-        DataType::Int16 => f64::from(i16::from_le_bytes(two())),
-        DataType::Uint16 => f64::from(u16::from_le_bytes(two())),
-        DataType::Int32 => f64::from(i32::from_le_bytes(four())),
-        DataType::Uint32 => f64::from(u32::from_le_bytes(four())),
-        DataType::Float32 => f64::from(f32::from_le_bytes(four())),
-        _ => f64::from(bytes[0]),
-    }
+/// The type of a component; `None` for types that glTF doesn't have.
+fn scalar(kind: DataType) -> Option<Scalar> {
+    Some(match kind {
+        DataType::Int8 => Scalar::I8,
+        DataType::Uint8 | DataType::Bool => Scalar::U8,
+        DataType::Int16 => Scalar::I16,
+        DataType::Uint16 => Scalar::U16,
+        DataType::Int32 => Scalar::I32,
+        DataType::Uint32 => Scalar::U32,
+        DataType::Float32 => Scalar::F32,
+        _ => return None,
+    })
 }
 
 fn write(number: f64, component: ComponentType, bytes: &mut Vec<u8>) {

@@ -110,12 +110,7 @@ impl Far {
             .enumerate()
             .map(|(node, rounded)| of_file.get(node).map_or(rounded, FarNode::parent_from_node))
             .collect();
-        let mut world_from_node = parent_from_node.clone();
-        for &node in &nodes.order {
-            if let Some(parent) = nodes.parents[node as usize] {
-                world_from_node[node as usize] = world_from_node[parent as usize] * world_from_node[node as usize];
-            }
-        }
+        let world_from_node = nodes.to_world(parent_from_node.clone());
         let mut locals: Vec<FarTrs> = rest.animated.iter().map(FarTrs::from).collect();
         for (channel, &slot) in animations.channels.iter().zip(&rest.slot_of_channel) {
             let of_file = of_file.get(channel.node as usize);
@@ -162,10 +157,7 @@ impl Far {
                 Some(slot) => nodes.locals[slot as usize].parent_from_node(),
                 None => self.parent_from_node[node],
             };
-            nodes.world_from_node[node] = match moving.parent {
-                Some(parent) => nodes.world_from_node[parent as usize] * parent_from_node,
-                None => parent_from_node,
-            };
+            nodes.world_from_node[node] = moving.to_world(parent_from_node, &nodes.world_from_node);
             near_from_node[node] = near(nodes.world_from_node[node], self.origin);
         }
     }

@@ -32,7 +32,7 @@ impl MatrixSource {
 }
 
 /// The matrices of a rig's poses. Moving ones will come first.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Matrices {
     moving_nodes: HashSet<u32>,
     pub(super) moving: Vec<MatrixSource>,
@@ -51,7 +51,7 @@ pub(super) struct MatrixRange {
 impl Matrices {
     pub(super) fn new(rest: &Rest) -> Self {
         let moving_nodes = rest.moving.iter().map(|moving| moving.node).collect();
-        Self { moving_nodes, moving: Vec::new(), still: Vec::new(), of_skins: HashMap::new() }
+        Self { moving_nodes, ..Self::default() }
     }
 
     /// Adds matrices; all of them count as moving if one moves.

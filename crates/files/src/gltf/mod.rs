@@ -1,14 +1,13 @@
 //! glTF 2.0: reading and posing.
 //!
 //! `document` reads files, `accessor` their bytes. `nodes`, `matrices`, `animation`, `primitive`, `material` and `attached`
-//! read the content of their names; `parts` puts meshes and nodes together and makes a rig of the result, `bodies` finds
-//! the parts of it that move together. `pose` finds the moving nodes at a moment; the rig poses the vertices that follow
+//! read the content of their names; `parts` puts meshes and nodes together and makes a rig of the result, `expand` finds
+//! the triangles of it that move together. `pose` finds the moving nodes at a moment; the rig poses the vertices that follow
 //! them. `far` does so in f64 for scenes far from the origin of their coordinates.
 
 mod accessor;
 mod animation;
 mod attached;
-mod bodies;
 mod curve;
 mod document;
 mod draco;
@@ -88,8 +87,7 @@ impl GltfScene {
         let nodes = Nodes::read(&document)?;
         let skins = read_skins(&document)?;
         let weights = MorphWeights::read(&document)?;
-        let mut animations =
-            Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
+        let animations = Animations::read(&document, path, |node| weights.count(node), &options.clip, &mut warnings)?;
         let cameras = attached::cameras(&document, &nodes, &mut warnings)?;
         let lights = attached::lights(&document, &nodes, &mut warnings)?;
         let mut rest = Rest::new(&document, &nodes, &weights, &animations);
@@ -123,8 +121,7 @@ impl GltfScene {
             warnings.push("the file has no triangles in the scene that is shown".to_owned());
         }
         let mesh = Arc::new(mesh);
-        let toggles = std::mem::take(&mut animations.toggles);
-        let visibility = has_toggles.then(|| Visibility::new(&nodes, toggles, parts.of_nodes(), &mesh));
+        let visibility = has_toggles.then(|| Visibility::new(nodes, parts.of_nodes(), &mesh));
         let (rig, matrix_sources) = parts.into_rig(&rest, &animations);
         Ok(Self {
             path: path.to_owned(),

@@ -1,5 +1,7 @@
 //! The node hierarchy: nodes' transforms and visibility.
 
+use std::ops::Mul;
+
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::Node;
 use umbrage_scene::Error;
@@ -83,15 +85,14 @@ impl Nodes {
         Ok(Self { parents, order, parent_from_node, in_scene, visible, shows_itself })
     }
 
-    /// Each node's transform to the world.
-    pub(super) fn world_from_node(&self) -> Vec<Affine3A> {
-        let mut worlds = self.parent_from_node.clone();
+    /// Each node's transform to the world, in f32 or in f64, from its transform to its parent.
+    pub(super) fn to_world<T: Copy + Mul<Output = T>>(&self, mut transforms: Vec<T>) -> Vec<T> {
         for &node in &self.order {
             if let Some(parent) = self.parents[node as usize] {
-                worlds[node as usize] = worlds[parent as usize] * worlds[node as usize];
+                transforms[node as usize] = transforms[parent as usize] * transforms[node as usize];
             }
         }
-        worlds
+        transforms
     }
 }
 

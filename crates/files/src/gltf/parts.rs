@@ -26,7 +26,7 @@ use crate::origin::FarBounds;
 const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// The parts of a scene and their sources.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct RigParts {
     /// The primitives that parts are copies of: the rig's shapes, with their meshes and materials.
     pub(super) primitives: Vec<Primitive>,
@@ -67,16 +67,7 @@ impl RigParts {
     ) -> Result<Self, Error> {
         let shown = shown(document, nodes, first_weights)?;
         check_triangles(document, &shown)?;
-        let mut parts = Self {
-            primitives: Vec::new(),
-            parts: Vec::new(),
-            matrices: Matrices::new(rest),
-            of_nodes: Vec::new(),
-            vertices: 0,
-            triangles: 0,
-            marks: 0,
-            node_of_marks: Vec::new(),
-        };
+        let mut parts = Self { matrices: Matrices::new(rest), ..Self::default() };
         let primitives_of_mesh = parts.read_primitives(document, &shown, warnings)?;
         for shown in shown {
             let mut rigid = None;

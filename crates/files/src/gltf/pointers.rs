@@ -5,6 +5,8 @@
 
 use serde_json::{Value, json};
 
+use super::moved::Target;
+
 const NAME: &str = "KHR_animation_pointer";
 
 /// A channel that moves a property that no plain channel can.
@@ -24,8 +26,10 @@ impl PointerChannel {
 
     /// The node whose visibility this channel changes, if any.
     pub(super) fn toggled_node(&self) -> Option<usize> {
-        let of_node = self.pointer.strip_prefix("/nodes/")?;
-        of_node.strip_suffix("/extensions/KHR_node_visibility/visible")?.parse().ok()
+        match Target::of(&self.pointer)? {
+            Target::Visibility(node) => Some(node),
+            _ => None,
+        }
     }
 }
 

@@ -80,13 +80,13 @@ impl GltfScene {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut scratch = idle.unwrap_or_else(|| self.scratch());
         self.animate(seconds, &mut scratch);
-        let visible = self.visibility.as_ref().map(|visibility| visibility.at(seconds));
+        let moved = &self.animations.moved;
+        let visible = self.visibility.as_ref().map(|visibility| visibility.at(seconds, moved));
         frame.mesh = match (&self.visibility, &visible) {
             (Some(visibility), Some(visible)) => visibility.mesh(visible),
             _ => Arc::clone(&self.mesh),
         };
         frame.materials = self.materials_at(seconds)?;
-        let moved = &self.animations.moved;
         frame.cameras.extend(self.cameras.iter().map(|camera| {
             let mut named = camera.at(&scratch.world_from_node[camera.node as usize]);
             moved.iter().for_each(|moved| moved.change_camera(camera.number, seconds, &mut named));
@@ -191,10 +191,7 @@ impl Scratch {
                 Some(slot) => self.locals[slot as usize].parent_from_node(),
                 None => moving.parent_from_node,
             };
-            self.world_from_node[moving.node as usize] = match moving.parent {
-                Some(parent) => self.world_from_node[parent as usize] * parent_from_node,
-                None => parent_from_node,
-            };
+            self.world_from_node[moving.node as usize] = moving.to_world(parent_from_node, &self.world_from_node);
         }
     }
 

@@ -1,5 +1,7 @@
 //! A scene's rest pose, and the nodes that its animations move.
 
+use std::ops::Mul;
+
 use glam::{Affine3A, DVec3};
 use gltf::json::animation::Property;
 use umbrage_scene::Error;
@@ -37,6 +39,13 @@ pub(super) struct Moving {
     pub(super) parent_from_node: Affine3A,
 }
 
+impl Moving {
+    /// The node's transform to the world, from those to its parent and of its parent, in f32 or in f64.
+    pub(super) fn to_world<T: Copy + Mul<Output = T>>(&self, parent_from_node: T, world_from_node: &[T]) -> T {
+        self.parent.map_or(parent_from_node, |parent| world_from_node[parent as usize] * parent_from_node)
+    }
+}
+
 impl Rest {
     pub(super) fn new(document: &Document, nodes: &Nodes, weights: &MorphWeights, animations: &Animations) -> Self {
         let mut slots: Vec<Option<u32>> = vec![None; nodes.parents.len()];
@@ -64,12 +73,10 @@ impl Rest {
                 moving.push(Moving { node, parent, slot, parent_from_node });
             }
         }
-        let world_from_node = nodes.world_from_node();
+        let world_from_node = nodes.to_world(nodes.parent_from_node.clone());
         Self { world_from_node, weights: weights.weights.clone(), animated, slot_of_channel, moving, far: None }
     }
-}
 
-impl Rest {
     /// Changes the origin of poses.
     pub(super) fn place(&mut self, far: Far) {
         self.world_from_node = far.near_from_node();

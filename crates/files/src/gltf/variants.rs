@@ -7,6 +7,7 @@ use serde::Deserialize;
 use umbrage_scene::Error;
 
 use super::document::Document;
+use crate::open::unknown_name;
 
 const NAME: &str = "KHR_materials_variants";
 
@@ -65,11 +66,6 @@ pub(super) fn apply(document: &mut Document, path: &Path, wanted: Option<&str>) 
 
 /// Makes the error for a variant that isn't among `names`.
 pub(crate) fn unknown(path: &Path, wanted: &str, names: &[String]) -> Error {
-    let cause = if names.is_empty() {
-        format!("there is no variant `{wanted}`, as the file has none")
-    } else {
-        let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
-        format!("there is no variant `{wanted}`; the file has {}", names.join(", "))
-    };
-    Error::address(path.to_string_lossy(), cause)
+    let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+    unknown_name(path, "variant", wanted, &names)
 }

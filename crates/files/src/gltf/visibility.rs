@@ -4,25 +4,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use umbrage_scene::Mesh;
 
-use super::curve::Curve;
-use super::nodes::Nodes;
-
-/// The visibility of one node, over time.
-#[derive(Debug)]
-pub(super) struct Toggle {
-    pub(super) node: u32,
-    /// Zero where it is hidden.
-    pub(super) curve: Curve,
-}
+use super::moved::{Moved, Target};
+use super::nodes::{Nodes, hide_below};
 
 /// Visibility over time, in a scene whose nodes come and go.
 #[derive(Debug)]
 pub(super) struct Visibility {
-    toggles: Vec<Toggle>,
-    /// Each node's own visibility at rest.
-    own: Vec<bool>,
-    parents: Vec<Option<u32>>,
-    order: Vec<u32>,
+    nodes: Nodes,
     /// Nodes with their numbers of triangles, in the order of the whole mesh.
     triangles: Vec<(u32, usize)>,
     /// The node of each run of its points and lines.
@@ -33,33 +21,21 @@ pub(super) struct Visibility {
 }
 
 impl Visibility {
-    pub(super) fn new(
-        nodes: &Nodes,
-        toggles: Vec<Toggle>,
-        (triangles, marks): (Vec<(u32, usize)>, Vec<u32>),
-        whole: &Arc<Mesh>,
-    ) -> Self {
-        Self {
-            toggles,
-            own: nodes.shows_itself.clone(),
-            parents: nodes.parents.clone(),
-            order: nodes.order.clone(),
-            triangles,
-            marks,
-            whole: Arc::clone(whole),
-            last: Mutex::new(None),
-        }
+    pub(super) fn new(nodes: Nodes, (triangles, marks): (Vec<(u32, usize)>, Vec<u32>), whole: &Arc<Mesh>) -> Self {
+        Self { nodes, triangles, marks, whole: Arc::clone(whole), last: Mutex::new(None) }
     }
 
     /// Whether each node is visible, together with all of its ancestors.
-    pub(super) fn at(&self, seconds: f64) -> Vec<bool> {
-        let mut visible = self.own.clone();
-        for toggle in &self.toggles {
-            let mut value = [0.0];
-            toggle.curve.sample(seconds, &mut value);
-            visible[toggle.node as usize] = value != [0.0];
+    pub(super) fn at(&self, seconds: f64, moved: &[Moved]) -> Vec<bool> {
+        let mut visible = self.nodes.shows_itself.clone();
+        for moved in moved {
+            if let Target::Visibility(node) = moved.target {
+                let mut value = [0.0];
+                moved.curve.sample(seconds, &mut value);
+                visible[node] = value != [0.0];
+            }
         }
-        super::nodes::hide_below(&mut visible, &self.order, &self.parents);
+        hide_below(&mut visible, &self.nodes.order, &self.nodes.parents);
         visible
     }
 

@@ -1,9 +1,9 @@
 //! Windows and OS/2 bitmaps: palettes, plain or run-length encoded, and colours in whole bytes or in bit fields.
 
-use super::{Image, Samples, bytes_of, take, unusable};
+use super::{Check, Image, Samples, bytes_of, take, unmask, unusable};
 
 /// Reads a bitmap of 1, 4, 8, 16, 24 or 32 bits a texel.
-pub(super) fn decode(bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result<(), String>) -> Result<Image, String> {
+pub(super) fn decode(bytes: &[u8], check: Check<'_>) -> Result<Image, String> {
     let header = Header::read(bytes)?;
     check(header.size)?;
     let rows = bytes.get(header.texels_at..).ok_or_else(|| unusable("it ends too early"))?;
@@ -177,16 +177,9 @@ impl<'a> Header<'a> {
     fn colors(&self, bytes: &[u8], masks: [u32; 4]) -> Result<Image, String> {
         let channels = if masks[3] == 0 { 3 } else { 4 };
         let mut samples = Vec::with_capacity(bytes_of(self.size, channels, 1)?);
-        let sample = |texel: u32, mask: u32| {
-            let most = u64::from(mask >> mask.trailing_zeros().min(31));
-            let value = u64::from((texel & mask) >> mask.trailing_zeros().min(31));
-            // Rounded to the nearest of 255; 0 for an empty mask.
-            ((value * 255 + most / 2) / most.max(1)) as u8
-        };
         for row in self.rows(bytes)? {
             for texel in row.chunks_exact(usize::from(self.bits / 8)) {
-                let texel = texel.iter().rev().fold(0, |texel, &byte| texel << 8 | u32::from(byte));
-                samples.extend(masks[..channels].iter().map(|&mask| sample(texel, mask)));
+                unmask(texel, &masks[..channels], &mut samples);
             }
         }
         Ok(Image { size: self.size, channels, samples: Samples::Bytes(samples) })

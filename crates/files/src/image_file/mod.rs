@@ -53,6 +53,9 @@ enum Samples {
     Floats(Vec<f32>),
 }
 
+/// Accepts an image's width and height in texels, or says why not.
+pub type Check<'c> = &'c mut dyn FnMut([u32; 2]) -> Result<(), String>;
+
 /// Detects the format by the first bytes; `None` for TGA files, which have no signature, and for all other formats.
 #[must_use]
 pub fn format(bytes: &[u8]) -> Option<ImageFormat> {
@@ -76,12 +79,7 @@ pub fn format(bytes: &[u8]) -> Option<ImageFormat> {
 ///
 /// # Errors
 /// Where the file is damaged or OpenEXR, or has a size that `check` refuses.
-pub fn decode(
-    bytes: &[u8],
-    format: ImageFormat,
-    max_memory: u64,
-    check: &mut dyn FnMut([u32; 2]) -> Result<(), String>,
-) -> Result<Image, String> {
+pub fn decode(bytes: &[u8], format: ImageFormat, max_memory: u64, check: Check<'_>) -> Result<Image, String> {
     let max_memory = usize::try_from(max_memory).unwrap_or(usize::MAX);
     match format {
         ImageFormat::Bmp => bmp::decode(bytes, check),
@@ -110,11 +108,7 @@ fn size_of(dimensions: Option<(usize, usize)>) -> Result<[u32; 2], String> {
     size.ok_or_else(|| unusable("it is too large"))
 }
 
-fn png(
-    bytes: &[u8],
-    max_memory: usize,
-    check: &mut dyn FnMut([u32; 2]) -> Result<(), String>,
-) -> Result<Image, String> {
+fn png(bytes: &[u8], max_memory: usize, check: Check<'_>) -> Result<Image, String> {
     let limits = png::Limits { bytes: max_memory };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     decoder.set_ignore_text_chunk(true);
@@ -132,7 +126,7 @@ fn png(
     Ok(Image { size: [width, height], channels, samples })
 }
 
-fn jpeg(bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result<(), String>) -> Result<Image, String> {
+fn jpeg(bytes: &[u8], check: Check<'_>) -> Result<Image, String> {
     let options = DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
     let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(unusable)?;
@@ -142,14 +136,14 @@ fn jpeg(bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result<(), String>) -> 
     let colors = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
     decoder.set_options(options.jpeg_set_out_colorspace(colors));
     let samples = decoder.decode().map_err(unusable)?;
-    whole(size, colors.num_components(), samples)
+    let channels = colors.num_components();
+    if samples.len() != bytes_of(size, channels, 1)? {
+        return Err(unusable("its texels aren't as many as its size says"));
+    }
+    Ok(Image { size, channels, samples: Samples::Bytes(samples) })
 }
 
-fn webp(
-    bytes: &[u8],
-    max_memory: usize,
-    check: &mut dyn FnMut([u32; 2]) -> Result<(), String>,
-) -> Result<Image, String> {
+fn webp(bytes: &[u8], max_memory: usize, check: Check<'_>) -> Result<Image, String> {
     let mut decoder = image_webp::WebPDecoder::new(Cursor::new(bytes)).map_err(unusable)?;
     decoder.set_memory_limit(max_memory);
     let (width, height) = decoder.dimensions();
@@ -158,14 +152,6 @@ fn webp(
     let mut samples = vec![0; bytes_of([width, height], channels, 1)?];
     decoder.read_image(&mut samples).map_err(unusable)?;
     Ok(Image { size: [width, height], channels, samples: Samples::Bytes(samples) })
-}
-
-/// Makes an image, after checking the number of its samples.
-fn whole(size: [u32; 2], channels: usize, samples: Vec<u8>) -> Result<Image, String> {
-    if !(1..=4).contains(&channels) || samples.len() != bytes_of(size, channels, 1)? {
-        return Err(unusable("its texels aren't as many as its size says"));
-    }
-    Ok(Image { size, channels, samples: Samples::Bytes(samples) })
 }
 
 impl Image {
@@ -216,6 +202,19 @@ impl Image {
 /// Splits off the first `count` bytes.
 fn take<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     bytes.split_off(..count).ok_or_else(|| unusable("it ends too early"))
+}
+
+/// Appends the samples of a texel of at most four bytes, the lowest first: a mask of its bits for each sample, which is rounded
+/// to the nearest of 255, and 0 for an empty mask.
+fn unmask(texel: &[u8], masks: &[u32], samples: &mut Vec<u8>) {
+    let texel = texel.iter().rev().fold(0, |texel, &byte| texel << 8 | u32::from(byte));
+    samples.extend(masks.iter().map(|&mask| {
+        let shift = mask.trailing_zeros().min(31);
+        match (u64::from((texel & mask) >> shift), u64::from(mask >> shift)) {
+            (value, 255) => value as u8,
+            (value, most) => ((value * 255 + most / 2) / most.max(1)) as u8,
+        }
+    }));
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Radiance's RGBE images (Ward, Real Pixels, Graphics Gems II, 1991): texels of four bytes, three mantissas and an exponent,
 //! plain, in runs of equal texels, or in runs of equal bytes.
 
-use super::{Image, Samples, take, unusable};
+use super::{Check, Image, Samples, take, unusable};
 
 /// Reads an image with rows from top to bottom and texels from left to right, as in nearly all files.
-pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result<(), String>) -> Result<Image, String> {
+pub(super) fn decode(mut bytes: &[u8], check: Check<'_>) -> Result<Image, String> {
     let size = read_header(&mut bytes)?;
     check(size)?;
     let [width, height] = size.map(|side| side as usize);

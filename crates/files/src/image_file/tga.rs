@@ -1,10 +1,10 @@
 //! Truevision TGA images: colours, greys and palettes, plain or run-length encoded (TGA File Format Specification
 //! 2.0, 1991).
 
-use super::{Image, Samples, bytes_of, take, unusable};
+use super::{Check, Image, Samples, bytes_of, take, unmask, unusable};
 
 /// Reads an image of 8, 15, 16, 24 or 32 bits a texel.
-pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result<(), String>) -> Result<Image, String> {
+pub(super) fn decode(mut bytes: &[u8], check: Check<'_>) -> Result<Image, String> {
     let header = take(&mut bytes, 18)?;
     let word = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
     let [id_length, has_palette, kind] = [header[0], header[1], header[2]];
@@ -23,7 +23,7 @@ pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result
     let entries = take(&mut bytes, usize::from(has_palette) * usize::from(word(5)) * entry_bytes)?;
 
     let is_mapped = kind & 7 == 1;
-    let layout = Layout::new(kind & 7 == 3, if is_mapped { header[7] } else { bits }, descriptor & 15)?;
+    let masks = masks_of(kind & 7 == 3, if is_mapped { header[7] } else { bits }, descriptor & 15)?;
     if is_mapped && (!matches!(bits, 8 | 16) || has_palette == 0) {
         return Err(unusable("a palette's indices have 8 or 16 bits"));
     }
@@ -37,7 +37,7 @@ pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result
         take(&mut bytes, length)?
     };
 
-    let mut samples = Vec::with_capacity(bytes_of(size, layout.channels(), 1)?);
+    let mut samples = Vec::with_capacity(bytes_of(size, masks.len(), 1)?);
     let [width, height] = size.map(|side| side as usize);
     let [from_right, from_top] = [descriptor & 16 != 0, descriptor & 32 != 0];
     for row in 0..height {
@@ -46,61 +46,28 @@ pub(super) fn decode(mut bytes: &[u8], check: &mut dyn FnMut([u32; 2]) -> Result
             let column = if from_right { width - 1 - column } else { column };
             let texel = &texels[(row * width + column) * stored..][..stored];
             if !is_mapped {
-                layout.push(texel, &mut samples);
+                unmask(texel, masks, &mut samples);
                 continue;
             }
             let index = texel.iter().rev().fold(0, |index, &byte| index << 8 | usize::from(byte));
             let entry =
                 index.checked_sub(word(3).into()).and_then(|entry| entries.chunks_exact(entry_bytes).nth(entry));
-            layout.push(entry.ok_or_else(|| unusable("a texel names no color of its palette"))?, &mut samples);
+            unmask(entry.ok_or_else(|| unusable("a texel names no color of its palette"))?, masks, &mut samples);
         }
     }
-    Ok(Image { size, channels: layout.channels(), samples: Samples::Bytes(samples) })
+    Ok(Image { size, channels: masks.len(), samples: Samples::Bytes(samples) })
 }
 
-/// A texel's samples in the file's order, blue first.
-#[derive(Clone, Copy)]
-enum Layout {
-    Grey,
-    GreyAndOpacity,
-    /// Five bits each, and an unused one.
-    Rgb15,
-    Rgb,
-    Rgba,
-}
-
-impl Layout {
-    fn new(is_grey: bool, bits: u8, opacity_bits: u8) -> Result<Self, String> {
-        match (is_grey, bits, opacity_bits) {
-            (true, 8, 0 | 8) => Ok(Self::Grey),
-            (true, 16, 8) => Ok(Self::GreyAndOpacity),
-            (false, 15 | 16, 0 | 1) => Ok(Self::Rgb15),
-            (false, 24, 0) => Ok(Self::Rgb),
-            (false, 32, 0 | 8) => Ok(Self::Rgba),
-            _ => Err(unusable(format_args!("texels of {bits} bits, {opacity_bits} of them opacity, aren't read"))),
-        }
-    }
-
-    fn channels(self) -> usize {
-        match self {
-            Self::Grey => 1,
-            Self::GreyAndOpacity => 2,
-            Self::Rgb15 | Self::Rgb => 3,
-            Self::Rgba => 4,
-        }
-    }
-
-    fn push(self, texel: &[u8], samples: &mut Vec<u8>) {
-        match (self, texel) {
-            (Self::Rgb15, &[low, high]) => {
-                let packed = u16::from_le_bytes([low, high]);
-                // Rounded to the nearest of 255.
-                samples.extend([10, 5, 0].map(|shift| (((packed >> shift & 31) * 255 + 15) / 31) as u8));
-            }
-            (Self::Rgb, &[blue, green, red]) => samples.extend([red, green, blue]),
-            (Self::Rgba, &[blue, green, red, opacity]) => samples.extend([red, green, blue, opacity]),
-            _ => samples.extend(texel),
-        }
+/// The bits of each sample of a texel.
+fn masks_of(is_grey: bool, bits: u8, opacity_bits: u8) -> Result<&'static [u32], String> {
+    match (is_grey, bits, opacity_bits) {
+        (true, 8, 0 | 8) => Ok(&[0xff]),
+        (true, 16, 8) => Ok(&[0xff, 0xff00]),
+        // One bit isn't used.
+        (false, 15 | 16, 0 | 1) => Ok(&[31 << 10, 31 << 5, 31]),
+        (false, 24, 0) => Ok(&[0xff_0000, 0xff00, 0xff]),
+        (false, 32, 0 | 8) => Ok(&[0xff_0000, 0xff00, 0xff, 0xff00_0000]),
+        _ => Err(unusable(format_args!("texels of {bits} bits, {opacity_bits} of them opacity, aren't read"))),
     }
 }
 

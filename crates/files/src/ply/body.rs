@@ -1,4 +1,5 @@
-use super::header::{Element, Encoding, PropertyKind, Scalar};
+use super::header::{Element, Encoding, PropertyKind};
+use crate::scalar::Scalar;
 use crate::text::{Lines, number, quoted};
 
 /// Reads a PLY file's values one after the other.
@@ -84,7 +85,7 @@ impl<'a> Body<'a> {
             Self::Binary { rest, big_endian } => {
                 let (value, after) = rest.split_at_checked(scalar.bytes()).ok_or("the file ends here")?;
                 *rest = after;
-                Ok(decode(value, scalar, *big_endian))
+                Ok(scalar.decode(value, *big_endian))
             }
         }
     }
@@ -141,27 +142,5 @@ fn parse(word: &[u8], scalar: Scalar) -> Result<f64, String> {
         Ok(value)
     } else {
         Err(format!("{} is not a whole number from {lowest} to {highest}", quoted(word)))
-    }
-}
-
-/// The number in `bytes`, as many as `scalar` takes.
-fn decode(bytes: &[u8], scalar: Scalar, big_endian: bool) -> f64 {
-    /// The bytes in little-endian order; zeros if there aren't as many, which `Body::value` rules out.
-    fn ordered<const N: usize>(bytes: &[u8], big_endian: bool) -> [u8; N] {
-        let mut ordered: [u8; N] = bytes.try_into().unwrap_or([0; N]);
-        if big_endian {
-            ordered.reverse();
-        }
-        ordered
-    }
-    match scalar {
-        Scalar::I8 => f64::from(i8::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::U8 => f64::from(u8::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::I16 => f64::from(i16::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::U16 => f64::from(u16::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::I32 => f64::from(i32::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::U32 => f64::from(u32::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::F32 => f64::from(f32::from_le_bytes(ordered(bytes, big_endian))),
-        Scalar::F64 => f64::from_le_bytes(ordered(bytes, big_endian)),
     }
 }

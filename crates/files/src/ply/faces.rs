@@ -1,10 +1,11 @@
 use glam::{Vec3, Vec4};
 
 use super::body::Body;
-use super::header::{Element, Property, PropertyKind, Scalar};
+use super::header::{Element, Property, PropertyKind};
 use super::vertices;
 use crate::memory::Budget;
 use crate::polygon::Cutter;
+use crate::scalar::Scalar;
 
 /// The triangles of a file.
 #[derive(Debug, Default)]

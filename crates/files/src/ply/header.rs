@@ -2,6 +2,7 @@ use std::path::Path;
 
 use umbrage_scene::Error;
 
+use crate::scalar::Scalar;
 use crate::text::{Lines, number, quoted, words};
 
 /// The header of a PLY file.
@@ -40,58 +41,6 @@ pub(super) struct Property {
 pub(super) enum PropertyKind {
     Scalar(Scalar),
     List { count: Scalar, item: Scalar },
-}
-
-/// A type of number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Scalar {
-    fn named(name: &[u8]) -> Result<Self, String> {
-        Ok(match name {
-            b"char" | b"int8" => Self::I8,
-            b"uchar" | b"uint8" => Self::U8,
-            b"short" | b"int16" => Self::I16,
-            b"ushort" | b"uint16" => Self::U16,
-            b"int" | b"int32" => Self::I32,
-            b"uint" | b"uint32" => Self::U32,
-            b"float" | b"float32" => Self::F32,
-            b"double" | b"float64" => Self::F64,
-            _ => return Err(format!("unknown type {}", quoted(name))),
-        })
-    }
-
-    /// Range of an integer type; `None` for floating-point types.
-    pub(super) fn whole_range(self) -> Option<(f64, f64)> {
-        Some(match self {
-            Self::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
-            Self::U8 => (0.0, f64::from(u8::MAX)),
-            Self::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
-            Self::U16 => (0.0, f64::from(u16::MAX)),
-            Self::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-            Self::U32 => (0.0, f64::from(u32::MAX)),
-            Self::F32 | Self::F64 => return None,
-        })
-    }
-
-    /// Bytes of a value in a binary file.
-    pub(super) fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
 }
 
 impl Element {
@@ -165,8 +114,8 @@ fn statement(line: &[u8], encoding: &mut Option<Encoding>, elements: &mut Vec<El
             let element = elements.last_mut().ok_or("a property before the first element")?;
             let mut word = || words.next().unwrap_or_default();
             let kind = match word() {
-                b"list" => PropertyKind::List { count: Scalar::named(word())?, item: Scalar::named(word())? },
-                name => PropertyKind::Scalar(Scalar::named(name)?),
+                b"list" => PropertyKind::List { count: scalar(word())?, item: scalar(word())? },
+                name => PropertyKind::Scalar(scalar(name)?),
             };
             let name = words.next().ok_or("a property without a name")?;
             element.properties.push(Property { name: lossy(name), kind });
@@ -178,4 +127,18 @@ fn statement(line: &[u8], encoding: &mut Option<Encoding>, elements: &mut Vec<El
 
 fn lossy(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
+}
+
+fn scalar(name: &[u8]) -> Result<Scalar, String> {
+    Ok(match name {
+        b"char" | b"int8" => Scalar::I8,
+        b"uchar" | b"uint8" => Scalar::U8,
+        b"short" | b"int16" => Scalar::I16,
+        b"ushort" | b"uint16" => Scalar::U16,
+        b"int" | b"int32" => Scalar::I32,
+        b"uint" | b"uint32" => Scalar::U32,
+        b"float" | b"float32" => Scalar::F32,
+        b"double" | b"float64" => Scalar::F64,
+        _ => return Err(format!("unknown type {}", quoted(name))),
+    })
 }

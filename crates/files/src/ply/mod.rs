@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
-use umbrage_scene::{Error, Marks, Material, Materials};
+use umbrage_scene::{Error, Marks};
 
 use crate::memory::Budget;
 use crate::still::{Still, Vertices};
@@ -51,7 +51,9 @@ pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> R
             }
             "face" => faces.read(ListForm::Polygon, element, &mut body, positions).map_err(at_row)?,
             "tristrips" => faces.read(ListForm::Strips, element, &mut body, positions).map_err(at_row)?,
-            "edge" => read_edges(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?,
+            "edge" if has_ends(element) => {
+                read_edges(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?;
+            }
             _ => skip(element, &mut body).map_err(at_row)?,
         }
     }
@@ -76,22 +78,9 @@ pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> R
             warnings.push("the file has neither faces nor points".to_owned());
         }
     }
-    if vertices.colors.is_empty() {
-        let Faces { triangles, colors, .. } = &mut faces;
-        let colored = vertices.color_triangles(triangles, colors, budget);
-        colored.map_err(|cause| Error::malformed(path, "face", cause))?;
-    }
-    let material = if vertices.colors.is_empty() {
-        Material::clay()
-    } else {
-        // The only colours are the vertices' or the faces' own.
-        Material { double_sided: true, ..Material::default() }
-    };
-    let materials = Arc::new(Materials { materials: vec![material], textures: Vec::new() });
-    let taken = budget.take_for::<u32>(faces.triangles.len(), "triangles' materials");
-    taken.map_err(|cause| Error::malformed(path, "face", cause))?;
-    let material_of_triangle = vec![0; faces.triangles.len()];
-    let mut frame = vertices.into_frame(faces.triangles, material_of_triangle, materials);
+    let Faces { triangles, colors, .. } = faces;
+    let frame = vertices.into_plain_frame(triangles, &colors, budget);
+    let mut frame = frame.map_err(|cause| Error::malformed(path, "face", cause))?;
     Arc::make_mut(&mut frame.mesh).marks = marks;
     Ok(Still { frame, warnings, origin: origin.unwrap_or_default(), ..Still::default() })
 }
@@ -123,7 +112,14 @@ fn skip(element: &Element, body: &mut Body<'_>) -> Result<(), (u64, String)> {
     })
 }
 
-/// Reads all rows of an element whose `vertex1` and `vertex2` are the ends of lines. Without these, it is skipped.
+/// Names of the vertices at the ends of an edge.
+const ENDS: [&str; 2] = ["vertex1", "vertex2"];
+
+fn has_ends(element: &Element) -> bool {
+    ENDS.iter().all(|end| element.properties.iter().any(|property| property.name == *end))
+}
+
+/// Reads all rows of an element whose [`ENDS`] are the ends of lines.
 ///
 /// # Errors
 /// The row's index, and the reason in words.
@@ -134,29 +130,20 @@ fn read_edges(
     marks: &mut Marks,
     budget: &Budget,
 ) -> Result<(), (u64, String)> {
-    let ends = ["vertex1", "vertex2"];
-    let is_end = |name: &str| element.properties.iter().any(|property| property.name == name);
-    let are_there = ends.into_iter().all(is_end);
-    if element.properties.is_empty() {
-        return Ok(());
-    }
     // The count was compared with the bytes that are there.
-    let lines = if are_there { element.count as usize } else { 0 };
-    budget.reserve_marks(marks, 0, lines).map_err(|cause| (0, cause))?;
+    budget.reserve_marks(marks, 0, element.count as usize).map_err(|cause| (0, cause))?;
     body.each_row(element, |body| {
         let mut line = [0; 2];
         for property in &element.properties {
             let named = |cause| format!("`{}`: {cause}", property.name);
-            match (ends.iter().position(|&end| end == property.name), property.kind) {
-                (Some(end), PropertyKind::Scalar(scalar)) if are_there => {
+            match (ENDS.iter().position(|&end| end == property.name), property.kind) {
+                (Some(end), PropertyKind::Scalar(scalar)) => {
                     line[end] = index(body.value(scalar).map_err(named)?, vertex_count).map_err(named)?;
                 }
                 _ => body.skip(property.kind).map_err(named)?,
             }
         }
-        if are_there {
-            marks.push_line(line);
-        }
+        marks.push_line(line);
         Ok(())
     })
 }

@@ -2,9 +2,10 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 use umbrage_scene::{ColorSpace, linear_from_srgb};
 
 use super::body::Body;
-use super::header::{Element, PropertyKind, Scalar};
+use super::header::{Element, PropertyKind};
 use crate::memory::Budget;
 use crate::origin::{FarBounds, local};
+use crate::scalar::Scalar;
 use crate::still::Vertices;
 
 /// Roles of a vertex's properties.

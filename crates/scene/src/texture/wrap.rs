@@ -83,21 +83,10 @@ impl Wrap {
         if (0..length).contains(&at) {
             return at as usize;
         }
-        let cell = match self {
-            Self::Repeat => at.rem_euclid(length),
-            Self::ClampToEdge => at.clamp(0, length - 1),
-            Self::MirroredRepeat => {
-                let twice = at.rem_euclid(2 * length);
-                let mirrored = 2 * length - 1 - twice;
-                match filter {
-                    _ if twice < length => twice,
-                    Filter::Nearest => mirrored,
-                    // In the mirrored image, index `at + 1` is the lower texel; at the image's edge both are the same.
-                    Filter::Linear => (mirrored - 1).max(0),
-                }
-            }
-        };
-        cell as usize
+        let texel = self.texel(at, side);
+        let is_mirrored = self == Self::MirroredRepeat && at.rem_euclid(2 * length) >= length;
+        // In the mirrored image, index `at + 1` is the lower texel; at the image's edge both are the same.
+        if is_mirrored && filter == Filter::Linear { texel.saturating_sub(1) } else { texel }
     }
 }
 

@@ -2,9 +2,13 @@
 //!
 //! `EXT_meshopt_compression`, appendix B; COLOR is of `KHR_meshopt_compression`.
 
-/// A filter by its name in the JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use serde::Deserialize;
+
+/// A filter, by its name in the JSON.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
 pub(super) enum Filter {
+    #[default]
     None,
     Octahedral,
     Quaternion,
@@ -13,17 +17,6 @@ pub(super) enum Filter {
 }
 
 impl Filter {
-    pub(super) fn of(name: &str) -> Option<Self> {
-        Some(match name {
-            "NONE" => Self::None,
-            "OCTAHEDRAL" => Self::Octahedral,
-            "QUATERNION" => Self::Quaternion,
-            "EXPONENTIAL" => Self::Exponential,
-            "COLOR" => Self::Color,
-            _ => return None,
-        })
-    }
-
     /// Whether this filter accepts elements of `stride` bytes.
     pub(super) fn takes(self, stride: usize) -> bool {
         match self {

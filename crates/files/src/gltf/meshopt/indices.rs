@@ -2,7 +2,7 @@
 //!
 //! The formats are defined in `EXT_meshopt_compression`, appendix A.2 and A.3.
 
-use super::bytes::{Bytes, signed};
+use super::{Bytes, signed};
 
 /// Vertices of recent triangles, or their edges; the newest is number 0.
 struct Recent<T> {

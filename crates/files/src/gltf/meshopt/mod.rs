@@ -3,7 +3,6 @@
 //!
 //! `vertices` and `indices` read the two kinds of streams, `filters` decodes numbers after that.
 
-mod bytes;
 mod filters;
 mod indices;
 mod vertices;
@@ -30,7 +29,7 @@ struct Compressed {
     byte_stride: usize,
     count: usize,
     mode: String,
-    filter: Option<String>,
+    filter: Option<Filter>,
 }
 
 /// Replaces all compressed buffer views by plain ones.
@@ -60,8 +59,7 @@ fn decode(document: &Document, json: &Value, location: &str) -> Result<Vec<u8>, 
     let malformed = |cause: String| document.malformed(location, cause);
     let compressed = Compressed::deserialize(json).map_err(|error| malformed(error.to_string()))?;
     let Compressed { count, byte_stride: stride, .. } = compressed;
-    let filter = compressed.filter.as_deref().unwrap_or("NONE");
-    let filter = Filter::of(filter).ok_or_else(|| malformed(format!("`{filter}` is no filter")))?;
+    let filter = compressed.filter.unwrap_or_default();
     let buffer = document.buffer(compressed.buffer, format_args!("{location}.buffer"))?;
     let (first, length) = (compressed.byte_offset, compressed.byte_length);
     let range = first.checked_add(length).and_then(|end| buffer.get(first..end));
@@ -99,4 +97,66 @@ fn as_bytes(indices: &[u32], stride: usize) -> Vec<u8> {
         2 => indices.iter().flat_map(|&index| (index as u16).to_le_bytes()).collect(),
         _ => indices.iter().flat_map(|index| index.to_le_bytes()).collect(),
     }
+}
+
+/// The unread bytes of a stream.
+#[derive(Debug)]
+pub(super) struct Bytes<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes }
+    }
+
+    /// The next `count` bytes.
+    ///
+    /// # Errors
+    /// A message, where there are fewer.
+    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or("its bytes end too early")?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    /// The next byte.
+    ///
+    /// # Errors
+    /// As [`Bytes::take`].
+    pub(super) fn byte(&mut self) -> Result<u8, String> {
+        Ok(self.take(1)?[0])
+    }
+
+    /// A number in groups of seven bits, the lowest first; the last group's byte is below 128.
+    ///
+    /// # Errors
+    /// As [`Bytes::take`], and where it doesn't fit into 32 bits.
+    pub(super) fn number(&mut self) -> Result<u32, String> {
+        let mut number = 0;
+        for shift in (0..32).step_by(7) {
+            let byte = self.byte()?;
+            number |= u32::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                return Ok(number);
+            }
+        }
+        Err("a number takes more than five bytes".to_owned())
+    }
+
+    /// Checks that all bytes were read.
+    ///
+    /// # Errors
+    /// A message with the number of bytes left.
+    pub(super) fn expect_end(&self) -> Result<(), String> {
+        if self.rest.is_empty() {
+            return Ok(());
+        }
+        Err(format!("{} bytes are left over behind the last element", self.rest.len()))
+    }
+}
+
+/// A signed number from its zigzag code: 0, −1, 1, −2 …
+pub(super) fn signed(code: u32) -> u32 {
+    (code >> 1) ^ (code & 1).wrapping_neg()
 }

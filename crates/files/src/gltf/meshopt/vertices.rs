@@ -3,7 +3,7 @@
 //! The formats are defined in `EXT_meshopt_compression`, appendix A.1 (version 0), and in `KHR_meshopt_compression` (version
 //! 1, with channels and control bits).
 
-use super::bytes::{Bytes, signed};
+use super::{Bytes, signed};
 
 /// Maximum size of a block of elements, in bytes and in elements.
 const BLOCK_BYTES: usize = 0x2000;

@@ -1,38 +1,19 @@
 //! The numbers of a material that an animation changes.
 
-use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
+use glam::{Affine2, Mat2, Vec2, Vec3};
 use gltf::json;
 use umbrage_scene::{Alpha, Material, TextureUse};
 
 use super::super::material::turn;
 use super::{Moved, Target};
 
+/// A number of a material, or a part of the transform of one of its textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(in super::super) enum MaterialNumber {
-    BaseColor,
-    Metallic,
-    Roughness,
-    EmissiveFactor,
-    EmissiveStrength,
-    AlphaCutoff,
-    NormalScale,
-    OcclusionStrength,
-    Ior,
-    Dispersion,
-    Transmission,
-    Thickness,
-    AttenuationDistance,
-    AttenuationColor,
-    Texture(TextureSlot, Transform),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(in super::super) enum TextureSlot {
-    BaseColor,
-    MetallicRoughness,
-    Normal,
-    Occlusion,
-    Emissive,
+    /// An index in [`NUMBERS`].
+    Own(usize),
+    /// An index in [`TEXTURES`].
+    Texture(usize, Transform),
 }
 
 /// A part of `KHR_texture_transform`.
@@ -43,61 +24,82 @@ pub(in super::super) enum Transform {
     Scale,
 }
 
-/// Numbers that can be animated, by their paths in a material of the JSON.
-const NUMBERS: &[(&str, MaterialNumber)] = &[
-    ("pbrMetallicRoughness/baseColorFactor", MaterialNumber::BaseColor),
-    ("pbrMetallicRoughness/metallicFactor", MaterialNumber::Metallic),
-    ("pbrMetallicRoughness/roughnessFactor", MaterialNumber::Roughness),
-    ("emissiveFactor", MaterialNumber::EmissiveFactor),
-    ("extensions/KHR_materials_emissive_strength/emissiveStrength", MaterialNumber::EmissiveStrength),
-    ("alphaCutoff", MaterialNumber::AlphaCutoff),
-    ("normalTexture/scale", MaterialNumber::NormalScale),
-    ("occlusionTexture/strength", MaterialNumber::OcclusionStrength),
-    ("extensions/KHR_materials_ior/ior", MaterialNumber::Ior),
-    ("extensions/KHR_materials_dispersion/dispersion", MaterialNumber::Dispersion),
-    ("extensions/KHR_materials_transmission/transmissionFactor", MaterialNumber::Transmission),
-    ("extensions/KHR_materials_volume/thicknessFactor", MaterialNumber::Thickness),
-    ("extensions/KHR_materials_volume/attenuationDistance", MaterialNumber::AttenuationDistance),
-    ("extensions/KHR_materials_volume/attenuationColor", MaterialNumber::AttenuationColor),
+/// Sets a number from the components of a keyframe's value.
+type Set = fn(&mut Material, &mut Emission, [f32; 4]);
+
+/// Numbers that can be animated: their paths in a material of the JSON, and how many components they have.
+const NUMBERS: &[(&str, usize, Set)] = &[
+    ("pbrMetallicRoughness/baseColorFactor", 4, |to, _, color| to.base_color = color.into()),
+    ("pbrMetallicRoughness/metallicFactor", 1, |to, _, [x, ..]| to.metallic = x),
+    ("pbrMetallicRoughness/roughnessFactor", 1, |to, _, [x, ..]| to.roughness = x),
+    ("emissiveFactor", 3, |to, emission, [r, g, b, _]| {
+        emission.factor = Vec3::new(r, g, b);
+        to.emissive = emission.product();
+    }),
+    ("extensions/KHR_materials_emissive_strength/emissiveStrength", 1, |to, emission, [x, ..]| {
+        emission.strength = x;
+        to.emissive = emission.product();
+    }),
+    ("alphaCutoff", 1, |to, _, [x, ..]| {
+        if let Alpha::Mask { cutoff } = &mut to.alpha {
+            *cutoff = x;
+        }
+    }),
+    ("normalTexture/scale", 1, |to, _, [x, ..]| to.normal_scale = x),
+    ("occlusionTexture/strength", 1, |to, _, [x, ..]| to.occlusion_strength = x),
+    ("extensions/KHR_materials_ior/ior", 1, |to, _, [x, ..]| to.ior = x),
+    ("extensions/KHR_materials_dispersion/dispersion", 1, |to, _, [x, ..]| to.dispersion = x),
+    ("extensions/KHR_materials_transmission/transmissionFactor", 1, |to, _, [x, ..]| to.transmission = x),
+    ("extensions/KHR_materials_volume/thicknessFactor", 1, |to, _, [x, ..]| to.volume.thickness = x),
+    ("extensions/KHR_materials_volume/attenuationDistance", 1, |to, _, [x, ..]| {
+        // As at rest: zero would take all light away.
+        to.volume.attenuation_distance = if x > 0.0 { x } else { f32::INFINITY };
+    }),
+    ("extensions/KHR_materials_volume/attenuationColor", 3, |to, _, [r, g, b, _]| {
+        to.volume.attenuation_color = Vec3::new(r, g, b);
+    }),
 ];
 
-const TEXTURES: &[(&str, TextureSlot)] = &[
-    ("pbrMetallicRoughness/baseColorTexture", TextureSlot::BaseColor),
-    ("pbrMetallicRoughness/metallicRoughnessTexture", TextureSlot::MetallicRoughness),
-    ("normalTexture", TextureSlot::Normal),
-    ("occlusionTexture", TextureSlot::Occlusion),
-    ("emissiveTexture", TextureSlot::Emissive),
+/// Finds one of a material's textures.
+type Find = fn(&mut Material) -> &mut Option<TextureUse>;
+
+/// Textures whose transforms can be animated, by their paths in a material of the JSON.
+const TEXTURES: &[(&str, Find)] = &[
+    ("pbrMetallicRoughness/baseColorTexture", |of| &mut of.base_color_texture),
+    ("pbrMetallicRoughness/metallicRoughnessTexture", |of| &mut of.metallic_roughness_texture),
+    ("normalTexture", |of| &mut of.normal_texture),
+    ("occlusionTexture", |of| &mut of.occlusion_texture),
+    ("emissiveTexture", |of| &mut of.emissive_texture),
 ];
 
 impl MaterialNumber {
     /// The number at a path in a material of the JSON; `None` for paths that can't be animated.
     pub(super) fn of(path: &str) -> Option<Self> {
-        if let Some((_, number)) = NUMBERS.iter().find(|(known, _)| *known == path) {
-            return Some(*number);
+        if let Some(number) = NUMBERS.iter().position(|(known, ..)| *known == path) {
+            return Some(Self::Own(number));
         }
         let (texture, name) = path.split_once("/extensions/KHR_texture_transform/")?;
-        let (_, slot) = TEXTURES.iter().find(|(known, _)| *known == texture)?;
+        let texture = TEXTURES.iter().position(|(known, _)| *known == texture)?;
         let transform = match name {
             "offset" => Transform::Offset,
             "rotation" => Transform::Rotation,
             "scale" => Transform::Scale,
             _ => return None,
         };
-        Some(Self::Texture(*slot, transform))
+        Some(Self::Texture(texture, transform))
     }
 
     /// Number of components.
     pub(super) fn components(self) -> usize {
         match self {
-            Self::BaseColor => 4,
-            Self::EmissiveFactor | Self::AttenuationColor => 3,
+            Self::Own(number) => NUMBERS[number].1,
             Self::Texture(_, Transform::Offset | Transform::Scale) => 2,
-            _ => 1,
+            Self::Texture(_, Transform::Rotation) => 1,
         }
     }
 }
 
-/// A material's emission at rest: the two factors of [`Material::emissive`].
+/// A material's emission: the two factors of [`Material::emissive`].
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct Emission {
     factor: Vec3,
@@ -113,6 +115,10 @@ impl Emission {
             strength: strength.map_or(1.0, |strength| strength.emissive_strength.0),
         }
     }
+
+    fn product(self) -> Vec3 {
+        (self.factor * self.strength).min(Vec3::MAX)
+    }
 }
 
 /// Changes `material`, which is number `number` of the file and whose emission at rest is `emission`.
@@ -123,57 +129,20 @@ pub(in super::super) fn change(
     mut emission: Emission,
     material: &mut Material,
 ) {
-    let (mut value, mut glows) = ([0.0; 4], false);
+    let mut value = [0.0; 4];
     for moved in all {
         let Target::Material(of, what) = moved.target else { continue };
         if of != number {
             continue;
         }
         moved.curve.sample(seconds, &mut value[..moved.curve.width]);
-        let color = Vec4::from_array(value).truncate();
-        let [first, second, ..] = value;
         match what {
-            MaterialNumber::EmissiveFactor => (emission.factor, glows) = (color, true),
-            MaterialNumber::EmissiveStrength => (emission.strength, glows) = (first, true),
-            MaterialNumber::BaseColor => material.base_color = value.into(),
-            MaterialNumber::Metallic => material.metallic = first,
-            MaterialNumber::Roughness => material.roughness = first,
-            MaterialNumber::AlphaCutoff => {
-                if let Alpha::Mask { cutoff } = &mut material.alpha {
-                    *cutoff = first;
+            MaterialNumber::Own(number) => NUMBERS[number].2(material, &mut emission, value),
+            MaterialNumber::Texture(texture, transform) => {
+                if let Some(used) = TEXTURES[texture].1(material) {
+                    used.image_from_mesh = transform.changed(used.image_from_mesh, Vec2::new(value[0], value[1]));
                 }
             }
-            MaterialNumber::NormalScale => material.normal_scale = first,
-            MaterialNumber::OcclusionStrength => material.occlusion_strength = first,
-            MaterialNumber::Ior => material.ior = first,
-            MaterialNumber::Dispersion => material.dispersion = first,
-            MaterialNumber::Transmission => material.transmission = first,
-            MaterialNumber::Thickness => material.volume.thickness = first,
-            MaterialNumber::AttenuationDistance => {
-                // As at rest: zero would take all light away.
-                material.volume.attenuation_distance = if first > 0.0 { first } else { f32::INFINITY };
-            }
-            MaterialNumber::AttenuationColor => material.volume.attenuation_color = color,
-            MaterialNumber::Texture(slot, transform) => {
-                if let Some(used) = slot.of(material) {
-                    used.image_from_mesh = transform.changed(used.image_from_mesh, Vec2::new(first, second));
-                }
-            }
-        }
-    }
-    if glows {
-        material.emissive = (emission.factor * emission.strength).min(Vec3::MAX);
-    }
-}
-
-impl TextureSlot {
-    fn of(self, material: &mut Material) -> Option<&mut TextureUse> {
-        match self {
-            Self::BaseColor => material.base_color_texture.as_mut(),
-            Self::MetallicRoughness => material.metallic_roughness_texture.as_mut(),
-            Self::Normal => material.normal_texture.as_mut(),
-            Self::Occlusion => material.occlusion_texture.as_mut(),
-            Self::Emissive => material.emissive_texture.as_mut(),
         }
     }
 }
@@ -197,6 +166,8 @@ impl Transform {
 
 #[cfg(test)]
 mod tests {
+    use umbrage_scene::Volume;
+
     use super::*;
 
     #[test]
@@ -218,11 +189,44 @@ mod tests {
     }
 
     #[test]
+    fn each_path_changes_its_own_number() {
+        let rest = || Material { alpha: Alpha::Mask { cutoff: 0.5 }, ..Material::default() };
+        let in_volume = |volume: Volume| Material { volume, ..rest() };
+        let value @ [x, r, g, _] = [0.125, 0.25, 0.75, 0.625];
+        let color = Vec3::new(x, r, g);
+        let expected = [
+            Material { base_color: value.into(), ..rest() },
+            Material { metallic: x, ..rest() },
+            Material { roughness: x, ..rest() },
+            Material { emissive: 2.0 * color, ..rest() },
+            Material { emissive: Vec3::splat(3.0 * x), ..rest() },
+            Material { alpha: Alpha::Mask { cutoff: x }, ..rest() },
+            Material { normal_scale: x, ..rest() },
+            Material { occlusion_strength: x, ..rest() },
+            Material { ior: x, ..rest() },
+            Material { dispersion: x, ..rest() },
+            Material { transmission: x, ..rest() },
+            in_volume(Volume { thickness: x, ..Volume::default() }),
+            in_volume(Volume { attenuation_distance: x, ..Volume::default() }),
+            in_volume(Volume { attenuation_color: color, ..Volume::default() }),
+        ];
+        assert_eq!(expected.len(), NUMBERS.len());
+        for ((path, _, set), expected) in NUMBERS.iter().zip(expected) {
+            let (mut material, mut emission) = (rest(), Emission { factor: Vec3::splat(3.0), strength: 2.0 });
+            set(&mut material, &mut emission, value);
+            assert_eq!(material, expected, "{path}");
+        }
+    }
+
+    #[test]
     fn paths_are_understood() {
-        assert_eq!(MaterialNumber::of("emissiveFactor"), Some(MaterialNumber::EmissiveFactor));
+        for (number, &(path, components, _)) in NUMBERS.iter().enumerate() {
+            assert_eq!(MaterialNumber::of(path), Some(MaterialNumber::Own(number)));
+            assert_eq!(MaterialNumber::Own(number).components(), components);
+        }
         let offset =
             MaterialNumber::of("pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset");
-        assert_eq!(offset, Some(MaterialNumber::Texture(TextureSlot::BaseColor, Transform::Offset)));
+        assert_eq!(offset, Some(MaterialNumber::Texture(0, Transform::Offset)));
         assert_eq!(offset.map(MaterialNumber::components), Some(2));
         assert_eq!(MaterialNumber::of("extensions/KHR_materials_sheen/sheenColorFactor"), None);
     }

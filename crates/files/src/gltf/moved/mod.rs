@@ -1,4 +1,4 @@
-//! `KHR_animation_pointer`: the numbers of materials, lights and cameras that an animation changes.
+//! `KHR_animation_pointer`: the visibility of nodes, and the numbers of materials, lights and cameras that an animation changes.
 
 mod material;
 
@@ -13,12 +13,14 @@ use super::document::Document;
 use material::MaterialNumber;
 pub(super) use material::{Emission, change as change_material};
 
-/// A pointer's target: a material, light or camera of the file, and one of its numbers.
+/// A pointer's target: a node, or a material, light or camera of the file and one of its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Target {
     Material(usize, MaterialNumber),
     Light(usize, LightNumber),
     Camera(usize, CameraNumber),
+    /// A node's own visibility.
+    Visibility(usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -48,6 +50,10 @@ pub(super) struct Moved {
 impl Target {
     /// Parses a pointer; `None` for properties that can't be animated.
     pub(super) fn of(pointer: &str) -> Option<Self> {
+        if let Some(of_node) = pointer.strip_prefix("/nodes/") {
+            let node = of_node.strip_suffix("/extensions/KHR_node_visibility/visible")?;
+            return Some(Self::Visibility(node.parse().ok()?));
+        }
         if let Some(of_light) = pointer.strip_prefix("/extensions/KHR_lights_punctual/lights/") {
             let (light, name) = of_light.split_once('/')?;
             let number = match name {
@@ -85,6 +91,7 @@ impl Target {
             Self::Material(number, _) => document.element(&json.materials, "materials", number, location).map(drop),
             Self::Light(number, _) => document.element(lights, "lights", number, location).map(drop),
             Self::Camera(number, _) => document.element(&json.cameras, "cameras", number, location).map(drop),
+            Self::Visibility(node) => document.element(&json.nodes, "nodes", node, location).map(drop),
         }
     }
 
@@ -93,7 +100,7 @@ impl Target {
         match self {
             Self::Material(_, number) => number.components(),
             Self::Light(_, LightNumber::Color) => 3,
-            Self::Light(..) | Self::Camera(..) => 1,
+            Self::Light(..) | Self::Camera(..) | Self::Visibility(_) => 1,
         }
     }
 }
@@ -158,7 +165,10 @@ mod tests {
             ("/extensions/KHR_lights_punctual/lights/x/color", None),
             ("/cameras/3/perspective/yfov", Some(Target::Camera(3, CameraNumber::Angle))),
             ("/cameras/3/perspective/znear", None),
-            ("/materials/3/emissiveFactor", Some(Target::Material(3, MaterialNumber::EmissiveFactor))),
+            (
+                "/materials/3/emissiveFactor",
+                MaterialNumber::of("emissiveFactor").map(|number| Target::Material(3, number)),
+            ),
             ("/materials/3/name", None),
         ] {
             assert_eq!(Target::of(pointer), target, "{pointer}");

@@ -9,7 +9,6 @@ use crate::memory::Budget;
 use container::{Item, Picture};
 use planes::Planes;
 
-mod boxes;
 mod color;
 mod container;
 mod planes;
