@@ -11,7 +11,7 @@ use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
 use crate::flags::SceneFlags;
 use crate::grids::time;
-use crate::median::{geometric_mean, median};
+use crate::measure::{geometric_mean, median};
 use crate::shot::{moments, name};
 use crate::table::{Form, Table, row};
 

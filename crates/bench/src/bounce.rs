@@ -12,7 +12,7 @@ use umbrage_peers::{BuildMethod, Embree, Posed, Quality, SingleRay};
 
 use crate::flags::{SceneFlags, size};
 use crate::grids::time;
-use crate::median::{geometric_mean, median};
+use crate::measure::{geometric_mean, median};
 use crate::rays::{self, PACKET};
 use crate::shot::{Lights, Shot, moments, name};
 use crate::table::{Form, Row, Table, row};

@@ -19,7 +19,7 @@ use umbrage::scene::Frame;
 use umbrage::{Sample, Samples};
 
 use crate::flags::{size, use_threads};
-use crate::median::median;
+use crate::measure::median;
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Form, Table, row};
 

@@ -12,7 +12,6 @@ mod gpu;
 mod grids;
 mod lit;
 mod measure;
-mod median;
 mod papers;
 mod peers;
 mod picture;
@@ -26,7 +25,6 @@ mod trace;
 mod trust;
 #[cfg(feature = "view")]
 mod window;
-mod work;
 
 use std::io;
 use std::process::ExitCode;

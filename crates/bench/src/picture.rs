@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Deserialize;
 
 use crate::flags::{OutputFlags, SceneFlags};
-use crate::median::median;
+use crate::measure::median;
 use crate::table::{Cell, Row, row};
 
 #[derive(Args, Debug)]

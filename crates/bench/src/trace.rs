@@ -13,7 +13,7 @@ use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
 use crate::bounce::trace_by_embree;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::on_sphere;
 use crate::shot::{moments, name};
 use crate::table::{Form, Table, row};

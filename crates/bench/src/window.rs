@@ -10,7 +10,7 @@ use eframe::egui::{Context, Pos2, RawInput, Rect, vec2};
 use umbrage_viewer::{App, EngineChoice, Start};
 
 use crate::flags;
-use crate::median::median;
+use crate::measure::median;
 
 #[derive(Args, Debug)]
 pub(crate) struct WindowFlags {

@@ -3,8 +3,7 @@
 use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles};
 
 use super::build::math::{around, mix, sin_cos, smoothstep, wave};
-use super::build::{MeshBuilder, Sheet};
-use super::detail::Detail;
+use super::build::{Detail, MeshBuilder, Sheet};
 use super::hall_paints as paints;
 
 /// A wall in its own space: along x around 0, y up, its front towards +Z.

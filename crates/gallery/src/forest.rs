@@ -5,13 +5,11 @@ use rayon::prelude::*;
 use umbrage_rays::parallel::Parallel;
 
 use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
+use super::build::{Detail, MeshBuilder, Random, Sheet, fractal_noise, srgb};
 use super::character::{self, Footing, Gnome, Part, Prop};
-use super::detail::Detail;
 use super::forest_paints as paints;
 use super::glade::{self, PATH_RADIUS, on_ground};
-use super::plant::{self, Habit, Twig};
-use super::wind::Wind;
+use super::plant::{self, Habit, Twig, Wind};
 use super::{DemoScene, Moment, Pose, studio};
 
 pub(crate) const SCENE: DemoScene = DemoScene {

@@ -5,8 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Paint, Random, Sheet, fractal_noise, srgb};
-use super::detail::Detail;
+use super::build::{Detail, MeshBuilder, Paint, Random, Sheet, fractal_noise, srgb};
 use super::hall_paints as paints;
 
 /// A turned leg or baluster from the origin to `height`.

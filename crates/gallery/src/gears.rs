@@ -5,8 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::build::math::{mix, rotation, sin_cos, turned, wave};
-use super::build::{MeshBuilder, Paint, Sheet, hash, srgb};
-use super::detail::Detail;
+use super::build::{Detail, MeshBuilder, Paint, Sheet, hash, srgb};
 use super::hall_paints::{BRASS, IRON, WOOD};
 use super::{DemoScene, Moment, Pose, studio};
 

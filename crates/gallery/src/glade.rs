@@ -5,8 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles};
 
 use super::build::math::{mix, rotation, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Random, Sheet, fractal_noise, srgb};
-use super::detail::Detail;
+use super::build::{Detail, MeshBuilder, Random, Sheet, fractal_noise, srgb};
 use super::forest_paints as paints;
 use super::plant;
 

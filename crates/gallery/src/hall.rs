@@ -4,8 +4,7 @@ use glam::{Affine3A, Quat, Vec2, Vec3};
 
 use super::architecture::{self, Opening, Vault, Wall};
 use super::build::math::{mix, rotation, rotation_between, sin_cos, turned, wave};
-use super::build::{MeshBuilder, Random, srgb};
-use super::detail::Detail;
+use super::build::{Detail, MeshBuilder, Random, srgb};
 use super::furniture::{self, CASE_LENGTH, SHELVES_IN_CASE};
 use super::hall_paints as paints;
 use super::{DemoScene, Moment, Pose, studio};

@@ -8,7 +8,6 @@ mod architecture;
 mod build;
 mod character;
 mod cloth;
-mod detail;
 mod forest;
 mod forest_paints;
 mod furniture;
@@ -26,7 +25,6 @@ mod statue;
 mod studio;
 mod sweep;
 mod trophy;
-mod wind;
 
 #[cfg(test)]
 mod tests;

@@ -3,8 +3,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Affine3A, Vec2, Vec3, Vec3Swizzles, Vec4};
 
 use super::build::math::{cos, mix, pow, rotation, sin_cos, smoothstep, turned, wave};
-use super::build::{MeshBuilder, Paint, Sheet, color_texture, fractal_noise, srgb};
-use super::detail::Detail;
+use super::build::{Detail, MeshBuilder, Paint, Sheet, color_texture, fractal_noise, srgb};
 use super::{DemoScene, Moment, Pose, studio, trophy};
 use umbrage_scene::{Frame, Texture};
 

@@ -10,7 +10,7 @@ use umbrage_papers::light_buffer::LightBuffer;
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::{hits_of, of_camera, scattered};
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, row};

@@ -10,7 +10,7 @@ use umbrage_papers::on_demand::{Answers, Costs, Order, Question, Scene};
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::{of_camera, scattered_ray};
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Row, row};

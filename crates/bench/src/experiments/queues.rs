@@ -11,7 +11,7 @@ use umbrage_papers::queue::Queue;
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::of_camera;
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, row};

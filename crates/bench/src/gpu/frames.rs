@@ -7,7 +7,7 @@ use umbrage::gpu::{DeviceLimits, Gpu};
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Settings};
 
-use crate::median::median;
+use crate::measure::median;
 use crate::shot::moments;
 use crate::table::{Cell, Row, row};
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use umbrage::gpu::Gpu;
 use umbrage_gpu::{Buffer, Groups, Kernel, Recorder};
 
-use crate::median::median;
+use crate::measure::median;
 use crate::table::{Row, row};
 
 const KERNEL: &str = "

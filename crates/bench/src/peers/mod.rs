@@ -1,6 +1,5 @@
 //! Frames side by side with those of other ray tracers.
 
-mod compare;
 mod contest;
 mod contestants;
 
@@ -13,7 +12,7 @@ use umbrage_peers::{Embree, TinyBvh};
 
 use crate::flags::{SceneFlags, size};
 use crate::grids::Ours;
-use crate::median::geometric_mean;
+use crate::measure::geometric_mean;
 use crate::shot::{Lights, viewpoints};
 use crate::table::{Form, Table};
 use contest::{Libraries, Ratios};

@@ -2,7 +2,6 @@
 
 mod balls;
 pub(crate) mod math;
-mod noise;
 mod paint;
 mod random;
 mod shapes;
@@ -15,9 +14,8 @@ use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
 use umbrage_scene::{Frame, Material, Materials, Mesh, Objects};
 
 pub(crate) use balls::{ball_triangles, fineness_of_balls};
-pub(crate) use noise::{fractal_noise, noise};
 pub(crate) use paint::{Paint, checker, color_texture, mottled_texture, srgb};
-pub(crate) use random::{Random, hash};
+pub(crate) use random::{Random, fractal_noise, hash, noise};
 pub(crate) use shapes::on_sphere;
 pub(crate) use sheet::{Join, Sheet};
 
@@ -251,4 +249,45 @@ fn objects(materials: &[Material], material_of_triangle: &[u32], part_of_triangl
 /// Matrix for normals where `world_from_part` moves surfaces; it doesn't keep their length.
 fn normals_matrix(world_from_part: Affine3A) -> Mat3A {
     world_from_part.matrix3.inverse().transpose()
+}
+
+/// Fineness of a scene, relative to its usual number of triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Detail {
+    /// Factor on the number of quads along a line.
+    scale: f32,
+}
+
+impl Detail {
+    /// The detail at which a scene that usually has `usual` triangles has `triangles`.
+    pub(crate) fn for_triangles(triangles: usize, usual: usize) -> Self {
+        Self { scale: (triangles as f32 / usual as f32).sqrt() }
+    }
+
+    /// Quads along a line that usually has `usual`, at least `least`.
+    pub(crate) fn quads(self, usual: u32, least: u32) -> u32 {
+        ((usual as f32 * self.scale).round() as u32).max(least)
+    }
+
+    /// Number of small things, usually `usual`: fewer in a coarse scene, no more in a fine one.
+    pub(crate) fn things(self, usual: u32) -> u32 {
+        ((usual as f32 * (self.scale * self.scale).min(1.0)).round() as u32).min(usual)
+    }
+
+    /// Whether ornaments are worth their triangles.
+    pub(crate) fn is_ornate(self) -> bool {
+        const PLAIN: f32 = 0.12;
+        self.scale > PLAIN
+    }
+
+    /// Makes a part with this detail, or less until it has no more than `limit` triangles or can't be coarser.
+    pub(crate) fn within<T>(mut self, limit: usize, make: impl Fn(Self) -> T, triangles: impl Fn(&T) -> usize) -> T {
+        const COARSEST: f32 = 0.01;
+        let mut part = make(self);
+        while triangles(&part) > limit && self.scale > COARSEST {
+            self.scale *= 0.8;
+            part = make(self);
+        }
+        part
+    }
 }

@@ -6,7 +6,7 @@ use umbrage::scene::Frame;
 
 use super::measure::{Cost, Grouping, KdFlags, Way, frame, race};
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::plot::{Bar, BarChart};
 use crate::rays::{hits_of, of_camera, scattered};
 use crate::shot::{Lights, Shot, name, short_name};

@@ -9,7 +9,7 @@ use umbrage::scene::Frame;
 
 use super::measure::KdFlags;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::{Hits, PACKET, of_camera};
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Row, row};

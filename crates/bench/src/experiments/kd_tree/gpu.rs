@@ -7,7 +7,7 @@ use umbrage_papers::gpu_kdtree::{KdFrame, KdMaterial, KdNodes, KdPrimary, KdScen
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Row, row};
 

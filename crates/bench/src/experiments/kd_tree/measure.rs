@@ -11,7 +11,7 @@ use umbrage_papers::shaft::{EntryPoint, ShaftOptions, nearest_of_shafts, nearest
 
 use crate::flags::{OutputFlags, size, use_threads};
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::rays::{Hits, PACKET, PACKET_CORNERS};
 use crate::table::Table;
 

@@ -14,7 +14,7 @@ use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
 use super::measure::KdFlags;
 use crate::grids::{Ours, Times, time};
-use crate::median::median;
+use crate::measure::median;
 use crate::peers::EmbreeSide;
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Row, row};

@@ -6,7 +6,7 @@ use umbrage_papers::kd_tasks::tasks;
 
 use super::measure::{KdFlags, frame};
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::plot::{LineChart, Scale, Series};
 use crate::shot::{name, short_name};
 use crate::table::{Cell, Row, row};

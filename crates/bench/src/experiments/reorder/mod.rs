@@ -11,7 +11,7 @@ use umbrage_papers::reorder::{self, Counts, Order, Reorder, Traversal};
 use super::kd_tree::frame;
 use crate::flags::ImageFlags;
 use crate::grids::time;
-use crate::median::{geometric_mean, median};
+use crate::measure::{geometric_mean, median};
 use crate::shot::{Lights, Shot, name};
 use crate::table::{Cell, Table, row};
 use generations::{Path, Rays, ShadowRays, WINDOW};

@@ -12,7 +12,7 @@ use umbrage::rays::{Ray, SimdLevel, Triangles};
 use umbrage_papers::triangle::{self, Bundle, BundleTest, Fans, Hits, TriangleTest};
 
 use super::pairs::{Lists, Pair, Pairs, SINGLE};
-use crate::median::median;
+use crate::measure::median;
 
 /// Which rays are tested at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

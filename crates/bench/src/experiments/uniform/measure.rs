@@ -4,7 +4,7 @@ use umbrage::scene::Frame;
 
 use crate::flags::AnimationFlags;
 use crate::grids::time;
-use crate::median::median;
+use crate::measure::median;
 use crate::shot::{Lights, Shot, moments};
 
 /// How the camera's rays are traced.
