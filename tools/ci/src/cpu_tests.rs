@@ -4,8 +4,7 @@ use std::process::Command;
 
 use crate::command::{Scope, cargo_workspace};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
-use crate::log::Log;
-use crate::outcome::Outcome;
+use crate::log::{Log, Outcome};
 use crate::repository::files;
 use crate::test_times::{Length, run_tests};
 

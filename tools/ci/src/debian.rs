@@ -1,8 +1,7 @@
 use std::process::{Command, Stdio};
 
 use crate::command::output;
-use crate::log::Log;
-use crate::outcome::{Outcome, skipped};
+use crate::log::{Log, Outcome, skipped};
 
 /// Mesa's Vulkan adapter in software, lavapipe, which stands in for a GPU.
 pub(crate) const SOFTWARE_ADAPTER: &str = "mesa-vulkan-drivers";

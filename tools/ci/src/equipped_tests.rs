@@ -3,8 +3,7 @@ use std::process::Command;
 
 use crate::command::{Scope, cargo_workspace};
 use crate::debian;
-use crate::log::Log;
-use crate::outcome::{NotPassed, Outcome, skipped};
+use crate::log::{Log, NotPassed, Outcome, skipped};
 use crate::test_times::{Length, run_tests};
 
 /// A test program with a step of its own, since its tests have requirements that a machine may lack.

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::command::{Scope, build, cargo_workspace, output};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
-use crate::outcome::{Outcome, of_complaints};
+use crate::log::{Outcome, of_complaints};
 use crate::{cpu_tests, lints, python, trust};
 
 /// Units of compilation without their features; for each, its package and the commands by the features that they select.

@@ -1,9 +1,11 @@
-use std::path::Path;
+//! Dependencies: their licences, and all else that `deny.toml` asks of them.
+
+use std::path::{Path, PathBuf};
 
 use spdx::{Expression, ParseMode};
 
-use crate::command::{cargo, output};
-use crate::outcome::{Outcome, of_complaints};
+use crate::command::{cargo, has_subcommand, output};
+use crate::log::{Log, Outcome, of_complaints, skipped};
 use crate::repository::read;
 
 /// Checks that every package of any build of the workspace has a licence that `deny.toml` allows.
@@ -65,6 +67,29 @@ fn allowed(deny: &str) -> Vec<String> {
     lines.flat_map(|line| line.split('"').skip(1).step_by(2)).map(str::to_owned).collect()
 }
 
+/// Checks dependencies against `deny.toml`, if cargo-deny is installed: no versions side by side except the listed
+/// ones, no other sources, and no known vulnerabilities if a database of advisories is here.
+pub(crate) fn check_all(root: &Path, log: &mut Log) -> Outcome {
+    if !has_subcommand("deny") {
+        return skipped("cargo-deny is not installed (cargo install cargo-deny)");
+    }
+    let database = database(&std::env::home_dir().unwrap_or_default().join(".cargo"));
+    let mut deny = cargo(root);
+    deny.args(["deny", "--offline", "check", "bans", "licenses", "sources"]);
+    let Some(database) = database else {
+        log.run(&mut deny)?;
+        return skipped("there is no database of advisories (cargo deny fetch db); all else is as deny.toml asks");
+    };
+    println!("advisories of the database that was fetched to {}", database.display());
+    log.run(deny.arg("advisories"))
+}
+
+/// The advisories that cargo-deny fetched before, below cargo's folder.
+fn database(cargo_folder: &Path) -> Option<PathBuf> {
+    let mut databases = std::fs::read_dir(cargo_folder.join("advisory-dbs")).ok()?;
+    databases.find_map(|entry| Some(entry.ok()?.path()).filter(|folder| folder.join("crates").is_dir()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +113,16 @@ mod tests {
         }
         assert_eq!(complaints("b v2.0.0 (proc-macro)|ISC"), ["b v2.0.0: ISC is not allowed"]);
         assert_eq!(complaints("c v0.1.0 (/path)|"), ["c v0.1.0: no licence is given"]);
+    }
+
+    #[test]
+    fn a_database_has_advisories_about_crates() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(database(folder.path()), None);
+        let database_folder = folder.path().join("advisory-dbs/github.com-1");
+        std::fs::create_dir_all(&database_folder).unwrap();
+        assert_eq!(database(folder.path()), None);
+        std::fs::create_dir(database_folder.join("crates")).unwrap();
+        assert_eq!(database(folder.path()), Some(database_folder));
     }
 }

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use crate::outcome::{Outcome, of_complaints};
+use crate::log::{Outcome, of_complaints};
 use crate::repository::{files, read, within};
 
 /// Checks that every link of a Markdown file into the repository has a target.

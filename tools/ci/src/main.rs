@@ -5,25 +5,22 @@
 //! - `-- --all` adds all parts.
 //! - Names of steps and parts run only these: `cargo run -p ci -- clippy "GPU tests"`.
 //!
+//! `-- lines` prints the lines of code of each crate instead.
+//!
 //! All steps run, even after failures. The summary has each with its time, and the exit code is 1 if any failed.
 #![forbid(unsafe_code)]
 
 mod command;
 mod cpu_tests;
-mod cpu_time;
 mod debian;
-mod dependencies;
 mod equipped_tests;
-mod examples;
 mod features;
-mod file_length;
-mod first_picture;
 mod inputs;
 mod licences;
+mod lines;
 mod links;
 mod lints;
 mod log;
-mod outcome;
 mod page;
 mod parts;
 mod passed;
@@ -31,7 +28,6 @@ mod python;
 mod report;
 mod repository;
 mod smoke;
-mod tables;
 mod test_times;
 mod trust;
 
@@ -48,17 +44,17 @@ use test_times::Length;
 const FIRST_TIER: &[Step] = &[
     ("packages", |_, log| debian::install(log)),
     ("format", |root, log| log.run(cargo(root).args(["fmt", "--all", "--check"]))),
-    ("file length", |root, _| file_length::check(root)),
+    ("file length", |root, _| lines::check(root)),
     ("links", |root, _| links::check(root)),
     ("licences", |root, _| licences::check(root)),
-    ("dependencies", dependencies::check),
+    ("dependencies", licences::check_all),
     ("features", |root, _| features::check(root)),
     ("clippy", |root, log| log.run(&mut lints::denied(lints::clippy(root)))),
     ("docs", |root, log| log.run(&mut lints::docs(root))),
     ("tests", |root, log| cpu_tests::check(root, log, Length::Short)),
     ("GPU tests", |root, log| GPU.check(root, log, Length::Short)),
     ("doc tests", |root, log| log.run(&mut cargo_workspace(root, Scope::Windowless, &["test", "--doc"]))),
-    ("examples", examples::check),
+    ("examples", smoke::check_examples),
     ("benchmarks", |root, log| log.run(&mut cpu_tests::benchmarks(root))),
     ("programs", |root, log| log.run(&mut build(root, trust::PROGRAMS))),
     ("smoke render", smoke::check),
@@ -79,8 +75,11 @@ fn main() -> ExitCode {
 
 /// Runs the checks that arguments select.
 fn run(arguments: &[String]) -> Result<(), String> {
-    let Selection { steps, parts, only_changed, is_complete } = selection(arguments)?;
     let root = repository::root()?;
+    if arguments == ["lines"] {
+        return lines::print(&root);
+    }
+    let Selection { steps, parts, only_changed, is_complete } = selection(arguments)?;
     let mut passed = Passed::read(&root)?;
     let mut report = Report::new(&root)?;
     report.run_all(&root, steps);
@@ -115,7 +114,7 @@ fn selection(arguments: &[String]) -> Result<Selection, String> {
     let is_option = |argument: &str| ["--all", "--changed"].contains(&argument);
     if let Some(unknown) = arguments.iter().find(|argument| !is_option(argument) && !is_known(argument)) {
         return Err(format!(
-            "usage: cargo run -p ci [-- [--all | --changed] [NAME ...]]\nThere is no \"{unknown}\", but \"{}\"",
+            "usage: cargo run -p ci [-- [--all | --changed] [NAME ...] | lines]\nThere is no \"{unknown}\", but \"{}\"",
             known.join("\", \"")
         ));
     }
@@ -164,7 +163,8 @@ mod tests {
     #[test]
     fn every_step_has_a_budget() {
         let text = repository::read(&repository::root().unwrap().join(report::BUDGETS)).unwrap();
-        let budgets: Vec<_> = tables::read(&text).unwrap().into_iter().flat_map(|(_, budgets)| budgets).collect();
+        let budgets: Vec<_> =
+            passed::read_tables(&text).unwrap().into_iter().flat_map(|(_, budgets)| budgets).collect();
         let named: BTreeSet<_> = budgets.iter().map(|(step, _)| step.as_str()).collect();
         let steps: Vec<_> = FIRST_TIER.iter().chain(PARTS.iter().flat_map(|part| part.steps)).collect();
         assert_eq!(named, steps.iter().map(|(name, _)| *name).collect());

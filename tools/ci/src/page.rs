@@ -3,8 +3,7 @@ use std::process::{Command, Stdio};
 
 use crate::command::build;
 use crate::debian;
-use crate::log::Log;
-use crate::outcome::{Outcome, skipped};
+use crate::log::{Log, Outcome, skipped};
 use crate::repository::built;
 
 /// Rust's library for browsers.

@@ -3,12 +3,11 @@ use std::path::Path;
 use crate::command::{FEATURES, WINDOW_FEATURES};
 use crate::equipped_tests::{GPU, VIEWER, WINDOW};
 use crate::inputs::Inputs;
-use crate::log::Log;
-use crate::outcome::Outcome;
+use crate::log::{Log, Outcome};
 use crate::passed::{Pass, Passed};
 use crate::report::Report;
 use crate::test_times::Length;
-use crate::{cpu_tests, first_picture, lints, page, python, trust};
+use crate::{cpu_tests, lints, page, python, smoke, trust};
 
 /// A step's name, and its check in the repository.
 pub(crate) type Step = (&'static str, fn(&Path, &mut Log) -> Outcome);
@@ -107,13 +106,8 @@ pub(crate) const PARTS: &[Part] = &[
     },
     Part {
         name: "first picture",
-        steps: &[("first picture", first_picture::check)],
-        inputs: Inputs {
-            packages: &["umbrage-cli"],
-            tests: false,
-            features: &[],
-            others: &["tools/ci/src/first_picture.rs", "tools/ci/src/smoke.rs"],
-        },
+        steps: &[("first picture", smoke::check_first_picture)],
+        inputs: Inputs { packages: &["umbrage-cli"], tests: false, features: &[], others: &["tools/ci/src/smoke.rs"] },
     },
 ];
 
@@ -155,7 +149,7 @@ mod tests {
 
     use super::*;
     use crate::inputs::tests::Repository;
-    use crate::outcome::skipped;
+    use crate::log::skipped;
     use crate::repository;
 
     const PASSING: Part = Part {

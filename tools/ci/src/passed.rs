@@ -3,8 +3,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::tables;
-
 /// The file with the inputs with which each part has passed.
 pub(crate) const FILE: &str = "tools/ci/passed.toml";
 
@@ -39,7 +37,7 @@ impl Passed {
         let path = root.join(FILE);
         let text = if path.is_file() { crate::repository::read(&path)? } else { String::new() };
         let mut parts = BTreeMap::new();
-        for (part, keys) in tables::read(&text).map_err(|why| format!("{FILE}: {why}"))?.into_iter().skip(1) {
+        for (part, keys) in read_tables(&text).map_err(|why| format!("{FILE}: {why}"))?.into_iter().skip(1) {
             let value = |of: &str| keys.iter().find(|(key, _)| key == of).map(|(_, value)| value.as_str());
             let number = |of: &str| value(of).and_then(|text| text.parse().ok());
             let pass = value("inputs").zip(number("seconds")).zip(number("cpu_seconds"));
@@ -72,6 +70,29 @@ impl Passed {
     }
 }
 
+/// A table of TOML: its name, empty for the one at the start, and its keys and values without quotes.
+pub(crate) type Table = (String, Vec<(String, String)>);
+
+/// Reads the TOML that this program writes: comments, `["table"]`, and `"key" = value` with a string or a number.
+///
+/// # Errors
+/// If a line is none of these; names the line.
+pub(crate) fn read_tables(text: &str) -> Result<Vec<Table>, String> {
+    let mut tables: Vec<Table> = vec![(String::new(), Vec::new())];
+    let word = |text: &str| text.trim().trim_matches('"').to_owned();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.trim();
+        if let Some(name) = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+            tables.push((word(name), Vec::new()));
+        } else if let (Some((key, value)), Some((_, keys))) = (line.split_once('='), tables.last_mut()) {
+            keys.push((word(key), word(value)));
+        } else if !line.is_empty() && !line.starts_with('#') {
+            return Err(format!("line {number}: neither a table nor a key and its value"));
+        }
+    }
+    Ok(tables)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,5 +112,13 @@ mod tests {
         assert_eq!((passed.with_inputs("page", "0b"), passed.with_inputs("python", "0a")), (None, None));
         fs::write(root.path().join(FILE), "[\"page\"]\nseconds = 1\n").unwrap();
         assert!(Passed::read(root.path()).unwrap_err().contains("page lacks a value"));
+    }
+
+    #[test]
+    fn tables_and_keys_are_read() {
+        let tables = read_tables("# none\n\"a b\" = 1.5\n\n[\"c d\"]\ne = \"f\"\n").unwrap();
+        let pair = |key: &str, value: &str| vec![(key.to_owned(), value.to_owned())];
+        assert_eq!(tables, [(String::new(), pair("a b", "1.5")), ("c d".to_owned(), pair("e", "f"))]);
+        assert!(read_tables("a = 1\nb\n").unwrap_err().starts_with("line 2"));
     }
 }

@@ -3,8 +3,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::command::build;
-use crate::log::Log;
-use crate::outcome::{NotPassed, Outcome, skipped};
+use crate::log::{Log, NotPassed, Outcome, skipped};
 use crate::repository;
 
 /// The folder of the package.

@@ -5,13 +5,11 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::time::Instant;
 
-use crate::cpu_time;
-use crate::log::{Compiled, Log};
-use crate::outcome::{NotPassed, Outcome};
+use crate::command::seconds_of_children;
+use crate::log::{Compiled, Log, NotPassed, Outcome};
 use crate::parts::Step;
-use crate::passed::Pass;
+use crate::passed::{Pass, read_tables};
 use crate::repository::{read, target};
-use crate::tables;
 use crate::test_times::slowest;
 
 /// The file with each step's budget in CPU seconds.
@@ -69,10 +67,10 @@ impl Report {
         let first = self.steps.len();
         for (name, check) in steps {
             println!("\n=== {name}");
-            let (started, cpu_started) = (Instant::now(), cpu_time::of_children());
+            let (started, cpu_started) = (Instant::now(), seconds_of_children());
             let mut log = Log::default();
             let outcome = check(root, &mut log);
-            let cpu_seconds = cpu_time::of_children().zip(cpu_started).map(|(end, start)| end - start);
+            let cpu_seconds = seconds_of_children().zip(cpu_started).map(|(end, start)| end - start);
             let seconds = started.elapsed().as_secs_f64();
             self.tests.append(&mut log.tests);
             self.steps.push(Ran { name, seconds, cpu_seconds, compiled: log.compiled, outcome });
@@ -195,7 +193,7 @@ fn seconds_of_steps(summary: &str) -> BTreeMap<String, f64> {
 /// # Errors
 /// If the file can't be read, or a budget is no number.
 fn budgets(root: &Path) -> Result<BTreeMap<String, f64>, String> {
-    let tables = tables::read(&read(&root.join(BUDGETS))?).map_err(|why| format!("{BUDGETS}: {why}"))?;
+    let tables = read_tables(&read(&root.join(BUDGETS))?).map_err(|why| format!("{BUDGETS}: {why}"))?;
     let budget = |(step, seconds): (String, String)| {
         let seconds = seconds.parse().map_err(|error| format!("{BUDGETS}: {step}: {error}"))?;
         Ok((step, seconds))
@@ -206,7 +204,7 @@ fn budgets(root: &Path) -> Result<BTreeMap<String, f64>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outcome::skipped;
+    use crate::log::skipped;
 
     fn ran(name: &'static str, seconds: f64, outcome: Outcome) -> Ran {
         Ran { name, seconds, cpu_seconds: Some(2.0 * seconds), compiled: Compiled::default(), outcome }

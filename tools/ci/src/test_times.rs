@@ -1,7 +1,6 @@
 use std::process::Command;
 
-use crate::log::Log;
-use crate::outcome::NotPassed;
+use crate::log::{Log, NotPassed};
 
 /// Number of tests that are named as the slowest.
 const NAMED: usize = 10;

@@ -2,8 +2,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::command::build;
-use crate::log::Log;
-use crate::outcome::Outcome;
+use crate::log::{Log, Outcome};
 use crate::parts::Step;
 use crate::repository::built;
 
