@@ -23,50 +23,22 @@ const OPEN_EXAMPLES: &str = "
 const RENDER_EXAMPLES: &str = "
   umbrage render
       The built-in cloth, as umbrage.png
-  umbrage render demo:glass --time 1.5 --samples 16 -o glass.png
-      One moment of another built-in scene, sixteen rays a pixel
+  umbrage render demo:glass --time 1.5 --samples 16 --bounces 8 -o glass.png
+      One moment of another built-in scene, with mirrors and glass
   umbrage render demo:shatter --frames 0..24 --size 640x360 -o shatter.gif
       An animation of one second
-  umbrage render 'demo:cloth?triangles=20000' --frames 0..3 -o cloth_%04d.exr
-      Numbered frames with depth, normals and triangle ids
-  umbrage render demo:marbles --layers shadow,motion,cryptomatte -o marbles.exr
-      Layers for compositing; docs/files.md has their channels
-  umbrage render demo:gears --frames 0..48 -o g_%04d.png --shard 2/3 --resume
-      The second third of the frames, without those that are there already
-  umbrage render demo:gears --quality 80 -o gears.jpg
-      A small file
   umbrage render demo:forest --format y4m -o - | ffmpeg -i - forest.mp4
       The whole animation, through an encoder; its colours are BT.709's
-  umbrage render demo:glass --bounces 8 -o glass.png
-      With what smooth surfaces mirror, and what is seen through glass
-  umbrage render demo:hall --ambient-occlusion 1.5
-      Darker corners
-  umbrage render demo:hall --noise 1.5 --light-radius 0.2
-      As many samples as it takes
-  umbrage render demo:marbles --gloss
-      Blurred reflections
-  umbrage render demo:marbles --aperture 2% --light-radius 0.3
-      A lens that is sharp at one depth only, and shadows with soft edges
-  umbrage render demo:marbles --light rect:3,3,2:0,0.5,0:2.5x0.6
-      The light of a panel
-  umbrage render demo:shatter --time 1 --shutter 0.02
-      What moves leaves streaks, as on film with an open shutter
-  umbrage render demo:marbles --background skyblue
-      Before one colour
-  umbrage render demo:shatter --ground shadow --background none -o model.png
-      A model and its shadow, to be put over another picture
-  umbrage render demo:gears --ground matte --sky-shadows
-      Soft shadows of all the sky
+  umbrage render demo:gears --frames 0..48 -o g_%04d.png --shard 2/3 --resume
+      The second third of the frames, without those that are there already
+  umbrage render demo:marbles --layers shadow,motion,cryptomatte -o marbles.exr
+      Layers for compositing; docs/files.md has their channels
+  umbrage render demo:marbles --aperture 2% --light rect:3,3,2:0,0.5,0:2.5x0.6
+      A lens and a panel of light; docs/effects.md has more of these
   umbrage render demo:stadium --camera 9,4,9:0,1,0:30 --light sun:-1,-2,-1
       One's own camera and light
-  umbrage render demo:marbles --frames 0..24 --orbit-light -o orbit.apng
-      The light goes round the scene
-  umbrage render demo:cloth --frames 0..9 -o %d.png --stats json
-      What each frame cost
   umbrage render demo:statue --engine auto --stats text
-      On a GPU, where there is one; `umbrage info --devices` lists them
-  umbrage render demo:hall --structure kdtree:traversal=short-stack:8
-      The same picture through a kd-tree";
+      On a GPU, where there is one, and the cost of each frame";
 
 const VIEW_EXAMPLES: &str = "
   umbrage view demo:marbles
@@ -82,7 +54,7 @@ const INFO_EXAMPLES: &str = "
   umbrage info
       Which scenes are built in
   umbrage info demo:cloth --json
-      What is in a scene
+      The content of a scene
   umbrage info demo:cloth --structure kdtree:builder=presorted
       How deep its kd-tree is, and how good";
 
@@ -138,7 +110,7 @@ pub(crate) enum Command {
     /// or points in its cell for a light
     #[command(after_help = below(&[HEATMAP_EXAMPLES]), args_override_self = true)]
     Heatmap(Box<HeatmapFlags>),
-    /// Show what is in a scene, or without one which scenes are built in
+    /// Show the content of a scene, or without one the built-in scenes
     #[command(after_help = below(&[INFO_EXAMPLES]))]
     Info(Box<InfoFlags>),
     /// List the structures that find the triangles that rays hit, or one with its paper and its options
@@ -191,32 +163,30 @@ pub(crate) struct InfoFlags {
 /// How a scene is opened.
 #[derive(Args, Debug)]
 pub(crate) struct OpeningFlags {
-    /// Which of the file's animations play: a name or a number from 0, `all` or `none`
-    /// [default: all where no two move the same thing, else the first]
+    /// Animations that play: a name or a number from 0, `all` or `none` [default: all where no two move the same thing,
+    /// else the first]
     #[arg(long, value_name = "NAME|NUMBER|all|none", hide_short_help = true)]
     pub(crate) animation: Option<String>,
-    /// Which of the file's variants has its materials shown, as `umbrage info` lists them [default: the file's own choice]
+    /// Variant whose materials are shown, as `umbrage info` lists them [default: the file's own]
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) variant: Option<String>,
-    /// Show all objects but this one, as `umbrage info` lists them; may be given several times, and * stands for any characters
+    /// Hide an object that `umbrage info` lists; may be given several times, * is any characters
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) hide: Vec<String>,
-    /// How many files of a numbered sequence, or frames of a .pc2 file, make a second
+    /// Files of a numbered sequence, or frames of a .pc2 file, that make a second
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = values::sequence_fps, hide_short_help = true)]
     pub(crate) sequence_fps: f64,
     /// Let the file name others outside of its own folder; for files that you trust
     #[arg(long, hide_short_help = true)]
     pub(crate) allow_outside: bool,
-    /// The most memory that the scene's files, a background's and a picture may take, each: 500MB, 4GiB or bytes
-    /// [default: half of what there is]
+    /// Maximum memory of scene, background and picture, each, such as 4GiB [default: half of all]
     #[arg(long, value_name = "SIZE", value_parser = memory, hide_short_help = true)]
     pub(crate) max_memory: Option<ByteSize>,
-    /// A floor under the scene, at its lowest point or at a height: `shadow` shows only the shadows on it, `matte` is light
-    /// grey [default in pictures: `shadow` under files that have neither lights nor a floor, else `none`]
+    /// Floor at the scene's lowest point or at a height: `shadow` shows only shadows, `matte` is light grey [default in
+    /// pictures: `shadow` under files that have neither lights nor a floor, else `none`]
     #[arg(long, value_name = "none|auto|shadow|matte[:HEIGHT]")]
     pub(crate) ground: Option<GroundChoice>,
-    /// Up to which angle, in degrees, triangles of OBJ, PLY and STL files without normals are smooth together; 0 leaves all
-    /// of them flat
+    /// Degrees up to which triangles without normals are smooth together; 0: flat
     #[arg(long, value_name = "DEGREES", default_value_t = OpenOptions::default().crease_degrees, value_parser = values::crease, hide_short_help = true)]
     pub(crate) crease: f32,
 }
@@ -327,8 +297,7 @@ impl RenderFlags {
 /// The scene that a command is about, and who works on it.
 #[derive(Args, Debug)]
 pub(crate) struct SceneFlags {
-    /// A .gltf, .glb, .obj, .ply, .stl, .pc2 or .mdd file, a folder or pattern of numbered ones, or demo:NAME
-    /// [default: demo:cloth]
+    /// A .gltf, .glb, .obj, .ply, .stl, .pc2 or .mdd file, numbered ones, or demo:NAME [default: demo:cloth]
     #[arg(value_name = "SCENE")]
     address: Option<PathBuf>,
     #[command(flatten)]
@@ -346,28 +315,23 @@ impl SceneFlags {
 
 #[derive(Args, Debug)]
 pub(crate) struct RenderFlags {
-    /// The file to write: .png, .jpg, .webp, .exr, .gif, .apng, .mp4 (by the program ffmpeg) or .y4m; with %04d, a numbered
-    /// .png, .jpg, .webp or .exr for each frame; `-` for standard output (y4m only) [default: umbrage.png; umbrage_%04d.png for
-    /// several frames]
+    /// File to write: .png, .jpg, .webp, .exr, .gif, .apng, .mp4 (by ffmpeg) or .y4m (also `-`, standard output); %04d
+    /// numbers pictures [default: umbrage.png; umbrage_%04d.png for several frames]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// The file's format, whatever its name
+    /// Format of the file
     #[arg(long, value_parser = choice::<Format>(), hide_short_help = true)]
     pub(crate) format: Option<Format>,
-    /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
-    /// middle of the animation]
+    /// Moment to show [default: the best one of a demo, else the middle of the animation]
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, conflicts_with = "frames")]
     pub(crate) time: Option<f64>,
-    /// Frames to show, without B (0..24) or with it (0..=23); frame k shows second k / FPS
-    /// [default for animations: all]
+    /// Frames to show, without B (0..24) or with it (0..=23); frame k is second k / FPS [default for animations: all]
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
-    /// Show only one of N even shares of the frames, counted from 1, as on machine I of N; for numbered frames
+    /// Show one of N even shares of numbered frames, counted from 1, as on machine I of N
     #[arg(long, value_name = "I/N", hide_short_help = true)]
     pub(crate) shard: Option<Shard>,
-    /// Leave out frames that this very command has written before: those whose picture is as it was, made from the same scene
-    /// with the same settings by this version. Records of that are in a folder .umbrage beside the pictures. For numbered
-    /// frames
+    /// Leave out numbered frames that were made in the same way before, by records in .umbrage
     #[arg(long, hide_short_help = true)]
     pub(crate) resume: bool,
     /// Frames a second, such as 24, 29.97 or 30000/1001
@@ -376,46 +340,40 @@ pub(crate) struct RenderFlags {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub(crate) size: Size,
-    /// Camera rays for each pixel, which are spread over the lens, the open shutter and the lights as well [default: 4 for a
-    /// still, 1 for frames, 64 where there is something to spread them over]
+    /// Camera rays for each pixel, spread over lens, open shutter and lights [default: 4 for a still, 1 for frames, 64
+    /// with any of these]
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub(crate) samples: Option<u32>,
-    /// Take only as many of --samples (16, 32, 64 ...) as it needs for a noise of so many levels of 255, in the mean over the
-    /// picture. There are 1024 unless you say otherwise
+    /// Sample until noise is below so many levels of 255, at most --samples or 1024
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = values::from_zero, hide_short_help = true)]
     pub(crate) noise: f32,
-    /// Diameter of the camera's lens, in world units (0.1) or as a share of the scene's size (2%), as `umbrage info` says it: the
-    /// diagonal of its bounds at its first moment. With 0, everything is sharp
+    /// Diameter of the lens, in world units (0.1) or parts of the scene's size (2%)
     #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length, hide_short_help = true)]
     pub(crate) aperture: Length,
-    /// Depth at which the lens has everything sharp, in world units (2.5) or as a share of the scene's size (80%) [default: that
-    /// of what the middle of the picture shows]
+    /// Distance of sharp objects from the lens, as --aperture [default: the picture's middle]
     #[arg(long, value_name = "LENGTH", value_parser = values::distance, requires = "aperture", hide_short_help = true)]
     pub(crate) focus: Option<Length>,
-    /// How long the shutter is open, half before and half after each frame's moment: what moves leaves a streak
+    /// Time for which the shutter is open: moving objects leave streaks
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = values::seconds, hide_short_help = true)]
     pub(crate) shutter: f64,
-    /// Radius of all lights that have none of their own (`:radius=R` of --light): in world units (0.1) or as a share of the
-    /// scene's size (2%), of suns in degrees (the sun's is 0.27). Shadows have soft edges
+    /// Radius of lights without :radius=R, as --aperture, of suns in degrees (0.27)
     #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = values::length, hide_short_help = true)]
     pub(crate) light_radius: Length,
-    /// Light from all around (--background) casts shadows, too: each sample has one direction of it
+    /// Light from all around (--background) casts shadows: one direction for each sample
     #[arg(long, hide_short_help = true)]
     pub(crate) sky_shadows: bool,
-    /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another point, with
-    /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
+    /// Camera of the scene, by name or number from 0, or at X,Y,Z towards another point with a vertical field of view
+    /// in degrees (40) [default: the first, else one that sees everything]
     #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraSpec>,
-    /// A light in place of the scene's; may be given several times:
-    /// point:X,Y,Z[:CANDELA[:R,G,B]], sun:DX,DY,DZ[:LUX[:R,G,B]] that travels along DX,DY,DZ,
-    /// spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full angle, or a panel around a point that faces another,
-    /// rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT[:CANDELA[:R,G,B]] with a level width, or disk:X,Y,Z:X,Y,Z:RADIUS[:CANDELA[:R,G,B]]; then,
-    /// if wanted, :radius=R of points and spots, of suns in degrees, and :noshadow, with which nothing keeps the light away.
-    /// Colours are R,G,B, #rrggbb or names in CSS. Sizes are in world units (0.1) or shares of the scene's size (2%). Without a strength, it is as bright as full sunlight: at the scene's centre, or where it points to
+    /// A light in place of the scene's; may be given several times: point:X,Y,Z[:CANDELA[:R,G,B]],
+    /// sun:DX,DY,DZ[:LUX[:R,G,B]] along DX,DY,DZ, spot:X,Y,Z:X,Y,Z:DEGREES[:CANDELA[:R,G,B]] with the cone's full
+    /// angle, or a panel towards a point, rect:X,Y,Z:X,Y,Z:WIDTHxHEIGHT[:CANDELA[:R,G,B]] or
+    /// disk:X,Y,Z:X,Y,Z:RADIUS[:CANDELA[:R,G,B]]; then :radius=R (of suns in degrees) and :noshadow. Colours may be
+    /// #rrggbb or names in CSS, sizes as --aperture. Without a strength, it is as bright as full sunlight
     #[arg(long = "light", value_name = "LIGHT")]
     pub(crate) lights: Vec<LightSpec>,
-    /// Move lights once round the scene's vertical axis over the frames: the first, all, or those of a list of numbers
-    /// from 0, such as 0,2
+    /// Move lights once round the scene's vertical axis: the first, all, or by numbers (0,2)
     #[arg(
         long,
         value_name = "first|all|N,N",
@@ -425,28 +383,27 @@ pub(crate) struct RenderFlags {
         hide_short_help = true
     )]
     pub(crate) orbit_light: Option<OrbitingLights>,
-    /// What is behind and around the scene: sky, a colour (its name in CSS, #rrggbb or linear R,G,B), or a latitude-longitude
-    /// image; `none` is the sky's light before a transparent background, in .png, .webp, .exr and .apng
+    /// Background and its light: sky, a colour (its name in CSS, #rrggbb or linear R,G,B) or a latitude-longitude
+    /// image; `none` is transparent, with the light of the sky
     #[arg(long, value_name = "sky|none|COLOR|FILE", default_value = "sky")]
     pub(crate) background: BackgroundSpec,
-    /// Brightness: each stop doubles it, and `auto` measures what the picture has, of an animation one picture. Unlit materials
-    /// and a background of one colour stay as they are [default: auto for files, 0 for built-in scenes]
+    /// Brightness in stops, or `auto` by the picture [default: auto for files, 0 for demos]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true, hide_short_help = true)]
     pub(crate) exposure: Option<ExposureFlag>,
-    /// What renders: triangles and shadows are the same, colours differ by rounding
+    /// Engine that renders: triangles and shadows are the same, colours differ by rounding
     #[arg(long, default_value = "cpu", value_parser = engine())]
     pub(crate) engine: EngineKind,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) device: Option<String>,
-    /// Acceleration structure, by name or as NAME:OPTION=VALUE,OPTION=VALUE; the picture is the same with each. `umbrage
-    /// structures` lists them with their options. GPUs have perspective, listed and kdtree
+    /// Acceleration structure, with options as NAME:OPTION=VALUE,OPTION=VALUE; `umbrage structures` describes them.
+    /// GPUs have perspective, listed and kdtree
     #[arg(long, value_name = "STRUCTURE", default_value = "perspective", value_parser = structure(|_| true))]
     pub(crate) structure: Structure,
-    /// Which sides of triangles there are; what shows another is seen through, and lets light through
+    /// Sides of triangles that rays meet
     #[arg(long, value_name = "SIDES", default_value = "file", value_parser = choice::<Sides>(), hide_short_help = true)]
     pub(crate) sides: Sides,
-    /// Light ends on round surfaces where their vertices' normals say, instead of at whole triangles. On the CPU
+    /// Light ends on round surfaces by vertices' normals, not at whole triangles; on the CPU
     #[arg(long, hide_short_help = true)]
     pub(crate) smooth_terminator: bool,
     /// Diameter of the scene's points, in pixels; on the CPU
@@ -455,18 +412,16 @@ pub(crate) struct RenderFlags {
     /// Width of the scene's lines, in pixels; on the CPU
     #[arg(long, value_name = "PIXELS", default_value = "2", value_parser = values::mark_size, hide_short_help = true)]
     pub(crate) line_width: f32,
-    /// Mirrors and surfaces of glass that light may come by, one after the other, 0 to 1024: with 0, mirrors show the
-    /// background alone, and glass refracts nothing [default: 2 for a still and with --gloss, else 0]
+    /// Mirrors and glass along a path, 0 to 1024 [default: 2 for a still or with --gloss, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MAX_BOUNCES)))]
     pub(crate) bounces: Option<u32>,
-    /// Less than this part of what mirrors and glass show isn't followed any further
+    /// Minimum contribution of paths through mirrors and glass; others are cut
     #[arg(long, value_name = "PART", default_value = "0.002", value_parser = values::from_zero, hide_short_help = true)]
     pub(crate) least_contribution: f32,
-    /// Rough surfaces mirror as well, blurred: each sample follows one direction of their highlights
+    /// Rough surfaces mirror as well, blurred: one direction for each sample
     #[arg(long, hide_short_help = true)]
     pub(crate) gloss: bool,
-    /// Light from all around doesn't come from where something is nearer than this, in world units (0.1) or as a share of the
-    /// scene's size (2%): each sample looks in one direction
+    /// Objects within this distance, as --aperture, keep light from all around away
     #[arg(
         long,
         value_name = "LENGTH",
@@ -476,40 +431,35 @@ pub(crate) struct RenderFlags {
         hide_short_help = true
     )]
     pub(crate) ambient_occlusion: Length,
-    /// How brightness that no screen can show becomes colours that it can. Unlit materials and a background of one colour stay
-    /// as they are
+    /// Tone map of lit surfaces
     #[arg(long, value_name = "NAME", default_value = "neutral", value_parser = choice::<ToneMap>(), hide_short_help = true)]
     pub(crate) tone_map: ToneMap,
-    /// What pictures show in place of light, of each pixel's first sample. Exposure and tone map leave it as it is
+    /// Property to show in place of light
     #[arg(long, value_name = "VIEW", value_parser = choice::<PixelView>(), hide_short_help = true)]
     pub(crate) show: Option<PixelView>,
-    /// What an EXR file has beside radiance, depth, normals and triangle ids: names with commas between them. Motion is that
-    /// until the next frame, by --fps. On the CPU
+    /// Further layers of an EXR file, with commas between them (docs/files.md); on the CPU
     #[arg(long, value_name = "NAMES", value_parser = layers(), hide_short_help = true)]
     pub(crate) layers: Option<Layers>,
-    /// Bits for each channel: 8 or 16 of a PNG or APNG, 16 or 32 of an EXR; others have 8 [default: 8; 16 for EXR]
+    /// Bits for each channel: 8 or 16 of PNG and APNG, 16 or 32 of EXR [default: 8; 16 for EXR]
     #[arg(long, value_name = "8|16|32", hide_short_help = true)]
     pub(crate) bit_depth: Option<u8>,
-    /// How much of the picture a JPEG keeps, 1 to 100 [default: 92]
+    /// Quality of a JPEG, 1 to 100 [default: 92]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100), hide_short_help = true)]
     pub(crate) quality: Option<u8>,
-    /// How a PNG or APNG is compressed
+    /// Compression of PNG and APNG
     #[arg(long, default_value = "fast", value_parser = choice::<Compression>(), hide_short_help = true)]
     pub(crate) png_compression: Compression,
-    /// How many colours raw video has
+    /// Chroma of raw video, for four pixels or for each
     #[arg(long, default_value = "420", value_parser = choice::<Chroma>(), hide_short_help = true)]
     pub(crate) chroma: Chroma,
-    /// The most memory that the texels of the scene's textures may take, 64KiB or more: they are in a temporary file (in
-    /// TMPDIR, or else the system's folder for such files), from which they are read in tiles of 32x32 where the picture
-    /// needs them. The picture is the same. For files, on the CPU [default: all textures are in memory]
+    /// Maximum memory for a file's texels, 64KiB or more; others are in a temporary file (in TMPDIR). On the CPU
+    /// [default: all]
     #[arg(long, value_name = "SIZE", value_parser = memory, hide_short_help = true)]
     pub(crate) texture_memory: Option<ByteSize>,
-    /// SIMD instructions for the grids: sse2, avx2 or avx512, as far as this machine has them; the picture is
-    /// the same [default: the widest]
+    /// SIMD instructions for the grids: sse2, avx2 or avx512 [default: the widest there are]
     #[arg(long, value_name = "LEVEL", hide_short_help = true)]
     pub(crate) simd: Option<SimdLevel>,
-    /// Say what each frame cost: `text` on standard error, or `json` on standard output (on standard error when the
-    /// video goes to standard output)
+    /// Cost of each frame, on standard error as text, or on standard output as JSON (on standard error beside video)
     #[arg(long, value_enum, value_name = "FORM")]
     pub(crate) stats: Option<StatsFlag>,
     /// Say nothing but errors
@@ -524,14 +474,14 @@ pub(crate) struct HeatmapFlags {
     /// The PNG to write [default: heatmap.png]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// What the colours show
+    /// Count that the colours show
     #[arg(long, value_name = "KIND", default_value = "tested", value_parser = choice::<HeatKind>())]
     pub(crate) of: HeatKind,
     /// The light whose grid `--of points` shows, by number from 0; `umbrage info` lists them [default: 0]
     #[arg(long, value_name = "N")]
     pub(crate) light: Option<usize>,
-    /// Acceleration structure whose work is counted, by name or as NAME:OPTION=VALUE,OPTION=VALUE; `umbrage structures`
-    /// lists the options
+    /// Acceleration structure whose work is counted, with options as NAME:OPTION=VALUE,OPTION=VALUE; `umbrage
+    /// structures` describes them
     #[arg(
         long,
         value_name = "STRUCTURE",
@@ -542,15 +492,14 @@ pub(crate) struct HeatmapFlags {
     /// The count that has the last colour [default: one that few pixels exceed]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub(crate) max: Option<u32>,
-    /// The moment to show; the animation starts again after its end [default: the one that shows a demo best, else the
-    /// middle of the animation]
+    /// Moment to show [default: the best one of a demo, else the middle of the animation]
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
     pub(crate) time: Option<f64>,
     /// Width and height in pixels, without the legend
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]
     pub(crate) size: Size,
-    /// A camera of the scene by name or by number from 0, or a new one at X,Y,Z that looks at another point, with
-    /// its vertical field of view in degrees (40) [default: the scene's first, else one that sees everything]
+    /// Camera of the scene, by name or number from 0, or at X,Y,Z towards another point with a vertical field of view
+    /// in degrees (40) [default: the first, else one that sees everything]
     #[arg(long, value_name = "NAME|NUMBER|X,Y,Z:X,Y,Z[:FOV]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraSpec>,
     #[command(flatten)]
@@ -562,7 +511,7 @@ pub(crate) struct ViewFlags {
     /// Read the file again whenever it changes
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What renders at first [default: as in the last window]
+    /// Engine that renders at first [default: as in the last window]
     #[arg(long, value_parser = engine())]
     pub(crate) engine: Option<EngineKind>,
     /// The GPU, by a part of its name; `umbrage info --devices` lists them [default: the first]

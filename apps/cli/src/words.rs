@@ -2,8 +2,9 @@
 
 use std::ffi::{OsStr, OsString};
 
+use clap::builder::PossibleValue;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{CommandFactory, FromArgMatches};
+use clap::{Arg, Command, CommandFactory, FromArgMatches};
 use umbrage::{OptionValues, Structure, StructureOption};
 
 use crate::choices::structures;
@@ -35,12 +36,37 @@ pub(crate) enum Asked {
 impl Asked {
     pub(crate) fn of(words: impl IntoIterator<Item = OsString>) -> Self {
         let words = with_negative_values(words);
-        let parsed = Flags::command().try_get_matches_from(&words);
+        let parsed = with_brief_values(Flags::command()).try_get_matches_from(&words);
         match parsed.and_then(|matches| Flags::from_arg_matches(&matches)) {
             Ok(flags) => Self::Flags(Box::new(flags)),
             Err(said) => unknown_option(&said, &words).map_or(Self::Said(said), Self::Wrong),
         }
     }
+}
+
+/// Options whose values are listed in their help by name alone, since their texts or other pages describe them.
+const BY_NAME: [&str; 8] = ["format", "structure", "sides", "tone_map", "show", "layers", "png_compression", "chroma"];
+
+/// Puts default values, and possible ones without a description, on the line of an option's help.
+fn with_brief_values(command: Command) -> Command {
+    command.mut_subcommands(|command| command.mut_args(brief))
+}
+
+fn brief(mut arg: Arg) -> Arg {
+    let help = arg.get_help().filter(|_| arg.get_action().takes_values()).map(ToString::to_string);
+    let Some(mut help) = help else { return arg };
+    let values = arg.get_possible_values();
+    let are_described = values.iter().any(|value| value.get_help().is_some());
+    if !values.is_empty() && (!are_described || BY_NAME.contains(&arg.get_id().as_str())) {
+        let names: Vec<_> = values.iter().map(PossibleValue::get_name).collect();
+        help += &format!(" [possible values: {}]", names.join(", "));
+        arg = arg.hide_possible_values(true);
+    }
+    if let [default] = arg.get_default_values() {
+        help += &format!(" [default: {}]", default.display());
+        arg = arg.hide_default_value(true);
+    }
+    arg.help(help)
 }
 
 /// Joins values that begin with `-` and a digit to the option before them, whose error is clearer than "unexpected
@@ -125,7 +151,6 @@ fn option_of(structure: &Structure, flag: &str) -> Option<&'static StructureOpti
 
 #[cfg(test)]
 mod tests {
-    use clap::Arg;
 
     use super::*;
 
@@ -176,7 +201,7 @@ mod tests {
     #[test]
     fn options_of_others_are_none_of_ours() {
         let command = Flags::command();
-        let ours: Vec<_> = command.get_subcommands().flat_map(clap::Command::get_arguments).collect();
+        let ours: Vec<_> = command.get_subcommands().flat_map(Command::get_arguments).collect();
         for name in ELSEWHERE.iter().flat_map(|(names, _)| *names) {
             let is_ours = |arg: &&&Arg| {
                 let short = arg.get_short().map(|short| format!("-{short}"));
