@@ -226,7 +226,7 @@ impl<'a> Tokens<'a> {
 }
 
 /// The part of a line from the first word that `is_it`, given that and the rest; empty if there is none.
-fn from_word<'a>(mut line: &'a [u8], is_it: impl Fn(&[u8], &[u8]) -> bool) -> &'a [u8] {
+fn from_word(mut line: &[u8], is_it: impl Fn(&[u8], &[u8]) -> bool) -> &[u8] {
     loop {
         let (word, after) = keyword(line);
         if word.is_empty() || is_it(word, after) {

@@ -204,6 +204,19 @@ fn take<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     bytes.split_off(..count).ok_or_else(|| unusable("it ends too early"))
 }
 
+/// Appends the samples of a texel of at most four bytes, the lowest first: a mask of its bits for each sample, which is rounded
+/// to the nearest of 255, and 0 for an empty mask.
+fn unmask(texel: &[u8], masks: &[u32], samples: &mut Vec<u8>) {
+    let texel = texel.iter().rev().fold(0, |texel, &byte| texel << 8 | u32::from(byte));
+    samples.extend(masks.iter().map(|&mask| {
+        let shift = mask.trailing_zeros().min(31);
+        match (u64::from((texel & mask) >> shift), u64::from(mask >> shift)) {
+            (value, 255) => value as u8,
+            (value, most) => ((value * 255 + most / 2) / most.max(1)) as u8,
+        }
+    }));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -268,17 +281,4 @@ mod tests {
         assert!(cut.unwrap_err().starts_with("not a usable image: "));
         assert_eq!(format(b"nothing"), None);
     }
-}
-
-/// Appends the samples of a texel of at most four bytes, the lowest first: a mask of its bits for each sample, which is rounded
-/// to the nearest of 255, and 0 for an empty mask.
-fn unmask(texel: &[u8], masks: &[u32], samples: &mut Vec<u8>) {
-    let texel = texel.iter().rev().fold(0, |texel, &byte| texel << 8 | u32::from(byte));
-    samples.extend(masks.iter().map(|&mask| {
-        let shift = mask.trailing_zeros().min(31);
-        match (u64::from((texel & mask) >> shift), u64::from(mask >> shift)) {
-            (value, 255) => value as u8,
-            (value, most) => ((value * 255 + most / 2) / most.max(1)) as u8,
-        }
-    }));
 }

@@ -52,7 +52,7 @@ pub(crate) fn read(path: &Path, mut origin: Option<DVec3>, budget: &Budget) -> R
             "face" => faces.read(ListForm::Polygon, element, &mut body, positions).map_err(at_row)?,
             "tristrips" => faces.read(ListForm::Strips, element, &mut body, positions).map_err(at_row)?,
             "edge" if has_ends(element) => {
-                read_edges(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?
+                read_edges(element, &mut body, vertex_count, &mut marks, budget).map_err(at_row)?;
             }
             _ => skip(element, &mut body).map_err(at_row)?,
         }

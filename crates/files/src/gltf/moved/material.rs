@@ -60,8 +60,11 @@ const NUMBERS: &[(&str, usize, Set)] = &[
     }),
 ];
 
+/// Finds one of a material's textures.
+type Find = fn(&mut Material) -> &mut Option<TextureUse>;
+
 /// Textures whose transforms can be animated, by their paths in a material of the JSON.
-const TEXTURES: &[(&str, fn(&mut Material) -> &mut Option<TextureUse>)] = &[
+const TEXTURES: &[(&str, Find)] = &[
     ("pbrMetallicRoughness/baseColorTexture", |of| &mut of.base_color_texture),
     ("pbrMetallicRoughness/metallicRoughnessTexture", |of| &mut of.metallic_roughness_texture),
     ("normalTexture", |of| &mut of.normal_texture),
