@@ -58,7 +58,7 @@ impl Samples {
         Self { samples: [sample; 4], are_four: false, offset_pixels, shifts: Shifts::NONE }
     }
 
-    /// All samples of a pixel, four by four where `by_four` is set and [their number allows it](Self::can_be_four).
+    /// All samples of a pixel, four by four where `by_four` is set and their number allows it.
     pub fn all(count: u32, by_four: bool) -> impl Iterator<Item = Self> {
         let by_four = by_four && Self::can_be_four(count);
         (0..if by_four { count / 4 } else { count }).map(move |index| Self::group(index, count, by_four))

@@ -9,7 +9,7 @@ use super::tile::TriangleBatch;
 use crate::edge_functions::EdgeFunctions;
 use crate::shot::TileOrder;
 
-/// A triangle with its [`EdgeFunctions`] in f64, of homogeneous pixel coordinates: for triangles that reach behind the eye,
+/// A triangle with its `EdgeFunctions` in f64, of homogeneous pixel coordinates: for triangles that reach behind the eye,
 /// slivers and alpha masks.
 #[derive(Clone, Copy, Debug)]
 pub struct HomogeneousTriangle {

@@ -15,9 +15,9 @@ pub const HALF_ULP: f32 = f32::EPSILON / 2.0;
 ///
 /// x and y count in pixels to the right and downwards from the sample at [`PixelSpace::middle`], so that samples have
 /// integer coordinates plus the image's [`Shifts`], which are exact. Their error is at most |x| · [`HALF_ULP`]
-/// (|y| · `HALF_ULP`) + [`Vertex::ERROR_PIXELS`].
+/// (|y| · `HALF_ULP`) + `Vertex::ERROR_PIXELS`.
 ///
-/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is [`Vertex::BEHIND`] for a vertex certainly behind the
+/// The inverse depth has a relative error below 1.01 `HALF_ULP`. It is `Vertex::BEHIND` for a vertex certainly behind the
 /// eye. It is another negative number for a vertex near the eye's plane, too far to the side or not finite. In both cases x
 /// and y mean nothing, except that vertices at one point behind the eye have the same.
 #[derive(Clone, Copy, Debug)]

@@ -18,7 +18,7 @@ pub(crate) struct LargeTriangles {
     sixteens: Vec<SixteenPlanes>,
 }
 
-/// A triangle as linear functions of X and Y: its [`EdgeFunctions`], with signs turned so that all three are positive where
+/// A triangle as linear functions of X and Y: its `EdgeFunctions`, with signs turned so that all three are positive where
 /// the triangle is hit in front of the light, and its nearness.
 #[derive(Clone, Copy, Debug)]
 pub struct LargeTriangle {

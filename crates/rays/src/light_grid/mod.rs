@@ -2,7 +2,7 @@
 //!
 //! The light takes the camera's role (Guntury and Narayanan 2010, §4): the points that the camera sees are mapped to the
 //! light's perspective, clamped to the extent that they fill there. Unlike in the paper, neither triangles nor points are
-//! listed in cells. Triangles come in [patches](crate::patches), which are culled as one. Points stay in the image's tiles,
+//! listed in cells. Triangles come in patches, which are culled as one. Points stay in the image's tiles,
 //! and a thread takes a tile from its points to its bits before it takes another. Nothing but these bits leaves the tile.
 //! The f32 filter knows its error; undecided cases are settled in f64, and by the [predicate](crate::predicate) where f64
 //! can't tell. Points in no image are sorted to tiles first, and these are traced in the same way.
