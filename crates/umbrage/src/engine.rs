@@ -2,7 +2,9 @@
 //! differs by rounding.
 
 use std::fmt::Debug;
+use std::future::poll_fn;
 use std::pin::Pin;
+use std::task::Poll;
 
 use umbrage_rays::{LightMask, SeenPixels, View, Work};
 use umbrage_scene::{Frame, Light};
@@ -64,6 +66,11 @@ impl Output {
 
 /// A stage that is done at once on the CPU, and perhaps awaited on a GPU.
 pub(crate) type Outcome<'a> = Pin<Box<dyn Future<Output = Result<(), Error>> + 'a>>;
+
+/// The outcome of a stage that is done. It has no state, and so takes nothing from the heap.
+pub(crate) fn done<'a>() -> Outcome<'a> {
+    Box::pin(poll_fn(|_| Poll::Ready(Ok(()))))
+}
 
 /// The groups of samples and rows in which an engine renders a frame.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,6 @@ mod strip;
 mod terminator;
 mod tint;
 
-use std::future::ready;
 use std::mem;
 
 use umbrage_rays::{
@@ -31,7 +30,7 @@ pub(crate) use samples::last_alone;
 use see::Casting;
 use terminator::SmoothTerminator;
 
-use crate::engine::{Engine, Last, Outcome, Output, Passes, Staged};
+use crate::engine::{Engine, Last, Outcome, Output, Passes, Staged, done};
 use crate::frame::Subject;
 use crate::motion::Next;
 use crate::plan::Plan;
@@ -242,12 +241,12 @@ impl Engine for Cpu {
             let all = SeenAndLit { seen: &self.seen, masks: &self.masks };
             stats.time("layers", || all.add_layers(staged, next, film));
         }
-        Box::pin(ready(Ok(())))
+        done()
     }
 
     /// The film has all of it already.
     fn develop<'a>(&'a mut self, _staged: &'a Staged<'a>, _film: &'a mut Film, _stats: &'a mut Stats) -> Outcome<'a> {
-        Box::pin(ready(Ok(())))
+        done()
     }
 
     fn last(&self) -> Last<'_> {
