@@ -7,6 +7,7 @@ use clap::{Arg, Command};
 use umbrage::rays::Choice;
 use umbrage::{EngineKind, Layer, Layers, Structure, Structures};
 
+use crate::failure::Failure;
 use crate::feature::Feature;
 
 /// Parses a value with `parse`, and lists the possible names.
@@ -65,12 +66,20 @@ pub(crate) fn structures() -> Structures {
     Structures::default()
 }
 
-/// The default structure of heat maps: the one whose cells say most.
-pub(crate) const HEATMAP_STRUCTURE: &str = if cfg!(feature = "papers") { "listed" } else { "perspective" };
-
 /// Parses one of the structures for which `is_wanted` holds, with its options.
 pub(crate) fn structure(is_wanted: fn(&Structure) -> bool) -> impl TypedValueParser<Value = Structure> {
     let known = structures().only(is_wanted);
     let names = known.iter().map(|structure| (structure.name(), structure.about())).collect();
-    Named { names, parse: move |text: &str| known.parse(text) }
+    let parse = move |text: &str| {
+        known.parse(text).map_err(|error| match Feature::Papers.check() {
+            Err(Failure::Input { message, hint: Some(hint) }) if is_of_papers(text) => format!("{message}: {hint}"),
+            _ => error.to_string(),
+        })
+    };
+    Named { names, parse }
+}
+
+/// Whether this is a structure of the papers, with or without options.
+fn is_of_papers(text: &str) -> bool {
+    matches!(text.split(':').next(), Some("listed" | "grid" | "kdtree"))
 }

@@ -9,6 +9,8 @@ pub(crate) enum Feature {
     Avif,
     /// The engine on GPUs.
     Gpu,
+    /// The papers' structures.
+    Papers,
     /// The window of `umbrage view`.
     View,
 }
@@ -19,6 +21,7 @@ impl Feature {
         match self {
             Self::Avif => "avif",
             Self::Gpu => "gpu",
+            Self::Papers => "papers",
             Self::View => "view",
         }
     }
@@ -28,6 +31,7 @@ impl Feature {
         match self {
             Self::Avif => cfg!(feature = "avif"),
             Self::Gpu => cfg!(feature = "gpu"),
+            Self::Papers => cfg!(feature = "papers"),
             Self::View => cfg!(feature = "view"),
         }
     }
@@ -42,6 +46,7 @@ impl Feature {
         let part = match self {
             Self::Avif => "decoder for AVIF",
             Self::Gpu => "GPU engine",
+            Self::Papers => "structures of the papers",
             Self::View => "window",
         };
         format!("this `umbrage` was built without its {part}")
@@ -77,6 +82,7 @@ mod tests {
         for (feature, part, run) in [
             (Feature::Avif, "decoder for AVIF", "`cargo run --release --features avif -- …`"),
             (Feature::Gpu, "GPU engine", "`cargo run --release --features gpu -- …`"),
+            (Feature::Papers, "structures of the papers", "`cargo run --release --features papers -- …`"),
             (Feature::View, "window", "`cargo run --release --features view -- …`"),
         ] {
             let Failure::Input { message, hint: Some(hint) } = Failure::without(feature) else { panic!("{feature:?}") };

@@ -9,7 +9,7 @@ use umbrage::scene::{Clip, GroundChoice, OpenOptions};
 use umbrage::spec::{BackgroundSpec, CameraSpec, Length, LightSpec};
 use umbrage::{EngineKind, HeatKind, Layers, PixelView, Settings, Sides, Structure, ToneMap};
 
-use crate::choices::{HEATMAP_STRUCTURE, choice, engine, layers, structure};
+use crate::choices::{choice, engine, layers, structure};
 use crate::pages::{COMPLETIONS_EXAMPLES, MAN_EXAMPLES};
 use crate::staging::OrbitingLights;
 use crate::values::{self, ExposureFlag, FrameRange, Shard, Size};
@@ -45,7 +45,7 @@ const VIEW_EXAMPLES: &str = "
       A window, where the command was built with it";
 
 const HEATMAP_EXAMPLES: &str = "
-  umbrage heatmap demo:forest --structure listed:sorting-tile=8 --max 200
+  umbrage heatmap demo:forest --max 200
       How many triangles each pixel is tested with
   umbrage heatmap demo:glass --of points --light 1
       How many points share a cell of the second light's grid";
@@ -54,14 +54,12 @@ const INFO_EXAMPLES: &str = "
   umbrage info
       Which scenes are built in
   umbrage info demo:cloth --json
-      The content of a scene
-  umbrage info demo:cloth --structure kdtree:builder=presorted
-      How deep its kd-tree is, and how good";
+      The content of a scene";
 
 const STRUCTURES_EXAMPLES: &str = "
   umbrage structures
       Which structures there are
-  umbrage structures kdtree
+  umbrage structures perspective
       The options of one";
 
 /// The end of `--help` and of the manual page.
@@ -485,7 +483,7 @@ pub(crate) struct HeatmapFlags {
     #[arg(
         long,
         value_name = "STRUCTURE",
-        default_value = HEATMAP_STRUCTURE,
+        default_value = "perspective",
         value_parser = structure(Structure::is_specialised)
     )]
     pub(crate) structure: Structure,

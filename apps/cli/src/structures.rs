@@ -7,6 +7,7 @@ use umbrage::{OptionValues, Structure};
 
 use crate::choices::structures;
 use crate::failure::Failure;
+use crate::feature::Feature;
 
 pub(crate) fn run(one: Option<&Structure>) -> Result<(), Failure> {
     let text = one.map_or_else(all, described);
@@ -22,6 +23,9 @@ fn all() -> String {
         if let Some(paper) = structure.paper() {
             let _ = writeln!(text, "{:<12} {paper}", "");
         }
+    }
+    if let Err(Failure::Input { hint: Some(hint), .. }) = Feature::Papers.check() {
+        let _ = writeln!(text, "listed, grid and kdtree are the papers' structures: {hint}");
     }
     text.push_str("\n`--structure NAME` chooses one; `umbrage structures NAME` lists its options\n");
     text

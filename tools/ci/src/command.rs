@@ -5,7 +5,8 @@ use std::process::{Command, Stdio};
 
 /// Features of all checks but the window's, each with the package that has it. Every command selects all of them, so
 /// that no package is compiled twice; the check `features` ensures it.
-pub(crate) const FEATURES: &[&str] = &["umbrage-bench/statistics", "umbrage-cli/avif", "umbrage-cli/gpu"];
+pub(crate) const FEATURES: &[&str] =
+    &["umbrage-bench/statistics", "umbrage-cli/avif", "umbrage-cli/gpu", "umbrage-cli/papers"];
 
 /// The window's features. Its toolkit is more than a third of all packages.
 pub(crate) const WINDOW_FEATURES: &[&str] = &["umbrage-bench/view", "umbrage-cli/view"];

@@ -47,7 +47,6 @@ fn wrong_flags_name_what_is_right() {
         (&["--smooth-terminator", "--engine", "gpu"], "smooth terminators are the CPU's alone"),
         (&["--texture-memory", "1MB", "--engine", "gpu"], "a GPU has all textures in its own memory"),
         (&["--texture-memory", "1MB", "--engine", "auto"], "a GPU has all textures in its own memory"),
-        (&["--structure", "listed:light-clamp=-30:30:-20:20"], "only a spherical light map has"),
         (&["--shard", "0/8"], "counted from 1: 1/8 to 8/8"),
         (&["--shard", "9/8", "--frames", "0..9"], "the last is 8/8"),
         (&["--shard", "third"], "such as 3/8"),

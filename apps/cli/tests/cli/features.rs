@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::support::Workplace;
 
 /// The hint of a command that was built without a part.
-#[cfg(not(all(feature = "avif", feature = "gpu", feature = "view")))]
+#[cfg(not(all(feature = "avif", feature = "gpu", feature = "papers", feature = "view")))]
 fn brought_by(feature: &str) -> String {
     format!(
         "`cargo run --release --features {feature} -- …` or `cargo install --path apps/cli --features full` brings it"
@@ -45,6 +45,20 @@ fn gpus_are_listed() {
     let devices: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     assert!(devices.as_array().unwrap().iter().all(|device| device["name"].is_string()), "{stdout}");
     assert!(place.fail(2, &["render", "--device", "radeon"]).contains("add `--engine gpu`"));
+}
+
+#[cfg(not(feature = "papers"))]
+#[test]
+fn structures_of_the_papers_are_brought_by_a_feature() {
+    let place = Workplace::new();
+    for structure in ["kdtree", "listed:sorting-tile=8"] {
+        let stderr = place.fail(2, &["render", "scene.gltf", "--structure", structure]);
+        assert!(
+            stderr.contains(&format!("built without its structures of the papers: {}", brought_by("papers"))),
+            "{stderr}"
+        );
+    }
+    assert!(place.succeed(&["structures"]).0.contains(&brought_by("papers")));
 }
 
 #[cfg(not(feature = "view"))]

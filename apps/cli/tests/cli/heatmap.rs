@@ -2,10 +2,13 @@
 
 use crate::support::{Workplace, decode_png};
 
+/// The structures of heat maps.
+const STRUCTURES: &[&str] = if cfg!(feature = "papers") { &["listed", "perspective"] } else { &["perspective"] };
+
 #[test]
 fn a_heat_map_shows_where_the_work_is() {
     let place = Workplace::new();
-    for structure in ["listed", "perspective"] {
+    for structure in STRUCTURES {
         let (stdout, _) =
             place.succeed(&["heatmap", "scene.gltf", "--time", "0", "--size", "100x80", "--structure", structure]);
         let lines: Vec<&str> = stdout.lines().collect();
@@ -23,20 +26,6 @@ fn a_heat_map_shows_where_the_work_is() {
 }
 
 #[test]
-fn smaller_tiles_test_fewer_triangles() {
-    let place = Workplace::new();
-    let mean = |flags: &[&str]| {
-        let fixed = ["heatmap", "demo:statue?triangles=3000", "--size", "200x200", "--max", "20", "-o", "map.png"];
-        let (stdout, _) = place.succeed(&[&fixed, flags].concat());
-        let tested = stdout.lines().next().unwrap();
-        tested.split_whitespace().nth(5).unwrap().parse::<f64>().unwrap()
-    };
-    let tile = |pixels: &str| mean(&["--structure", &format!("listed:whole-tiles,sorting-tile={pixels}")]);
-    assert!(tile("8") < 0.7 * tile("32"));
-    assert!(mean(&["--structure", "listed:sorting-tile=8"]) < tile("8"));
-}
-
-#[test]
 fn pairs_and_points_are_shown_by_cell() {
     let place = Workplace::new();
     let fixed = ["heatmap", "scene.gltf", "--time", "0", "--size", "128x128", "--max", "4000", "-o", "map.png"];
@@ -49,7 +38,7 @@ fn pairs_and_points_are_shown_by_cell() {
     assert!(pairs[..128 * 128].iter().all(|pixel| *pixel == pairs[0] && *pixel != [0; 3]));
     let (_, tested) = pixels(&["--of", "tested", "--structure", "perspective"]);
     assert_eq!(tested[0], [0; 3]);
-    for structure in ["listed", "perspective"] {
+    for structure in STRUCTURES {
         let (stdout, points) = pixels(&["--of", "points", "--light", "0", "--structure", structure]);
         assert!(stdout.lines().last().unwrap().starts_with("points per light cell  min 0 "), "{stdout}");
         assert_eq!(points[0], [0; 3], "no point, no cell");
@@ -66,18 +55,4 @@ fn lights_that_have_no_map_are_refused() {
     let message = refused(&["--of", "points", "--light", "7"]);
     assert!(message.contains("no light 7") && message.contains("`umbrage info`"), "{message}");
     assert!(refused(&["--of", "points", "--light", "lamp"]).contains("--light"));
-}
-
-#[test]
-fn impossible_cells_are_refused() {
-    let place = Workplace::new();
-    let refused = |flags: &[&str]| place.fail(2, &[&["heatmap", "scene.gltf"], flags].concat());
-    let options = |options: &str| refused(&["--structure", &format!("listed:{options}")]);
-    assert!(options("sorting-tile=9").contains("choose one of 8, 16, 32, 64"));
-    assert!(options("sorting-tile=0").contains("choose one of 8, 16, 32, 64"));
-    assert!(options("sorting-tile=64,tracing-tiles=2").contains("at most 64"));
-    assert!(options("slices=65").contains("1 to 64"));
-    assert!(refused(&["--structure", "perspective:slices=2"]).contains("has no options"));
-    assert!(refused(&["--structure", "kdtree"]).contains("choose one of perspective, listed"));
-    assert!(refused(&["--slices", "2"]).contains("--structure listed:slices=2"));
 }

@@ -7,6 +7,8 @@ mod features;
 mod files;
 mod heatmap;
 mod pages;
+#[cfg(feature = "papers")]
+mod papers;
 mod render;
 mod resume;
 mod support;

@@ -25,43 +25,6 @@ fn info_shows_what_is_in_a_scene() {
 }
 
 #[test]
-fn info_builds_a_tree_where_that_is_asked_for() {
-    let place = Workplace::new();
-    let scene = ["info", "demo:cloth?triangles=300"];
-    let (stdout, _) = place.succeed(&[&scene[..], &["--structure", "kdtree:builder=presorted"]].concat());
-    for name in ["presorted builder", "depth", "leaves", "references", "SAH cost", "memory"] {
-        assert!(stdout.contains(name), "{name} in {stdout}");
-    }
-    let (stdout, _) = place.succeed(&[&scene[..], &["--structure", "kdtree", "--json"]].concat());
-    let contents: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
-    let tree = &contents["structure"];
-    let number = |name: &str| tree[name].as_f64().unwrap_or_default();
-    // A binary tree with all triangles in its leaves.
-    assert_eq!(number("nodes"), 2.0 * number("leaves") - 1.0, "{tree}");
-    assert!(number("references") >= contents["triangles"].as_f64().unwrap_or(f64::MAX), "{tree}");
-    assert!(number("sah_cost") > 1.0 && number("depth") > 3.0, "{tree}");
-    let (stdout, _) = place.succeed(&[&scene[..], &["--json"]].concat());
-    assert!(!stdout.contains("sah_cost"), "{stdout}");
-    assert!(place.fail(2, &[&scene[..], &["--kd-layout", "subtrees"]].concat()).contains("kdtree:layout=subtrees"));
-    assert!(place.fail(2, &[&scene[..], &["--structure", "bvh"]].concat()).contains("choose one of kdtree"));
-}
-
-#[test]
-fn structures_are_listed_with_their_options() {
-    let place = Workplace::new();
-    let (stdout, _) = place.succeed(&["structures"]);
-    for name in ["perspective", "bvh", "listed", "grid", "kdtree"] {
-        assert!(stdout.lines().any(|line| line.starts_with(&format!("{name} "))), "{name} in {stdout}");
-    }
-    let (stdout, _) = place.succeed(&["structures", "kdtree"]);
-    for part in ["Paper: Horn", "\nbuilder=binned\n", "short-stack:4", "\nlazy=0\n", "a whole number from 0 to 4096"] {
-        assert!(stdout.contains(part), "{part} in {stdout}");
-    }
-    assert!(place.succeed(&["structures", "bvh"]).0.contains("It has no options"));
-    assert!(place.fail(2, &["structures", "kdtre"]).contains("did you mean `kdtree`?"));
-}
-
-#[test]
 fn info_comes_as_json() {
     let place = Workplace::new();
     let (stdout, _) = place.succeed(&["info", "scene.gltf", "--json"]);

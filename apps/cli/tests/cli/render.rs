@@ -381,67 +381,6 @@ fn pipes_see_no_progress_and_quiet_says_nothing() {
 }
 
 #[test]
-fn blocks_of_light_rays_change_no_pixel() {
-    let place = Workplace::new();
-    let render = |name: &str, flags: &[&str]| {
-        let fixed = ["render", "demo:marbles?triangles=800", "--size", "40x30", "-o", name];
-        place.succeed(&[&fixed, flags].concat());
-        decode_png(&place.path(name))
-    };
-    let first = render("a.png", &["--structure", "listed"]);
-    let blocks = "listed:light-cells=9,light-rays=16,light-triangles=3";
-    assert_eq!(render("b.png", &["--structure", blocks]), first);
-    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
-    assert!(refused(&["--light-rays", "16"]).contains("--structure listed:light-rays=16"));
-    assert!(refused(&["--structure", "listed:light-cells=0"]).contains("1 to 2048"));
-    assert!(refused(&["--structure", "listed:light-rays=5000"]).contains("1 to 4096"));
-    assert!(refused(&["--structure", "lisetd"]).contains("did you mean `listed`?"));
-    assert!(refused(&["--structure", "listed:light-cell=9"]).contains("did you mean `light-cells`?"));
-}
-
-#[test]
-fn kd_trees_change_no_pixel() {
-    let place = Workplace::new();
-    let render = |flags: &[&str]| {
-        let fixed = ["render", "demo:glass?triangles=800", "--size", "40x30", "--bounces", "2", "-o", "a.png"];
-        place.succeed(&[&fixed, flags].concat());
-        decode_png(&place.path("a.png"))
-    };
-    let first = render(&[]);
-    for options in [
-        "builder=naive,layout=subtrees",
-        "traversal=short-stack:3,lazy=100",
-        "traversal=restart,packet=8,mailbox=ring,clipping=boxes",
-        "packet=4,step-cost=3,test-cost=0.5,empty-cost=0,charge-twice",
-    ] {
-        assert_eq!(render(&["--structure", &format!("kdtree:{options}")]), first, "{options}");
-    }
-    let refused = |flags: &[&str]| place.fail(2, &[&["render", "scene.gltf"], flags].concat());
-    let earlier = refused(&["--kd-traversal", "restart", "--kd-lazy=9"]);
-    assert!(earlier.contains("--structure kdtree:traversal=restart,lazy=9"), "{earlier}");
-    for (options, why) in [
-        ("builder=best", "presorted"),
-        ("traversal=short-stack:0", "1 to 48"),
-        ("lazy=5000", "4096"),
-        ("packet=5", "16"),
-        ("empty-cost=1.1", "0 to 1"),
-        ("test-cost=inf", "above 0"),
-    ] {
-        assert!(refused(&["--structure", &format!("kdtree:{options}")]).contains(why), "{options}");
-    }
-    for (structure, why) in [
-        ("grid", "not `grid`"),
-        ("listed:light-rays=16", "no option `light-rays`"),
-        ("listed:sorting-tile=32", "8 or 16"),
-        ("listed:tracing-tiles=2", "16 pixels a side"),
-        ("kdtree:lazy=9", "no option `lazy`"),
-        ("kdtree:mailbox=none", "no option `mailbox`"),
-    ] {
-        assert!(refused(&["--engine", "gpu", "--structure", structure]).contains(why), "{structure}");
-    }
-}
-
-#[test]
 fn mirrors_are_followed_where_that_is_asked_for() {
     let place = Workplace::new();
     let render = |bounces: &str| {

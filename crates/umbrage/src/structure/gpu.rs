@@ -44,7 +44,9 @@ impl GpuStructure {
     /// The same with these cells.
     #[must_use]
     pub fn grids_of(cells: GpuGrids) -> Self {
-        Self { grids: Some(cells), ..Self::grids() }
+        let mut structure = Self::grids();
+        structure.grids = Some(cells);
+        structure
     }
 
     /// A finder with these options.
