@@ -140,11 +140,14 @@ fn sixteen<S: Simd>(simd: S, values: &[f32; MOST_TRIANGLES], group: usize) -> f3
 }
 
 /// The maximum of a linear function in boxes.
+///
+/// Rounding is monotone, so the larger of the values at both ends is the value at the end that the factor's sign names: no
+/// branch on signs, which can't be predicted, is needed.
 #[inline(always)]
 fn most<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: [f32x16<S>; 2], y: [f32x16<S>; 2]) -> f32x16<S> {
-    let x = if a > 0.0 { x[1] } else { x[0] };
-    let y = if b > 0.0 { y[1] } else { y[0] };
-    line(simd, [a, b, c], x, y)
+    let (a, b, c) = (splat(simd, a), splat(simd, b), splat(simd, c));
+    let along_y = b.mul_add(y[0], c).max(b.mul_add(y[1], c));
+    a.mul_add(x[0], along_y).max(a.mul_add(x[1], along_y))
 }
 
 #[inline(always)]
@@ -188,3 +191,6 @@ pub(crate) fn enqueue<S: Simd>(
     }
     end
 }
+
+#[cfg(test)]
+mod tests;

@@ -238,7 +238,7 @@ impl Tracer<'_> {
                 let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
                 if !all_opaque && certain != 0 && !opacity.is_opaque(id) {
                     counts.masked += u64::from(possible.count_ones());
-                    let answers = self.ask_mask(simd, set_up, triangle, id, &found);
+                    let answers = self.ask_mask(simd, set_up, triangle, points, (block, !possible));
                     (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
                 }
                 rest.take_out(slot, certain);
@@ -267,17 +267,22 @@ impl Tracer<'_> {
         vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent, one_sided));
     }
 
-    /// Asks the mask of a patch's triangle about the points that it may shadow.
+    /// Asks the mask of a patch's triangle about points of a block: those that it may shadow and that aren't `done`. It tests
+    /// them again, since a result that were passed on would be stored after every test of any triangle.
     #[inline(never)]
     fn ask_mask<S: Simd>(
         &self,
         simd: S,
         set_up: &SetUp,
         triangle: usize,
-        id: u32,
-        found: &FilterResult<S>,
+        points: &TilePoints<'_>,
+        (block, done): (u8, u16),
     ) -> MaskAnswers {
-        let points = vectorized!(simd => self.weights(simd, set_up, triangle, found));
+        let id = self.patches.get(set_up.number as usize).ids[triangle];
+        let points = vectorized!(simd => {
+            let found = points.test(simd, set_up.quads(triangle), id, (block, done));
+            self.weights(simd, set_up, triangle, &found)
+        });
         self.settler.opacity.opacity.which_stop(id, &points)
     }
 
