@@ -35,7 +35,7 @@ pub(crate) struct CandidateBatch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CandidatePatch {
     pub(crate) number: u32,
-    /// Bounds in relation to the tile's origin.
+    /// Bounds in relation to the tile's origin of the points that it may shadow, as these are found.
     pub(crate) around: FaceBox,
     /// The parts that have points it may shadow.
     pub(crate) parts: PartBits,
@@ -146,14 +146,18 @@ impl Tracer<'_> {
 /// the rounding of a part's own bounds.
 const ROUNDED: f32 = 4.0 * HALF_ULP as f32;
 
-/// The box of a patch in relation to a tile's origin.
+/// The box of a patch in relation to a tile's origin, grown by the points' errors: up to rounding no further one than that of
+/// the margin is left in comparing found points with it.
 #[inline(always)]
 fn in_tile(extent: &Extent, &FaceBox { x, y, nearness }: &FaceBox) -> FaceBox {
     let [origin_x, origin_y, origin_w] = extent.origin;
+    let [position_error, nearness_error] = extent.errors;
+    let margin = position_error * 1.001 + ROUNDED;
+    let depth_margin = nearness_error * 1.001 + (nearness.abs() + origin_w.abs()) * ROUNDED;
     FaceBox {
-        x: [x[0] - origin_x - ROUNDED, x[1] - origin_x + ROUNDED],
-        y: [y[0] - origin_y - ROUNDED, y[1] - origin_y + ROUNDED],
-        nearness: nearness - origin_w + (nearness.abs() + origin_w.abs()) * ROUNDED,
+        x: [x[0] - origin_x - margin, x[1] - origin_x + margin],
+        y: [y[0] - origin_y - margin, y[1] - origin_y + margin],
+        nearness: nearness - origin_w + depth_margin,
     }
 }
 

@@ -6,7 +6,6 @@ use super::face::Block;
 use super::parts::TilePart;
 use super::points::TILE_BLOCKS;
 use super::set_up::SetUp;
-use crate::patches::MOST_TRIANGLES;
 use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectors::{LANES, splat};
 
@@ -14,8 +13,8 @@ use crate::simd::vectors::{LANES, splat};
 /// is tested against their points.
 const MOST_UNTESTED: u32 = 6;
 
-/// Room of the queue: each triangle of a patch and each slot, and the lanes written beyond them.
-pub(crate) const QUEUE: usize = MOST_TRIANGLES * LANES + LANES;
+/// Room of the queue: each triangle of a group and each slot, and the lanes written beyond them.
+pub(crate) const QUEUE: usize = LANES * LANES + LANES;
 
 /// The points of a tile.
 pub(crate) struct TilePoints<'a> {
@@ -24,15 +23,6 @@ pub(crate) struct TilePoints<'a> {
     blocks: &'a [Block; TILE_BLOCKS],
     /// The triangle that each point is on.
     own: &'a [[u32; LANES]],
-}
-
-/// The points of a part that must still be tested.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Untested {
-    /// The points of each slot that needn't be tested: they are in shadow, or aren't in the slot.
-    pub(crate) done: [u16; LANES],
-    /// The slots that have other points.
-    pub(crate) alive: u16,
 }
 
 /// The filter's result for a triangle and the points of a slot.
@@ -56,26 +46,6 @@ impl<S: Simd> FilterResult<S> {
     }
 }
 
-impl Untested {
-    pub(crate) const NOTHING: Self = Self { done: [u16::MAX; LANES], alive: 0 };
-
-    #[inline(always)]
-    pub(crate) fn of(part: &TilePart, shadowed: &[u16; TILE_BLOCKS]) -> Self {
-        let done: [u16; LANES] =
-            std::array::from_fn(|slot| !part.points[slot] | shadowed[usize::from(part.blocks[slot])]);
-        let alive = (0..LANES).fold(0, |alive, slot| alive | u16::from(done[slot] != u16::MAX) << slot);
-        Self { done, alive }
-    }
-
-    /// Takes out points of a slot.
-    #[inline(always)]
-    pub(crate) fn take_out(&mut self, slot: usize, points: u16) {
-        let slot = slot % LANES;
-        self.done[slot] |= points;
-        self.alive &= !(u16::from(self.done[slot] == u16::MAX) << slot);
-    }
-}
-
 impl<'a> TilePoints<'a> {
     /// The points of the tile whose first pixel has the index `first`; `own` has all of the image's triangles.
     pub(crate) fn new(first: usize, blocks: &'a [Block; TILE_BLOCKS], own: &'a [u32]) -> Self {
@@ -90,7 +60,7 @@ impl<'a> TilePoints<'a> {
     pub(crate) fn test<S: Simd>(
         &self,
         simd: S,
-        [first, second, third]: [&[f32; 4]; 3],
+        [first, second, third]: &[[f32; 4]; 3],
         id: u32,
         (block, done): (u8, u16),
     ) -> FilterResult<S> {
@@ -108,6 +78,19 @@ impl<'a> TilePoints<'a> {
         let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own.simd_eq(u32x16::splat(simd, id));
         let possible = !(missed.to_bitmask() as u16 | done);
         FilterResult { edges: [e0, e1, e2], least, nearer, possible }
+    }
+
+    /// The points of a block that are found in a box and not nearer than that.
+    #[inline(always)]
+    pub(crate) fn inside<S: Simd>(&self, simd: S, block: u8, around: &SplatBox<S>) -> u16 {
+        let block = &self.blocks[usize::from(block)];
+        let (x, y) = (f32x16::simd_from(simd, block.x), f32x16::simd_from(simd, block.y));
+        let inside = x.simd_ge(around.x[0])
+            & x.simd_le(around.x[1])
+            & y.simd_ge(around.y[0])
+            & y.simd_le(around.y[1])
+            & f32x16::simd_from(simd, block.nearness).simd_le(around.nearness);
+        inside.to_bitmask() as u16
     }
 
     /// Lists the pairs of a triangle and the points of a block that are pending.
@@ -133,12 +116,6 @@ pub(crate) fn may_touch<S: Simd>(simd: S, [first, second, third]: &[[f32; 4]; 3]
     !(missed.to_bitmask() as u16)
 }
 
-/// The values of sixteen of a patch's triangles.
-#[inline(always)]
-fn sixteen<S: Simd>(simd: S, values: &[f32; MOST_TRIANGLES], group: usize) -> f32x16<S> {
-    f32x16::from_slice(simd, &values[group * LANES..(group + 1) * LANES])
-}
-
 /// The maximum of a linear function in boxes.
 ///
 /// Rounding is monotone, so the larger of the values at both ends is the value at the end that the factor's sign names: no
@@ -155,39 +132,29 @@ fn line<S: Simd>(simd: S, [a, b, c]: [f32; 3], x: f32x16<S>, y: f32x16<S>) -> f3
     splat(simd, a).mul_add(x, splat(simd, b).mul_add(y, splat(simd, c)))
 }
 
-/// Queues the pairs of a patch's triangle and an `alive` slot of a part with points that it may shadow; returns how many
-/// there are. A pair has the triangle in its upper bits, and the slot in the lowest four.
+/// Queues the pairs of a triangle and one of `slots` of a part with points that it may shadow; returns how many there are. A
+/// pair has the triangle in its upper bits, and the slot in the lowest four.
 #[inline(always)]
 pub(crate) fn enqueue<S: Simd>(
     simd: S,
     set_up: &SetUp,
     part: &TilePart,
-    whole: &SplatBox<S>,
-    alive: u16,
-    queue: &mut [u32],
+    slots: u16,
+    queue: &mut [u32; QUEUE],
 ) -> usize {
     let lanes = u32x16::simd_from(simd, std::array::from_fn::<u32, LANES, _>(|lane| lane as u32));
+    let overlap = set_up.bounds.may_shadow(simd, &SplatBox::new(simd, &part.whole));
     let mut end = 0;
-    for group in 0..(set_up.count as usize).div_ceil(LANES) {
-        let overlap = sixteen(simd, &set_up.x[0], group).simd_le(whole.x[1])
-            & sixteen(simd, &set_up.x[1], group).simd_ge(whole.x[0])
-            & sixteen(simd, &set_up.y[0], group).simd_le(whole.y[1])
-            & sixteen(simd, &set_up.y[1], group).simd_ge(whole.y[0])
-            & sixteen(simd, &set_up.nearness, group).simd_ge(whole.nearness);
-        let filled = (set_up.count as usize - group * LANES).min(LANES);
-        for lane in bits_of(overlap.to_bitmask() & ((1 << filled) - 1)) {
-            let triangle = group * LANES + lane;
-            let bounds = SplatBox::new(simd, &set_up.bounds(triangle));
-            let mut slots = part.boxes.reached(simd, &bounds).to_bitmask() as u16 & alive;
-            if slots.count_ones() > MOST_UNTESTED {
-                let [a, b, c] = set_up.quads(triangle);
-                slots &= may_touch(simd, &[*a, *b, *c], &part.boxes);
-            }
-            let pairs = lanes | u32x16::splat(simd, (triangle * LANES) as u32);
-            let pairs = pairs.compress(mask32x16::from_bitmask(simd, slots.into()));
-            pairs.store_slice(&mut queue[end..end + LANES]);
-            end += slots.count_ones() as usize;
+    for triangle in bits_of(overlap) {
+        let bounds = SplatBox::new(simd, &set_up.bounds.get(triangle));
+        let mut slots = part.boxes.reached(simd, &bounds).to_bitmask() as u16 & slots;
+        if slots.count_ones() > MOST_UNTESTED {
+            slots &= may_touch(simd, &set_up.quads(triangle), &part.boxes);
         }
+        let pairs = lanes | u32x16::splat(simd, (triangle * LANES) as u32);
+        let pairs = pairs.compress(mask32x16::from_bitmask(simd, slots.into()));
+        pairs.store_slice(&mut queue[end..end + LANES]);
+        end += slots.count_ones() as usize;
     }
     end
 }

@@ -13,6 +13,7 @@
 //! their triangles `set_up`, and has the `filter` test each. `large_triangles` has those that f32 can't hold; `settle` decides
 //! undecided pairs. `cells` gives callers the cell of each point on a face.
 
+mod batch;
 mod boxes;
 mod candidates;
 mod cells;

@@ -3,16 +3,15 @@ use std::ops::Range;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use super::boxes::SplatBox;
-use super::candidates::{BATCH_PARTS, CandidateBatch, bits_of_parts};
+use super::batch::{BatchPoints, SlotList};
+use super::candidates::{BATCH_PARTS, CandidateBatch, CandidatePatch, bits_of_parts};
 use super::face::{Face, HALF_ULP, VertexErrors};
-use super::filter::{FilterResult, QUEUE, TilePoints, Untested, enqueue, may_touch};
-use super::parts::TilePart;
+use super::filter::{FilterResult, QUEUE, TilePoints, enqueue, may_touch};
 use super::pixel_map::PixelMap;
 use super::point_set::PointSet;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, origin};
 use super::project::FacePatches;
-use super::set_up::{Extent, Record, SetUp};
+use super::set_up::{Extent, GroupCorners, Record, SetUp, TriangleGroup};
 use super::settle::Settler;
 use super::worker::{ShadowTile, ShadowWorker};
 use crate::patches::Patches;
@@ -23,6 +22,10 @@ use crate::vectorized;
 
 /// The number of undecided pairs at which they are settled.
 const MOST_UNDECIDED: usize = 1 << 12;
+
+/// Where a group's bounds overlap more slots than this, or a patch's twice as many, their points aren't searched before its
+/// triangles are set up.
+const MOST_SEARCHED: u32 = 16;
 
 /// The inputs of tracing a face's tiles.
 pub(crate) struct Tracer<'a> {
@@ -139,149 +142,144 @@ impl Tracer<'_> {
         let CandidateBatch { candidates, order, large, .. } = batch;
         let ShadowTile { first, extent, blocks, shadowed } = tile;
         let points = TilePoints::new(*first, blocks, self.settler.points.own());
-        let mut rests = [Untested::NOTHING; BATCH_PARTS];
-        for (rest, part) in rests.iter_mut().zip(parts) {
-            *rest = Untested::of(part, shadowed);
-        }
+        let mut batch = BatchPoints::new(points, parts, shadowed, undecided, counts);
         for (record, reached) in large.iter() {
-            for index in bits_of_parts(reached) {
-                self.test_large(simd, record, &parts[index], &points, &mut rests[index], undecided, counts);
+            for part in bits_of_parts(reached) {
+                self.test_large(simd, record, part, &mut batch);
             }
-            if undecided.len() >= MOST_UNDECIDED {
-                self.settle(*first, undecided, shadowed, counts);
-            }
+            self.settle_many(&mut batch, *first, shadowed);
         }
+        let (mut of_patch, mut of_group) = (SlotList::EMPTY, SlotList::EMPTY);
         let (mut set_up, mut queue) = (SetUp::EMPTY, [0; QUEUE]);
         for &index in order.iter() {
-            let candidate = &candidates[index as u32 as usize];
-            let around = SplatBox::new(simd, &candidate.around);
-            let mut is_set_up = false;
-            for index in bits_of_parts(&candidate.parts) {
-                let (part, rest) = (&parts[index], &mut rests[index]);
-                if part.boxes.reached(simd, &around).to_bitmask() as u16 & rest.alive == 0 {
+            let CandidatePatch { number, around, parts } = &candidates[index as u32 as usize];
+            let all_slots = bits_of_parts(parts).map(|part| (part, u16::MAX));
+            batch.list_reached(simd, around, all_slots, 2 * MOST_SEARCHED, &mut of_patch);
+            if of_patch.is_empty() {
+                continue;
+            }
+            for group in self.groups(*number as usize) {
+                let corners = GroupCorners::new(simd, &group);
+                let around = corners.bounds(simd, self.face, extent);
+                batch.list_reached(simd, &around, of_patch.iter(), MOST_SEARCHED, &mut of_group);
+                if of_group.is_empty() {
                     continue;
                 }
-                if !is_set_up {
-                    is_set_up = true;
-                    self.set_up(simd, &mut set_up, candidate.number, extent);
-                    counts.small_triangles += u64::from(set_up.count);
+                self.set_up(simd, &mut set_up, &group, corners, extent);
+                batch.counts.small_triangles += u64::from(group.filled.count_ones());
+                for at in of_group.iter() {
+                    self.test_part(simd, (&group, &set_up), at, &mut batch, &mut queue);
                 }
-                self.test_part(simd, &set_up, part, &points, rest, &mut queue, undecided, counts);
             }
-            if undecided.len() >= MOST_UNDECIDED {
-                self.settle(*first, undecided, shadowed, counts);
-            }
+            self.settle_many(&mut batch, *first, shadowed);
         }
-        for (part, rest) in parts.iter().zip(&rests) {
-            for ((&block, &members), done) in part.blocks.iter().zip(&part.points).zip(rest.done) {
-                shadowed[usize::from(block)] |= members & done;
-            }
+        batch.keep(shadowed);
+    }
+
+    /// Settles the undecided pairs if there are many.
+    #[inline(always)]
+    fn settle_many(&self, batch: &mut BatchPoints<'_>, first: usize, shadowed: &mut [u16; TILE_BLOCKS]) {
+        if batch.undecided.len() >= MOST_UNDECIDED {
+            self.settle(first, batch.undecided, shadowed, batch.counts);
         }
     }
 
     /// Tests the points of a part against a large triangle.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a triangle, points, and what becomes of both")]
-    fn test_large<S: Simd>(
-        &self,
-        simd: S,
-        record: &Record,
-        part: &TilePart,
-        points: &TilePoints<'_>,
-        rest: &mut Untested,
-        undecided: &mut Vec<[u32; 2]>,
-        counts: &mut Counts,
-    ) {
+    fn test_large<S: Simd>(&self, simd: S, record: &Record, part: usize, batch: &mut BatchPoints<'_>) {
         let opacity = self.settler.opacity.opacity;
-        for slot in bits_of(may_touch(simd, &record.quads, &part.boxes) & rest.alive) {
-            counts.tests += 1;
-            let [a, b, c] = &record.quads;
-            let block = part.blocks[slot];
-            let found = points.test(simd, [a, b, c], record.id, (block, rest.done[slot]));
+        let of_part = &batch.parts[part];
+        for slot in bits_of(may_touch(simd, &record.quads, &of_part.boxes) & batch.alive(part)) {
+            batch.counts.tests += 1;
+            let at = (of_part.blocks[slot], batch.done(part, slot));
+            let found = batch.tile.test(simd, &record.quads, record.id, at);
             if found.possible != 0 {
                 // Masks of these are sampled at points in f64.
                 let is_opaque = opacity.are_all_opaque() || opacity.is_opaque(record.id);
                 let certain = if is_opaque { found.certain(simd, record.errors) } else { 0 };
-                rest.take_out(slot, certain);
-                if found.possible & !certain != 0 {
-                    points.list_pending(block, record.id, found.possible & !certain, undecided);
-                }
+                batch.note((part, slot), record.id, found.possible, certain);
             }
         }
     }
 
-    /// Tests the points of a part against a patch's triangles.
+    /// Tests points in slots of a part against a group's triangles.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "triangles, points, and what becomes of both")]
     fn test_part<S: Simd>(
         &self,
         simd: S,
-        set_up: &SetUp,
-        part: &TilePart,
-        points: &TilePoints<'_>,
-        rest: &mut Untested,
+        (group, set_up): (&TriangleGroup<'_>, &SetUp),
+        (part, slots): (usize, u16),
+        batch: &mut BatchPoints<'_>,
         queue: &mut [u32; QUEUE],
-        undecided: &mut Vec<[u32; 2]>,
-        counts: &mut Counts,
     ) {
         let opacity = self.settler.opacity.opacity;
         let all_opaque = opacity.are_all_opaque();
-        let whole = SplatBox::new(simd, &part.whole);
-        let end = enqueue(simd, set_up, part, &whole, rest.alive, queue);
-        counts.tests += end as u64;
-        let ids = self.patches.get(set_up.number as usize).ids;
+        let of_part = &batch.parts[part];
+        let end = enqueue(simd, set_up, of_part, slots, queue);
+        batch.counts.tests += end as u64;
         for &pair in &queue[..end] {
-            let (triangle, slot) = (pair as usize / LANES, pair as usize % LANES);
-            let (id, block) = (ids[triangle], part.blocks[slot]);
-            let found = points.test(simd, set_up.quads(triangle), id, (block, rest.done[slot]));
+            let (triangle, slot) = (pair as usize / LANES % LANES, pair as usize % LANES);
+            let (id, at) = (group.ids[triangle], (of_part.blocks[slot], batch.done(part, slot)));
+            let found = batch.tile.test(simd, &set_up.quads(triangle), id, at);
             if found.possible != 0 {
                 let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
                 if !all_opaque && certain != 0 && !opacity.is_opaque(id) {
-                    counts.masked += u64::from(possible.count_ones());
-                    let answers = self.ask_mask(simd, set_up, triangle, points, (block, !possible));
+                    batch.counts.masked += u64::from(possible.count_ones());
+                    let answers = self.ask_mask(simd, (group, set_up), triangle, &batch.tile, (at.0, !possible));
                     (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
                 }
-                rest.take_out(slot, certain);
-                if possible & !certain != 0 {
-                    points.list_pending(block, id, possible & !certain, undecided);
-                }
+                batch.note((part, slot), id, possible, certain);
             }
         }
     }
 
-    /// Sets up a patch's triangles for a tile's points.
-    #[inline(never)]
-    pub(crate) fn set_up<S: Simd>(&self, simd: S, set_up: &mut SetUp, number: u32, extent: &Extent) {
-        set_up.number = number;
-        let patch = self.patches.get(number as usize);
-        let vertices = &self.on_face.vertices[self.patches.vertex_range(number as usize)];
+    /// The triangles of a patch.
+    #[inline(always)]
+    pub(crate) fn groups(&self, number: usize) -> impl Iterator<Item = TriangleGroup<'_>> {
+        let patch = self.patches.get(number);
+        let vertices = &self.on_face.vertices[self.patches.vertex_range(number)];
+        let groups = patch.corners.as_chunks().0.iter().zip(patch.ids.as_chunks().0);
+        groups.enumerate().map(move |(index, (corners, ids))| {
+            let filled = (1 << patch.count.saturating_sub(index * LANES).min(LANES)) - 1_u32;
+            TriangleGroup { vertices, corners, ids, filled: filled as u16 }
+        })
+    }
+
+    /// Sets up a group's triangles for a tile's points.
+    #[inline(always)]
+    pub(crate) fn set_up<S: Simd>(
+        &self,
+        simd: S,
+        set_up: &mut SetUp,
+        group: &TriangleGroup<'_>,
+        corners: GroupCorners<S>,
+        extent: &Extent,
+    ) {
         let sides = self.settler.opacity.sides;
         let one_sided = match sides {
             Sides::Both => 0,
-            Sides::Front => u64::MAX,
-            Sides::Each(_) => {
-                let ids = patch.ids[..patch.count].iter().enumerate();
-                ids.fold(0, |bits, (slot, &id)| bits | u64::from(!sides.has_back(id)) << slot)
-            }
+            Sides::Front => u16::MAX,
+            Sides::Each(_) => bits_of(group.filled)
+                .fold(0, |bits, triangle| bits | u16::from(!sides.has_back(group.ids[triangle])) << triangle),
         };
-        vectorized!(simd => set_up.fill(simd, self.face, &self.vertex_errors, &patch, vertices, extent, one_sided));
+        set_up.fill(simd, self.face, &self.vertex_errors, corners, extent, one_sided);
     }
 
-    /// Asks the mask of a patch's triangle about points of a block: those that it may shadow and that aren't `done`. It tests
+    /// Asks the mask of a triangle about points of a block, those that it may shadow and that aren't done. It tests
     /// them again, since a result that were passed on would be stored after every test of any triangle.
     #[inline(never)]
     fn ask_mask<S: Simd>(
         &self,
         simd: S,
-        set_up: &SetUp,
+        (group, set_up): (&TriangleGroup<'_>, &SetUp),
         triangle: usize,
         points: &TilePoints<'_>,
-        (block, done): (u8, u16),
+        at: (u8, u16),
     ) -> MaskAnswers {
-        let id = self.patches.get(set_up.number as usize).ids[triangle];
+        let id = group.ids[triangle];
         let points = vectorized!(simd => {
-            let found = points.test(simd, set_up.quads(triangle), id, (block, done));
-            self.weights(simd, set_up, triangle, &found)
+            let found = points.test(simd, &set_up.quads(triangle), id, at);
+            self.weights(simd, group.nearness_of_corners(triangle), set_up.errors(triangle)[0], &found)
         });
         self.settler.opacity.opacity.which_stop(id, &points)
     }
@@ -293,13 +291,15 @@ impl Tracer<'_> {
     /// nearness of a corner is wrong by 4 ε of itself, and with products, sums, quotient and the predicate's own rounding
     /// that makes 15 ε, taken as 24.
     #[inline(always)]
-    fn weights<S: Simd>(&self, simd: S, set_up: &SetUp, triangle: usize, found: &FilterResult<S>) -> MaskPoints {
-        let number = set_up.number as usize;
-        let vertices = &self.on_face.vertices[self.patches.vertex_range(number)];
-        let [a, b, c, _] = self.patches.get(number).corners[triangle];
-        let [w0, w1, w2] =
-            [a, b, c].map(|corner| if self.face.is_parallel { 1.0 } else { vertices[usize::from(corner)][2] });
-        let edge_error = 0.5 * set_up.errors(triangle)[0];
+    fn weights<S: Simd>(
+        &self,
+        simd: S,
+        nearness: [f32; 3],
+        twice_edge_error: f32,
+        found: &FilterResult<S>,
+    ) -> MaskPoints {
+        let [w0, w1, w2] = if self.face.is_parallel { [1.0; 3] } else { nearness };
+        let edge_error = 0.5 * twice_edge_error;
         let grown = splat(simd, edge_error);
         let [e0, e1, e2] = found.edges;
         let (e0, e1, e2) = (e0 - grown, e1 - grown, e2 - grown);
@@ -308,8 +308,8 @@ impl Tracer<'_> {
         let [constant, per_nearness] = self.vertex_errors.of_weights;
         let largest = w0.max(w1).max(w2);
         let of_predicate = if self.face.is_parallel {
-            let nearness = [a, b, c].map(|corner| vertices[usize::from(corner)][2].abs());
-            nearness[0].max(nearness[1]).max(nearness[2]).max(1.0) * per_nearness + constant
+            nearness.into_iter().fold(1.0, |largest: f32, nearness| largest.max(nearness.abs())) * per_nearness
+                + constant
         } else {
             largest * per_nearness + constant
         };

@@ -2,11 +2,12 @@ use std::collections::HashMap;
 
 use crate::dispatch;
 use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 
 use super::LightGrid;
-use super::boxes::SplatBox;
+use super::boxes::{FaceBox, SplatBox};
 use super::filter::{QUEUE, TilePoints, enqueue, may_touch};
-use super::set_up::{Record, SetUp};
+use super::set_up::{GroupCorners, Record, SetUp};
 use super::settle::Settler;
 use super::trace::Tracer;
 use super::worker::{ShadowTile, ShadowWorker};
@@ -14,6 +15,7 @@ use crate::LightSource;
 use crate::patches::Patches;
 use crate::predicate::ShadowRay;
 use crate::shot::{Cone, SeenImage};
+use crate::simd::lanes::bits_of;
 use crate::simd::vectors::LANES;
 
 /// Maps the points that the pixels of `shot` have `seen` to each face of a light, and checks them. All triangles are taken
@@ -123,32 +125,38 @@ impl Tracer<'_> {
         self.find_candidates(simd, worker, part..part + 1);
         let slots: Vec<_> = (0..LANES).filter(|&slot| worker.parts.parts[part].points[slot] != 0).collect();
         let mut is_in_patch = vec![false; self.settler.opacity.triangles.len()];
-        let mut set_up = SetUp::EMPTY;
-        let mut queue = vec![0; QUEUE];
+        let (mut set_up, mut queue) = (SetUp::EMPTY, [0; QUEUE]);
         for number in 0..self.patches.len() {
-            let is_candidate = worker.batch.candidates.iter().any(|candidate| candidate.number as usize == number);
-            if is_candidate {
-                self.set_up(simd, &mut set_up, number as u32, &worker.tile.extent);
-            }
-            let patch = self.patches.get(number);
-            for &slot in &slots {
-                let part_points = &worker.parts.parts[part];
-                let whole = SplatBox::new(simd, &part_points.whole);
-                let end =
-                    if is_candidate { enqueue(simd, &set_up, part_points, &whole, 1 << slot, &mut queue) } else { 0 };
-                for (triangle, &id) in patch.ids[..patch.count].iter().enumerate() {
-                    is_in_patch[id as usize] = true;
-                    let of_patch = || {
-                        if !is_candidate {
-                            Verdicts::none("it is in no candidate")
-                        } else if !queue[..end].contains(&((triangle * LANES + slot) as u32)) {
-                            Verdicts::none("its bounds are elsewhere")
-                        } else {
-                            self.verdicts(simd, worker, (part, slot), &set_up.record(triangle, id))
-                        }
-                    };
-                    let of_large = self.verdicts_of_large(simd, worker, (part, slot), id);
-                    self.compare(worker, (part, slot), id, &of_large.unwrap_or_else(of_patch), rays)?;
+            let candidate =
+                worker.batch.candidates.iter().find(|candidate| candidate.number as usize == number).copied();
+            for group in self.groups(number) {
+                let boxes = candidate.map(|candidate| {
+                    let corners = GroupCorners::new(simd, &group);
+                    let of_group = corners.bounds(simd, self.face, &worker.tile.extent);
+                    self.set_up(simd, &mut set_up, &group, corners, &worker.tile.extent);
+                    [candidate.around, of_group]
+                });
+                for &slot in &slots {
+                    let part_points = &worker.parts.parts[part];
+                    let end = enqueue(simd, &set_up, part_points, 1 << slot, &mut queue);
+                    let inside = boxes.map(|boxes| self.inside(simd, worker, (part, slot), boxes));
+                    for triangle in bits_of(group.filled) {
+                        let id = group.ids[triangle];
+                        is_in_patch[id as usize] = true;
+                        let of_patch = || match inside {
+                            None => Verdicts::none("it is in no candidate"),
+                            Some(0) => Verdicts::none("bounds of triangles around it are elsewhere"),
+                            Some(_) if !queue[..end].contains(&((triangle * LANES + slot) as u32)) => {
+                                Verdicts::none("its bounds are elsewhere")
+                            }
+                            Some(inside) => {
+                                let verdicts = self.verdicts(simd, worker, (part, slot), &set_up.record(triangle, id));
+                                Verdicts { possible: verdicts.possible & inside, ..verdicts }
+                            }
+                        };
+                        let of_large = self.verdicts_of_large(simd, worker, (part, slot), id);
+                        self.compare(worker, (part, slot), id, &of_large.unwrap_or_else(of_patch), rays)?;
+                    }
                 }
             }
         }
@@ -192,6 +200,24 @@ impl Tracer<'_> {
         Ok(())
     }
 
+    /// The points of a slot that are in all of some boxes, as are some of the bounds of the slot.
+    #[inline(always)]
+    fn inside<S: Simd>(
+        &self,
+        simd: S,
+        worker: &ShadowWorker,
+        (part, slot): (usize, usize),
+        boxes: [FaceBox; 2],
+    ) -> u16 {
+        let part = &worker.parts.parts[part];
+        let points = TilePoints::new(worker.tile.first, &worker.tile.blocks, self.settler.points.own());
+        boxes.iter().fold(u16::MAX, |inside, around| {
+            let around = SplatBox::new(simd, around);
+            let is_reached = part.boxes.reached(simd, &around).to_bitmask() >> slot & 1 == 1;
+            inside & if is_reached { points.inside(simd, part.blocks[slot], &around) } else { 0 }
+        })
+    }
+
     /// The verdicts on a triangle that is tested as a large one.
     #[inline(always)]
     fn verdicts_of_large<S: Simd>(
@@ -225,8 +251,7 @@ impl Tracer<'_> {
             return Verdicts::none("the filter says that it touches none of the block's points");
         }
         let points = TilePoints::new(*first, blocks, self.settler.points.own());
-        let [a, b, c] = &record.quads;
-        let found = points.test(simd, [a, b, c], record.id, (part.blocks[slot], !part.points[slot]));
+        let found = points.test(simd, &record.quads, record.id, (part.blocks[slot], !part.points[slot]));
         let certain = found.certain(simd, record.errors);
         Verdicts { possible: found.possible, certain, why: "the filter says that it doesn't" }
     }

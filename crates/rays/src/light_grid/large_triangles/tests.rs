@@ -337,8 +337,7 @@ impl FaceWithTriangles {
         for number in numbers {
             let record = large.record(number, extent.origin, [extent.reach, extent.depth], extent.errors);
             dispatch!(self.level, simd => {
-                let [a, b, c] = &record.quads;
-                let found = points.test(simd, [a, b, c], id, (part.blocks[0], !part.points[0]));
+                let found = points.test(simd, &record.quads, id, (part.blocks[0], !part.points[0]));
                 if may_touch(simd, &record.quads, &part.boxes) & 1 == 1 {
                     possible |= found.possible;
                     certain |= found.certain(simd, record.errors);

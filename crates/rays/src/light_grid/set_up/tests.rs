@@ -3,7 +3,7 @@
 //! decided that can't be.
 
 use crate::dispatch;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::*;
@@ -52,8 +52,9 @@ struct AimedBlocks {
     rise: f64,
     /// The points'.
     errors: [f64; 2],
-    /// A bit for each triangle that is there for light on its front alone.
-    one_sided: u64,
+    /// A bit for each triangle that is there for light on its front alone, and for each that isn't padding.
+    one_sided: u16,
+    filled: u16,
 }
 
 /// Results for sixteen points each about sixteen triangles: a bit for each that may be shadowed, and a bit for each that
@@ -68,7 +69,8 @@ struct Setting<'a> {
     origin: [f32; 3],
     /// Errors of the points.
     errors: [f32; 2],
-    one_sided: u64,
+    one_sided: u16,
+    filled: u16,
     vertices: &'a [[f32; 4]],
 }
 
@@ -78,12 +80,18 @@ impl Setting<'_> {
         Extent { origin: self.origin, errors: self.errors, ..Extent::default() }
     }
 
-    fn fill(&self, set_up: &mut SetUp, extent: &Extent) {
-        let corners: Vec<_> = (0..LANES as u8).map(|id| [3 * id, 3 * id + 1, 3 * id + 2, 0]).collect();
-        let ids: Vec<_> = (0..LANES as u32).collect();
-        let patch = Patch { vertices: &[], corners: &corners, ids: &ids, count: LANES };
-        let Self { level, face, vertex_errors, vertices, one_sided, .. } = *self;
-        dispatch!(level, simd => set_up.fill(simd, face, vertex_errors, &patch, vertices, extent, one_sided));
+    /// Fills in a group's set-up; returns the bounds of the group.
+    fn fill(&self, set_up: &mut SetUp, extent: &Extent) -> FaceBox {
+        let corners = std::array::from_fn(|id| [0, 1, 2, 0].map(|corner| 3 * id as u8 + corner));
+        let ids = std::array::from_fn(|id| id as u32);
+        let Self { level, face, vertex_errors, vertices, one_sided, filled, .. } = *self;
+        let group = TriangleGroup { vertices, corners: &corners, ids: &ids, filled };
+        dispatch!(level, simd => {
+            let corners = GroupCorners::new(simd, &group);
+            let bounds = corners.bounds(simd, face, extent);
+            set_up.fill(simd, face, vertex_errors, corners, extent, one_sided);
+            bounds
+        })
     }
 
     fn decide(&self, points: &[[[f32; 3]; LANES]; LANES]) -> Decisions {
@@ -109,19 +117,20 @@ impl Setting<'_> {
             parts.finish(simd, &mut extent);
         });
         let mut set_up = SetUp::EMPTY;
-        self.fill(&mut set_up, &extent);
+        let around = self.fill(&mut set_up, &extent);
         let mut seen = SeenPixels::default();
         seen.resize(64, 64);
         let [part] = &parts.parts[..] else { panic!("one part") };
         let points = TilePoints::new(0, &blocks, &seen.triangle);
         std::array::from_fn(|triangle| {
             dispatch!(level, simd => {
-                let mut queue = vec![0; QUEUE];
-                let end = enqueue(simd, &set_up, part, &SplatBox::new(simd, &part.whole), 1 << triangle, &mut queue);
+                let mut queue = [0; QUEUE];
+                let end = enqueue(simd, &set_up, part, 1 << triangle, &mut queue);
                 let is_queued = queue[..end].contains(&((triangle * LANES + triangle) as u32));
                 let of_slot = (part.blocks[triangle], !part.points[triangle]);
-                let found = points.test(simd, set_up.quads(triangle), triangle as u32, of_slot);
-                if is_queued { [found.possible, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
+                let found = points.test(simd, &set_up.quads(triangle), triangle as u32, of_slot);
+                let inside = points.inside(simd, part.blocks[triangle], &SplatBox::new(simd, &around));
+                if is_queued { [found.possible & inside, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
             })
         })
     }
@@ -140,8 +149,9 @@ impl AimedBlocks {
         let aspect = [1.0, random.power(-7.0, 0.0), thin][(random.unit() * 3.0) as usize];
         let rise = random.power(-7.0, -0.6);
         let face = Face { x: DVec3::X, y: DVec3::Y, z: DVec3::Z, is_parallel, ..Face::default() };
-        let one_sided = if random.unit() < 0.5 { random.unit().to_bits() } else { 0 };
-        let trial = Self { random, level, face, origin, size, away, aspect, rise, errors, one_sided };
+        let one_sided = if random.unit() < 0.5 { (random.unit() * 65536.0) as u16 } else { 0 };
+        let filled = if random.unit() < 0.2 { u16::MAX >> (random.unit() * 16.0) as u32 } else { u16::MAX };
+        let trial = Self { random, level, face, origin, size, away, aspect, rise, errors, one_sided, filled };
         trial.tiny_or_not()
     }
 
@@ -179,9 +189,9 @@ impl AimedBlocks {
 
     /// The predicate's further demands are checked by `predicate`, not here.
     fn setting<'a>(&self, face: &'a Face, vertex_errors: &'a VertexErrors, vertices: &'a [[f32; 4]]) -> Setting<'a> {
-        let Self { level, one_sided, .. } = *self;
+        let Self { level, one_sided, filled, .. } = *self;
         let (origin, errors) = (self.origin.as_vec3().to_array(), self.errors.map(|error| error as f32));
-        Setting { level, face, vertex_errors, origin, errors, one_sided, vertices }
+        Setting { level, face, vertex_errors, origin, errors, one_sided, filled, vertices }
     }
 
     /// A corner's computed coordinates.
@@ -223,7 +233,8 @@ impl AimedBlocks {
         })
     }
 
-    /// A triangle whose bounds don't reach a found position of a point beyond a corner; `None` if all do.
+    /// A triangle whose bounds don't reach a found position of a point beyond a corner, or whose group's don't reach all
+    /// positions in real numbers; `None` if all do.
     fn short_bound(&mut self) -> Option<String> {
         let triangles: [Corners; LANES] = std::array::from_fn(|_| self.corners());
         let vertices: Vec<_> = triangles.as_flattened().iter().map(|&corner| self.vertex(corner)).collect();
@@ -231,19 +242,17 @@ impl AimedBlocks {
         let (face, vertex_errors) = (self.face, VertexErrors::default());
         let setting = Setting { one_sided: 0, ..self.setting(&face, &vertex_errors, &vertices) };
         let mut set_up = SetUp::EMPTY;
-        setting.fill(&mut set_up, &setting.extent());
-        (0..LANES).find_map(|triangle| {
-            let FaceBox { x, y, nearness } = set_up.bounds(triangle);
+        let of_group = setting.fill(&mut set_up, &setting.extent());
+        (0..LANES).filter(|&triangle| self.filled >> triangle & 1 == 1).find_map(|triangle| {
+            let of_triangle = set_up.bounds.get(triangle);
             triangles[triangle].into_iter().find_map(|corner| {
+                let ends = [corner - origin - error, corner - origin + error];
                 // The farthest f32 that a point at the corner may be found at, on either side, and where a bound that is
                 // grown by the error ends.
-                let [low, high] = [-1.0, 1.0]
-                    .map(|side| (side * (corner - origin) + error).to_array().map(|end| side as f32 * below(end)));
-                let error = error.as_vec3();
-                let ends =
-                    [low[0] + error.x, low[1] + error.y, high[0] - error.x, high[1] - error.y, high[2] - error.z];
-                let is_reached = ends[0] >= x[0] && ends[1] >= y[0] && ends[2] <= x[1] && ends[3] <= y[1];
-                (!is_reached || ends[4] > nearness).then(|| format!("{corner} from {origin} ±{error}: {ends:?}"))
+                let found = [-ends[0], ends[1]].map(|end| Vec3::from(end.to_array().map(below)).as_dvec3());
+                let grown = [-found[0] + error, found[1] - error].map(|end| end.as_vec3().as_dvec3());
+                let are_reached = reaches(&of_triangle, grown) && reaches(&of_group, ends);
+                (!are_reached).then(|| format!("{corner} from {origin} ±{error}: {of_triangle:?}, {of_group:?}"))
             })
         })
     }
@@ -272,7 +281,7 @@ impl AimedBlocks {
         for (triangle, &corners) in triangles.iter().enumerate() {
             let [possible, certain] = decisions[triangle];
             let shows_back = area(corners) * f64::from(self.face.sign_of_fronts()) < 0.0;
-            let is_there = !(shows_back && self.one_sided >> triangle & 1 == 1);
+            let is_there = !(shows_back && self.one_sided >> triangle & 1 == 1) && self.filled >> triangle & 1 == 1;
             for (lane, point) in points[triangle].iter().enumerate() {
                 let found = self.origin + DVec3::from(point.map(f64::from));
                 let (is_possible, is_certain) = (possible >> lane & 1 == 1, certain >> lane & 1 == 1);
@@ -315,6 +324,12 @@ impl AimedBlocks {
             }
         })
     }
+}
+
+/// Whether bounds hold the lowest and the highest position of a point.
+fn reaches(&FaceBox { x, y, nearness }: &FaceBox, [low, high]: [DVec3; 2]) -> bool {
+    let [x, y] = [x, y].map(|range| range.map(f64::from));
+    low.x >= x[0] && low.y >= y[0] && high.x <= x[1] && high.y <= y[1] && high.z <= f64::from(nearness)
 }
 
 /// The largest f32 that isn't above a number.

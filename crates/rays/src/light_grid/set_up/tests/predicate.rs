@@ -4,7 +4,6 @@
 use super::*;
 use crate::LightSource;
 use crate::predicate::{HitPoint, ShadowRay};
-use glam::Vec3;
 
 /// Sixteen triangles before a light at zero, and points behind these by about the predicate's margin.
 struct PointsBehind {
@@ -80,6 +79,7 @@ impl PointsBehind {
             // Of rounding to f32.
             errors: [HALF_ULP as f32 * 1.01; 2],
             one_sided: 0,
+            filled: u16::MAX,
             vertices: &vertices,
         };
         let deepest = at.as_flattened().iter().fold(1.0, |deepest: f64, at| deepest.max(at.z));
