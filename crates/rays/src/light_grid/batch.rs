@@ -35,7 +35,24 @@ pub(crate) struct SlotList {
     /// The index of each part, and a mask of its slots.
     parts: [(u8, u16); BATCH_PARTS],
     len: usize,
+    /// Whether the slots' points were searched.
+    is_searched: bool,
+    /// Those that were found; has no meaning where none were searched.
+    found: [SlotPoints; MOST_SEARCHED],
+    found_len: usize,
 }
+
+/// Points of a slot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct SlotPoints {
+    /// The index of its part in the batch.
+    pub(crate) part: u8,
+    pub(crate) slot: u8,
+    pub(crate) points: u16,
+}
+
+/// The largest number of slots whose points are searched.
+pub(crate) const MOST_SEARCHED: usize = 64;
 
 impl<'a> BatchPoints<'a> {
     /// The points of `parts` that aren't `shadowed`.
@@ -66,7 +83,7 @@ impl<'a> BatchPoints<'a> {
     }
 
     /// Lists those `among` some slots that have untested points in a box. Where more than `most_searched` have bounds that
-    /// overlap it, their points aren't searched.
+    /// overlap it, which is at most [`MOST_SEARCHED`], their points aren't searched.
     #[inline(always)]
     pub(crate) fn list_reached<S: Simd>(
         &self,
@@ -78,14 +95,15 @@ impl<'a> BatchPoints<'a> {
     ) {
         let around = SplatBox::new(simd, around);
         let mut count = 0;
-        list.len = 0;
+        (list.len, list.found_len) = (0, 0);
         for (part, slots) in among {
             let overlap = self.parts[part].boxes.reached(simd, &around).to_bitmask() as u16;
             let slots = overlap & slots & self.alive(part);
             count += slots.count_ones();
             list.push(part, slots);
         }
-        if count > most_searched {
+        list.is_searched = count <= most_searched;
+        if !list.is_searched {
             return;
         }
         let overlapping = std::mem::take(&mut list.len);
@@ -94,7 +112,10 @@ impl<'a> BatchPoints<'a> {
             let mut reached = 0;
             for slot in bits_of(slots) {
                 let inside = self.tile.inside(simd, self.parts[part].blocks[slot % LANES], &around);
-                reached |= u16::from(inside & !self.done(part, slot) != 0) << slot;
+                let points = inside & !self.done(part, slot);
+                reached |= u16::from(points != 0) << slot;
+                list.found[list.found_len % MOST_SEARCHED] = SlotPoints { part: part as u8, slot: slot as u8, points };
+                list.found_len += usize::from(points != 0);
             }
             list.push(part, reached);
         }
@@ -136,10 +157,22 @@ impl Untested {
 }
 
 impl SlotList {
-    pub(crate) const EMPTY: Self = Self { parts: [(0, 0); BATCH_PARTS], len: 0 };
+    pub(crate) const EMPTY: Self = Self {
+        parts: [(0, 0); BATCH_PARTS],
+        len: 0,
+        is_searched: false,
+        found: [SlotPoints { part: 0, slot: 0, points: 0 }; MOST_SEARCHED],
+        found_len: 0,
+    };
 
     pub(crate) fn is_empty(&self) -> bool {
         self.len == 0
+    }
+
+    /// The untested points of each slot in the box, if they were searched.
+    #[inline(always)]
+    pub(crate) fn found(&self) -> Option<&[SlotPoints]> {
+        self.is_searched.then(|| &self.found[..self.found_len.min(MOST_SEARCHED)])
     }
 
     #[inline(always)]

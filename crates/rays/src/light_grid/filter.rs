@@ -6,15 +6,13 @@ use super::face::Block;
 use super::parts::TilePart;
 use super::points::TILE_BLOCKS;
 use super::set_up::SetUp;
+use super::trace::QUEUE;
 use crate::simd::lanes::{bits_of, load, min3};
 use crate::simd::vectors::{LANES, splat};
 
 /// Where a triangle's bounds overlap more slots of a part than this, its edges are tested against the slots' boxes before it
 /// is tested against their points.
 const MOST_UNTESTED: u32 = 6;
-
-/// Room of the queue: each triangle of a group and each slot, and the lanes written beyond them.
-pub(crate) const QUEUE: usize = LANES * LANES + LANES;
 
 /// The points of a tile.
 pub(crate) struct TilePoints<'a> {
@@ -78,6 +76,14 @@ impl<'a> TilePoints<'a> {
         let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own.simd_eq(u32x16::splat(simd, id));
         let possible = !(missed.to_bitmask() as u16 | done);
         FilterResult { edges: [e0, e1, e2], least, nearer, possible }
+    }
+
+    /// X, Y and nearness of a point, and the triangle that it is on.
+    #[inline(always)]
+    pub(crate) fn point(&self, block: u8, lane: usize) -> ([f32; 3], u32) {
+        let Block { x, y, nearness } = &self.blocks[usize::from(block)];
+        let lane = lane % LANES;
+        ([x[lane], y[lane], nearness[lane]], self.own[usize::from(block)][lane])
     }
 
     /// The points of a block that are found in a box and not nearer than that.

@@ -1,9 +1,9 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, mask32x16};
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 
 use super::boxes::{FaceBox, SixteenBoxes};
 use super::face::{Face, HALF_ULP, VertexErrors};
-use crate::simd::lanes::{load_local_corner, max3, min3};
+use crate::simd::lanes::{load, load_local_corner, max3, min3};
 use crate::simd::vectors::{LANES, splat};
 
 const EPSILON: f32 = HALF_ULP as f32;
@@ -118,16 +118,51 @@ pub(crate) struct SetUp {
     quads: [[[f32; LANES]; 4]; 3],
     /// Those of [`Record::errors`].
     errors: [[f32; LANES]; 2],
+    /// A bit for each triangle that is there: neither padding nor seen from a side that it doesn't have.
+    there: u16,
 }
 
 impl SetUp {
     pub(crate) const EMPTY: Self =
-        Self { bounds: SixteenBoxes::NOTHING, quads: [[[0.0; LANES]; 4]; 3], errors: [[0.0; LANES]; 2] };
+        Self { bounds: SixteenBoxes::NOTHING, quads: [[[0.0; LANES]; 4]; 3], errors: [[0.0; LANES]; 2], there: 0 };
 
     /// See [`Record::quads`].
     #[inline(always)]
     pub(crate) fn quads(&self, triangle: usize) -> [[f32; 4]; 3] {
         std::array::from_fn(|quad| std::array::from_fn(|number| self.quads[quad][number][triangle % LANES]))
+    }
+
+    /// The sixteen triangles' values of a quad of [`Record::quads`].
+    #[inline(always)]
+    fn quad_of_all<S: Simd>(&self, simd: S, quad: usize) -> [f32x16<S>; 4] {
+        let [a, b, c, depth] = &self.quads[quad];
+        [load(simd, a), load(simd, b), load(simd, c), load(simd, depth)]
+    }
+
+    /// Tests a point, on the triangle `own`, against all triangles: those that may shadow it, and whether one certainly does.
+    #[inline(always)]
+    pub(crate) fn test_point<S: Simd>(
+        &self,
+        simd: S,
+        ids: &[u32; LANES],
+        [x, y, nearness]: [f32; 3],
+        own: u32,
+    ) -> [u16; 2] {
+        let ([a0, b0, c0, p], [a1, b1, c1, q], [a2, b2, c2, r]) =
+            (self.quad_of_all(simd, 0), self.quad_of_all(simd, 1), self.quad_of_all(simd, 2));
+        let (x, y) = (splat(simd, x), splat(simd, y));
+        let e0 = a0.mul_add(x, b0.mul_add(y, c0));
+        let e1 = a1.mul_add(x, b1.mul_add(y, c1));
+        let e2 = a2.mul_add(x, b2.mul_add(y, c2));
+        let nearer = p.mul_add(x, q.mul_add(y, r)) - splat(simd, nearness);
+        let least = min3([e0, e1, e2]);
+        let zero = splat(simd, 0.0);
+        let own = u32x16::simd_from(simd, *ids).simd_eq(u32x16::splat(simd, own));
+        // Written so that NaN is possible.
+        let missed = least.simd_lt(zero) | nearer.simd_lt(zero) | own;
+        let possible = !(missed.to_bitmask() as u16) & self.there;
+        let certain = least.simd_gt(load(simd, &self.errors[0])) & nearer.simd_gt(load(simd, &self.errors[1]));
+        [possible, certain.to_bitmask() as u16 & possible]
     }
 
     pub(crate) fn record(&self, triangle: usize, id: u32) -> Record {
@@ -182,7 +217,7 @@ impl SetUp {
         simd: S,
         face: &Face,
         vertex_errors: &VertexErrors,
-        corners: GroupCorners<S>,
+        corners: &GroupCorners<S>,
         extent: &Extent,
         one_sided: u16,
     ) {
@@ -191,7 +226,7 @@ impl SetUp {
         let of_parallel = if face.is_parallel { 1.0 } else { 0.0 };
         let [of_width, of_height, of_depth] = vertex_errors.of_predicate;
         let front = splat(simd, face.sign_of_fronts());
-        let GroupCorners { x: [x0, x1, x2], y: [y0, y1, y2], nearness: [w0, w1, w2], filled } = corners;
+        let &GroupCorners { x: [x0, x1, x2], y: [y0, y1, y2], nearness: [w0, w1, w2], filled } = corners;
         let largest_nearness = max3([w0.abs(), w1.abs(), w2.abs()]).max(splat(simd, of_parallel));
         let (ox, oy, ow) = (splat(simd, origin_x), splat(simd, origin_y), splat(simd, origin_w));
         let (x0, x1, x2) = (x0 - ox, x1 - ox, x2 - ox);
@@ -255,6 +290,7 @@ impl SetUp {
         // v, and the roundings of this sum and of that of the points' bounds.
         let margin = reach * (3.1 * EPSILON) + MOVED * 1.01;
         let (nowhere, is_there) = (splat(simd, f32::INFINITY), filled & !is_gone);
+        self.there = is_there.to_bitmask() as u16;
         let SixteenBoxes { x, y, nearness } = &mut self.bounds;
         is_there.select(x_min - margin, nowhere).store_slice(&mut x[0]);
         is_there.select(x_max + margin, -nowhere).store_slice(&mut x[1]);

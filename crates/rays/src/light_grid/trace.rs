@@ -1,12 +1,13 @@
 use std::ops::Range;
 
-use fearless_simd::Simd;
 use fearless_simd::prelude::*;
+use fearless_simd::{Simd, mask32x16, u32x16};
 
-use super::batch::{BatchPoints, SlotList};
+use super::batch::{BatchPoints, MOST_SEARCHED, SlotList, SlotPoints};
+use super::boxes::SplatBox;
 use super::candidates::{BATCH_PARTS, CandidateBatch, CandidatePatch, bits_of_parts};
 use super::face::{Face, HALF_ULP, VertexErrors};
-use super::filter::{FilterResult, QUEUE, TilePoints, enqueue, may_touch};
+use super::filter::{FilterResult, TilePoints, enqueue, may_touch};
 use super::pixel_map::PixelMap;
 use super::point_set::PointSet;
 use super::points::{GROUPS, TILE_BLOCKS, TileMap, origin};
@@ -23,9 +24,15 @@ use crate::vectorized;
 /// The number of undecided pairs at which they are settled.
 const MOST_UNDECIDED: usize = 1 << 12;
 
-/// Where a group's bounds overlap more slots than this, or a patch's twice as many, their points aren't searched before its
-/// triangles are set up.
-const MOST_SEARCHED: u32 = 16;
+/// Where a patch's bounds overlap more slots than this, their points aren't searched before its triangles are set up.
+const MOST_OF_PATCH: u32 = MOST_SEARCHED as u32;
+
+/// The same for a group of sixteen triangles.
+const MOST_OF_GROUP: u32 = 32;
+
+/// Room of the queue: each triangle of a group and each slot of a part, or points of the slots searched for a group, fewer
+/// of each than triangles; and the lanes written beyond them.
+pub(crate) const QUEUE: usize = LANES * MOST_OF_GROUP as usize + LANES;
 
 /// The inputs of tracing a face's tiles.
 pub(crate) struct Tracer<'a> {
@@ -154,19 +161,23 @@ impl Tracer<'_> {
         for &index in order.iter() {
             let CandidatePatch { number, around, parts } = &candidates[index as u32 as usize];
             let all_slots = bits_of_parts(parts).map(|part| (part, u16::MAX));
-            batch.list_reached(simd, around, all_slots, 2 * MOST_SEARCHED, &mut of_patch);
+            batch.list_reached(simd, around, all_slots, MOST_OF_PATCH, &mut of_patch);
             if of_patch.is_empty() {
                 continue;
             }
             for group in self.groups(*number as usize) {
                 let corners = GroupCorners::new(simd, &group);
                 let around = corners.bounds(simd, self.face, extent);
-                batch.list_reached(simd, &around, of_patch.iter(), MOST_SEARCHED, &mut of_group);
+                batch.list_reached(simd, &around, of_patch.iter(), MOST_OF_GROUP, &mut of_group);
                 if of_group.is_empty() {
                     continue;
                 }
-                self.set_up(simd, &mut set_up, &group, corners, extent);
+                self.set_up(simd, &mut set_up, &group, &corners, extent);
                 batch.counts.small_triangles += u64::from(group.filled.count_ones());
+                if let Some(found) = of_group.found() {
+                    self.test_found(simd, (&group, &set_up), found, &mut batch, &mut queue);
+                    continue;
+                }
                 for at in of_group.iter() {
                     self.test_part(simd, (&group, &set_up), at, &mut batch, &mut queue);
                 }
@@ -187,7 +198,6 @@ impl Tracer<'_> {
     /// Tests the points of a part against a large triangle.
     #[inline(always)]
     fn test_large<S: Simd>(&self, simd: S, record: &Record, part: usize, batch: &mut BatchPoints<'_>) {
-        let opacity = self.settler.opacity.opacity;
         let of_part = &batch.parts[part];
         for slot in bits_of(may_touch(simd, &record.quads, &of_part.boxes) & batch.alive(part)) {
             batch.counts.tests += 1;
@@ -195,8 +205,7 @@ impl Tracer<'_> {
             let found = batch.tile.test(simd, &record.quads, record.id, at);
             if found.possible != 0 {
                 // Masks of these are sampled at points in f64.
-                let is_opaque = opacity.are_all_opaque() || opacity.is_opaque(record.id);
-                let certain = if is_opaque { found.certain(simd, record.errors) } else { 0 };
+                let certain = if self.is_opaque(record.id) { found.certain(simd, record.errors) } else { 0 };
                 batch.note((part, slot), record.id, found.possible, certain);
             }
         }
@@ -207,30 +216,115 @@ impl Tracer<'_> {
     fn test_part<S: Simd>(
         &self,
         simd: S,
-        (group, set_up): (&TriangleGroup<'_>, &SetUp),
+        triangles: (&TriangleGroup<'_>, &SetUp),
         (part, slots): (usize, u16),
         batch: &mut BatchPoints<'_>,
         queue: &mut [u32; QUEUE],
     ) {
-        let opacity = self.settler.opacity.opacity;
-        let all_opaque = opacity.are_all_opaque();
-        let of_part = &batch.parts[part];
-        let end = enqueue(simd, set_up, of_part, slots, queue);
-        batch.counts.tests += end as u64;
+        let end = enqueue(simd, triangles.1, &batch.parts[part], slots, queue);
         for &pair in &queue[..end] {
             let (triangle, slot) = (pair as usize / LANES % LANES, pair as usize % LANES);
-            let (id, at) = (group.ids[triangle], (of_part.blocks[slot], batch.done(part, slot)));
-            let found = batch.tile.test(simd, &set_up.quads(triangle), id, at);
-            if found.possible != 0 {
-                let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
-                if !all_opaque && certain != 0 && !opacity.is_opaque(id) {
-                    batch.counts.masked += u64::from(possible.count_ones());
-                    let answers = self.ask_mask(simd, (group, set_up), triangle, &batch.tile, (at.0, !possible));
-                    (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
+            self.test_slot(simd, triangles, triangle, (part, slot), batch);
+        }
+    }
+
+    /// Tests the points in a group's box against its triangles. In each slot the fewer are taken one by one, and tested with
+    /// sixteen of the others: the points of it, or the triangles whose bounds overlap its own.
+    #[inline(always)]
+    fn test_found<S: Simd>(
+        &self,
+        simd: S,
+        triangles: (&TriangleGroup<'_>, &SetUp),
+        found: &[SlotPoints],
+        batch: &mut BatchPoints<'_>,
+        queue: &mut [u32; QUEUE],
+    ) {
+        let lanes = u32x16::simd_from(simd, std::array::from_fn::<u32, LANES, _>(|lane| lane as u32));
+        let mut end = 0;
+        for &SlotPoints { part, slot, points } in found {
+            let (part, slot) = (usize::from(part), usize::from(slot) % LANES);
+            let around = SplatBox::new(simd, &batch.parts[part].boxes.get(slot));
+            let overlapping = triangles.1.bounds.may_shadow(simd, &around);
+            if points.count_ones() < overlapping.count_ones() {
+                let pairs = lanes | u32x16::splat(simd, (part << 8 | slot << 4) as u32);
+                let pairs = pairs.compress(mask32x16::from_bitmask(simd, points.into()));
+                pairs.store_slice(&mut queue[end..end + LANES]);
+                end += points.count_ones() as usize;
+            } else {
+                for triangle in bits_of(overlapping) {
+                    self.test_slot(simd, triangles, triangle, (part, slot), batch);
                 }
-                batch.note((part, slot), id, possible, certain);
             }
         }
+        for &point in &queue[..end] {
+            let point = point as usize;
+            self.test_point(simd, triangles, (point >> 8, point >> 4 & 15, point & 15), batch);
+        }
+    }
+
+    /// Tests the points of a slot against a triangle of a group.
+    #[inline(always)]
+    fn test_slot<S: Simd>(
+        &self,
+        simd: S,
+        (group, set_up): (&TriangleGroup<'_>, &SetUp),
+        triangle: usize,
+        (part, slot): (usize, usize),
+        batch: &mut BatchPoints<'_>,
+    ) {
+        batch.counts.tests += 1;
+        let (id, at) = (group.ids[triangle % LANES], (batch.parts[part].blocks[slot], batch.done(part, slot)));
+        let found = batch.tile.test(simd, &set_up.quads(triangle), id, at);
+        if found.possible != 0 {
+            let (mut certain, mut possible) = (found.certain(simd, set_up.errors(triangle)), found.possible);
+            if certain != 0 && !self.is_opaque(id) {
+                batch.counts.masked += u64::from(possible.count_ones());
+                let answers = self.ask_mask(simd, (group, set_up), triangle, &batch.tile, (at.0, !possible));
+                (certain, possible) = (certain & answers.opaque, possible & !answers.cut);
+            }
+            batch.note((part, slot), id, possible, certain);
+        }
+    }
+
+    /// Tests a point, by its part, slot and lane, against the triangles of a group.
+    #[inline(always)]
+    fn test_point<S: Simd>(
+        &self,
+        simd: S,
+        (group, set_up): (&TriangleGroup<'_>, &SetUp),
+        (part, slot, lane): (usize, usize, usize),
+        batch: &mut BatchPoints<'_>,
+    ) {
+        batch.counts.tests += 1;
+        let block = batch.parts[part].blocks[slot];
+        let (point, own) = batch.tile.point(block, lane);
+        let [possible, certain] = set_up.test_point(simd, group.ids, point, own);
+        if possible == 0 {
+            return;
+        }
+        let mut is_shadowed = bits_of(certain).any(|triangle| self.is_opaque(group.ids[triangle]));
+        if !is_shadowed {
+            for triangle in bits_of(possible) {
+                let mut is_pending = true;
+                if certain >> triangle & 1 == 1 {
+                    batch.counts.masked += 1;
+                    let answers = self.ask_mask(simd, (group, set_up), triangle, &batch.tile, (block, !(1 << lane)));
+                    is_shadowed |= answers.opaque != 0;
+                    is_pending = answers.opaque | answers.cut == 0;
+                }
+                if is_pending {
+                    batch.tile.list_pending(block, group.ids[triangle], 1 << lane, batch.undecided);
+                }
+            }
+        }
+        batch.note((part, slot), 0, 0, u16::from(is_shadowed) << lane);
+    }
+
+    /// Whether a triangle stops light wherever it is hit.
+    #[inline(always)]
+    fn is_opaque(&self, id: u32) -> bool {
+        let opacity = self.settler.opacity.opacity;
+        opacity.are_all_opaque() || opacity.is_opaque(id)
     }
 
     /// The triangles of a patch.
@@ -252,7 +346,7 @@ impl Tracer<'_> {
         simd: S,
         set_up: &mut SetUp,
         group: &TriangleGroup<'_>,
-        corners: GroupCorners<S>,
+        corners: &GroupCorners<S>,
         extent: &Extent,
     ) {
         let sides = self.settler.opacity.sides;

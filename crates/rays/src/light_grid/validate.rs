@@ -6,10 +6,10 @@ use fearless_simd::prelude::*;
 
 use super::LightGrid;
 use super::boxes::{FaceBox, SplatBox};
-use super::filter::{QUEUE, TilePoints, enqueue, may_touch};
+use super::filter::{TilePoints, enqueue, may_touch};
 use super::set_up::{GroupCorners, Record, SetUp};
 use super::settle::Settler;
-use super::trace::Tracer;
+use super::trace::{QUEUE, Tracer};
 use super::worker::{ShadowTile, ShadowWorker};
 use crate::LightSource;
 use crate::patches::Patches;
@@ -133,7 +133,7 @@ impl Tracer<'_> {
                 let boxes = candidate.map(|candidate| {
                     let corners = GroupCorners::new(simd, &group);
                     let of_group = corners.bounds(simd, self.face, &worker.tile.extent);
-                    self.set_up(simd, &mut set_up, &group, corners, &worker.tile.extent);
+                    self.set_up(simd, &mut set_up, &group, &corners, &worker.tile.extent);
                     [candidate.around, of_group]
                 });
                 for &slot in &slots {

@@ -2,8 +2,9 @@ use crate::parallel::both;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::order::centre;
 use super::region::Region;
-use super::{Patch, Patches, Start};
+use super::{MOST_TRIANGLES, Patch, Patches, Start};
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
@@ -48,33 +49,45 @@ impl Patches {
             order.extend(part.middles.iter().enumerate().map(|(number, &middle)| (middle, index, number)));
         }
         bring_together(&mut order);
+        let mut of_patch = Vec::with_capacity(MOST_TRIANGLES);
         for (_, part, number) in order {
-            self.append(parts[part].patches.get(number));
+            self.append(triangles, &parts[part].patches.get(number), &mut of_patch);
         }
     }
 
-    /// Adds a finished patch.
-    fn append(&mut self, patch: Patch<'_>) {
+    /// Adds a finished patch. Each sixteen of its triangles, which are set up together, are brought together.
+    fn append(&mut self, triangles: Triangles<'_>, patch: &Patch<'_>, order: &mut Vec<(Vec3, usize, usize)>) {
+        order.clear();
+        order.extend((0..patch.count).map(|index| (centre(triangles, patch.ids[index]), 0, index)));
+        bring_together(order);
         if let Some(last) = self.starts.last_mut() {
             last.count = patch.count as u32;
         }
         self.vertices.extend_from_slice(patch.vertices);
-        self.corners.extend_from_slice(patch.corners);
-        self.ids.extend_from_slice(patch.ids);
+        self.corners.extend(order.iter().map(|&(_, _, index)| patch.corners[index]));
+        self.corners.extend_from_slice(&patch.corners[patch.count..]);
+        self.ids.extend(order.iter().map(|&(_, _, index)| patch.ids[index]));
+        self.ids.extend_from_slice(&patch.ids[patch.count..]);
         self.starts.push(Start { vertex: self.vertices.len() as u32, triangle: self.ids.len() as u32, count: 0 });
     }
 }
 
-/// Sorts patches so that each sixteen of them are in a small box: halves them by their middles down to sixteen.
-fn bring_together(patches: &mut [(Vec3, usize, usize)]) {
-    if patches.len() <= LANES {
+/// Sorts patches or triangles so that each sixteen of them are in a small box: halves them by their middles down to sixteen.
+fn bring_together(items: &mut [(Vec3, usize, usize)]) {
+    if items.len() <= LANES {
         return;
     }
-    let size = Bounds::of_points(patches.iter().map(|patch| patch.0)).size();
+    let size = Bounds::of_points(items.iter().map(|item| item.0)).size();
     let axis = size.max_position();
-    let half = (patches.len() / 2).next_multiple_of(LANES);
-    // Patches at the same position stay in the order of their growth.
-    patches.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let (low, high) = patches.split_at_mut(half);
-    both(|| bring_together(low), || bring_together(high));
+    let half = (items.len() / 2).next_multiple_of(LANES);
+    // Those at the same position stay in the order of their growth.
+    items.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let is_large = items.len() > MOST_TRIANGLES;
+    let (low, high) = items.split_at_mut(half);
+    if is_large {
+        both(|| bring_together(low), || bring_together(high));
+    } else {
+        bring_together(low);
+        bring_together(high);
+    }
 }

@@ -10,15 +10,18 @@ use super::*;
 use crate::SimdLevel;
 use crate::light_grid::boxes::SplatBox;
 use crate::light_grid::face::Block;
-use crate::light_grid::filter::{QUEUE, TilePoints, enqueue};
+use crate::light_grid::filter::{TilePoints, enqueue};
 use crate::light_grid::parts::TileParts;
 use crate::light_grid::points::{MappedGroup, TILE_BLOCKS, block_of};
+use crate::light_grid::trace::QUEUE;
 use crate::random::Random;
 use crate::shot::SeenPixels;
 
 mod predicate;
 
 const TRIALS: u32 = 40_000;
+
+const IDS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// X, Y and W of a triangle's corners as real numbers.
 type Corners = [DVec3; 3];
@@ -83,13 +86,12 @@ impl Setting<'_> {
     /// Fills in a group's set-up; returns the bounds of the group.
     fn fill(&self, set_up: &mut SetUp, extent: &Extent) -> FaceBox {
         let corners = std::array::from_fn(|id| [0, 1, 2, 0].map(|corner| 3 * id as u8 + corner));
-        let ids = std::array::from_fn(|id| id as u32);
         let Self { level, face, vertex_errors, vertices, one_sided, filled, .. } = *self;
-        let group = TriangleGroup { vertices, corners: &corners, ids: &ids, filled };
+        let group = TriangleGroup { vertices, corners: &corners, ids: &IDS, filled };
         dispatch!(level, simd => {
             let corners = GroupCorners::new(simd, &group);
             let bounds = corners.bounds(simd, face, extent);
-            set_up.fill(simd, face, vertex_errors, corners, extent, one_sided);
+            set_up.fill(simd, face, vertex_errors, &corners, extent, one_sided);
             bounds
         })
     }
@@ -130,7 +132,14 @@ impl Setting<'_> {
                 let of_slot = (part.blocks[triangle], !part.points[triangle]);
                 let found = points.test(simd, &set_up.quads(triangle), triangle as u32, of_slot);
                 let inside = points.inside(simd, part.blocks[triangle], &SplatBox::new(simd, &around));
-                if is_queued { [found.possible & inside, found.certain(simd, set_up.errors(triangle))] } else { [0; 2] }
+                let certain = found.certain(simd, set_up.errors(triangle));
+                for lane in 0..LANES {
+                    let (point, own) = points.point(part.blocks[triangle], lane);
+                    let by_point = set_up.test_point(simd, &IDS, point, own).map(|found| found >> triangle & 1);
+                    let by_triangle = [found.possible, certain].map(|found| found >> lane & set_up.there >> triangle & 1);
+                    assert_eq!(by_point, by_triangle, "triangle {triangle}, point {lane}");
+                }
+                if is_queued { [found.possible & inside, certain] } else { [0; 2] }
             })
         })
     }
