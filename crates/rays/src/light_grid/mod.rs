@@ -9,8 +9,9 @@
 //!
 //! `point_set` has the points. One verb a file: `survey` finds the distances of the image's tiles, `choose` chooses the
 //! light's faces, `project` projects patches to a face, `points` maps a tile's points to it, `parts` groups points that are
-//! near each other for the light, and `trace` goes through a tile: it finds the `candidates` that may shadow a part, has
-//! their triangles `set_up`, and has the `filter` test each. `large_triangles` has those that f32 can't hold; `settle` decides
+//! near each other for the light, and `trace` goes through a tile: it finds the `candidates` that may shadow a part, searches
+//! the `batch` of parts for points in the box of each sixteen of their triangles, has these `set_up` where there are any, and
+//! has the `filter` test them. `large_triangles` has those that f32 can't hold; `settle` decides
 //! undecided pairs. `cells` gives callers the cell of each point on a face.
 
 mod batch;
