@@ -9,9 +9,9 @@ use umbrage_peers::{BuildMethod, Embree, Image, Layout, Posed, Quality, TinyBvh}
 use super::PeersFlags;
 use super::contestants::{EmbreeSide, TinySide, make_rays};
 use crate::grids::{Ours, Times};
-use crate::measure::median;
-use crate::shot::{Shot, name};
-use crate::table::{Row, row};
+use crate::measure::{geometric_mean, median};
+use crate::shot::{Lights, Shot, name};
+use crate::table::{Cell, Row, row};
 use umbrage::Samples;
 
 /// Libraries of the other ray tracers.
@@ -116,31 +116,99 @@ impl Outcome {
         ratios: Option<Ratios>,
         differences: Option<Differences>,
     ) -> Row {
-        let ratio = |of: fn(&Ratios) -> f64| ratios.as_ref().map(of);
-        let count = |of: fn(&Differences) -> u64| differences.as_ref().map(of);
-        row![
-            ("scene", self.scene.as_str()),
-            ("triangles", self.triangles),
-            ("lights", self.lights),
-            ("side", side.name),
-            ("build", side.build),
-            ("see", side.see),
-            ("survey", side.survey),
-            ("shadow", side.shadow),
-            ("frame", side.frame),
-            ("best", side.best_frame),
-            ("per_light", before.and_then(|before| self.further_light(side, before))),
-            ("ratio", ratio(|ratios| ratios.frame)),
-            ("of_best", ratio(|ratios| ratios.best)),
-            ("no_rays", ratio(|ratios| ratios.without_ray_generation)),
-            ("light", ratio(|ratios| ratios.further_light)),
-            ("hit_or_miss", count(|differ| differ.hit_or_miss)),
-            ("triangle", count(|differ| differ.triangle)),
-            ("at_same_t", count(|differ| differ.triangle_at_same_distance)),
-            ("shadows", count(|differ| differ.shadow)),
-            ("points", count(|differ| differ.points)),
-        ]
+        let per_light = before.and_then(|before| self.further_light(side, before));
+        let scene = [Cell::from(self.scene.as_str()), self.triangles.into(), self.lights.into()];
+        columns(scene, Some((side, per_light)), ratios, differences)
     }
+
+    /// A row of the grids and Embree at its fastest.
+    pub(super) fn brief_row(&self) -> Row {
+        let Summary { build, see, survey, shadow, frame, .. } = self.grids;
+        let grids = format!("{:.1} / {:.1} = {frame:.1}", build + see, survey + shadow);
+        let Summary { build, see, shadow, frame, .. } = self.embree[0];
+        let embree = format!("{build:.1} / {see:.1} / {shadow:.1} = {frame:.1}");
+        brief_columns(self.scene.as_str().into(), Some((self.triangles, grids, embree)), self.ratios())
+    }
+}
+
+impl Ratios {
+    /// The geometric means; `None` of no scene.
+    pub(super) fn mean(all: &[Self]) -> Option<Self> {
+        let mean = |of: fn(&Self) -> f64| geometric_mean(all.iter().map(of));
+        (!all.is_empty()).then(|| Self {
+            frame: mean(|ratios| ratios.frame),
+            best: mean(|ratios| ratios.best),
+            without_ray_generation: mean(|ratios| ratios.without_ray_generation),
+            further_light: mean(|ratios| ratios.further_light),
+        })
+    }
+
+    /// The lowest ratios, and the highest cost of a further light.
+    pub(super) fn worst(all: &[Self]) -> Option<Self> {
+        all.iter().copied().reduce(|one, other| Self {
+            frame: one.frame.min(other.frame),
+            best: one.best.min(other.best),
+            without_ray_generation: one.without_ray_generation.min(other.without_ray_generation),
+            further_light: one.further_light.max(other.further_light),
+        })
+    }
+
+    /// A row of ratios of many scenes.
+    pub(super) fn row(self, name: String, lights: Lights) -> Row {
+        columns([name.into(), Cell::Nothing, lights.to_string().into()], None, Some(self), None)
+    }
+
+    pub(super) fn brief_row(self, name: String) -> Row {
+        brief_columns(name.into(), None, self)
+    }
+}
+
+/// A row: the scene with its numbers of triangles and lights, a side's times and its cost of a further light, its ratios,
+/// and how its picture differs.
+fn columns(
+    [scene, triangles, lights]: [Cell; 3],
+    side: Option<(&Summary, Option<f64>)>,
+    ratios: Option<Ratios>,
+    differences: Option<Differences>,
+) -> Row {
+    let time = |of: fn(&Summary) -> f64| side.map(|(side, _)| of(side));
+    let ratio = |of: fn(&Ratios) -> f64| ratios.as_ref().map(of);
+    let count = |of: fn(&Differences) -> u64| differences.as_ref().map(of);
+    row![
+        ("scene", scene),
+        ("triangles", triangles),
+        ("lights", lights),
+        ("side", side.map(|(side, _)| side.name)),
+        ("build", time(|side| side.build)),
+        ("see", time(|side| side.see)),
+        ("survey", time(|side| side.survey)),
+        ("shadow", time(|side| side.shadow)),
+        ("frame", time(|side| side.frame)),
+        ("best", time(|side| side.best_frame)),
+        ("per_light", side.and_then(|(_, per_light)| per_light)),
+        ("ratio", ratio(|ratios| ratios.frame)),
+        ("of_best", ratio(|ratios| ratios.best)),
+        ("no_rays", ratio(|ratios| ratios.without_ray_generation)),
+        ("light", ratio(|ratios| ratios.further_light)),
+        ("hit_or_miss", count(|differ| differ.hit_or_miss)),
+        ("triangle", count(|differ| differ.triangle)),
+        ("at_same_t", count(|differ| differ.triangle_at_same_distance)),
+        ("shadows", count(|differ| differ.shadow)),
+        ("points", count(|differ| differ.points)),
+    ]
+}
+
+/// A row of a scene, its number of triangles, the times of both sides in words, and their ratios.
+fn brief_columns(scene: Cell, times: Option<(usize, String, String)>, ratios: Ratios) -> Row {
+    let (triangles, grids, embree) = times.map_or((None, None, None), |(t, g, e)| (Some(t), Some(g), Some(e)));
+    row![
+        ("scene", scene),
+        ("triangles", triangles),
+        ("grids: build + see / shadow = frame", grids),
+        ("Embree: build / see / shadow = frame", embree),
+        ("ratio", Cell::Number(ratios.frame, 1)),
+        ("a further light", ratios.further_light),
+    ]
 }
 
 /// Build methods; each has a name for packets with rays of all samples that are traced together, and one for packets of

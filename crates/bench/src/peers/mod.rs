@@ -16,7 +16,7 @@ use crate::grids::Ours;
 use crate::measure::geometric_mean;
 use crate::shot::{Lights, viewpoints};
 use crate::table::{Form, Table};
-use contest::{Libraries, Ratios};
+use contest::{Libraries, Outcome, Ratios};
 pub(crate) use contestants::EmbreeSide;
 
 #[derive(Debug, Args)]
@@ -51,12 +51,15 @@ pub(crate) struct PeersFlags {
     /// Trace through our own rays' hierarchy as well, one ray at a time
     #[arg(long)]
     bvh: bool,
-    /// Embree's library [default: the system's]
+    /// Embree's library [default: the newest of the system's and of the Python package embreex]
     #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
     embree: Option<PathBuf>,
     /// tinybvh's library, which is compiled from crates/peers/src/tinybvh/glue.cpp [default: it doesn't take part]
     #[arg(long, value_name = "PATH", env = "UMBRAGE_TINYBVH", conflicts_with = "masks")]
     tinybvh: Option<PathBuf>,
+    /// One row for each scene: the grids, and Embree at its fastest
+    #[arg(long)]
+    brief: bool,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
     form: Form,
@@ -108,47 +111,55 @@ pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let addresses = flags.scenes.addresses();
     let mut table = Table::start(flags.form, &flags.conditions(libraries.embree.version()))?;
     viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
-    let mut moving: Vec<(Lights, Ratios, Option<f64>)> = Vec::new();
+    let mut all: Vec<(Lights, Outcome)> = Vec::new();
     for address in addresses {
         let scene = umbrage::open(&address).with_context(|| format!("scene {address}"))?;
         let outcomes = contest::hold(&address, &scene, flags, &libraries);
         let outcomes = outcomes.with_context(|| format!("scene {address}"))?;
-        for (index, (outcome, &lights)) in outcomes.iter().zip(&flags.lights).enumerate() {
+        for (index, outcome) in outcomes.iter().enumerate() {
             let before = index.checked_sub(1).map(|before| &outcomes[before]);
-            outcome.rows(before).try_for_each(|row| table.push(row))?;
-            moving.extend(outcome.is_moving.then(|| (lights, outcome.ratios(), outcome.tinybvh_ratio())));
+            if flags.brief {
+                table.push(outcome.brief_row())?;
+            } else {
+                outcome.rows(before).try_for_each(|row| table.push(row))?;
+            }
+        }
+        all.extend(flags.lights.iter().copied().zip(outcomes));
+    }
+    for &lights in &flags.lights {
+        let of_lights: Vec<_> = all.iter().filter(|(of, _)| *of == lights).map(|(_, outcome)| outcome).collect();
+        let moving: Vec<_> = of_lights.iter().copied().filter(|outcome| outcome.is_moving).collect();
+        for (name, outcomes) in [("all", &of_lights), ("moving", &moving)] {
+            let ratios: Vec<_> = outcomes.iter().map(|outcome| outcome.ratios()).collect();
+            let (Some(mean), Some(worst)) = (Ratios::mean(&ratios), Ratios::worst(&ratios)) else { continue };
+            let number = outcomes.len();
+            for (what, ratios) in [("mean", mean), ("worst", worst)] {
+                let name = format!("{what} of {number} {name}");
+                table.push(if flags.brief { ratios.brief_row(name) } else { ratios.row(name, lights) })?;
+            }
         }
     }
-    let means = flags.lights.iter().map(|&lights| means(&moving, lights)).collect::<Vec<_>>();
+    let tinybvh = flags.lights.iter().filter_map(|&lights| beside_tinybvh(&all, lights)).collect::<Vec<_>>();
     let mut notes = vec![
         "ratio: a frame by the grids' frame; of_best: that of each frame's best round; no_rays: without making rays, which takes",
         "the others as long as `rays only`; light: our shadow pass by this one; per_light: what each light more than in the rows",
         "above adds to the frame. Pixels that differ: hit_or_miss, triangle, triangle at the same distance, shadows, of so many",
         "points, from Embree's or in its own rows tinybvh's. Embree's ways to build (low or medium quality) and tinybvh's layouts",
-        "are sorted by frame.",
+        "are sorted by frame. Means are geometric, of each scene's fastest Embree, and the worst is the lowest ratio and the",
+        "highest light; scenes with animations are moving.",
     ];
-    notes.extend(means.iter().map(String::as_str));
+    if flags.brief {
+        notes = vec!["Embree's fastest way to build; a further light is our shadow pass by Embree's. Means are geometric."];
+    }
+    notes.extend(tinybvh.iter().map(String::as_str));
     table.finish(&notes)?;
     Ok(())
 }
 
-/// The geometric means over moving scenes with this number of lights, as text.
-fn means(moving: &[(Lights, Ratios, Option<f64>)], lights: Lights) -> String {
-    let moving = moving.iter().filter(|(of, ..)| *of == lights);
-    let mean = |of: fn(&Ratios) -> f64| geometric_mean(moving.clone().map(|(_, ratios, _)| of(ratios)));
-    let tinybvh: Vec<f64> = moving.clone().filter_map(|(.., ratio)| *ratio).collect();
-    let beside_tinybvh = if tinybvh.is_empty() {
-        String::new()
-    } else {
-        format!("; beside tinybvh, ratio {:.2}", geometric_mean(tinybvh.into_iter()))
-    };
-    format!(
-        "geometric mean of the {} moving scenes, lights {lights}: ratio {:.2}, of best {:.2}, without ray generation {:.2}, \
-         a further light {:.2} of Embree's shadow pass{beside_tinybvh}",
-        moving.clone().count(),
-        mean(|ratios| ratios.frame),
-        mean(|ratios| ratios.best),
-        mean(|ratios| ratios.without_ray_generation),
-        mean(|ratios| ratios.further_light)
-    )
+/// The geometric mean of tinybvh's ratios over moving scenes with this number of lights, as text.
+fn beside_tinybvh(all: &[(Lights, Outcome)], lights: Lights) -> Option<String> {
+    let moving = all.iter().filter(|(of, outcome)| *of == lights && outcome.is_moving);
+    let ratios: Vec<f64> = moving.filter_map(|(_, outcome)| outcome.tinybvh_ratio()).collect();
+    let mean = geometric_mean(ratios.iter().copied());
+    (!ratios.is_empty()).then(|| format!("beside tinybvh, geometric mean of {} moving scenes: ratio {mean:.2}", ratios.len()))
 }

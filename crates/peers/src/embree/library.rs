@@ -1,4 +1,6 @@
+use std::env;
 use std::ffi::{CStr, CString, c_char, c_void};
+use std::fs;
 use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -50,23 +52,29 @@ const VERSION: i32 = 0;
 const FILE_NAMES: [&str; 2] = ["libembree4.so.4", "libembree3.so.3"];
 
 impl Embree {
-    /// Loads the library at `path`, or else one from the system's search path, with `threads` threads to build with.
+    /// Loads the library at `path`, or else the newest that is found, with `threads` threads to build with. Those of the
+    /// system's search path are found, and those of the Python package `embreex`.
     ///
     /// # Errors
     /// If there is none, or if its version is neither 3 nor 4.
     pub fn load(path: Option<&Path>, threads: usize) -> Result<Arc<Self>, Error> {
-        let paths = path.map_or_else(|| FILE_NAMES.map(PathBuf::from).to_vec(), |path| vec![path.to_owned()]);
+        let paths = path.map_or_else(installed, |path| vec![path.to_owned()]);
+        let mut newest: Option<Self> = None;
+        let mut failure = None;
         for path in &paths {
             // SAFETY: loading runs the library's initialisers, which for Embree touch nothing of ours.
-            if let Ok(library) = unsafe { Library::new(path) } {
-                return Self::new(library, threads).map(Arc::new).map_err(|error| match error {
-                    Error::Unusable { cause, .. } => Error::Unusable { path: path.clone(), cause },
-                    error => error,
-                });
+            let Ok(library) = (unsafe { Library::new(path) }) else { continue };
+            match Self::new(library, threads) {
+                Ok(found) if newest.as_ref().is_none_or(|newest| newest.version < found.version) => newest = Some(found),
+                Ok(_) => {}
+                Err(Error::Unusable { cause, .. }) => failure = Some(Error::Unusable { path: path.clone(), cause }),
+                Err(error) => failure = Some(error),
             }
         }
-        let tried: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-        Err(Error::NotFound { tried: tried.join(", ") })
+        newest.map(Arc::new).ok_or_else(|| {
+            let tried: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+            failure.unwrap_or(Error::NotFound { tried: tried.join(", ") })
+        })
     }
 
     fn new(library: Library, threads: usize) -> Result<Self, Error> {
@@ -106,6 +114,23 @@ impl Embree {
             code => Err(Error::Failed { what, code }),
         }
     }
+}
+
+/// Names for the system's search path, and the libraries in Python's package `embreex`, which may not exist.
+fn installed() -> Vec<PathBuf> {
+    let environments = [("VIRTUAL_ENV", "lib"), ("HOME", ".local/lib")];
+    let of_user = environments.into_iter().filter_map(|(name, lib)| Some(Path::new(&env::var_os(name)?).join(lib)));
+    let pythons = of_user.chain(["/usr/local/lib", "/usr/lib"].map(PathBuf::from)).flat_map(|lib| beginning(&lib, "python3"));
+    let packages = pythons.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)));
+    let libraries = packages.flat_map(|package| beginning(&package.join("embreex.libs"), "libembree"));
+    FILE_NAMES.map(PathBuf::from).into_iter().chain(libraries).collect()
+}
+
+/// Paths in a folder whose names begin with a text; none if it can't be read.
+fn beginning(folder: &Path, text: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let named = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(text));
+    named.map(|entry| entry.path()).collect()
 }
 
 impl Functions {

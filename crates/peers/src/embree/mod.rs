@@ -32,7 +32,7 @@ type Handle = NonNull<c_void>;
 pub enum Error {
     /// No library was found.
     #[error(
-        "Embree is not installed (tried {tried}): install Debian's package libembree-dev, or name a library with \
+        "Embree is not installed (tried {tried}): install the Python package embreex or Debian's libembree-dev, or name a library with \
          --embree PATH or the environment variable UMBRAGE_EMBREE"
     )]
     NotFound {
