@@ -67,7 +67,8 @@ enum Command {
     Roofline(gpu::RooflineFlags),
     /// Time whole pictures, from the scene to the file, by the command; of two builds of it in turn
     Picture(picture::PictureFlags),
-    /// Compare frames with those of Embree, which must be installed (Debian's package libembree-dev), and of tinybvh
+    /// Compare frames with those of Embree, which must be installed (the Python package embreex, or Debian's
+    /// libembree-dev), and of tinybvh
     Peers(peers::PeersFlags),
     /// Incoherent rays: one diffuse bounce through every structure for all rays, and through Embree
     Bounce(bounce::BounceFlags),

@@ -76,14 +76,20 @@ enum OurStructure {
 
 impl PeersFlags {
     /// The conditions of measurement.
-    fn conditions(&self, [major, minor, patch]: [u32; 3]) -> String {
+    fn conditions(&self, embree: &Embree) -> String {
+        let [major, minor, patch] = embree.version();
         let Self { size: [width, height], samples, frames, rounds, .. } = self;
         let threads = rayon::current_num_threads();
         let lights = self.lights.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let narrow = if embree.has_wide_packets() {
+            ""
+        } else {
+            "\nthis processor has no AVX-512, without which Embree splits the packets of 16 rays: no fair comparison"
+        };
         let masks = if self.masks { "asked" } else { "not asked (all triangles opaque)" };
         format!(
             "Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, lights {lights}\n\
-             alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds"
+             alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds{narrow}"
         )
     }
 
@@ -109,7 +115,7 @@ pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
     let tinybvh = flags.tinybvh.as_deref().map(TinyBvh::load).transpose()?;
     let libraries = Libraries { embree, tinybvh };
     let addresses = flags.scenes.addresses();
-    let mut table = Table::start(flags.form, &flags.conditions(libraries.embree.version()))?;
+    let mut table = Table::start(flags.form, &flags.conditions(&libraries.embree))?;
     viewpoints(&addresses).iter().try_for_each(|viewpoint| table.note(viewpoint))?;
     let mut all: Vec<(Lights, Outcome)> = Vec::new();
     for address in addresses {
@@ -149,7 +155,8 @@ pub(crate) fn run(flags: &PeersFlags) -> Result<()> {
         "highest light; scenes with animations are moving.",
     ];
     if flags.brief {
-        notes = vec!["Embree's fastest way to build; a further light is our shadow pass by Embree's. Means are geometric."];
+        notes =
+            vec!["Embree's fastest way to build; a further light is our shadow pass by Embree's. Means are geometric."];
     }
     notes.extend(tinybvh.iter().map(String::as_str));
     table.finish(&notes)?;
@@ -161,5 +168,6 @@ fn beside_tinybvh(all: &[(Lights, Outcome)], lights: Lights) -> Option<String> {
     let moving = all.iter().filter(|(of, outcome)| *of == lights && outcome.is_moving);
     let ratios: Vec<f64> = moving.filter_map(|(_, outcome)| outcome.tinybvh_ratio()).collect();
     let mean = geometric_mean(ratios.iter().copied());
-    (!ratios.is_empty()).then(|| format!("beside tinybvh, geometric mean of {} moving scenes: ratio {mean:.2}", ratios.len()))
+    (!ratios.is_empty())
+        .then(|| format!("beside tinybvh, geometric mean of {} moving scenes: ratio {mean:.2}", ratios.len()))
 }

@@ -48,6 +48,9 @@ pub(super) struct Functions {
 /// `RTC_DEVICE_PROPERTY_VERSION`.
 const VERSION: i32 = 0;
 
+/// `RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED`.
+const NATIVE_RAY16_SUPPORTED: i32 = 34;
+
 /// File names of the supported versions, the newest first.
 const FILE_NAMES: [&str; 2] = ["libembree4.so.4", "libembree3.so.3"];
 
@@ -65,7 +68,9 @@ impl Embree {
             // SAFETY: loading runs the library's initialisers, which for Embree touch nothing of ours.
             let Ok(library) = (unsafe { Library::new(path) }) else { continue };
             match Self::new(library, threads) {
-                Ok(found) if newest.as_ref().is_none_or(|newest| newest.version < found.version) => newest = Some(found),
+                Ok(found) if newest.as_ref().is_none_or(|newest| newest.version < found.version) => {
+                    newest = Some(found);
+                }
                 Ok(_) => {}
                 Err(Error::Unusable { cause, .. }) => failure = Some(Error::Unusable { path: path.clone(), cause }),
                 Err(error) => failure = Some(error),
@@ -106,6 +111,13 @@ impl Embree {
         self.version
     }
 
+    /// Whether the processor traces its packets of 16 rays as such; elsewhere a frame takes it several times as long.
+    #[must_use]
+    pub fn has_wide_packets(&self) -> bool {
+        // SAFETY: the device lives as long as `self`.
+        unsafe { (self.functions.device_property)(self.device, NATIVE_RAY16_SUPPORTED) != 0 }
+    }
+
     /// Returns the device's last error, if there was one since the last call.
     pub(super) fn check(&self, what: &'static str) -> Result<(), Error> {
         // SAFETY: the device lives as long as `self`.
@@ -120,7 +132,8 @@ impl Embree {
 fn installed() -> Vec<PathBuf> {
     let environments = [("VIRTUAL_ENV", "lib"), ("HOME", ".local/lib")];
     let of_user = environments.into_iter().filter_map(|(name, lib)| Some(Path::new(&env::var_os(name)?).join(lib)));
-    let pythons = of_user.chain(["/usr/local/lib", "/usr/lib"].map(PathBuf::from)).flat_map(|lib| beginning(&lib, "python3"));
+    let pythons =
+        of_user.chain(["/usr/local/lib", "/usr/lib"].map(PathBuf::from)).flat_map(|lib| beginning(&lib, "python3"));
     let packages = pythons.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)));
     let libraries = packages.flat_map(|package| beginning(&package.join("embreex.libs"), "libembree"));
     FILE_NAMES.map(PathBuf::from).into_iter().chain(libraries).collect()

@@ -32,8 +32,8 @@ type Handle = NonNull<c_void>;
 pub enum Error {
     /// No library was found.
     #[error(
-        "Embree is not installed (tried {tried}): install the Python package embreex or Debian's libembree-dev, or name a library with \
-         --embree PATH or the environment variable UMBRAGE_EMBREE"
+        "Embree is not installed (tried {tried}): install the Python package embreex or Debian's libembree-dev, or name a \
+         library with --embree PATH or the environment variable UMBRAGE_EMBREE"
     )]
     NotFound {
         /// File names and paths.
