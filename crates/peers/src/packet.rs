@@ -5,6 +5,9 @@ use crate::posed::Posed;
 /// Rays of a packet.
 pub const WIDTH: usize = 16;
 
+/// Rays of half a packet.
+pub(crate) const HALF: usize = WIDTH / 2;
+
 /// Embree's id for no triangle and no geometry.
 const NONE: u32 = u32::MAX;
 
@@ -82,6 +85,19 @@ pub struct RayHitPacket {
     pub hit: Hits<[f32; WIDTH], [u32; WIDTH]>,
 }
 
+/// Half of a packet, for processors that trace eight rays at a time: `RTCRayHit8`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(crate) struct HalfPacket {
+    ray: Rays<[f32; HALF], [u32; HALF]>,
+    hit: Hits<[f32; HALF], [u32; HALF]>,
+}
+
+/// −1 for each ray of a half that is traced, 0 for the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C, align(32))]
+pub(crate) struct ValidHalf([i32; HALF]);
+
 /// `RTCRayHit`: 80 bytes for Embree 3, and 16 more for the last fields, which Embree 4 may have and Embree 3 ignores.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
@@ -130,6 +146,52 @@ impl RayHitPacket {
     }
 }
 
+impl HalfPacket {
+    /// The rays `first` and following of a packet, without their hits.
+    #[inline(always)]
+    pub(crate) fn of(packet: &RayHitPacket, first: usize) -> Self {
+        let Rays { origin, t_near, direction, time, t_far, mask, id, flags } = &packet.ray;
+        let ray = Rays {
+            origin: [half(&origin[0], first), half(&origin[1], first), half(&origin[2], first)],
+            t_near: half(t_near, first),
+            direction: [half(&direction[0], first), half(&direction[1], first), half(&direction[2], first)],
+            time: half(time, first),
+            t_far: half(t_far, first),
+            mask: half(mask, first),
+            id: half(id, first),
+            flags: half(flags, first),
+        };
+        Self { ray, hit: Hits::none([0.0; HALF], [NONE; HALF]) }
+    }
+
+    /// Stores the distances and triangles of its hits in the packet.
+    #[inline(always)]
+    pub(crate) fn store(&self, packet: &mut RayHitPacket, first: usize) {
+        packet.ray.t_far[first..first + HALF].copy_from_slice(&self.ray.t_far);
+        packet.hit.primitive[first..first + HALF].copy_from_slice(&self.hit.primitive);
+        packet.hit.geometry[first..first + HALF].copy_from_slice(&self.hit.geometry);
+    }
+}
+
+impl ValidHalf {
+    /// The flags of the rays `first` and following.
+    #[inline(always)]
+    pub(crate) fn of(valid: &Valid, first: usize) -> Self {
+        Self(half(&valid.0, first))
+    }
+
+    /// Whether no ray is traced.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0 == [0; HALF]
+    }
+}
+
+#[inline(always)]
+fn half<T: Copy>(values: &[T; WIDTH], first: usize) -> [T; HALF] {
+    std::array::from_fn(|lane| values[first + lane])
+}
+
 #[cfg(test)]
 mod tests {
     use std::mem::{align_of, offset_of};
@@ -145,6 +207,8 @@ mod tests {
         type Hits = super::Hits<[f32; WIDTH], [u32; WIDTH]>;
         assert_eq!((size_of::<Rays>(), size_of::<Hits>()), (12 * ARRAY, 9 * ARRAY));
         assert_eq!((size_of::<RayHitPacket>(), align_of::<RayHitPacket>()), (21 * ARRAY, 64));
+        assert_eq!((size_of::<HalfPacket>(), align_of::<HalfPacket>()), (21 * ARRAY / 2, 32));
+        assert_eq!((size_of::<ValidHalf>(), align_of::<ValidHalf>()), (ARRAY / 2, 32));
         assert_eq!((size_of::<SingleRay>(), align_of::<SingleRay>()), (96, 16));
         assert_eq!((offset_of!(SingleRay, ray), offset_of!(SingleRay, hit)), (0, 48));
         assert_eq!((offset_of!(RayHitPacket, ray), offset_of!(RayHitPacket, hit)), (0, 12 * ARRAY));

@@ -81,15 +81,11 @@ impl PeersFlags {
         let Self { size: [width, height], samples, frames, rounds, .. } = self;
         let threads = rayon::current_num_threads();
         let lights = self.lights.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-        let narrow = if embree.has_wide_packets() {
-            ""
-        } else {
-            "\nthis processor has no AVX-512, without which Embree splits the packets of 16 rays: no fair comparison"
-        };
+        let rays = embree.packet_width();
         let masks = if self.masks { "asked" } else { "not asked (all triangles opaque)" };
         format!(
-            "Embree {major}.{minor}.{patch}, {width}x{height}, samples {samples}, threads {threads}, lights {lights}\n\
-             alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds{narrow}"
+            "Embree {major}.{minor}.{patch}, packets of {rays}, {width}x{height}, samples {samples}, threads {threads}, lights {lights}\n\
+             alpha masks {masks}; medians of {frames} frames, {rounds} rounds each, in milliseconds"
         )
     }
 

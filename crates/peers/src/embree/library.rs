@@ -10,6 +10,7 @@ use libloading::Library;
 use super::filter::Filter;
 use super::trace::Trace;
 use super::{Error, Handle};
+use crate::packet::{HALF, WIDTH};
 
 /// Embree with a device of its own.
 #[derive(Debug)]
@@ -18,6 +19,8 @@ pub struct Embree {
     pub(super) trace: Trace,
     pub(super) device: Handle,
     version: [u32; 3],
+    /// Whether the processor traces packets of sixteen rays as such.
+    pub(super) is_sixteen: bool,
     /// Never unloaded: its build threads may still be ending after the device is released.
     _library: ManuallyDrop<Library>,
 }
@@ -87,16 +90,19 @@ impl Embree {
         let functions = Functions::find(&library).map_err(|error| unusable(error.to_string()))?;
         let settings = CString::new(format!("threads={threads}")).map_err(|error| unusable(error.to_string()))?;
         // SAFETY: the text ends with a zero. The device is released once, in `drop`.
-        let (device, version) = unsafe {
+        let (device, version, is_sixteen) = unsafe {
             let Some(device) = (functions.new_device)(settings.as_ptr()) else {
                 return Err(Error::Failed { what: "make a device", code: (functions.device_error)(None) });
             };
-            (device, (functions.device_property)(device, VERSION) as u32)
+            let property = |number| (functions.device_property)(device, number);
+            (device, property(VERSION) as u32, property(NATIVE_RAY16_SUPPORTED) != 0)
         };
         let version = [version / 10_000, version / 100 % 100, version % 100];
-        let trace = Trace::find(&library, version[0]);
+        let trace = Trace::find(&library, version[0], is_sixteen);
         match trace {
-            Ok(trace) => Ok(Self { functions, trace, device, version, _library: ManuallyDrop::new(library) }),
+            Ok(trace) => {
+                Ok(Self { functions, trace, device, version, is_sixteen, _library: ManuallyDrop::new(library) })
+            }
             Err(cause) => {
                 // SAFETY: nothing else knows the device.
                 unsafe { (functions.release_device)(device) };
@@ -111,11 +117,10 @@ impl Embree {
         self.version
     }
 
-    /// Whether the processor traces its packets of 16 rays as such; elsewhere a frame takes it several times as long.
+    /// The number of rays that the processor traces at a time: 16 with AVX-512, else 8.
     #[must_use]
-    pub fn has_wide_packets(&self) -> bool {
-        // SAFETY: the device lives as long as `self`.
-        unsafe { (self.functions.device_property)(self.device, NATIVE_RAY16_SUPPORTED) != 0 }
+    pub fn packet_width(&self) -> usize {
+        if self.is_sixteen { WIDTH } else { HALF }
     }
 
     /// Returns the device's last error, if there was one since the last call.

@@ -171,7 +171,7 @@ impl Scene {
     pub fn nearest(&self, valid: &Valid, packet: &mut RayHitPacket) {
         if let Some(Built { scene, .. }) = self.built {
             // SAFETY: the scene was committed, and is not changed while it is borrowed.
-            unsafe { self.embree.trace.nearest(scene, valid, packet) }
+            unsafe { self.embree.trace.nearest(scene, valid, packet, self.embree.is_sixteen) }
         }
     }
 
@@ -189,7 +189,7 @@ impl Scene {
     pub fn occluded(&self, valid: &Valid, packet: &mut RayHitPacket) {
         if let Some(Built { scene, .. }) = self.built {
             // SAFETY: as for `nearest`.
-            unsafe { self.embree.trace.occluded(scene, valid, packet) }
+            unsafe { self.embree.trace.occluded(scene, valid, packet, self.embree.is_sixteen) }
         }
     }
 }

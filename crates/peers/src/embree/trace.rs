@@ -5,21 +5,43 @@ use libloading::Library;
 
 use super::Handle;
 use super::filter::Filter;
-use crate::packet::{RayHitPacket, SingleRay, Valid};
+use crate::packet::{HALF, HalfPacket, RayHitPacket, SingleRay, Valid, ValidHalf};
 
 /// The functions whose arguments depend on the version.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Trace {
     Three {
-        intersect: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayHitPacket),
-        occluded: unsafe extern "C" fn(*const Valid, Handle, *mut Context3, *mut RayHitPacket),
+        wide: Wide<unsafe extern "C" fn(*const c_void, Handle, *mut Context3, *mut c_void)>,
         intersect_one: unsafe extern "C" fn(Handle, *mut Context3, *mut SingleRay),
     },
     Four {
-        intersect: unsafe extern "C" fn(*const Valid, Handle, *mut RayHitPacket, *mut Arguments4),
-        occluded: unsafe extern "C" fn(*const Valid, Handle, *mut RayHitPacket, *mut Arguments4),
+        wide: Wide<unsafe extern "C" fn(*const c_void, Handle, *mut c_void, *mut Arguments4)>,
         intersect_one: unsafe extern "C" fn(Handle, *mut SingleRay, *mut Arguments4),
     },
+}
+
+/// Functions for packets of as many rays as the processor traces at a time: [`Valid`] and [`RayHitPacket`], or
+/// [`ValidHalf`] and [`HalfPacket`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wide<F> {
+    intersect: F,
+    occluded: F,
+}
+
+impl<F: Copy> Wide<F> {
+    /// # Safety
+    /// `F` must be the functions' type.
+    unsafe fn find(library: &Library, is_sixteen: bool) -> Result<Self, libloading::Error> {
+        let (intersect, occluded) =
+            if is_sixteen { (c"rtcIntersect16", c"rtcOccluded16") } else { (c"rtcIntersect8", c"rtcOccluded8") };
+        // SAFETY: the caller's promise, and the library outlives the functions: both are in `Embree`.
+        unsafe {
+            Ok(Self {
+                intersect: *library.get(intersect.to_bytes_with_nul())?,
+                occluded: *library.get(occluded.to_bytes_with_nul())?,
+            })
+        }
+    }
 }
 
 /// `RTCIntersectContext` of Embree 3.
@@ -44,41 +66,37 @@ const COHERENT_3: i32 = 1;
 const COHERENT_4: i32 = 1 << 16;
 
 impl Trace {
-    /// The functions of version `major`, or the reason why there are none.
-    pub(super) fn find(library: &Library, major: u32) -> Result<Self, String> {
+    /// The functions of version `major` for packets of sixteen rays or eight, or the reason why there are none.
+    pub(super) fn find(library: &Library, major: u32, is_sixteen: bool) -> Result<Self, String> {
         // SAFETY: the types are those of the version's headers, and the library outlives the functions: both are in
         // `Embree`.
         let found = unsafe {
-            let (intersect, occluded) = (c"rtcIntersect16".to_bytes_with_nul(), c"rtcOccluded16".to_bytes_with_nul());
             let intersect_one = c"rtcIntersect1".to_bytes_with_nul();
             match major {
-                3 => library.get(intersect).and_then(|intersect| {
-                    let (occluded, intersect_one) = (*library.get(occluded)?, *library.get(intersect_one)?);
-                    Ok(Self::Three { intersect: *intersect, occluded, intersect_one })
-                }),
-                4 => library.get(intersect).and_then(|intersect| {
-                    let (occluded, intersect_one) = (*library.get(occluded)?, *library.get(intersect_one)?);
-                    Ok(Self::Four { intersect: *intersect, occluded, intersect_one })
-                }),
+                3 => Wide::find(library, is_sixteen)
+                    .and_then(|wide| Ok(Self::Three { wide, intersect_one: *library.get(intersect_one)? })),
+                4 => Wide::find(library, is_sixteen)
+                    .and_then(|wide| Ok(Self::Four { wide, intersect_one: *library.get(intersect_one)? })),
                 _ => return Err(format!("Embree {major} is neither 3 nor 4")),
             }
         };
         found.map_err(|error| error.to_string())
     }
 
-    /// Finds the nearest hits of the `valid` rays.
+    /// Finds the nearest hits of the `valid` rays, all at a time if the functions are for sixteen.
     ///
     /// # Safety
-    /// The scene must be a committed one of the same library.
+    /// The scene must be a committed one of the same library, and `is_sixteen` as it was in [`Trace::find`].
     #[inline]
-    pub(super) unsafe fn nearest(&self, scene: Handle, valid: &Valid, packet: &mut RayHitPacket) {
-        // SAFETY: the scene is the caller's promise; packet and arguments have the header's layouts.
-        unsafe {
+    pub(super) unsafe fn nearest(&self, scene: Handle, valid: &Valid, packet: &mut RayHitPacket, is_sixteen: bool) {
+        // SAFETY: the scene is the caller's promise; packets and arguments have the header's layouts.
+        let trace = |valid: *const c_void, packet: *mut c_void| unsafe {
             match *self {
-                Self::Three { intersect, .. } => intersect(valid, scene, &mut { Context3::COHERENT }, packet),
-                Self::Four { intersect, .. } => intersect(valid, scene, packet, &mut { Arguments4::COHERENT }),
+                Self::Three { wide, .. } => (wide.intersect)(valid, scene, &mut { Context3::COHERENT }, packet),
+                Self::Four { wide, .. } => (wide.intersect)(valid, scene, packet, &mut { Arguments4::COHERENT }),
             }
-        }
+        };
+        whole_or_halves(valid, packet, is_sixteen, trace);
     }
 
     /// Finds the nearest hit of a ray.
@@ -101,13 +119,35 @@ impl Trace {
     /// # Safety
     /// As for `nearest`.
     #[inline]
-    pub(super) unsafe fn occluded(&self, scene: Handle, valid: &Valid, packet: &mut RayHitPacket) {
+    pub(super) unsafe fn occluded(&self, scene: Handle, valid: &Valid, packet: &mut RayHitPacket, is_sixteen: bool) {
         // SAFETY: as for `nearest`; the packet begins with its rays, and nothing else is read or written.
-        unsafe {
+        let trace = |valid: *const c_void, packet: *mut c_void| unsafe {
             match *self {
-                Self::Three { occluded, .. } => occluded(valid, scene, &mut { Context3::COHERENT }, packet),
-                Self::Four { occluded, .. } => occluded(valid, scene, packet, &mut { Arguments4::COHERENT }),
+                Self::Three { wide, .. } => (wide.occluded)(valid, scene, &mut { Context3::COHERENT }, packet),
+                Self::Four { wide, .. } => (wide.occluded)(valid, scene, packet, &mut { Arguments4::COHERENT }),
             }
+        };
+        whole_or_halves(valid, packet, is_sixteen, trace);
+    }
+}
+
+/// Calls `trace` with a packet's flags and rays, or with those of each half that has any.
+#[inline(always)]
+fn whole_or_halves(
+    valid: &Valid,
+    packet: &mut RayHitPacket,
+    is_sixteen: bool,
+    trace: impl Fn(*const c_void, *mut c_void),
+) {
+    if is_sixteen {
+        return trace(ptr::from_ref(valid).cast(), ptr::from_mut(packet).cast());
+    }
+    for first in [0, HALF] {
+        let valid = ValidHalf::of(valid, first);
+        if !valid.is_empty() {
+            let mut half = HalfPacket::of(packet, first);
+            trace(ptr::from_ref(&valid).cast(), ptr::from_mut(&mut half).cast());
+            half.store(packet, first);
         }
     }
 }
