@@ -330,34 +330,4 @@ impl std::fmt::Display for Differences {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const STORED: &str =
-        "# Title\n\n| scene | n | ms |\n| --- | --- | --- |\n| cloth | 4 | 2.0 |\n| hall | 5 | 0.0 |\n";
-
-    #[test]
-    fn what_differs_is_said() {
-        assert_eq!(differences(STORED, STORED).to_string(), "0 of 3 numbers differ by more than 1.3 times");
-        let slower = STORED.replace("2.0", "3.0");
-        let said = differences(STORED, &slower).to_string();
-        assert!(said.starts_with("1 of 3") && said.ends_with("cloth ms: 1.50 of what it was"), "{said}");
-        for other in
-            [STORED.replace("cloth", "clothes"), STORED.replace("| ms", "| s"), STORED.replace("| hall", "hall")]
-        {
-            assert!(differences(STORED, &other).is_other_table, "{other}");
-        }
-    }
-
-    #[test]
-    fn experiments_are_commands() {
-        let command = <crate::Flags as clap::CommandFactory>::command();
-        for experiment in EXPERIMENTS {
-            let command = command.find_subcommand(experiment.command).unwrap();
-            let takes = |flag: &str| command.get_arguments().any(|argument| argument.get_id() == flag);
-            assert!(takes("form"), "{}", experiment.name);
-            assert!(takes("files") || !experiment.takes_files, "{}", experiment.name);
-            assert!(takes("plot") || !experiment.draws, "{}", experiment.name);
-        }
-    }
-}
+mod tests;

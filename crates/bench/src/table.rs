@@ -1,6 +1,8 @@
 //! One table in four forms.
 
-use std::io::{self, Write};
+use std::io;
+#[cfg(not(test))]
+use std::io::Write;
 
 use clap::ValueEnum;
 use serde_json::{Map, Value, json};
@@ -183,8 +185,21 @@ fn width(column: usize, title: &str, cell: &Cell) -> usize {
 }
 
 /// Writes a line to standard output, which may be closed.
+#[cfg(not(test))]
 fn write_line(text: impl AsRef<str>) -> io::Result<()> {
     writeln!(io::stdout(), "{}", text.as_ref())
+}
+
+#[cfg(test)]
+thread_local! {
+    /// Lines of the tables of a test.
+    pub(crate) static WRITTEN: std::cell::RefCell<Vec<String>> = const { std::cell::RefCell::new(Vec::new()) };
+}
+
+#[cfg(test)]
+fn write_line(text: impl AsRef<str>) -> io::Result<()> {
+    WRITTEN.with_borrow_mut(|lines| lines.push(text.as_ref().to_owned()));
+    Ok(())
 }
 
 /// A row of a document's table.

@@ -1,5 +1,9 @@
 //! The papers' structures and their options.
 
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
 use crate::support::{Workplace, decode_png};
 
 #[test]
@@ -127,5 +131,99 @@ fn kd_trees_change_no_pixel() {
         ("kdtree:mailbox=none", "no option `mailbox`"),
     ] {
         assert!(refused(&["--engine", "gpu", "--structure", structure]).contains(why), "{structure}");
+    }
+}
+
+/// Values of the options that the table of techniques names without one.
+const VALUES: [(&str, &str); 27] = [
+    ("--bounces", "2"),
+    ("--least-contribution", "0.1"),
+    ("--light", "spot:0,3,3:0,0,0:60"),
+    ("--texture-memory", "1MB"),
+    ("grid:density", "2"),
+    ("grid:insertion", "exact"),
+    ("grid:macrocell", "2"),
+    ("grid:nested", "16"),
+    ("grid:spread", "2"),
+    ("kdtree:builder", "spatial-median"),
+    ("kdtree:clipping", "boxes"),
+    ("kdtree:empty-cost", "0.5"),
+    ("kdtree:failures", "1"),
+    ("kdtree:lazy", "64"),
+    ("kdtree:mailbox", "ring"),
+    ("kdtree:packet", "8"),
+    ("kdtree:rebuild", "two-level"),
+    ("kdtree:traversal", "push-down"),
+    ("listed:camera-triangles", "32"),
+    ("listed:light-clamp", "-30:30:-20:20,light-map=spherical"),
+    ("listed:light-map", "spherical"),
+    ("listed:light-rays", "16"),
+    ("listed:light-slices", "4"),
+    ("listed:light-triangles", "16"),
+    ("listed:slices", "4"),
+    ("listed:sorting-tile", "8"),
+    ("listed:tracing-tiles", "2,sorting-tile=16"),
+];
+
+/// What the table of techniques says of how to reach them by this program: commands, options of structures, flags.
+fn ways_of_the_papers() -> BTreeSet<String> {
+    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/papers/docs/README.md");
+    let document = fs::read_to_string(document).unwrap();
+    let cells = document.lines().filter(|line| line.starts_with('|')).filter_map(|row| row.split('|').nth(4));
+    let words = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    let of_others = |word: &str| word.starts_with("umbrage-bench ") || word.contains("::");
+    words.filter(|word| !of_others(word)).map(str::to_owned).collect()
+}
+
+/// The command that a way stands for, on a small scene, for flags that of a file; `picture.png` is its picture.
+fn command_of(way: &str) -> Vec<String> {
+    let with_value = |word: &str| match VALUES.iter().find(|(name, _)| *name == word) {
+        Some((_, value)) if word.starts_with("--") => format!("{word} {value}"),
+        Some((_, value)) => format!("{word}={value}"),
+        None => word.to_owned(),
+    };
+    let is_flag = way.starts_with("--");
+    let way = match way.split_once(' ') {
+        Some(("umbrage", rest)) => rest.split(' ').map(with_value).collect::<Vec<_>>().join(" "),
+        _ if is_flag => format!("render {}", with_value(way)),
+        _ => format!("render --structure {}", with_value(way)),
+    };
+    let scene = if is_flag { "scene.gltf" } else { "demo:marbles?triangles=800" };
+    format!("{way} {scene} --size 40x30 -o picture.png").split(' ').map(str::to_owned).collect()
+}
+
+#[test]
+fn every_way_of_the_papers_runs() {
+    let place = Workplace::new();
+    let run = |way: &str| {
+        let command = command_of(way);
+        place.succeed(&command.iter().map(String::as_str).collect::<Vec<_>>());
+        decode_png(&place.path("picture.png"))
+    };
+    let expected = run("umbrage render");
+    let ways = ways_of_the_papers();
+    assert!(ways.len() > 30, "{ways:?}");
+    for way in ways.iter().filter(|way| !way.contains("--engine gpu")) {
+        let picture = run(way);
+        // No structure changes a picture.
+        let is_other = way.starts_with("--") || way.contains("heatmap");
+        assert!(is_other || picture == expected, "{way}");
+    }
+}
+
+mod long {
+    use super::{Workplace, command_of, ways_of_the_papers};
+
+    #[test]
+    fn every_way_of_the_papers_on_a_gpu_runs() {
+        let place = Workplace::new();
+        let ways = ways_of_the_papers().into_iter().filter(|way| way.contains("--engine gpu")).collect::<Vec<_>>();
+        assert_eq!(ways.len(), 3, "{ways:?}");
+        if place.run(&["info", "--devices"]).stdout.is_empty() {
+            return eprintln!("not run: no adapter");
+        }
+        for way in ways {
+            place.succeed(&command_of(&way).iter().map(String::as_str).collect::<Vec<_>>());
+        }
     }
 }
