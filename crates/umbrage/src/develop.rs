@@ -43,6 +43,17 @@ impl Film {
         Image { width, height, pixels, alpha }
     }
 
+    /// As [`Film::develop`], as opaque rows of RGB with eight bits a channel, in the memory of an earlier picture.
+    pub(crate) fn develop_rows(&self, settings: &Settings, rows: &mut Vec<u8>) {
+        let (developer, level) = (Developer::new(settings, 1), SimdLevel::default());
+        rows.resize(3 * self.color.len(), 0);
+        let planes = rows.par_chunks_mut(3 * PIXELS).zip(self.color.par_chunks(PIXELS)).enumerate();
+        planes.each(|(number, (rows, color))| {
+            let film = (color, self.flat_of(number));
+            dispatch!(level, simd => developer.encode_rows(simd, film, rows));
+        });
+    }
+
     /// As [`Film::develop`], with eight bits a channel and as opaque RGBA, in the memory of an earlier picture. The levels
     /// are the same as those of `develop` in an eight-bit file.
     pub fn develop_for_screen(&self, settings: &Settings, pixels: &mut Vec<[u8; 4]>) {
@@ -140,6 +151,27 @@ impl Developer {
             }
         }
     }
+
+    /// Develops some pixels with their flat parts to opaque RGB.
+    #[inline(always)]
+    fn encode_rows<S: Simd>(&self, simd: S, (color, flat): (&[Vec4], &[Vec4]), rows: &mut [u8]) {
+        for (number, (row, color)) in rows.chunks_mut(3 * LANES).zip(color.chunks(LANES)).enumerate() {
+            let flat = flat.chunks(LANES).nth(number).unwrap_or(&[]);
+            let Vectors { x, y, z } = self.shown(simd, color, flat, &[1.0; LANES]);
+            let (red, green, blue) =
+                (eight_bits(levels(simd, x)), eight_bits(levels(simd, y)), eight_bits(levels(simd, z)));
+            let pixels: Each<u32> = (red | green << 8 | blue << 16).into();
+            for (lane, pixel) in pixels.iter().take(color.len()).enumerate() {
+                let pixel = pixel.to_le_bytes();
+                let stored = &mut row[3 * lane..];
+                // Four channels are stored at once; the next pixel replaces the fourth.
+                match stored.first_chunk_mut() {
+                    Some(four) => *four = pixel,
+                    None => stored.copy_from_slice(&pixel[..3]),
+                }
+            }
+        }
+    }
 }
 
 /// Least part of a pixel that counts as not flat.
@@ -159,6 +191,14 @@ fn of_part(color: Vec3, part: f32) -> Vec3 {
 #[inline(always)]
 pub(crate) fn levels<S: Simd>(simd: S, linear: f32x16<S>) -> u32x16<S> {
     (encoded_srgb(simd, linear) * f32::from(u16::MAX) + 0.5).to_int()
+}
+
+/// The nearest of 256 levels, as [`output::eight_bits`](crate::output::eight_bits).
+#[inline(always)]
+fn eight_bits<S: Simd>(levels: u32x16<S>) -> u32x16<S> {
+    // A division by 65,535, exact below its square.
+    let numerator = levels * 255 + 32_767;
+    (numerator + (numerator >> 16) + 1) >> 16
 }
 
 /// The coverage of some pixels, 0 to 1, by which their sums are divided; writes the `alpha` levels.
@@ -218,11 +258,23 @@ mod tests {
         for settings in [Settings::default(), Settings { background: Background::Transparent, ..Settings::default() }] {
             let film = Film { width: count as u32, height: 1, color: color.clone(), ..Film::default() };
             let image = film.develop(&settings);
+            if image.alpha.is_empty() {
+                let mut rows = vec![7; 5];
+                film.develop_rows(&settings, &mut rows);
+                let expected = image.pixels.as_flattened().iter().map(|&level| crate::output::eight_bits(level));
+                assert!(rows.iter().copied().eq(expected));
+            }
             for (number, &color) in color.iter().enumerate() {
                 let alone = Film { width: 1, height: 1, color: vec![color], ..Film::default() }.develop(&settings);
                 assert_eq!(image.pixels[number], alone.pixels[0]);
                 assert_eq!(image.alpha.get(number), alone.alpha.first());
             }
+        }
+        for level in 0..=u16::MAX {
+            let fast: Each<u32> = dispatch!(SimdLevel::default(), simd => {
+                eight_bits(u32x16::splat(simd, level.into())).into()
+            });
+            assert_eq!(fast, [crate::output::eight_bits(level).into(); LANES], "{level}");
         }
         for level in SimdLevel::available() {
             let linear: Each<f32> = std::array::from_fn(|lane| lane as f32 * 0.061);

@@ -55,7 +55,10 @@ impl<S: Simd> Met<S> {
                 layers.coat_mirror(simd, is_mirror, (mirrored, mirrored_through), through.scaled(surface.opacity));
             is_mirror |= coat_mirrors;
         }
-        let follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.plan.bounces));
+        let mut follows = 0;
+        if shading.plan.bounces > 0 {
+            follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.plan.bounces));
+        }
         let (mut mirrors, mut glass) = (0, 0);
         if follows != 0 {
             let lanes = follows & hits.shown & !surface.unlit & !surface.catches;

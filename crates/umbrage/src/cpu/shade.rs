@@ -59,9 +59,6 @@ impl Cpu {
             |(queue, drawn), (strip, ((((color, flat), depth), normal), triangle))| {
                 let y = strip as u32 * TileOrder::BLOCK;
                 let mut film = Strip { color, flat, depth, normal, triangle };
-                if samples.as_slice()[0].index == 0 {
-                    film.clear();
-                }
                 for (which, sample) in samples.as_slice().iter().enumerate() {
                     let one = OneSample::new(seen.order(), samples, which);
                     if let Some(marks) = marks {
@@ -70,12 +67,14 @@ impl Cpu {
                     for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
                         let block = Block { view, sample, corner: [x, y] };
                         let before = [queue.next.len(), queue.shadows.len()];
-                        let mut shaded = dispatch!(level, simd => shading.shade_seen(simd, &block, &one, queue));
-                        if let Some(marks) = marks {
-                            let ids = one.slots(block.corner).of(&seen.triangle);
-                            drawn.cover(marks, frame, &block, &ids, &mut shaded).take_from(queue, before);
-                        }
-                        film.add_block(&block, &shaded);
+                        dispatch!(level, simd => {
+                            let mut shaded = shading.shade_seen(simd, &block, &one, queue);
+                            if let Some(marks) = marks {
+                                let ids = one.slots(block.corner).of(&seen.triangle);
+                                drawn.cover(marks, frame, &block, &ids, &mut shaded).take_from(queue, before);
+                            }
+                            film.add_block(simd, &block, &shaded);
+                        });
                     }
                     queue.follow(level, &shading, marks.map(|marks| (marks, &*drawn)), &mut film);
                 }

@@ -1,9 +1,10 @@
 //! Rows of the film that one thread shades, and the values that it adds.
 
-use std::array;
-
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
 use glam::{Vec3, Vec4};
 use umbrage_rays::TileOrder;
+use umbrage_rays::simd::lanes::quads;
 
 use super::onward::Onward;
 use crate::Film;
@@ -68,14 +69,6 @@ pub(super) struct Strip<'a> {
 }
 
 impl Strip<'_> {
-    pub(super) fn clear(&mut self) {
-        self.color.fill(Vec4::ZERO);
-        self.flat.iter_mut().for_each(|flat| flat.fill(Vec4::ZERO));
-        self.depth.fill(f32::INFINITY);
-        self.normal.fill(Vec3::ZERO);
-        self.triangle.fill(Film::NO_TRIANGLE);
-    }
-
     /// Adds radiance and coverage to a pixel.
     pub(super) fn add(&mut self, pixel: u32, radiance: Vec3, coverage: f32) {
         self.color[pixel as usize] += radiance.extend(coverage);
@@ -109,34 +102,71 @@ impl Strip<'_> {
         }
     }
 
-    pub(super) fn add_block(&mut self, block: &Block<'_>, shaded: &Shaded) {
-        const COLUMNS: usize = TileOrder::BLOCK as usize;
-        let pixels: Each<usize> = array::from_fn(|lane| {
-            let [column, row] = block.pixel(lane);
-            ((row - block.corner[1]) * block.view.width + column) as usize
-        });
-        if block.pixels() == u16::MAX {
-            for first in (0..LANES).step_by(COLUMNS) {
-                let row = &mut self.color[pixels[first]..][..COLUMNS];
-                for (lane, color) in (first..).zip(row) {
-                    *color += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
+    /// Adds a block of pixels. Their first samples take the place of an earlier picture.
+    #[inline(always)]
+    pub(super) fn add_block<S: Simd>(&mut self, simd: S, block: &Block<'_>, shaded: &Shaded) {
+        let is_first = block.sample.index == 0;
+        let [red, green, blue] = &shaded.color;
+        let color = quads([
+            f32x16::from_slice(simd, red),
+            f32x16::from_slice(simd, green),
+            f32x16::from_slice(simd, blue),
+            f32x16::from_slice(simd, &shaded.coverage),
+        ]);
+        let first = (block.corner[0]) as usize;
+        let width = block.view.width as usize;
+        let columns = width.saturating_sub(first).min(COLUMNS);
+        let rows = self.color.chunks_mut(width).zip(color).map(|(row, color)| (&mut row[first..], color));
+        for (row, color) in rows {
+            let color: [f32; LANES] = color.into();
+            for (pixel, color) in row.iter_mut().zip(color.as_chunks().0).take(columns) {
+                let color = Vec4::from_array(*color);
+                *pixel = if is_first { color } else { *pixel + color };
+            }
+        }
+        if let Some(sum) = &mut self.flat {
+            let lanes = shaded.flat.iter().flat_map(|flat| (0..LANES).map(|lane| flat.of_lane(lane)));
+            let mut of_lanes = [Vec4::ZERO; LANES];
+            of_lanes.iter_mut().zip(lanes).for_each(|(to, flat)| *to = flat);
+            for (row, flat) in sum.chunks_mut(width).zip(of_lanes.chunks(COLUMNS)) {
+                for (pixel, flat) in row[first..].iter_mut().zip(flat).take(columns) {
+                    *pixel = if is_first { *flat } else { *pixel + *flat };
                 }
             }
-        } else {
-            for lane in lanes_of(block.pixels()) {
-                self.color[pixels[lane]] += vector_of(lane, &shaded.color).extend(shaded.coverage[lane]);
-            }
         }
-        if let (Some(sum), Some(flat)) = (&mut self.flat, &shaded.flat) {
-            lanes_of(block.pixels()).for_each(|lane| sum[pixels[lane]] += flat.of_lane(lane));
+        if is_first {
+            self.store_first(simd, shaded, [first, columns, width]);
         }
-        if block.sample.index == 0 {
-            for lane in lanes_of(shaded.shown) {
-                let pixel = pixels[lane];
-                self.depth[pixel] = shaded.depth[lane];
-                self.normal[pixel] = vector_of(lane, &shaded.normal);
-                self.triangle[pixel] = shaded.triangle[lane];
+    }
+
+    /// Stores the values of the pixels' first samples.
+    #[inline(always)]
+    fn store_first<S: Simd>(&mut self, simd: S, shaded: &Shaded, [first, columns, width]: [usize; 3]) {
+        let shown = mask32x16::from_bitmask(simd, shaded.shown.into());
+        let (zero, far) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::INFINITY));
+        let depth: Each<f32> = shown.select(f32x16::from_slice(simd, &shaded.depth), far).into();
+        let none = u32x16::splat(simd, Film::NO_TRIANGLE);
+        let triangle: Each<u32> = shown.select(u32x16::from_slice(simd, &shaded.triangle), none).into();
+        let [x, y, z] = &shaded.normal;
+        let normals = quads([
+            shown.select(f32x16::from_slice(simd, x), zero),
+            shown.select(f32x16::from_slice(simd, y), zero),
+            shown.select(f32x16::from_slice(simd, z), zero),
+            zero,
+        ]);
+        for (row, depth) in self.depth.chunks_mut(width).zip(depth.chunks(COLUMNS)) {
+            row[first..first + columns].copy_from_slice(&depth[..columns]);
+        }
+        for (row, triangle) in self.triangle.chunks_mut(width).zip(triangle.chunks(COLUMNS)) {
+            row[first..first + columns].copy_from_slice(&triangle[..columns]);
+        }
+        for (row, normals) in self.normal.chunks_mut(width).zip(normals) {
+            let normals: [f32; LANES] = normals.into();
+            for (pixel, normal) in row[first..].iter_mut().zip(normals.chunks(4)).take(columns) {
+                *pixel = Vec3::from_slice(normal);
             }
         }
     }
 }
+
+const COLUMNS: usize = TileOrder::BLOCK as usize;

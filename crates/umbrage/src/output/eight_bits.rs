@@ -4,38 +4,39 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::partial_file::Look;
-use super::{BitDepth, Error, JpegQuality, partial_file, png};
-use crate::Image;
+use super::png::Rows;
+use super::{Error, JpegQuality, partial_file};
 
 /// Writes one opaque picture as a JPEG file.
-pub(super) fn write_jpeg(image: &Image, path: &Path, quality: JpegQuality, look: Look<'_>) -> Result<(), Error> {
-    partial_file::write(path, look, |file| (&*file).write_all(&jpeg(image, quality)?))
+pub(super) fn write_jpeg(rows: &Rows<'_>, path: &Path, quality: JpegQuality, look: Look<'_>) -> Result<(), Error> {
+    partial_file::write(path, look, |file| (&*file).write_all(&jpeg(rows, quality)?))
 }
 
 /// Writes one picture as a WebP file without loss.
-pub(super) fn write_webp(image: &Image, path: &Path, look: Look<'_>) -> Result<(), Error> {
-    partial_file::write(path, look, |file| (&*file).write_all(&webp(image)?))
+pub(super) fn write_webp(rows: &Rows<'_>, path: &Path, look: Look<'_>) -> Result<(), Error> {
+    partial_file::write(path, look, |file| (&*file).write_all(&webp(rows)?))
 }
 
-fn jpeg(image: &Image, quality: JpegQuality) -> io::Result<Vec<u8>> {
+fn jpeg(rows: &Rows<'_>, quality: JpegQuality) -> io::Result<Vec<u8>> {
     use jpeg_encoder::{ColorType, Encoder, EncodingError};
-    let sides = [image.width, image.height].map(u16::try_from);
+    let sides = rows.size.map(u16::try_from);
     let [Ok(width), Ok(height)] = sides else { return Err(io::Error::other("a JPEG has at most 65535 pixels a side")) };
     let mut bytes = Vec::new();
     let encoder = Encoder::new(&mut bytes, quality.get());
-    match encoder.encode(&png::rows(image, BitDepth::Eight), width, height, ColorType::Rgb) {
+    match encoder.encode(rows.bytes, width, height, ColorType::Rgb) {
         Ok(()) => Ok(bytes),
         Err(EncodingError::IoError(source)) => Err(source),
         Err(other) => Err(io::Error::other(other)),
     }
 }
 
-fn webp(image: &Image) -> io::Result<Vec<u8>> {
+fn webp(rows: &Rows<'_>) -> io::Result<Vec<u8>> {
     use image_webp::{ColorType, EncodingError, WebPEncoder};
-    let color = if image.alpha.is_empty() { ColorType::Rgb8 } else { ColorType::Rgba8 };
+    let color = if rows.has_alpha { ColorType::Rgba8 } else { ColorType::Rgb8 };
     let mut bytes = Vec::new();
     let encoder = WebPEncoder::new(&mut bytes);
-    match encoder.encode(&png::rows(image, BitDepth::Eight), image.width, image.height, color) {
+    let [width, height] = rows.size;
+    match encoder.encode(rows.bytes, width, height, color) {
         Ok(()) => Ok(bytes),
         Err(EncodingError::IoError(source)) => Err(source),
         Err(other) => Err(io::Error::other(other)),
@@ -50,6 +51,8 @@ mod tests {
     use umbrage_files::image_file::{self, ImageFormat};
 
     use super::*;
+    use crate::Image;
+    use crate::output::{BitDepth, png};
 
     /// Slopes of three colours, of sides that aren't multiples of a JPEG's blocks.
     fn picture() -> Image {
@@ -60,7 +63,9 @@ mod tests {
     #[test]
     fn pictures_come_back_nearly_and_smaller_ones_less() {
         let coded = |quality| {
-            let bytes = jpeg(&picture(), JpegQuality::new(quality).unwrap()).unwrap();
+            let rows = png::rows(&picture(), BitDepth::Eight);
+            let bytes =
+                jpeg(&Rows { bytes: &rows, ..Rows::of(&picture()) }, JpegQuality::new(quality).unwrap()).unwrap();
             let decoded = image_file::decode(&bytes, ImageFormat::Jpeg, 1 << 20, &mut |_| Ok(())).unwrap();
             assert_eq!(decoded.size, [37, 21]);
             let levels = decoded.rgba().into_iter().flat_map(|[red, green, blue, _]| [red, green, blue]);
@@ -78,11 +83,13 @@ mod tests {
         let opaque = Image { width: 13, height: 7, pixels: pixels.collect(), ..Image::default() };
         let transparent = Image { alpha: (0..13 * 7).map(|pixel| pixel * 720).collect(), ..opaque.clone() };
         for (image, has_alpha) in [(opaque, false), (transparent, true)] {
-            let mut decoder = WebPDecoder::new(Cursor::new(webp(&image).unwrap())).unwrap();
+            let rows = png::rows(&image, BitDepth::Eight);
+            let bytes = webp(&Rows { bytes: &rows, ..Rows::of(&image) }).unwrap();
+            let mut decoder = WebPDecoder::new(Cursor::new(bytes)).unwrap();
             assert_eq!((decoder.dimensions(), decoder.has_alpha(), decoder.is_lossy()), ((13, 7), has_alpha, false));
             let mut levels = vec![0; decoder.output_buffer_size().unwrap()];
             decoder.read_image(&mut levels).unwrap();
-            assert_eq!(levels, png::rows(&image, BitDepth::Eight));
+            assert_eq!(levels, rows);
         }
     }
 }

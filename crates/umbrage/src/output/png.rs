@@ -14,24 +14,41 @@ use crate::Image;
 /// Where the system refuses to write, or the path is a folder.
 pub fn write_png(image: &Image, path: &Path, depth: BitDepth) -> Result<(), Error> {
     partial_file::sweep(path);
-    write(image, path, depth, Compression::Fast, &mut |_| Ok(()))
+    write(&Rows { bytes: &rows(image, depth), ..Rows::of(image) }, path, depth, Compression::Fast, &mut |_| Ok(()))
+}
+
+/// A picture's rows as files hold them.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
+    pub(super) has_alpha: bool,
+    /// RGB or RGBA; sixteen bits are big-endian.
+    pub(super) bytes: &'a [u8],
+}
+
+impl Rows<'_> {
+    /// Those of an image, still empty.
+    pub(super) fn of(image: &Image) -> Self {
+        Self { size: [image.width, image.height], has_alpha: !image.alpha.is_empty(), bytes: &[] }
+    }
 }
 
 /// As [`write_png`], with any compression, but sweeps nothing.
 pub(super) fn write(
-    image: &Image,
+    rows: &Rows<'_>,
     path: &Path,
     depth: BitDepth,
     compression: Compression,
     look: Look<'_>,
 ) -> Result<(), Error> {
-    partial_file::write(path, look, |file| encode(image, BufWriter::new(file), depth, compression).map_err(failure))
+    partial_file::write(path, look, |file| encode(rows, BufWriter::new(file), depth, compression).map_err(failure))
 }
 
-fn encode(image: &Image, target: impl Write, depth: BitDepth, compression: Compression) -> Result<(), EncodingError> {
-    let coding = Coding { depth, compression, has_alpha: !image.alpha.is_empty() };
-    let mut writer = encoder(target, [image.width, image.height], coding).write_header()?;
-    writer.write_image_data(&rows(image, depth))?;
+fn encode(rows: &Rows<'_>, target: impl Write, depth: BitDepth, compression: Compression) -> Result<(), EncodingError> {
+    let coding = Coding { depth, compression, has_alpha: rows.has_alpha };
+    let mut writer = encoder(target, rows.size, coding).write_header()?;
+    writer.write_image_data(rows.bytes)?;
     writer.finish()
 }
 
@@ -101,7 +118,8 @@ mod tests {
 
     fn coded(depth: BitDepth) -> (::png::OutputInfo, Vec<u8>) {
         let mut bytes = Vec::new();
-        encode(&picture(), &mut bytes, depth, Compression::Small).unwrap();
+        let rows = Rows { bytes: &rows(&picture(), depth), ..Rows::of(&picture()) };
+        encode(&rows, &mut bytes, depth, Compression::Small).unwrap();
         let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
         let mut rows = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut rows).unwrap();

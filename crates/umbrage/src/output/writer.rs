@@ -9,7 +9,7 @@ use super::apng::ApngWriter;
 use super::gif::{self, GifWriter};
 use super::mp4::Mp4Writer;
 use super::partial_file::{self, Look, PartialFile};
-use super::png::Coding;
+use super::png::{Coding, Rows};
 use super::y4m::Y4mWriter;
 use super::{
     BitDepth, Chroma, Compression, Error, FloatDepth, Format, FrameRate, JpegQuality, NumberedPath, eight_bits, exr,
@@ -196,6 +196,8 @@ struct Stills {
     numbered: Option<NumberedPath>,
     format: Format,
     options: Options,
+    /// Memory of the last picture's rows.
+    bytes: Vec<u8>,
 }
 
 impl Stills {
@@ -219,22 +221,35 @@ impl Stills {
         if path.is_dir() {
             return Err(Error::unsuitable(path, "is a folder; name a file in it"));
         }
-        Ok(Self { numbered, format, options })
+        Ok(Self { numbered, format, options, bytes: Vec::new() })
     }
 
-    fn write(&self, path: &Path, number: u32, film: &Film, settings: &Settings, look: Look<'_>) -> Result<(), Error> {
-        let path = self.numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
-        match self.format {
-            Format::Jpeg => eight_bits::write_jpeg(&film.develop(settings), &path, self.options.jpeg_quality, look),
-            Format::WebP => eight_bits::write_webp(&film.develop(settings), &path, look),
-            Format::Exr => {
-                let rate = self.numbered.as_ref().map(|_| self.options.rate);
-                exr::write(film, &path, self.options.float_depth, rate, look)
-            }
-            _ => {
-                let Options { bit_depth, compression, .. } = self.options;
-                png::write(&film.develop(settings), &path, bit_depth, compression, look)
-            }
+    fn write(
+        &mut self,
+        path: &Path,
+        number: u32,
+        film: &Film,
+        settings: &Settings,
+        look: Look<'_>,
+    ) -> Result<(), Error> {
+        let Self { numbered, format, options, bytes } = self;
+        let Options { rate, bit_depth, compression, float_depth, jpeg_quality, .. } = *options;
+        let path = numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
+        if *format == Format::Exr {
+            return exr::write(film, &path, float_depth, numbered.as_ref().map(|_| rate), look);
+        }
+        let depth = if *format == Format::Png { bit_depth } else { BitDepth::Eight };
+        let has_alpha = settings.background == Background::Transparent;
+        if has_alpha || depth == BitDepth::Sixteen {
+            *bytes = png::rows(&film.develop(settings), depth);
+        } else {
+            film.develop_rows(settings, bytes);
+        }
+        let rows = Rows { size: [film.width, film.height], has_alpha, bytes };
+        match format {
+            Format::Jpeg => eight_bits::write_jpeg(&rows, &path, jpeg_quality, look),
+            Format::WebP => eight_bits::write_webp(&rows, &path, look),
+            _ => png::write(&rows, &path, depth, compression, look),
         }
     }
 }

@@ -4,8 +4,9 @@ use std::f32::consts::PI;
 use std::sync::LazyLock;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x16, u32x16};
 use glam::Vec2;
+use umbrage_rays::simd::lanes::{TABLE, look_up};
 use umbrage_rays::{SimdLevel, dispatch};
 
 use super::lanes::{Each, LANES, Vector};
@@ -28,6 +29,10 @@ pub(super) fn looked_up<S: Simd, const N: usize>(
     let (row, column) = (row * LAST, column * LAST);
     let (upper, left) = (row.floor().min(LAST - 1.0), column.floor().min(LAST - 1.0));
     let (down, right) = (row - upper, column - left);
+    let first = upper.as_slice()[0];
+    if upper.simd_eq(first).all_true() {
+        return between_two_rows(simd, table, first as usize, left, [right, down]);
+    }
     let corners = gather(table, &upper.into(), &left.into());
     let mut numbers = [f32x16::splat(simd, 0.0); N];
     for (number, [a, b, c, d]) in numbers.iter_mut().zip(&corners) {
@@ -35,6 +40,32 @@ pub(super) fn looked_up<S: Simd, const N: usize>(
         let (c, d) = (f32x16::from_slice(simd, c), f32x16::from_slice(simd, d));
         let (above, below) = (a + (b - a) * right, c + (d - c) * right);
         *number = above + (below - above) * down;
+    }
+    numbers
+}
+
+/// As [`looked_up`], where all lanes have the same row above them, as those of one material have.
+#[inline(always)]
+fn between_two_rows<S: Simd, const N: usize>(
+    simd: S,
+    table: &Table<N>,
+    upper: usize,
+    left: f32x16<S>,
+    [right, down]: [f32x16<S>; 2],
+) -> [f32x16<S>; N] {
+    let upper = upper.min(SIDE - 2);
+    let mut rows = [[0.0; TABLE]; 2];
+    for (to, row) in rows.iter_mut().zip(&table[upper..]) {
+        to[..N * SIDE].copy_from_slice(row.as_flattened());
+    }
+    let left: u32x16<S> = left.to_int::<u32x16<S>>() * N as u32;
+    let mut numbers = [f32x16::splat(simd, 0.0); N];
+    for (number, to) in (0..).zip(&mut numbers) {
+        let (west, east) = (left + number, left + (number + N as u32));
+        let (a, b) = (look_up(simd, &rows[0], west), look_up(simd, &rows[0], east));
+        let (c, d) = (look_up(simd, &rows[1], west), look_up(simd, &rows[1], east));
+        let (above, below) = (a + (b - a) * right, c + (d - c) * right);
+        *to = above + (below - above) * down;
     }
     numbers
 }
@@ -54,7 +85,7 @@ fn gather<const N: usize>(table: &Table<N>, rows: &Each<f32>, columns: &Each<f32
 }
 
 /// Scale and bias of f0 by perceptual roughness and cosine, both from 0 to 1: 4.6 KB.
-static TABLE: LazyLock<Table<2>> = LazyLock::new(|| {
+static SPECULAR: LazyLock<Table<2>> = LazyLock::new(|| {
     // At zero itself the integrand has no value.
     let value = |index: usize| (index as f32 / (SIDE - 1) as f32).max(1e-3);
     let integrated = |row, column| dispatch!(SimdLevel::default(), simd => integrated(simd, value(row), value(column)));
@@ -64,14 +95,14 @@ static TABLE: LazyLock<Table<2>> = LazyLock::new(|| {
 /// The table, by roughness and then by cosine, both from 0 to 1.
 #[cfg(feature = "gpu")]
 pub(crate) fn specular_albedo_table() -> &'static Table<2> {
-    &TABLE
+    &SPECULAR
 }
 
 /// Scale and bias of f0 in the directional albedo of a GGX layer, at the cosine `n_v` between normal and view: the
 /// second of the two sums into which Karis splits light from all around (*Real Shading in Unreal Engine 4*, 2013).
 #[inline(always)]
 pub(super) fn specular_albedo<S: Simd>(simd: S, roughness: f32x16<S>, n_v: f32x16<S>) -> [f32x16<S>; 2] {
-    looked_up(simd, &TABLE, roughness.max(0.0).min(1.0), n_v.max(0.0).min(1.0))
+    looked_up(simd, &SPECULAR, roughness.max(0.0).min(1.0), n_v.max(0.0).min(1.0))
 }
 
 /// The integral over light directions, by microfacet normals drawn from the distribution itself.

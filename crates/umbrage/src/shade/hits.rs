@@ -4,8 +4,9 @@ use glam::Vec3;
 use umbrage_rays::{Hit, SeenPixels, predicate};
 use umbrage_scene::Frame;
 
-use super::lanes::{Each, LANES, Vectors, Wide, lanes_of, put};
+use super::lanes::{Each, LANES, Vectors, Wide, lanes_of};
 use super::rays::{Block, BlockRays};
+use super::triangles::BlockTriangles;
 
 /// The hits of a block's rays.
 #[derive(Clone, Copy)]
@@ -19,7 +20,7 @@ pub(crate) struct BlockHits<S: Simd> {
     pub(super) position: [Wide<S>; 2],
     /// Weights of the second and the third vertex.
     pub(super) barycentric: [f32x16<S>; 2],
-    pub(super) vertices: Each<[u32; 3]>,
+    pub(super) triangles: BlockTriangles,
     pub(super) corners: [Vectors<S>; 3],
 }
 
@@ -41,13 +42,13 @@ impl<S: Simd> BlockHits<S> {
         }
         shown &= block.pixels();
         let triangle = existing(shown, |lane| seen[lane])?;
-        let (vertices, corners) = corners_of(simd, frame, &triangle);
+        let (triangles, corners) = corners_of(simd, frame, &triangle);
         let ([a0, a1], [b0, b1], [c0, c1]) = (corners[0].widen(), corners[1].widen(), corners[2].widen());
         let low = Meeting::new(rays.origin[0], rays.direction[0], [a0, b0, c0]);
         let high = Meeting::new(rays.origin[1], rays.direction[1], [a1, b1, c1]);
         let barycentric =
             [low.barycentric[0].narrow(high.barycentric[0]), low.barycentric[1].narrow(high.barycentric[1])];
-        let known = Self::new(rays, shown, triangle, vertices, corners, [low.t, high.t], barycentric);
+        let known = Self::new(rays, shown, triangle, triangles, corners, [low.t, high.t], barycentric);
         let doubtful = shown & (low.doubtful | high.doubtful << (LANES / 2));
         if doubtful == 0 {
             return Some(known);
@@ -56,7 +57,7 @@ impl<S: Simd> BlockHits<S> {
         for lane in lanes_of(doubtful) {
             met.set(lane, predicate::hit(&block.ray(lane), frame.triangles(), triangle[lane]));
         }
-        Some(met.into_hits(simd, rays, triangle, vertices, corners))
+        Some(met.into_hits(simd, rays, triangle, triangles, corners))
     }
 
     /// Hits that were found by other queries; `None` where there is none.
@@ -67,8 +68,8 @@ impl<S: Simd> BlockHits<S> {
             met.set(lane, *hit);
         }
         let triangle = existing(met.shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
-        let (vertices, corners) = corners_of(simd, frame, &triangle);
-        Some(met.into_hits(simd, rays, triangle, vertices, corners))
+        let (triangles, corners) = corners_of(simd, frame, &triangle);
+        Some(met.into_hits(simd, rays, triangle, triangles, corners))
     }
 
     /// The corners' values, mixed by their weights.
@@ -83,14 +84,14 @@ impl<S: Simd> BlockHits<S> {
         rays: &BlockRays<S>,
         shown: u16,
         triangle: Each<u32>,
-        vertices: Each<[u32; 3]>,
+        triangles: BlockTriangles,
         corners: [Vectors<S>; 3],
         [low, high]: [f64x8<S>; 2],
         barycentric: [f32x16<S>; 2],
     ) -> Self {
         let position =
             [rays.origin[0] + rays.direction[0].scaled(low), rays.origin[1] + rays.direction[1].scaled(high)];
-        Self { shown, triangle, depth: low.narrow(high), position, barycentric, vertices, corners }
+        Self { shown, triangle, depth: low.narrow(high), position, barycentric, triangles, corners }
     }
 }
 
@@ -158,14 +159,14 @@ impl Met {
         simd: S,
         rays: &BlockRays<S>,
         triangle: Each<u32>,
-        vertices: Each<[u32; 3]>,
+        triangles: BlockTriangles,
         corners: [Vectors<S>; 3],
     ) -> BlockHits<S> {
         let (low, high) = self.t.split_at(LANES / 2);
         let t = [f64x8::from_slice(simd, low), f64x8::from_slice(simd, high)];
         let [second, third] = &self.barycentric;
         let barycentric = [f32x16::from_slice(simd, second), f32x16::from_slice(simd, third)];
-        BlockHits::new(rays, self.shown, triangle, vertices, corners, t, barycentric)
+        BlockHits::new(rays, self.shown, triangle, triangles, corners, t, barycentric)
     }
 }
 
@@ -184,29 +185,22 @@ fn existing(lanes: u16, triangle: impl Fn(usize) -> u32) -> Option<Each<u32>> {
     Some(triangles)
 }
 
-/// Vertices and world positions of the corners of each lane's triangle.
+/// The triangles of the lanes, and world positions of their corners.
 #[inline(always)]
-fn corners_of<S: Simd>(simd: S, frame: &Frame, triangles: &Each<u32>) -> (Each<[u32; 3]>, [Vectors<S>; 3]) {
-    let vertices = triangles.map(|id| frame.mesh.triangles[id as usize]);
-    (vertices, corner_vectors(simd, &frame.positions, &vertices))
+fn corners_of<S: Simd>(simd: S, frame: &Frame, triangles: &Each<u32>) -> (BlockTriangles, [Vectors<S>; 3]) {
+    let triangles = BlockTriangles::new(simd, frame, triangles);
+    (triangles, corner_vectors(simd, &frame.positions, &triangles))
 }
 
 /// The values `of_vertices` of each lane's triangle, corner by corner.
 #[inline(always)]
-pub(super) fn corner_vectors<S: Simd>(simd: S, of_vertices: &[Vec3], vertices: &Each<[u32; 3]>) -> [Vectors<S>; 3] {
-    let [a, b, c] = &gather(of_vertices, vertices);
-    [Vectors::load(simd, a), Vectors::load(simd, b), Vectors::load(simd, c)]
-}
-
-/// Scalar work, and so compiled once for all sets of instructions.
-fn gather(of_vertices: &[Vec3], vertices: &Each<[u32; 3]>) -> [[Each<f32>; 3]; 3] {
-    let mut corners = [[[0.0; LANES]; 3]; 3];
-    for (lane, vertices) in vertices.iter().enumerate() {
-        for (corner, &vertex) in corners.iter_mut().zip(vertices) {
-            put(lane, of_vertices[vertex as usize], corner);
-        }
-    }
-    corners
+pub(super) fn corner_vectors<S: Simd>(simd: S, of_vertices: &[Vec3], triangles: &BlockTriangles) -> [Vectors<S>; 3] {
+    let [a, b, c] = triangles.corners(
+        simd,
+        #[inline(always)]
+        |vertex| of_vertices[vertex as usize].to_array(),
+    );
+    [Vectors::of_axes(a), Vectors::of_axes(b), Vectors::of_axes(c)]
 }
 
 #[cfg(test)]

@@ -112,6 +112,12 @@ impl<S: Simd> Vectors<S> {
         Self { x: f32x16::from_slice(simd, x), y: f32x16::from_slice(simd, y), z: f32x16::from_slice(simd, z) }
     }
 
+    /// From vectors of x, of y and of z.
+    #[inline(always)]
+    pub(crate) fn of_axes([x, y, z]: [f32x16<S>; 3]) -> Self {
+        Self { x, y, z }
+    }
+
     /// The x, y and z of sixteen vectors of four components.
     #[inline(always)]
     pub(crate) fn of_first_three(simd: S, vectors: &[Vec4; LANES]) -> Self {

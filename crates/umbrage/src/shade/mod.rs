@@ -19,6 +19,7 @@ mod sheen;
 mod surface;
 mod texels;
 pub(crate) mod transcendental;
+mod triangles;
 
 #[cfg(feature = "gpu")]
 pub(crate) use albedo::specular_albedo_table;

@@ -4,6 +4,7 @@ use umbrage_scene::{Alpha, Frame, Material, TextureUse};
 use super::hits::BlockHits;
 use super::lanes::{Each, LANES, each, lanes_of, put, vector_of};
 use super::texels::{Tangents, Texels};
+use super::triangles::BlockTriangles;
 
 /// Parameters of the materials and textures of a block's lanes, without the vertices' colours.
 pub(super) struct Paint {
@@ -131,14 +132,13 @@ fn multiply(to: &mut Each<f32>, by: &Each<f32>, lanes: u16) {
 /// The materials of a block's lanes with a hit, each with its lanes.
 pub(super) struct MaterialLanes<'a> {
     frame: &'a Frame,
-    of_lanes: Each<u32>,
+    triangles: &'a BlockTriangles,
     left: u16,
 }
 
 impl<'a> MaterialLanes<'a> {
-    pub(super) fn new<S: Simd>(frame: &'a Frame, hits: &BlockHits<S>) -> Self {
-        let of_lanes = hits.triangle.map(|triangle| frame.mesh.material_of_triangle[triangle as usize]);
-        Self { frame, of_lanes, left: hits.shown }
+    pub(super) fn new<S: Simd>(frame: &'a Frame, hits: &'a BlockHits<S>) -> Self {
+        Self { frame, triangles: &hits.triangles, left: hits.shown }
     }
 }
 
@@ -146,11 +146,11 @@ impl<'a> Iterator for MaterialLanes<'a> {
     type Item = (&'a Material, u16);
 
     fn next(&mut self) -> Option<Self::Item> {
-        let material = *self.of_lanes.get(self.left.trailing_zeros() as usize)?;
-        let mut lanes = 0;
-        for (lane, &other) in self.of_lanes.iter().enumerate() {
-            lanes |= u16::from(other == material) << lane;
-        }
+        let of_triangles = &self.frame.mesh.material_of_triangle;
+        let left = self.triangles.with_lanes().filter(|(_, lanes)| lanes & self.left != 0);
+        let mut left = left.map(|(id, lanes)| (of_triangles[id as usize], lanes));
+        let (material, mut lanes) = left.next()?;
+        left.filter(|(other, _)| *other == material).for_each(|(_, others)| lanes |= others);
         lanes &= self.left;
         self.left &= !lanes;
         Some((&self.frame.materials.materials[material as usize], lanes))

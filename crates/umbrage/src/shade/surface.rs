@@ -5,7 +5,7 @@ use umbrage_scene::Frame;
 
 use super::Reflectance;
 use super::hits::{BlockHits, corner_vectors};
-use super::lanes::{Each, LANES, Vectors, Wide, put};
+use super::lanes::{Vectors, Wide};
 use super::layer_paint::LayerPaint;
 use super::layers::Layers;
 use super::paint::{Bumps, Paint};
@@ -181,32 +181,24 @@ impl<S: Simd> Facet<S> {
 /// The vertices' own colours and opacities, interpolated.
 #[inline(always)]
 fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> (Vectors<S>, f32x16<S>) {
-    let [a, b, c] = &gather_colors(frame, &hits.vertices);
-    let color = hits.interpolated([Vectors::load(simd, &a.0), Vectors::load(simd, &b.0), Vectors::load(simd, &c.0)]);
+    let [[ra, ga, ba, alpha_a], [rb, gb, bb, alpha_b], [rc, gc, bc, alpha_c]] = hits.triangles.corners(
+        simd,
+        #[inline(always)]
+        |vertex| frame.mesh.colors[vertex as usize].to_array(),
+    );
+    let color = hits.interpolated([
+        Vectors::of_axes([ra, ga, ba]),
+        Vectors::of_axes([rb, gb, bb]),
+        Vectors::of_axes([rc, gc, bc]),
+    ]);
     let [second, third] = hits.barycentric;
-    let alpha = f32x16::from_slice(simd, &a.1) * (1.0 - second - third)
-        + f32x16::from_slice(simd, &b.1) * second
-        + f32x16::from_slice(simd, &c.1) * third;
-    (color, alpha)
-}
-
-/// The colours and opacities of the vertices of each lane's triangle, corner by corner.
-fn gather_colors(frame: &Frame, vertices: &Each<[u32; 3]>) -> [([Each<f32>; 3], Each<f32>); 3] {
-    let mut of_corners = [([[0.0; LANES]; 3], [0.0; LANES]); 3];
-    for (lane, vertices) in vertices.iter().enumerate() {
-        for ((colors, alphas), &vertex) in of_corners.iter_mut().zip(vertices) {
-            let color = frame.mesh.colors[vertex as usize];
-            put(lane, color.truncate(), colors);
-            alphas[lane] = color.w;
-        }
-    }
-    of_corners
+    (color, alpha_a * (1.0 - second - third) + alpha_b * second + alpha_c * third)
 }
 
 /// The vertices' normals, interpolated; of any length.
 #[inline(always)]
 fn vertex_normals<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vectors<S> {
-    hits.interpolated(corner_vectors(simd, &frame.normals, &hits.vertices))
+    hits.interpolated(corner_vectors(simd, &frame.normals, &hits.triangles))
 }
 
 /// Normals bent by the normal texture in the lanes that have one.

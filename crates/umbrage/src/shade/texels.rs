@@ -1,4 +1,4 @@
-use std::cell::OnceCell;
+use std::cell::Cell;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
@@ -6,7 +6,7 @@ use glam::{Mat2, Vec2};
 use umbrage_scene::{ColorSpace, Filter, Frame, Texture, TextureUse, Wrap};
 
 use super::hits::BlockHits;
-use super::lanes::{Each, LANES, Vectors, each, lanes_of, put};
+use super::lanes::{Each, LANES, Vectors, each, lanes_of};
 use super::transcendental::log2;
 
 /// Reads textures at sixteen hits.
@@ -20,7 +20,7 @@ pub(super) struct Texels<'a, S: Simd> {
     /// Area of each ray's cone on the surface, in triangle areas.
     covered_triangles: f32x16<S>,
     /// Corners of each set, read at its first use.
-    corner_coords: [OnceCell<[EachCoords; 3]>; 2],
+    corner_coords: [Cell<Option<[Coords<S>; 3]>>; 2],
 }
 
 /// Texture coordinates.
@@ -39,7 +39,7 @@ pub(super) struct Tangents {
 impl<'a, S: Simd> Texels<'a, S> {
     #[inline(always)]
     pub(super) fn new(simd: S, frame: &'a Frame, hits: &'a BlockHits<S>, covered_triangles: f32x16<S>) -> Self {
-        Self { simd, frame, hits, covered_triangles, corner_coords: [OnceCell::new(), OnceCell::new()] }
+        Self { simd, frame, hits, covered_triangles, corner_coords: [Cell::new(None), Cell::new(None)] }
     }
 
     /// Red, green, blue and alpha in some lanes. Values in other lanes have no meaning.
@@ -86,8 +86,17 @@ impl<'a, S: Simd> Texels<'a, S> {
     #[inline(always)]
     fn corner_coords(&self, set: u8) -> [Coords<S>; 3] {
         let set = usize::from(set.min(1));
-        let [a, b, c] = self.corner_coords[set].get_or_init(|| gather_coords(self.frame, set, &self.hits.vertices));
-        [load_coords(self.simd, a), load_coords(self.simd, b), load_coords(self.simd, c)]
+        if let Some(coords) = self.corner_coords[set].get() {
+            return coords;
+        }
+        let of_vertices = &self.frame.mesh.tex_coords[set];
+        let coords = self.hits.triangles.corners(
+            self.simd,
+            #[inline(always)]
+            |vertex| of_vertices.get(vertex as usize).copied().unwrap_or_default().to_array(),
+        );
+        self.corner_coords[set].set(Some(coords));
+        coords
     }
 
     /// The tangents of the file, or else the directions in which the u of a set of texture coordinates grows; none where
@@ -131,17 +140,15 @@ impl<'a, S: Simd> Texels<'a, S> {
     /// The file's tangents with a length of 1, a mask of the lanes that have them, and a mask of negative bitangents.
     #[inline(always)]
     fn file_tangents(&self) -> (Vectors<S>, mask32x16<S>, mask32x16<S>) {
-        let (corners, signs) = gather_tangents(self.frame, &self.hits.vertices);
-        let [a, b, c] = &corners;
-        let corners = [Vectors::load(self.simd, a), Vectors::load(self.simd, b), Vectors::load(self.simd, c)];
+        let [[xa, ya, za, sign], [xb, yb, zb, _], [xc, yc, zc, _]] = self.hits.triangles.corners(
+            self.simd,
+            #[inline(always)]
+            |vertex| self.frame.tangents[vertex as usize].to_array(),
+        );
+        let corners = [Vectors::of_axes([xa, ya, za]), Vectors::of_axes([xb, yb, zb]), Vectors::of_axes([xc, yc, zc])];
         let (unit, has_direction) = self.hits.interpolated(corners).try_normalized();
-        (unit, has_direction, f32x16::from_slice(self.simd, &signs).simd_lt(0.0))
+        (unit, has_direction, sign.simd_lt(0.0))
     }
-}
-
-#[inline(always)]
-fn load_coords<S: Simd>(simd: S, [u, v]: &EachCoords) -> Coords<S> {
-    [f32x16::from_slice(simd, u), f32x16::from_slice(simd, v)]
 }
 
 /// Texture coordinates times a matrix.
@@ -333,32 +340,6 @@ fn linear_from_srgb(texels: &[Each<u32>; 4]) -> [[Each<f32>; 4]; 3] {
     linear
 }
 
-/// A set of texture coordinates of the vertices of each lane's triangle, corner by corner; zero where the file has none.
-fn gather_coords(frame: &Frame, set: usize, vertices: &Each<[u32; 3]>) -> [EachCoords; 3] {
-    let coords = &frame.mesh.tex_coords[set];
-    let mut corners = [[[0.0; LANES]; 2]; 3];
-    for (lane, vertices) in vertices.iter().enumerate() {
-        for (corner, &vertex) in corners.iter_mut().zip(vertices) {
-            let Vec2 { x, y } = coords.get(vertex as usize).copied().unwrap_or_default();
-            (corner[0][lane], corner[1][lane]) = (x, y);
-        }
-    }
-    corners
-}
-
-/// The tangents of the vertices of each lane's triangle, corner by corner, and the signs of bitangents.
-fn gather_tangents(frame: &Frame, vertices: &Each<[u32; 3]>) -> ([[Each<f32>; 3]; 3], Each<f32>) {
-    let mut corners = [[[0.0; LANES]; 3]; 3];
-    let mut signs = [0.0; LANES];
-    for (lane, vertices) in vertices.iter().enumerate() {
-        for (corner, &vertex) in corners.iter_mut().zip(vertices) {
-            put(lane, frame.tangents[vertex as usize].truncate(), corner);
-        }
-        signs[lane] = frame.tangents[vertices[0] as usize].w;
-    }
-    (corners, signs)
-}
-
 #[cfg(test)]
 mod tests {
     use glam::Vec4;
@@ -375,7 +356,7 @@ mod tests {
 
     fn read(image: &Texture, u: &Each<f32>, v: &Each<f32>, footprint: &Each<f32>, lanes: u16) -> [Each<f32>; 4] {
         dispatch!(SimdLevel::default(), simd => {
-            let coords = load_coords(simd, &[*u, *v]);
+            let coords = [f32x16::from_slice(simd, u), f32x16::from_slice(simd, v)];
             colors(simd, image, coords, f32x16::from_slice(simd, footprint), lanes)
         })
     }

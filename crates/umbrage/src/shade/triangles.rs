@@ -1,0 +1,91 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+use umbrage_scene::Frame;
+
+use super::lanes::{Each, LANES, lanes_of};
+
+/// The triangles that a block's lanes show: neighbours often show the same one, and each is read once.
+#[derive(Clone, Copy)]
+pub(super) struct BlockTriangles {
+    /// The number of different triangles.
+    count: usize,
+    ids: Each<u32>,
+    /// The lanes of each triangle, the first in the lowest bit.
+    lanes: Each<u16>,
+    /// The vertices of each triangle.
+    vertices: Each<[u32; 3]>,
+}
+
+/// The most triangles whose values are spread to their lanes by a vector's selection each. Above it, lane by lane is faster.
+const MOST_SPREAD: usize = 8;
+
+impl BlockTriangles {
+    /// Sorts the lanes by their triangles.
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(simd: S, frame: &Frame, of_lanes: &Each<u32>) -> Self {
+        let mut triangles = Self { count: 0, ids: [0; LANES], lanes: [0; LANES], vertices: [[0; 3]; LANES] };
+        let all = u32x16::simd_from(simd, *of_lanes);
+        let mut left = u16::MAX;
+        while left != 0 {
+            let id = of_lanes[left.trailing_zeros() as usize % LANES];
+            let lanes = all.simd_eq(id).to_bitmask() as u16;
+            let to = triangles.count % LANES;
+            (triangles.ids[to], triangles.lanes[to]) = (id, lanes);
+            triangles.vertices[to] = frame.mesh.triangles[id as usize];
+            triangles.count += 1;
+            left &= !lanes;
+        }
+        triangles
+    }
+
+    /// Each triangle's id, with its lanes.
+    pub(super) fn with_lanes(&self) -> impl Iterator<Item = (u32, u16)> {
+        self.ids.iter().copied().zip(self.lanes).take(self.count)
+    }
+
+    /// The values that vertices have, corner by corner.
+    #[inline(always)]
+    pub(super) fn corners<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        of_vertex: impl Fn(u32) -> [f32; N],
+    ) -> [[f32x16<S>; N]; 3] {
+        if self.count > MOST_SPREAD {
+            return self.corners_by_lane(simd, of_vertex);
+        }
+        let mut corners = [[f32x16::splat(simd, 0.0); N]; 3];
+        for (&lanes, vertices) in self.lanes.iter().zip(&self.vertices).take(self.count) {
+            let lanes = mask32x16::from_bitmask(simd, lanes.into());
+            for (corner, &vertex) in corners.iter_mut().zip(vertices) {
+                for (to, value) in corner.iter_mut().zip(of_vertex(vertex)) {
+                    *to = lanes.select(f32x16::splat(simd, value), *to);
+                }
+            }
+        }
+        corners
+    }
+
+    #[inline(always)]
+    fn corners_by_lane<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        of_vertex: impl Fn(u32) -> [f32; N],
+    ) -> [[f32x16<S>; N]; 3] {
+        let mut numbers = [[[0.0; LANES]; N]; 3];
+        for (&lanes, vertices) in self.lanes.iter().zip(&self.vertices).take(self.count) {
+            for (corner, &vertex) in numbers.iter_mut().zip(vertices) {
+                let values = of_vertex(vertex);
+                for lane in lanes_of(lanes) {
+                    for (to, value) in corner.iter_mut().zip(values) {
+                        to[lane] = value;
+                    }
+                }
+            }
+        }
+        let mut corners = [[f32x16::splat(simd, 0.0); N]; 3];
+        for (to, numbers) in corners.as_flattened_mut().iter_mut().zip(numbers.as_flattened()) {
+            *to = f32x16::from_slice(simd, numbers);
+        }
+        corners
+    }
+}
