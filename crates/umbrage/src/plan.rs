@@ -53,6 +53,14 @@ impl Plan {
         self.is_see_through || self.around > 0.0 || self.mirrors
     }
 
+    /// Whether all light from a material's surfaces is known without secondary rays, and the surfaces are opaque and of one
+    /// layer, as most are.
+    pub(crate) fn ends_at(&self, material: &Material) -> bool {
+        let is_followed = self.around > 0.0 || self.tints() || self.bounces > 0 && mirrors(material, self.gloss);
+        let is_opaque = !material.is_see_through() && !material.bounds_volume();
+        is_opaque && !is_followed && material.layers.is_none() && !material.catches_shadows
+    }
+
     /// Whether see-through surfaces tint the light that passes them.
     pub(crate) fn tints(self) -> bool {
         self.bounces > 0 && self.is_see_through
@@ -103,6 +111,18 @@ mod tests {
         assert_eq!(goes_on(&pane), [true; 4]);
         let tints = |material: &Material| Plan::new(&bounces, &frame(material.clone())).tints();
         assert_eq!([tints(&pane), tints(&mirror)], [true, false]);
-        assert!(!Plan::new(&one, &frame(pane)).tints());
+        assert!(!Plan::new(&one, &frame(pane.clone())).tints());
+        let ends_at =
+            |settings: &Settings, material: &Material| Plan::new(settings, &frame(material.clone())).ends_at(material);
+        let end = |material: &Material| [&one, &bounces, &glossy, &around].map(|settings| ends_at(settings, material));
+        assert_eq!(end(&rough), [true, true, false, false]);
+        assert_eq!(end(&mirror), [true, false, false, false]);
+        let catcher = Material { catches_shadows: true, ..rough.clone() };
+        for other in [pane, catcher, Material { layers: Some(Box::default()), ..rough }] {
+            assert_eq!(end(&other), [false; 4]);
+        }
+        // Beside panes, light is tinted everywhere.
+        let beside = Plan { is_see_through: true, ..Plan::new(&bounces, &frame(rough.clone())) };
+        assert!(!beside.ends_at(&rough));
     }
 }

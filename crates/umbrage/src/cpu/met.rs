@@ -32,8 +32,9 @@ pub(super) struct Met<S: Simd> {
 }
 
 impl<S: Simd> Met<S> {
+    /// The surfaces of hits, with `PLAIN` of plain materials alone ([`Plan::ends_at`](crate::plan::Plan::ends_at)).
     #[inline(always)]
-    pub(super) fn new(
+    pub(super) fn new<const PLAIN: bool>(
         simd: S,
         shading: &Shading<'_>,
         rays: &BlockRays<S>,
@@ -41,7 +42,8 @@ impl<S: Simd> Met<S> {
         through: Vectors<S>,
         bounces: &Each<u32>,
     ) -> Self {
-        let mut surface = Surface::new(simd, shading.frame, rays, hits, &shading.footprint, shading.smooth_terminator);
+        let mut surface =
+            Surface::new::<PLAIN>(simd, shading.frame, rays, hits, &shading.footprint, shading.smooth_terminator);
         // Lanes without a hit have a surface without a meaning.
         surface.catches &= hits.shown;
         let seen = surface.reflectance.seen(simd, surface.normal, surface.view, surface.layers.as_ref());
@@ -56,7 +58,7 @@ impl<S: Simd> Met<S> {
             is_mirror |= coat_mirrors;
         }
         let mut follows = 0;
-        if shading.plan.bounces > 0 {
+        if !PLAIN && shading.plan.bounces > 0 {
             follows = bounces.iter().rev().fold(0_u16, |bits, &by| bits << 1 | u16::from(by < shading.plan.bounces));
         }
         let (mut mirrors, mut glass) = (0, 0);
@@ -78,7 +80,8 @@ impl<S: Simd> Met<S> {
         }
         let coat_mirrors = coat_mirrors.to_bitmask() as u16 & mirrors;
         let around = || shading.around(simd, rays, bounces);
-        let caught = if surface.catches == 0 { None } else { Some(Caught::new(simd, shading, &surface, around())) };
+        let caught =
+            if PLAIN || surface.catches == 0 { None } else { Some(Caught::new(simd, shading, &surface, around())) };
         Self {
             surface,
             seen,
@@ -151,7 +154,7 @@ impl<S: Simd> Met<S> {
     /// Weight towards the camera, per colour, of the radiance straight behind.
     #[inline(always)]
     pub(super) fn passing(&self, simd: S, through: Vectors<S>) -> Vectors<S> {
-        let Self { surface, seen, shown, glass, .. } = self;
+        let Self { surface, seen, glass, .. } = self;
         let one = Vectors::splat(simd, Vec3::ONE);
         // Mirrored light doesn't pass.
         let mut transmitted = surface.transmitted * seen.entering();
@@ -160,7 +163,13 @@ impl<S: Simd> Met<S> {
             transmitted = Vectors::select(mask32x16::from_bitmask(simd, (*glass).into()), nothing, transmitted);
         }
         let passing = one.lerp(transmitted, surface.opacity);
-        Vectors::select(mask32x16::from_bitmask(simd, (*shown).into()), through * passing, through)
+        self.where_shown(simd, through * passing, through)
+    }
+
+    /// `one` in the lanes with a hit, `other` in the others.
+    #[inline(always)]
+    pub(super) fn where_shown(&self, simd: S, one: Vectors<S>, other: Vectors<S>) -> Vectors<S> {
+        Vectors::select(mask32x16::from_bitmask(simd, self.shown.into()), one, other)
     }
 
     /// The lanes in which the scene straight behind is visible.

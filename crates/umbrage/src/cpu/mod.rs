@@ -53,6 +53,8 @@ pub(crate) struct Cpu {
     /// Which sides of the frame's triangles stop rays.
     sides: TriangleSides,
     plan: Plan,
+    /// For each material, whether paths [end](Plan::ends_at) at it.
+    is_plain: Vec<bool>,
     /// The samples of each pixel that were traced last.
     samples: Samples,
     /// Each pixel's hits at these samples: each of four samples is a pixel here.
@@ -82,6 +84,7 @@ impl Cpu {
             kept: Kept::default(),
             sides: TriangleSides::default(),
             plan: Plan::default(),
+            is_plain: Vec::new(),
             samples: Samples::one(Sample::MIDDLE),
             seen: SeenPixels::default(),
             masks: Vec::new(),
@@ -202,6 +205,8 @@ impl Engine for Cpu {
         const MOST_PIXELS: u64 = 1 << 23;
         let Staged { frame, settings, view: View { width, height, .. }, .. } = *staged;
         self.plan = Plan::new(settings, frame);
+        self.is_plain.clear();
+        self.is_plain.extend(frame.materials.materials.iter().map(|material| self.plan.ends_at(material)));
         self.choose(settings, self.plan.goes_on())?;
         self.prepare(frame, settings.sides);
         if self.plan.goes_on() && self.structure.single_rays().is_none() {

@@ -11,7 +11,7 @@ use umbrage_scene::{Frame, Light};
 use super::marks::{MarkStrip, Marks};
 use super::met::Met;
 use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
-use super::samples::OneSample;
+use super::samples::{OneSample, Slots};
 use super::strip::{Flat, Shaded, Strip};
 use super::terminator::smooth_point;
 use super::{Cpu, hit_of};
@@ -21,7 +21,7 @@ use crate::engine::Staged;
 use crate::plan::Plan;
 use crate::shade::glass::Media;
 use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
-use crate::shade::{Block, BlockHits, BlockRays, Footprint};
+use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenTriangles};
 
 impl Cpu {
     /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
@@ -43,6 +43,7 @@ impl Cpu {
             smooth_terminator: self.smooth_terminator.is_some(),
             sides,
             plan,
+            is_plain: &self.is_plain,
             has_flat: staged.has_flat(),
         };
         let Film { color, flat, depth, normal, triangle, .. } = film;
@@ -99,6 +100,8 @@ pub(super) struct Shading<'a> {
     pub(super) smooth_terminator: bool,
     pub(super) sides: Sides<'a>,
     pub(super) plan: Plan,
+    /// For each material, whether paths [end](Plan::ends_at) at it.
+    is_plain: &'a [bool],
     /// Whether the film has [`Film::flat`].
     has_flat: bool,
 }
@@ -119,14 +122,50 @@ impl Shading<'_> {
     #[inline(always)]
     fn shade_seen<S: Simd>(&self, simd: S, block: &Block<'_>, one_sample: &OneSample, queue: &mut Queue) -> Shaded {
         let slots = one_sample.slots(block.corner);
-        let rays = BlockRays::new(simd, block);
-        let Some(hits) = BlockHits::of_seen(simd, self.frame, block, &rays, &slots.of(&self.seen.triangle)) else {
+        let ids = slots.of(&self.seen.triangle);
+        let Some(seen) = SeenTriangles::new(simd, self.frame, block, &ids) else {
+            let rays = BlockRays::new(simd, block);
             let color = self.around(simd, &rays, &[0; LANES]).at_most_brightest().store();
             let flat = self.surroundings.are_flat().then_some(Flat { color, part: [1.0; LANES] });
             return Shaded { color, flat, ..Shaded::NOTHING };
         };
+        let materials = &self.frame.mesh.material_of_triangle;
+        if seen.ids().all(|id| self.is_plain[materials[id as usize] as usize]) {
+            self.shade_hits::<S, true>(simd, (block, &slots), &seen, queue)
+        } else {
+            self.shade_any_hits(simd, (block, &slots), &seen, queue)
+        }
+    }
+
+    /// Shades hits of any materials.
+    // Apart, so that plain ones keep what they need in registers and in a small stack frame.
+    #[inline(never)]
+    fn shade_any_hits<S: Simd>(
+        &self,
+        simd: S,
+        (block, slots): (&Block<'_>, &Slots),
+        seen: &SeenTriangles,
+        queue: &mut Queue,
+    ) -> Shaded {
+        simd.vectorize(
+            #[inline(always)]
+            || self.shade_hits::<S, false>(simd, (block, slots), seen, queue),
+        )
+    }
+
+    /// Shades hits, with `PLAIN` of plain materials alone ([`Plan::ends_at`]).
+    #[inline(always)]
+    fn shade_hits<S: Simd, const PLAIN: bool>(
+        &self,
+        simd: S,
+        (block, slots): (&Block<'_>, &Slots),
+        seen: &SeenTriangles,
+        queue: &mut Queue,
+    ) -> Shaded {
+        let rays = BlockRays::new(simd, block);
+        let hits = BlockHits::of_seen(simd, self.frame, block, &rays, seen);
         let through = Vectors::splat(simd, Vec3::ONE);
-        let met = Met::new(simd, self, &rays, &hits, through, &[0; LANES]);
+        let met = Met::new::<PLAIN>(simd, self, &rays, &hits, through, &[0; LANES]);
         let mut radiance = self.own_radiance(simd, &met);
         let mut caught_light = met.caught.as_ref().map(|caught| caught.ambient);
         let meeting = |lane: usize| {
@@ -144,7 +183,7 @@ impl Shading<'_> {
                 let (mut reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
                 let mut tint = through;
-                if self.plan.tints() && light.casts_shadow {
+                if !PLAIN && self.plan.tints() && light.casts_shadow {
                     tint = Vectors::load(simd, &self.tints(&meeting, light, is_lit.to_bitmask() as u16));
                     reflected = reflected * tint;
                 }
@@ -155,12 +194,19 @@ impl Shading<'_> {
             }
         }
         let color = self.seen_color(simd, &rays, &met, through, radiance, &[0; LANES]);
-        let passing = met.passing(simd, through);
-        if met.leads_on(passing) {
-            self.go_on(&meeting, &met.ways(simd, &rays, &hits, [through, passing], self.plan.gloss), &mut queue.next);
-        }
-        if self.around_light() == AroundLight::Near {
-            self.look_around_from(simd, &met, through, f32x16::splat(simd, 1.0), &meeting, &mut queue.shadows);
+        let mut passing = met.where_shown(simd, Vectors::splat(simd, Vec3::ZERO), through);
+        if !PLAIN {
+            passing = met.passing(simd, through);
+            if met.leads_on(passing) {
+                self.go_on(
+                    &meeting,
+                    &met.ways(simd, &rays, &hits, [through, passing], self.plan.gloss),
+                    &mut queue.next,
+                );
+            }
+            if self.around_light() == AroundLight::Near {
+                self.look_around_from(simd, &met, through, f32x16::splat(simd, 1.0), &meeting, &mut queue.shadows);
+            }
         }
         let bare = match (&met.caught, caught_light) {
             (Some(caught), Some(light)) => Vectors::select(caught.lanes, light, passing),
@@ -204,7 +250,7 @@ impl Shading<'_> {
             film.add_lanes(onward, &color, flat.as_ref(), &[0.0; LANES]);
             return;
         };
-        let mut met = Met::new(simd, self, &rays, &hits, through, &lanes.bounces);
+        let mut met = Met::new::<false>(simd, self, &rays, &hits, through, &lanes.bounces);
         met.seen.widen(f32x16::from_slice(simd, &lanes.blur));
         let meeting = |lane: usize| {
             let Onward { ray, path, .. } = onward[lane];

@@ -154,11 +154,11 @@ impl Strip<'_> {
             shown.select(f32x16::from_slice(simd, z), zero),
             zero,
         ]);
-        for (row, depth) in self.depth.chunks_mut(width).zip(depth.chunks(COLUMNS)) {
-            row[first..first + columns].copy_from_slice(&depth[..columns]);
+        for (row, depth) in self.depth.chunks_mut(width).zip(depth.as_chunks().0) {
+            copy_pixels(&mut row[first..first + columns], depth);
         }
-        for (row, triangle) in self.triangle.chunks_mut(width).zip(triangle.chunks(COLUMNS)) {
-            row[first..first + columns].copy_from_slice(&triangle[..columns]);
+        for (row, triangle) in self.triangle.chunks_mut(width).zip(triangle.as_chunks().0) {
+            copy_pixels(&mut row[first..first + columns], triangle);
         }
         for (row, normals) in self.normal.chunks_mut(width).zip(normals) {
             let normals: [f32; LANES] = normals.into();
@@ -170,3 +170,12 @@ impl Strip<'_> {
 }
 
 const COLUMNS: usize = TileOrder::BLOCK as usize;
+
+/// Copies a row of a block to its pixels; fewer where the image ends.
+#[inline(always)]
+fn copy_pixels<T: Copy>(to: &mut [T], from: &[T; COLUMNS]) {
+    match <&mut [T; COLUMNS]>::try_from(&mut *to) {
+        Ok(all) => *all = *from,
+        Err(_) => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
+    }
+}

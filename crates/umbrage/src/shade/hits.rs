@@ -1,5 +1,5 @@
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, f64x8};
+use fearless_simd::{Simd, f32x16, f64x8, u32x16};
 use glam::Vec3;
 use umbrage_rays::{Hit, SeenPixels, predicate};
 use umbrage_scene::Frame;
@@ -24,8 +24,31 @@ pub(crate) struct BlockHits<S: Simd> {
     pub(super) corners: [Vectors<S>; 3],
 }
 
+/// The triangles that a block's pixels are known to show.
+#[derive(Clone, Copy)]
+pub(crate) struct SeenTriangles {
+    shown: u16,
+    of_lanes: Each<u32>,
+    triangles: BlockTriangles,
+}
+
+impl SeenTriangles {
+    /// Those of the pixels' ids; `None` where no pixel shows any.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(simd: S, frame: &Frame, block: &Block<'_>, seen: &Each<u32>) -> Option<Self> {
+        let shown = !u32x16::simd_from(simd, *seen).simd_eq(SeenPixels::NONE).to_bitmask() as u16 & block.pixels();
+        let of_lanes = existing(shown, |lane| seen[lane])?;
+        Some(Self { shown, of_lanes, triangles: BlockTriangles::new(simd, frame, &of_lanes) })
+    }
+
+    /// The different ones.
+    pub(crate) fn ids(&self) -> impl Iterator<Item = u32> {
+        self.triangles.with_lanes().map(|(id, _)| id)
+    }
+}
+
 impl<S: Simd> BlockHits<S> {
-    /// The hits of the rays with the triangles that their pixels are known to show; `None` where no pixel shows any.
+    /// The hits of the rays with the triangles that their pixels are known to show.
     ///
     /// Errors of depths are far below f32's precision.
     #[inline(always)]
@@ -34,15 +57,10 @@ impl<S: Simd> BlockHits<S> {
         frame: &Frame,
         block: &Block<'_>,
         rays: &BlockRays<S>,
-        seen: &[u32],
-    ) -> Option<Self> {
-        let mut shown = 0;
-        for (lane, &id) in seen[..LANES].iter().enumerate() {
-            shown |= u16::from(id != SeenPixels::NONE) << lane;
-        }
-        shown &= block.pixels();
-        let triangle = existing(shown, |lane| seen[lane])?;
-        let (triangles, corners) = corners_of(simd, frame, &triangle);
+        seen: &SeenTriangles,
+    ) -> Self {
+        let SeenTriangles { shown, of_lanes: triangle, triangles } = *seen;
+        let corners = corner_vectors(simd, &frame.positions, &triangles);
         let ([a0, a1], [b0, b1], [c0, c1]) = (corners[0].widen(), corners[1].widen(), corners[2].widen());
         let low = Meeting::new(rays.origin[0], rays.direction[0], [a0, b0, c0]);
         let high = Meeting::new(rays.origin[1], rays.direction[1], [a1, b1, c1]);
@@ -51,13 +69,13 @@ impl<S: Simd> BlockHits<S> {
         let known = Self::new(rays, shown, triangle, triangles, corners, [low.t, high.t], barycentric);
         let doubtful = shown & (low.doubtful | high.doubtful << (LANES / 2));
         if doubtful == 0 {
-            return Some(known);
+            return known;
         }
         let mut met = Met::of(&known, [low.t, high.t]);
         for lane in lanes_of(doubtful) {
             met.set(lane, predicate::hit(&block.ray(lane), frame.triangles(), triangle[lane]));
         }
-        Some(met.into_hits(simd, rays, triangle, triangles, corners))
+        met.into_hits(simd, rays, triangle, triangles, corners)
     }
 
     /// Hits that were found by other queries; `None` where there is none.
@@ -68,7 +86,8 @@ impl<S: Simd> BlockHits<S> {
             met.set(lane, *hit);
         }
         let triangle = existing(met.shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
-        let (triangles, corners) = corners_of(simd, frame, &triangle);
+        let triangles = BlockTriangles::new(simd, frame, &triangle);
+        let corners = corner_vectors(simd, &frame.positions, &triangles);
         Some(met.into_hits(simd, rays, triangle, triangles, corners))
     }
 
@@ -185,13 +204,6 @@ fn existing(lanes: u16, triangle: impl Fn(usize) -> u32) -> Option<Each<u32>> {
     Some(triangles)
 }
 
-/// The triangles of the lanes, and world positions of their corners.
-#[inline(always)]
-fn corners_of<S: Simd>(simd: S, frame: &Frame, triangles: &Each<u32>) -> (BlockTriangles, [Vectors<S>; 3]) {
-    let triangles = BlockTriangles::new(simd, frame, triangles);
-    (triangles, corner_vectors(simd, &frame.positions, &triangles))
-}
-
 /// The values `of_vertices` of each lane's triangle, corner by corner.
 #[inline(always)]
 pub(super) fn corner_vectors<S: Simd>(simd: S, of_vertices: &[Vec3], triangles: &BlockTriangles) -> [Vectors<S>; 3] {
@@ -226,7 +238,8 @@ mod tests {
         let seen = truth.map(|hit| hit.map_or(SeenPixels::NONE, |hit| hit.triangle));
         let hits: Vec<[f32; 3]> = dispatch!(SimdLevel::default(), simd => {
             let rays = BlockRays::new(simd, &block);
-            let hits = BlockHits::of_seen(simd, &frame, &block, &rays, &seen).expect("some pixel shows it");
+            let seen = SeenTriangles::new(simd, &frame, &block, &seen).expect("some pixel shows it");
+            let hits = BlockHits::of_seen(simd, &frame, &block, &rays, &seen);
             assert!((0..LANES).all(|lane| (hits.shown >> lane & 1 == 1) == truth[lane].is_some()));
             let [second, third] = hits.barycentric;
             (0..LANES).map(|lane| [hits.depth[lane], second[lane], third[lane]]).collect()

@@ -24,7 +24,7 @@ mod triangles;
 #[cfg(feature = "gpu")]
 pub(crate) use albedo::specular_albedo_table;
 pub(crate) use brdf::{Reflectance, SMOOTHEST, SeenReflectance};
-pub(crate) use hits::BlockHits;
+pub(crate) use hits::{BlockHits, SeenTriangles};
 pub(crate) use irradiance::arriving;
 pub(crate) use rays::{Block, BlockRays};
 #[cfg(feature = "gpu")]

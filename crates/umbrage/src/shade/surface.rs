@@ -74,8 +74,9 @@ pub(crate) struct Surface<S: Simd> {
 }
 
 impl<S: Simd> Surface<S> {
+    /// The surfaces of hits, with `PLAIN` of plain materials alone ([`Plan::ends_at`](crate::plan::Plan::ends_at)).
     #[inline(always)]
-    pub(crate) fn new(
+    pub(crate) fn new<const PLAIN: bool>(
         simd: S,
         frame: &Frame,
         rays: &BlockRays<S>,
@@ -94,13 +95,16 @@ impl<S: Simd> Surface<S> {
             (base_color, opacity) = (base_color * color, opacity * alpha);
         }
         let metallic = f32x16::from_slice(simd, &paint.metallic);
-        let transmission = f32x16::from_slice(simd, &paint.transmission) * (1.0 - metallic);
+        let mut transmission = f32x16::from_slice(simd, &paint.transmission) * (1.0 - metallic);
+        if PLAIN {
+            transmission = f32x16::splat(simd, 0.0);
+        }
         let (roughness, ior) = (f32x16::from_slice(simd, &paint.roughness), f32x16::from_slice(simd, &paint.ior));
         let mut reflectance = Reflectance::new(simd, base_color, metallic, roughness, ior);
         let smooth = facet.smooth_normal(simd, frame, hits);
         let normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.bumps));
         let mut layers = None;
-        if paint.layered != 0 {
+        if !PLAIN && paint.layered != 0 {
             let paint = LayerPaint::new(frame, hits, &texels);
             reflectance = reflectance.with_specular(simd, &paint, (base_color, metallic, ior));
             let coat_normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.coat_bumps));
@@ -120,14 +124,14 @@ impl<S: Simd> Surface<S> {
             normal,
             reflectance: reflectance.with_transmission(transmission),
             base_color,
-            opacity: blended.select(opacity.max(0.0).min(1.0), one),
+            opacity: if PLAIN { one } else { blended.select(opacity.max(0.0).min(1.0), one) },
             transmitted: base_color.scaled(transmission),
             emitted: Vectors::load(simd, &paint.emitted),
             ambient_occlusion: f32x16::from_slice(simd, &paint.ambient_occlusion),
-            volume: paint.volume,
+            volume: if PLAIN { 0 } else { paint.volume },
             front: facet.shows_front.to_bitmask() as u16,
             unlit: paint.unlit & !paint.catches,
-            catches: paint.catches,
+            catches: if PLAIN { 0 } else { paint.catches },
             layers,
         }
     }

@@ -1,8 +1,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+use umbrage_rays::simd::lanes::bits_of;
 use umbrage_scene::Frame;
 
-use super::lanes::{Each, LANES, lanes_of};
+use super::lanes::{Each, LANES};
 
 /// The triangles that a block's lanes show: neighbours often show the same one, and each is read once.
 #[derive(Clone, Copy)]
@@ -75,9 +76,9 @@ impl BlockTriangles {
         for (&lanes, vertices) in self.lanes.iter().zip(&self.vertices).take(self.count) {
             for (corner, &vertex) in numbers.iter_mut().zip(vertices) {
                 let values = of_vertex(vertex);
-                for lane in lanes_of(lanes) {
+                for lane in bits_of(lanes) {
                     for (to, value) in corner.iter_mut().zip(values) {
-                        to[lane] = value;
+                        to[lane % LANES] = value;
                     }
                 }
             }
