@@ -2,6 +2,7 @@
 
 use glam::Vec2;
 
+use super::wrap::floor;
 use super::{Filter, Texture};
 
 /// Half the distance from one to the next f32: the relative error of one rounding.
@@ -47,11 +48,11 @@ impl Texture {
         const FARTHEST: f32 = (1 << 22) as f32;
         const MOST_CELLS: i32 = 16;
         let middle = if self.filter == Filter::Linear { 0.5 } else { 0.0 };
-        let (first, last) = ((coords - reach - middle).floor(), (coords + reach - middle).floor());
+        let (first, last) = (coords - reach - middle, coords + reach - middle);
         if !(first.x > -FARTHEST && first.y > -FARTHEST && last.x < FARTHEST && last.y < FARTHEST) {
             return None;
         }
-        let ([x0, y0], [x1, y1]) = ([first.x as i32, first.y as i32], [last.x as i32, last.y as i32]);
+        let ([x0, y0], [x1, y1]) = ([floor(first.x), floor(first.y)], [floor(last.x), floor(last.y)]);
         if (x1 - x0 + 1).saturating_mul(y1 - y0 + 1) > MOST_CELLS {
             return None;
         }

@@ -5,6 +5,14 @@ use super::{Filter, Wrap};
 /// At this magnitude and beyond, every f32 is an integer.
 const WHOLE: f32 = (1 << 23) as f32;
 
+/// The floor of a number that i32 holds. Not `f32::floor`, which is a function call where the target may lack the
+/// instruction.
+#[inline]
+pub(super) fn floor(value: f32) -> i32 {
+    let towards_zero = value as i32;
+    towards_zero - i32::from(value < towards_zero as f32)
+}
+
 impl Wrap {
     /// The texel nearest to coordinate `at`, in texels, on a side of `side` texels, at most
     /// [`Texture::MAX_SIDE`](super::Texture::MAX_SIDE); texel 0 for NaN.
@@ -21,13 +29,10 @@ impl Wrap {
     }
 
     /// Splits `value` into its floor, or another integer that wraps to the same texel, and the fraction.
-    ///
-    /// Not `f32::floor`, which is a function call where the target may lack the instruction.
     #[inline]
     fn floor(self, value: f32, side: u32) -> (i32, f32) {
         if value.abs() < WHOLE {
-            let towards_zero = value as i32;
-            let whole = towards_zero - i32::from(value < towards_zero as f32);
+            let whole = floor(value);
             (whole, value - whole as f32)
         } else {
             (self.brought_near(value, side) as i32, if value.is_finite() { 0.0 } else { f32::NAN })
