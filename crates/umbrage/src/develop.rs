@@ -274,7 +274,7 @@ mod tests {
             let fast: Each<u32> = dispatch!(SimdLevel::default(), simd => {
                 eight_bits(u32x16::splat(simd, level.into())).into()
             });
-            assert_eq!(fast, [crate::output::eight_bits(level).into(); LANES], "{level}");
+            assert_eq!(fast, [u32::from(crate::output::eight_bits(level)); LANES], "{level}");
         }
         for level in SimdLevel::available() {
             let linear: Each<f32> = std::array::from_fn(|lane| lane as f32 * 0.061);

@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(end(&rough), [true, true, false, false]);
         assert_eq!(end(&mirror), [true, false, false, false]);
         let catcher = Material { catches_shadows: true, ..rough.clone() };
-        for other in [pane, catcher, Material { layers: Some(Box::default()), ..rough }] {
+        for other in [pane, catcher, Material { layers: Some(Box::default()), ..rough.clone() }] {
             assert_eq!(end(&other), [false; 4]);
         }
         // Beside panes, light is tinted everywhere.

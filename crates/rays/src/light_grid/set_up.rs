@@ -139,7 +139,7 @@ impl SetUp {
         [load(simd, a), load(simd, b), load(simd, c), load(simd, depth)]
     }
 
-    /// Tests a point, on the triangle `own`, against all triangles: those that may shadow it, and whether one certainly does.
+    /// Tests a point, on the triangle `own`, against all triangles: those that may shadow it, and those that certainly do.
     #[inline(always)]
     pub(crate) fn test_point<S: Simd>(
         &self,

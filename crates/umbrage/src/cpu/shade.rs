@@ -471,6 +471,25 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_left_of_an_earlier_picture() {
+        let full = crate::open("demo:hall?triangles=600").unwrap().at(0.2).unwrap();
+        let small = Frame::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+        let sky = Settings { width: 61, height: 47, ..Settings::default() };
+        let flat = Settings { background: Background::Color(Vec3::ONE), ..sky.clone() };
+        for after in [flat.clone(), Settings { samples: 4, ..flat.clone() }, sky.clone()] {
+            for before in [&sky, &flat] {
+                let (mut again, mut fresh) = (Renderer::default(), Renderer::default());
+                again.render_frame(&full, before).unwrap();
+                let [again, fresh] =
+                    [&mut again, &mut fresh].map(|by| by.render_frame(&small, &after).unwrap().clone());
+                assert!(fresh.triangle.contains(&0) && fresh.triangle.contains(&Film::NO_TRIANGLE));
+                assert_eq!((&again.color, &again.flat, &again.depth), (&fresh.color, &fresh.flat, &fresh.depth));
+                assert_eq!((&again.normal, &again.triangle), (&fresh.normal, &fresh.triangle));
+            }
+        }
+    }
+
+    #[test]
     fn films_are_finite_however_bright_it_is() {
         let positions =
             [[-2., 0., -2.], [2., 0., -2.], [2., 0., 2.], [-2., 0., 2.], [-1., 0., 0.], [1., 0., 0.], [0., 1., 0.]];

@@ -140,7 +140,8 @@ mod tests {
         let alpha: Vec<u16> = (0..30).map(|pixel| pixel * 2200).collect();
         let image = Image { alpha: alpha.clone(), ..picture() };
         let mut bytes = Vec::new();
-        encode(&image, &mut bytes, BitDepth::Sixteen, Compression::Fast).unwrap();
+        let rows = Rows { bytes: &rows(&image, BitDepth::Sixteen), ..Rows::of(&image) };
+        encode(&rows, &mut bytes, BitDepth::Sixteen, Compression::Fast).unwrap();
         let mut reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
         let mut rows = vec![0; reader.output_buffer_size().unwrap()];
         assert_eq!(reader.next_frame(&mut rows).unwrap().color_type, ColorType::Rgba);

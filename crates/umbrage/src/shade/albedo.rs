@@ -156,3 +156,32 @@ pub(super) fn fifth_power<S: Simd>(value: f32x16<S>) -> f32x16<S> {
     let squared = value * value;
     squared * squared * value
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_of_one_row_have_the_bits_of_lanes_of_several() {
+        let lanes = |of: &dyn Fn(usize) -> f32| -> Each<f32> { std::array::from_fn(of) };
+        let columns = lanes(&|lane| lane as f32 / (LANES - 1) as f32);
+        for level in SimdLevel::available() {
+            let found = |rows: &Each<f32>| -> [Each<f32>; 2] {
+                dispatch!(level, simd => {
+                    let (rows, columns) = (f32x16::from_slice(simd, rows), f32x16::from_slice(simd, &columns));
+                    looked_up(simd, &SPECULAR, rows, columns).map(Each::<f32>::from)
+                })
+            };
+            for row in [0.0, 0.3, 0.5, 0.99, 1.0] {
+                let other = if row > 0.5 { 0.1 } else { 0.9 };
+                for apart in 0..LANES {
+                    let [of_one, of_two] =
+                        [found(&[row; LANES]), found(&lanes(&|lane| if lane == apart { other } else { row }))];
+                    for (one, two) in of_one.iter().zip(&of_two) {
+                        assert!((0..LANES).all(|lane| (one[lane] == two[lane]) == (lane != apart)), "{row} in {level}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -90,3 +90,46 @@ impl BlockTriangles {
         corners
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use umbrage_rays::{SimdLevel, dispatch};
+    use umbrage_scene::Mesh;
+
+    use super::*;
+
+    #[test]
+    fn each_lane_has_the_values_of_its_triangle() {
+        let triangles = (0..20).map(|id| [id, 2 * id + 1, 40 - id]).collect();
+        let frame = Frame { mesh: Arc::new(Mesh { triangles, ..Mesh::default() }), ..Frame::default() };
+        let value = |vertex: u32| [vertex as f32, -0.5 * vertex as f32];
+        for different in 1..=LANES as u32 {
+            let of_lanes: Each<u32> = std::array::from_fn(|lane| 3 + lane as u32 * 7 % different);
+            for level in SimdLevel::available() {
+                let (triangles, corners) = dispatch!(level, simd => {
+                    let triangles = BlockTriangles::new(simd, &frame, &of_lanes);
+                    let corners = triangles.corners(simd, value).map(|corner| corner.map(Each::<f32>::from));
+                    (triangles, corners)
+                });
+                let mut ids = of_lanes.to_vec();
+                ids.sort_unstable();
+                ids.dedup();
+                assert_eq!(triangles.with_lanes().count(), ids.len());
+                for (id, lanes) in triangles.with_lanes() {
+                    assert!((0..LANES).all(|lane| (lanes >> lane & 1 == 1) == (of_lanes[lane] == id)), "{id}");
+                }
+                for (lane, id) in of_lanes.iter().enumerate() {
+                    let vertices = frame.mesh.triangles[*id as usize];
+                    let expected = vertices.map(value);
+                    assert_eq!(
+                        corners.map(|corner| corner.map(|number| number[lane])),
+                        expected,
+                        "{different} in {level}"
+                    );
+                }
+            }
+        }
+    }
+}
