@@ -165,10 +165,10 @@ const VALUES: [(&str, &str); 27] = [
     ("listed:tracing-tiles", "2,sorting-tile=16"),
 ];
 
-/// What the table of techniques says of how to reach them by this program: commands, options of structures, flags.
+/// Ways to reach techniques by this program, as their table names them: commands, options of structures, and flags.
 fn ways_of_the_papers() -> BTreeSet<String> {
     let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/papers/docs/README.md");
-    let document = fs::read_to_string(document).unwrap();
+    let document = fs::read_to_string(document).expect("the table of techniques");
     let cells = document.lines().filter(|line| line.starts_with('|')).filter_map(|row| row.split('|').nth(4));
     let words = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2));
     let of_others = |word: &str| word.starts_with("umbrage-bench ") || word.contains("::");

@@ -113,7 +113,7 @@ impl Strip<'_> {
             f32x16::from_slice(simd, blue),
             f32x16::from_slice(simd, &shaded.coverage),
         ]);
-        let first = (block.corner[0]) as usize;
+        let first = block.corner[0] as usize;
         let width = block.view.width as usize;
         let columns = width.saturating_sub(first).min(COLUMNS);
         let rows = self.color.chunks_mut(width).zip(color).map(|(row, color)| (&mut row[first..], color));
