@@ -369,27 +369,27 @@ mod tests {
     /// Flags with which a command measures little.
     fn little(command: &str) -> &'static str {
         match command {
-            "table1 --lights" => "2 demo:cloth?triangles=500 --size 64x64 --frames 1",
-            "distance" => "demo:cloth?triangles=500 --distances 0.5,4 --rays 16 --size 64x64 --frames 1",
-            "growth" => "demo:cloth --triangles 300,600 --sides 16,32 --lights 1,2 --frames 1",
-            "camera-triangles" => "demo:cloth?triangles=500 --triangles 32 --sides 64 --frames 1",
-            "resolution" => "demo:cloth?triangles=500 --sides 32,64 --frames 1",
-            "nested" => "demo:cloth?triangles=500 --single --size 64x64 --frames 1",
-            "light-buffer" => "demo:cloth?triangles=500 --cells 8 --size 64x64 --frames 1",
-            "queues" => "demo:cloth?triangles=500 --rays 16 --size 64x64 --frames 1",
+            "table1 --lights" => "2 demo:shatter?triangles=500 --size 64x64 --frames 1",
+            "distance" => "demo:shatter?triangles=500 --distances 0.5,4 --rays 16 --size 64x64 --frames 1",
+            "growth" => "demo:shatter --triangles 300,600 --sides 16,32 --lights 1,2 --frames 1",
+            "camera-triangles" => "demo:shatter?triangles=500 --triangles 32 --sides 64 --frames 1",
+            "resolution" => "demo:shatter?triangles=500 --sides 32,64 --frames 1",
+            "nested" => "demo:shatter?triangles=500 --single --size 64x64 --frames 1",
+            "light-buffer" => "demo:shatter?triangles=500 --cells 8 --size 64x64 --frames 1",
+            "queues" => "demo:shatter?triangles=500 --rays 16 --size 64x64 --frames 1",
             "reorder" => "demo:glass?triangles=500 --bounces 0,1 --rays 512 --size 64x64 --frames 1",
             "on-demand" => {
                 "demo:hall?triangles=500 --part 4KiB --cached-part 8KiB --shares 1,4 --size 32x32 --frames 1"
             }
             "kd-bounces" => "demo:hall?triangles=500 --bounces 2 --size 64x64 --rounds 1",
-            "kd-entries" => "demo:cloth?triangles=500 --size 128x128 --rounds 1",
+            "kd-entries" => "demo:shatter?triangles=500 --size 128x128 --rounds 1",
             "kd-moving" => "demo:marbles?triangles=500 --poses 2 --size 64x64 --rounds 1",
-            "kd-gpu" => "demo:cloth?triangles=500 --bounces 1 --size 32x32 --rounds 1",
-            "triangles" => "demo:cloth?triangles=500 --size 64x64 --rounds 1",
+            "kd-gpu" => "demo:shatter?triangles=500 --bounces 1 --size 32x32 --rounds 1",
+            "triangles" => "demo:shatter?triangles=500 --size 64x64 --rounds 1",
             name if name.starts_with("kd-") || name.starts_with("bounce") => {
-                "demo:cloth?triangles=500 --size 32x32 --rounds 1"
+                "demo:shatter?triangles=500 --size 32x32 --rounds 1"
             }
-            _ => "demo:cloth?triangles=500 --size 64x64 --frames 1",
+            _ => "demo:shatter?triangles=500 --size 64x64 --frames 1",
         }
     }
 
