@@ -1,4 +1,5 @@
 use std::collections::HashSet;
+use std::hint::black_box;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::{fs, thread};
@@ -298,11 +299,29 @@ pub(crate) fn use_threads(threads: Option<u16>, size: Option<[u32; 2]>) -> Resul
     if asked > most {
         say(format_args!("note: --threads {asked}: {most} work, since the picture is too small for more"));
     }
-    let built = rayon::ThreadPoolBuilder::new().num_threads(asked.min(most)).build_global();
+    let count = asked.min(most);
+    let built = if has_room_for_threads(if count == 0 { processors } else { count }) {
+        rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|error| error.to_string())
+    } else {
+        Err("no memory for their stacks".to_owned())
+    };
     built.map_err(|error| match threads {
-        Some(threads) => Failure::Work(format!("--threads {threads}: {error}")),
+        Some(threads) => Failure::Work(format!("--threads {threads}: {error}; fewer may do")),
         None => Failure::Work(format!("no threads could be started: {error}; fewer may do (--threads 1)")),
     })
+}
+
+/// Whether the stacks of `count` threads fit into memory.
+///
+/// A thread that starts when they have taken all of it can't allocate its own tables, and aborts the program.
+fn has_room_for_threads(count: usize) -> bool {
+    const STACK: usize = 2 << 20;
+    const TABLES: usize = 256 << 10;
+    let mut room = Vec::<u8>::new();
+    let has_room = room.try_reserve_exact(count.saturating_mul(STACK + TABLES)).is_ok();
+    // Without this the compiler may leave out memory that nothing uses.
+    black_box(&room);
+    has_room
 }
 
 /// Refuses to write over a file that the scene or its background is read from.

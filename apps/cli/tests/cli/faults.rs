@@ -251,7 +251,7 @@ fn what_the_system_has_no_memory_for_is_said() {
         (
             "ulimit -v 1000000; umbrage render --threads 1000 --size 1024x1024 -o a.png scene.gltf",
             1,
-            "--threads 1000: ",
+            "--threads 1000: no memory for their stacks; fewer may do",
         ),
         ("umbrage heatmap --size 4096x4096 --max-memory 1GB scene.gltf", 2, "--max-memory"),
     ] {
