@@ -2,6 +2,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use umbrage_rays::{MaskAnswers, MaskPoints, Opacity};
 
+use crate::texture::TexelRanges;
 use crate::{Alpha, Clearcoat, Frame, Layers, Material, Texture, TextureUse};
 
 impl Frame {
@@ -181,7 +182,8 @@ impl Opacity for FrameOpacity<'_> {
             OpaquePart::AtLeast(cutoff) => cutoff,
         };
         let plane = OpacityPlane::new(self.frame, triangle);
-        let (mut answers, mut left) = (MaskAnswers::default(), lanes);
+        let mut answers = plane.decided_by_cells(cutoff, points);
+        let mut left = lanes & !(answers.opaque | answers.cut);
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             match plane.is_above(cutoff, [v[lane], w[lane]], error[lane]) {
@@ -255,6 +257,41 @@ impl<'a> OpacityPlane<'a> {
             plane.vertex_error = a.abs().max(b.abs()).max(c.abs()) * Self::ROUNDING;
         }
         plane
+    }
+
+    /// Decides points by the texels around each, without their own opacity: most points are away from the mask's edge. Those
+    /// that it leaves may be decided by [`is_above`](Self::is_above), which would answer the same for these.
+    fn decided_by_cells(&self, cutoff: f32, points: &MaskPoints) -> MaskAnswers {
+        let (mut answers, least) = (MaskAnswers::default(), -Self::OVERHANG);
+        let Some(texture) = self.texture else { return answers };
+        let [origin, to_second, to_third] = self.coords;
+        let spread = to_second.abs() + to_third.abs();
+        let mut ranges = TexelRanges::new(texture.filter());
+        let MaskPoints { barycentric: [second, third], error, mut lanes } = *points;
+        let (mut vertex_low, mut vertex_high, mut usable) = ([0.0; 16], [0.0; 16], [false; 16]);
+        // Without branches, so that it becomes vectors.
+        for lane in 0..16 {
+            let (v, w, error) = (second[lane], third[lane], error[lane]);
+            let is_near = (v >= least) & (w >= least) & (v + w <= 1.0 - least);
+            let (coords, reach) = (origin + (to_second * v + to_third * w), spread * error + self.coords_error);
+            let is_close = ranges.set(lane, coords, reach);
+            let vertex = self.vertex[0] + (self.vertex[1] * v + self.vertex[2] * w);
+            let vertex_error = (self.vertex[1].abs() + self.vertex[2].abs()) * error + self.vertex_error;
+            (vertex_low[lane], vertex_high[lane]) = (vertex - vertex_error, vertex + vertex_error);
+            let is_ordered = (self.base >= 0.0) & (vertex_low[lane] >= 0.0);
+            usable[lane] = is_near & (error >= 0.0) & (error <= Self::OVERHANG) & is_close & is_ordered;
+        }
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % 16;
+            lanes &= lanes - 1;
+            if usable[lane]
+                && let Some([low, high]) = texture.opacity_of_cells(&ranges, lane)
+            {
+                answers.opaque |= u16::from(self.base * vertex_low[lane] * low >= cutoff) << lane;
+                answers.cut |= u16::from(self.base * vertex_high[lane] * high < cutoff) << lane;
+            }
+        }
+        answers
     }
 
     /// Whether the opacity of all points within `error` is at least `cutoff`, or that of none is; `None` where undecided.

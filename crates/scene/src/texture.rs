@@ -10,6 +10,7 @@ mod opacity;
 mod pool;
 mod wrap;
 
+pub(crate) use opacity::TexelRanges;
 pub use pool::{TextureTraffic, TilePool};
 
 /// An image with its mip levels, filter and wrap modes.
