@@ -1,4 +1,5 @@
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::Ray;
 
@@ -59,12 +60,12 @@ impl Camera {
     #[must_use]
     pub fn framing<P>(points: P, forward: Vec3, aspect: f32, vertical_fov_radians: f32) -> Self
     where
-        P: IntoIterator<Item = Vec3>,
-        P::IntoIter: Clone,
+        P: IntoParallelIterator<Item = Vec3>,
+        P::Iter: Clone,
     {
         let mut camera = Self::look_at(Vec3::ZERO, forward, Vec3::Y, vertical_fov_radians);
-        let points = points.into_iter().filter(|point| point.is_finite());
-        let Some(first) = points.clone().next() else { return camera };
+        let points = points.into_par_iter().filter(|point| point.is_finite());
+        let Some(first) = points.clone().find_first(|_| true) else { return camera };
         // Offsets from one of the points, so that nothing cancels: f64 holds the differences of all coordinates, and their
         // squares, exactly enough.
         let offset = |point: Vec3| point.as_dvec3() - first.as_dvec3();
@@ -76,17 +77,15 @@ impl Camera {
         };
         // A point (x, y, z) in the camera's axes is inside the right edge of a camera at c when
         // x − c.x ≤ tan · (z − c.z), so when x − tan · z ≤ c.x − tan · c.z; the other three edges follow suit.
-        let [mut right, mut left, mut top, mut bottom, mut farthest] = [f64::MIN; 5];
-        let mut nearest = f64::MAX;
         let axes_before = axes(&camera);
-        for point in points.clone() {
+        let reaches = points.clone().map(|point| {
             let DVec3 { x, y, z } = in_axes(axes_before, offset(point));
-            right = right.max(x - tan_half_width * z);
-            left = left.max(-x - tan_half_width * z);
-            top = top.max(y - tan_half_height * z);
-            bottom = bottom.max(-y - tan_half_height * z);
-            (nearest, farthest) = (nearest.min(z), farthest.max(z));
-        }
+            let (beside, above) = (tan_half_width * z, tan_half_height * z);
+            [x - beside, -x - beside, y - above, -y - above, z, -z]
+        });
+        let farther = |one: [f64; 6], other: [f64; 6]| std::array::from_fn(|edge| one[edge].max(other[edge]));
+        let [right, left, top, bottom, farthest, nearest] = reaches.reduce(|| [f64::MIN; 6], farther);
+        let nearest = -nearest;
         let depth_of_edges = (-0.5 * (right + left) / tan_half_width).min(-0.5 * (top + bottom) / tan_half_height);
         // In front of the nearest point by a quarter of the points' depth. A lone point has no depth: there by at least the
         // spacing of f32 at its coordinates.
@@ -112,15 +111,15 @@ impl Camera {
 
     /// Turns the camera along `forward` and sets its field of view so that `points` fill [`FILL`](Self::FILL) of it.
     /// `points` and `position` count from the same origin. If a point is beside or behind the camera, it stays as it is.
-    fn aim(&mut self, forward: DVec3, points: impl Iterator<Item = DVec3>, aspect: f32, position: DVec3) {
+    fn aim(&mut self, forward: DVec3, points: impl ParallelIterator<Item = DVec3>, aspect: f32, position: DVec3) {
         let turned = Self::look_at(Vec3::ZERO, forward.normalize_or(DVec3::NEG_Z).as_vec3(), Vec3::Y, 1.0);
         let [right, up, forward] = [turned.right, turned.up, turned.forward].map(Vec3::as_dvec3);
-        let tangent = points.fold(0.0_f64, |tangent, point| {
+        let tangents = points.map(|point| {
             let (x, y, z) =
                 ((point - position).dot(right), (point - position).dot(up), (point - position).dot(forward));
-            let tangent_of_point = (x / f64::from(aspect)).abs().max(y.abs()) / z;
-            if z > 0.0 { tangent.max(tangent_of_point) } else { f64::INFINITY }
+            if z > 0.0 { (x / f64::from(aspect)).abs().max(y.abs()) / z } else { f64::INFINITY }
         });
+        let tangent = tangents.reduce(|| 0.0, f64::max);
         let tan_half_height = (tangent / Self::FILL) as f32;
         if tan_half_height.is_finite() && tan_half_height > 0.0 {
             *self = Self { projection: Projection::Perspective { tan_half_height }, position: self.position, ..turned };

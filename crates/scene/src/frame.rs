@@ -2,6 +2,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 use umbrage_rays::{Bounds, Camera, Parts, Triangles};
 
 use crate::{Light, Marks, Material, Materials, Objects, Texture};
@@ -184,9 +185,10 @@ impl Frame {
         let bounds = triangles.bounds().union(Bounds::of_points(self.mark_positions()));
         if self.animation_bounds.is_empty() || bounds == self.animation_bounds {
             // Nothing moves, as far as is known: the triangles themselves make a tighter view than their box.
-            let vertices = indices.as_flattened().iter();
+            let vertices = indices.as_flattened().par_iter();
             let corners = vertices.filter_map(|&vertex| self.positions.get(vertex as usize).copied());
-            Camera::framing(corners.chain(self.mark_positions()), FORWARD, aspect, VERTICAL_FOV_RADIANS)
+            let marks: Vec<Vec3> = self.mark_positions().collect();
+            Camera::framing(corners.chain(marks), FORWARD, aspect, VERTICAL_FOV_RADIANS)
         } else {
             Camera::framing(self.animation_bounds.corners(), FORWARD, aspect, VERTICAL_FOV_RADIANS)
         }
