@@ -92,7 +92,16 @@ impl Job {
         let (rate, compression, chroma) = (flags.fps, flags.png_compression, flags.chroma);
         let jpeg_quality = jpeg_quality(format, flags.quality)?;
         let output_options = Options { rate, bit_depth, compression, float_depth, jpeg_quality, chroma };
-        Ok(Self { flags, scene, moments, target, format, output_options, settings })
+        let mut job = Self { flags, scene, moments, target, format, output_options, settings };
+        // Exposure is measured on a film of its own where there are several frames.
+        let measures_film = job.measures_exposure() && !job.moments.are_several();
+        job.settings.first_hits = job.format == Format::Exr || job.flags.show.is_some() || measures_film;
+        Ok(job)
+    }
+
+    /// Whether frames are made of their films, rather than developed at once.
+    pub(crate) fn looks_at_film(&self) -> bool {
+        self.settings.first_hits
     }
 
     /// Advice on the number of samples for soft effects, where they have fewer.
@@ -545,6 +554,15 @@ mod tests {
         assert!(job(&["--gloss", "--bounces", "0"]).is_err());
         assert_eq!(quality(&["--noise", "2"]), [1024, 2]);
         assert!(job(&["--noise", "2", "--samples", "16"]).is_err());
+    }
+
+    #[test]
+    fn films_have_first_hits_for_those_who_look_at_them() {
+        let has = |arguments: &[&str]| job(arguments).unwrap().settings.first_hits;
+        assert!(has(&["-o", "a.exr"]) && has(&["-o", "a.png", "--show", "depth"]));
+        assert!(has(&["-o", "a.png", "--exposure", "auto"]) && !has(&["-o", "a.png", "--exposure", "0"]));
+        // The exposure of several frames is measured once, on another film.
+        assert!(!has(&["-o", "a_%d.png", "--exposure", "auto"]) && !has(&["-o", "a.gif"]));
     }
 
     #[test]

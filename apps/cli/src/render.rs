@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
-use umbrage::output::{NumberedPath, Target, Writer};
-use umbrage::{Film, OmittedTriangles, Scene, Settings, Stats};
+use umbrage::output::{Format, NumberedPath, Picture, Target, Writer};
+use umbrage::{Film, OmittedTriangles, Scene, Settings, Stage, Stats};
 
 use crate::engine;
 use crate::failure::{Failure, say};
@@ -78,25 +78,38 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
     drop(preparing);
     let progress = Progress::start(frames.len() as u32, in_steps, job.flags.quiet);
     let mut told = Vec::new();
-    let mut render = |frame: u32, mut film: Film| -> Result<Rendered, Failure> {
+    let form = writer.form();
+    let mut film = Film::default();
+    let mut render = |frame: u32, mut picture: Picture| -> Result<Rendered, Failure> {
         let seconds = schedule.seconds(frame);
         let mut settings = staging.settings(scene, seconds, schedule.turn(frame))?;
         let started = Instant::now();
-        renderer.render(scene, seconds, &settings)?;
+        let mut developing = None;
+        if job.looks_at_film() {
+            renderer.render(scene, seconds, &settings)?;
+            renderer.swap_film(&mut film);
+            if job.measures_exposure() {
+                settings.exposure_stops = measured.unwrap_or_else(|| film.metered_stops(renderer.frame()));
+            }
+            if let Some(view) = job.flags.show {
+                view.paint(&mut film, renderer.frame());
+            }
+            let started = Instant::now();
+            form.develop(&mut film, &settings, &mut picture);
+            developing = Some(1e3 * started.elapsed().as_secs_f64()).filter(|_| job.format != Format::Exr);
+            renderer.swap_film(&mut film);
+        } else {
+            settings.exposure_stops = measured.unwrap_or(settings.exposure_stops);
+            renderer.render_picture(scene, seconds, &settings, (form, &mut picture))?;
+        }
+        let mut stats = renderer.stats().clone();
+        stats.stages.extend(developing.map(|milliseconds| Stage { name: "develop", milliseconds }));
         let render_milliseconds = 1e3 * started.elapsed().as_secs_f64();
-        renderer.swap_film(&mut film);
-        if job.measures_exposure() {
-            settings.exposure_stops = measured.unwrap_or_else(|| film.metered_stops(renderer.frame()));
-        }
-        if let Some(view) = job.flags.show {
-            view.paint(&mut film, renderer.frame());
-        }
-        let stats = renderer.stats().clone();
         if !job.flags.quiet {
             warn_of_omitted(frame, &stats, &mut told);
         }
         let report = FrameReport { frame, seconds, render_milliseconds, write_milliseconds: 0.0, stats };
-        Ok(Rendered { film, settings, report })
+        Ok(Rendered { picture, report })
     };
     let writer = FrameWriter { writer, records: records.as_ref(), progress: &progress };
     let (to_writer, from_renderer) = written::way();

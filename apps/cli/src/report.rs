@@ -32,7 +32,7 @@ pub(crate) struct FrameReport {
     pub(crate) seconds: f64,
     /// Wall time of the render, without writing.
     pub(crate) render_milliseconds: f64,
-    /// Wall time of tone mapping, encoding and writing.
+    /// Wall time of encoding and writing, beside the next frame's render.
     pub(crate) write_milliseconds: f64,
     #[serde(flatten)]
     pub(crate) stats: Stats,

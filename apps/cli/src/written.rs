@@ -4,8 +4,7 @@ use std::fs::File;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
-use umbrage::output::Writer;
-use umbrage::{Film, Settings};
+use umbrage::output::{Picture, Writer};
 
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -14,8 +13,7 @@ use crate::report::FrameReport;
 
 /// A frame to be written.
 pub(crate) struct Rendered {
-    pub(crate) film: Film,
-    pub(crate) settings: Settings,
+    pub(crate) picture: Picture,
     /// The report so far, without the time for writing.
     pub(crate) report: FrameReport,
 }
@@ -23,8 +21,8 @@ pub(crate) struct Rendered {
 /// The renderer's end of the queue.
 pub(crate) struct ToWriter {
     frames: SyncSender<Rendered>,
-    /// Written films, whose memory is reused.
-    spare: Receiver<Film>,
+    /// Written pictures, whose memory is reused.
+    spare: Receiver<Picture>,
 }
 
 /// Writes frames in order of arrival.
@@ -35,8 +33,8 @@ pub(crate) struct FrameWriter<'a> {
 }
 
 impl ToWriter {
-    /// A film that has been written, or an empty one.
-    pub(crate) fn spare(&self) -> Film {
+    /// A picture that has been written, or an empty one.
+    pub(crate) fn spare(&self) -> Picture {
         self.spare.try_recv().unwrap_or_default()
     }
 
@@ -48,7 +46,7 @@ impl ToWriter {
 }
 
 /// Makes the two ends of the queue from renderer to writer. A frame is handed over once the previous one is written, so
-/// there are at most two films.
+/// there are at most two pictures.
 pub(crate) fn way() -> (ToWriter, FromRenderer) {
     let ((frames, rendered), (written, spare)) = (sync_channel(0), sync_channel(2));
     (ToWriter { frames, spare }, FromRenderer { rendered, written })
@@ -57,7 +55,7 @@ pub(crate) fn way() -> (ToWriter, FromRenderer) {
 /// The writer's end of the queue.
 pub(crate) struct FromRenderer {
     rendered: Receiver<Rendered>,
-    written: SyncSender<Film>,
+    written: SyncSender<Picture>,
 }
 
 impl FrameWriter<'_> {
@@ -66,30 +64,30 @@ impl FrameWriter<'_> {
     pub(crate) fn write_all(mut self, from: FromRenderer) -> Result<(Writer, Vec<FrameReport>), Failure> {
         let mut reports = Vec::new();
         for rendered in from.rendered {
-            let (film, report) = self.write(rendered)?;
+            let (picture, report) = self.write(rendered)?;
             reports.push(report);
             self.progress.step();
-            // Films that nobody takes are dropped.
-            if let Err(TrySendError::Full(film) | TrySendError::Disconnected(film)) = from.written.try_send(film) {
-                drop(film);
+            // Pictures that nobody takes are dropped.
+            if let Err(TrySendError::Full(rest) | TrySendError::Disconnected(rest)) = from.written.try_send(picture) {
+                drop(rest);
             }
         }
         Ok((self.writer, reports))
     }
 
-    fn write(&mut self, Rendered { film, settings, mut report }: Rendered) -> Result<(Film, FrameReport), Failure> {
+    fn write(&mut self, Rendered { picture, mut report }: Rendered) -> Result<(Picture, FrameReport), Failure> {
         let started = Instant::now();
         let frame = report.frame;
         match self.records {
-            None => self.writer.write(frame, &film, &settings)?,
+            None => self.writer.write(frame, &picture)?,
             Some(records) => {
                 let mut written = (0, String::new());
                 let mut look = |file: &File| records::hash(file).map(|hashed| written = hashed);
-                self.writer.write_and_look(frame, &film, &settings, &mut look)?;
+                self.writer.write_and_look(frame, &picture, &mut look)?;
                 records.write(frame, written)?;
             }
         }
         report.write_milliseconds = 1e3 * started.elapsed().as_secs_f64();
-        Ok((film, report))
+        Ok((picture, report))
     }
 }

@@ -9,7 +9,7 @@ use umbrage::gpu::{DeviceLimits, Gpu, GpuError};
 use umbrage::output::{BitDepth, Format, FrameRate, Options, Target, Writer, write_png};
 use umbrage::rays::View;
 use umbrage::spec::BackgroundSpec;
-use umbrage::{Background, Error, Film, Progress, Renderer, Settings};
+use umbrage::{Background, Error, Film, Progress, Renderer, Settings, output};
 
 use crate::canvas::Pixels;
 use crate::choices::EngineChoice;
@@ -147,7 +147,7 @@ impl Studio {
         };
         let mut done = vec![Done::Picture(Box::new(picture))];
         if let Some(file) = &order.file {
-            done.extend(write(&mut self.recording, file, renderer, &settings)?);
+            done.extend(write(&mut self.recording, file, &mut engine.renderer, &settings)?);
         }
         Ok(done)
     }
@@ -205,7 +205,7 @@ fn device(name: &str, window: Option<&WindowDevice>) -> Result<(Gpu, bool), GpuE
 fn write(
     recording: &mut Option<Recording>,
     file: &FileOrder,
-    renderer: &Renderer,
+    renderer: &mut Renderer,
     settings: &Settings,
 ) -> Result<Option<Done>, String> {
     match file {
@@ -220,7 +220,11 @@ fn write(
                 _ if *frame == 0 => recording.insert(start(path, 0..*frames, settings)?),
                 _ => return Ok(None),
             };
-            running.writer.write(*frame, renderer.film(), settings).map_err(|error| error.to_string())?;
+            let (mut film, mut picture) = (Film::default(), output::Picture::default());
+            renderer.swap_film(&mut film);
+            running.writer.form().develop(&mut film, settings, &mut picture);
+            renderer.swap_film(&mut film);
+            running.writer.write(*frame, &picture).map_err(|error| error.to_string())?;
             running.frame += 1;
             if running.frame < *frames {
                 return Ok(Some(Done::Recorded { frame: *frame }));

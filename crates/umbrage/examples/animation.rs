@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use umbrage::output::{Format, FrameRate, Options, Target, Writer};
+use umbrage::output::{Format, FrameRate, Options, Picture, Target, Writer};
 use umbrage::{Renderer, Settings};
 
 const FRAMES_PER_SECOND: u32 = 10;
@@ -23,11 +23,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options { rate, ..Options::default() };
     let frames = 0..FRAMES_PER_SECOND;
     let mut writer = Writer::create(&Target::Path(path.clone()), format, &frames, &settings, &options)?;
-    let mut renderer = Renderer::default();
+    let (mut renderer, mut picture) = (Renderer::default(), Picture::default());
     for frame in frames {
         let seconds = f64::from(frame) / f64::from(FRAMES_PER_SECOND);
-        let film = renderer.render(&scene, seconds, &settings)?;
-        writer.write(frame, film, &settings)?;
+        renderer.render_picture(&scene, seconds, &settings, (writer.form(), &mut picture))?;
+        writer.write(frame, &picture)?;
     }
     // Before this there is no file.
     writer.finish()?;

@@ -81,8 +81,10 @@ fn sky<S: Simd>(simd: S, height: f32x16<S>, softness: f32x16<S>) -> Vectors<S> {
     /// Just below the horizon, where haze hides the ground, and straight down.
     const HAZE: Vec3 = Vec3::new(0.38, 0.385, 0.39);
     const GROUND: Vec3 = Vec3::new(0.28, 0.28, 0.28);
-    let above = Vectors::splat(simd, HORIZON).lerp(Vectors::splat(simd, ZENITH), height.max(0.0).sqrt());
-    let below = Vectors::splat(simd, HAZE).lerp(Vectors::splat(simd, GROUND), (-height).max(0.0).sqrt());
+    let (root, level) = (height.abs().sqrt(), f32x16::splat(simd, 0.0));
+    let is_above = height.simd_gt(0.0);
+    let above = Vectors::splat(simd, HORIZON).lerp(Vectors::splat(simd, ZENITH), is_above.select(root, level));
+    let below = Vectors::splat(simd, HAZE).lerp(Vectors::splat(simd, GROUND), is_above.select(level, root));
     let part = ((height + softness) / (2.0 * softness)).max(0.0).min(1.0);
     below.lerp(above, part * part * (3.0 - 2.0 * part))
 }

@@ -81,7 +81,7 @@ impl Film {
 
 /// The parameters of developing.
 #[derive(Clone, Copy)]
-struct Developer {
+pub(crate) struct Developer {
     /// Factor from the film's sums to means.
     weight: f32,
     exposure: f32,
@@ -91,7 +91,7 @@ struct Developer {
 }
 
 impl Developer {
-    fn new(settings: &Settings, samples: u32) -> Self {
+    pub(crate) fn new(settings: &Settings, samples: u32) -> Self {
         let Settings { exposure_stops, tone_map, ref background, .. } = *settings;
         let covers = *background == Background::Transparent;
         Self { weight: 1.0 / samples as f32, exposure: libm::exp2f(exposure_stops), tone_map, covers }
@@ -154,7 +154,7 @@ impl Developer {
 
     /// Develops some pixels with their flat parts to opaque RGB.
     #[inline(always)]
-    fn encode_rows<S: Simd>(&self, simd: S, (color, flat): (&[Vec4], &[Vec4]), rows: &mut [u8]) {
+    pub(crate) fn encode_rows<S: Simd>(&self, simd: S, (color, flat): (&[Vec4], &[Vec4]), rows: &mut [u8]) {
         for (number, (row, color)) in rows.chunks_mut(3 * LANES).zip(color.chunks(LANES)).enumerate() {
             let flat = flat.chunks(LANES).nth(number).unwrap_or(&[]);
             let Vectors { x, y, z } = self.shown(simd, color, flat, &[1.0; LANES]);

@@ -48,6 +48,9 @@ impl Staged<'_> {
 pub(crate) enum Output {
     /// The film, with all its planes.
     Film,
+    /// Opaque rows of RGB with eight bits a channel, developed strip by strip as they are shaded. There is no film, so
+    /// this is for one sample of a pixel.
+    Rows,
     /// A texture of a GPU's with the developed film. Nothing is fetched.
     #[cfg(feature = "gpu")]
     Texture,
@@ -58,6 +61,7 @@ impl Output {
     pub(crate) fn fetched(self, view: &View) -> [u32; 2] {
         match self {
             Self::Film => [view.width, view.height],
+            Self::Rows => [0, 0],
             #[cfg(feature = "gpu")]
             Self::Texture => [0, 0],
         }
@@ -134,6 +138,12 @@ pub(crate) trait Engine: Debug + Send + Sync {
 
     /// Brings a band, summed over its samples so far, to the output, if it isn't there.
     fn develop<'a>(&'a mut self, staged: &'a Staged<'a>, film: &'a mut Film, stats: &'a mut Stats) -> Outcome<'a>;
+
+    /// The rows of the last frame that was rendered to [rows](Output::Rows), and the memory of the next one's; `None` if
+    /// this engine has only films.
+    fn rows(&mut self) -> Option<&mut Vec<u8>> {
+        None
+    }
 
     /// The last samples' answers.
     fn last(&self) -> Last<'_>;

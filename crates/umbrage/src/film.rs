@@ -29,7 +29,8 @@ pub struct Film {
     /// materials and a background of one colour, where the camera sees them directly. Empty if there is nothing of the
     /// kind.
     pub flat: Vec<Vec4>,
-    /// Depth along the camera's forward axis at the pixel's first sample, in world units; infinite for a miss.
+    /// Depth along the camera's forward axis at the pixel's first sample, in world units; infinite for a miss. Empty, like
+    /// the normals and triangles, without [`Settings::first_hits`].
     pub depth: Vec<f32>,
     /// World-space shading normal at the first sample; zero for a miss.
     pub normal: Vec<Vec3>,
@@ -61,22 +62,23 @@ impl Film {
     /// The value of [`Film::triangle`] for a miss.
     pub const NO_TRIANGLE: u32 = SeenPixels::NONE;
 
-    /// Gives the film its size. The engine writes every pixel with its first sample. With `has_flat`, the film has
-    /// [`Film::flat`].
+    /// Gives the film its size, and the planes that the settings ask for. The engine writes every pixel with its first
+    /// sample.
     ///
     /// # Errors
     /// Where the system hasn't as much memory as the picture will take; the film then stays as it was.
-    pub(crate) fn resize(&mut self, [width, height]: [u32; 2], has_flat: bool) -> Result<(), Error> {
+    pub(crate) fn resize(&mut self, [width, height]: [u32; 2], staged: &Staged<'_>) -> Result<(), Error> {
         let pixels = width as usize * height as usize;
-        let flat = if has_flat { pixels } else { 0 };
-        self.reserve(pixels).map_err(|_| no_memory([width, height]))?;
+        let flat = if staged.has_flat() { pixels } else { 0 };
+        let hits = if staged.settings.first_hits { pixels } else { 0 };
+        self.reserve(pixels, hits).map_err(|_| no_memory([width, height]))?;
         self.flat.try_reserve(flat.saturating_sub(self.flat.len())).map_err(|_| no_memory([width, height]))?;
         (self.width, self.height) = (width, height);
         self.color.resize(pixels, Vec4::ZERO);
         self.flat.resize(flat, Vec4::ZERO);
-        self.depth.resize(pixels, f32::INFINITY);
-        self.normal.resize(pixels, Vec3::ZERO);
-        self.triangle.resize(pixels, Self::NO_TRIANGLE);
+        self.depth.resize(hits, f32::INFINITY);
+        self.normal.resize(hits, Vec3::ZERO);
+        self.triangle.resize(hits, Self::NO_TRIANGLE);
         Ok(())
     }
 
@@ -90,17 +92,18 @@ impl Film {
         self.layers.clear(size, staged.settings.layers, staged.lights).map_err(|_| no_memory(size))
     }
 
-    /// Reserves memory for more pixels, and checks that later stages, which can't report a failure, will have enough
-    /// for them.
-    fn reserve(&mut self, pixels: usize) -> Result<(), TryReserveError> {
+    /// Reserves memory for more pixels and first hits, and checks that later stages, which can't report a failure, will have
+    /// enough for them.
+    fn reserve(&mut self, pixels: usize, hits: usize) -> Result<(), TryReserveError> {
+        let more_hits = hits.saturating_sub(self.triangle.len());
+        self.depth.try_reserve_exact(more_hits)?;
+        self.normal.try_reserve_exact(more_hits)?;
+        self.triangle.try_reserve_exact(more_hits)?;
         let more = pixels.saturating_sub(self.color.len());
         if more == 0 {
             return Ok(());
         }
         self.color.try_reserve_exact(more)?;
-        self.depth.try_reserve_exact(more)?;
-        self.normal.try_reserve_exact(more)?;
-        self.triangle.try_reserve_exact(more)?;
         let beside = Settings::BYTES_OF_PIXEL - (size_of::<(Vec4, f32, u32)>() + size_of::<Vec3>());
         Vec::<u8>::new().try_reserve_exact(beside.saturating_mul(more))
     }

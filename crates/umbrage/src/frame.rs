@@ -40,7 +40,7 @@ impl Renderer {
         let mut staged = settings.stage(frame, &surroundings)?;
         let spread = Spread::new(&staged, || engine.whole_frame(frame))?;
         *view = Some(staged.view);
-        film.resize(output.fetched(&staged.view), staged.has_flat())?;
+        film.resize(output.fetched(&staged.view), &staged)?;
         film.clear_layers(&staged)?;
         let passes = stats.time("build", || engine.build(&staged, output))?;
         let mut exposures = Exposures::new(settings, spread, passes);

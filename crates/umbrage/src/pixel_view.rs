@@ -25,9 +25,10 @@ pub enum PixelView {
 
 impl PixelView {
     /// Replaces the colours of a film of `frame` by those of this view. Exposure and tone map leave them as they are. Misses
-    /// become black and uncovered; a film without a [view](Film::view) stays as it is.
+    /// become black and uncovered; a film without a [view](Film::view), or without
+    /// [first hits](crate::Settings::first_hits), stays as it is.
     pub fn paint(self, film: &mut Film, frame: &Frame) {
-        let Some(view) = film.view else { return };
+        let Some(view) = film.view.filter(|_| !film.triangle.is_empty()) else { return };
         let depths = if self == Self::Depth { depth_range(&film.depth) } else { [0.0, 1.0] };
         let (width, depth, normal) = (film.width as usize, &film.depth, &film.normal);
         let colors = film.triangle.par_iter().enumerate().map(|(pixel, &triangle)| {
@@ -156,6 +157,16 @@ mod tests {
             shown.iter().zip(expected).all(|(shown, expected)| shown.abs_diff(expected) <= 2),
             "{shown:?} {expected:?}"
         );
+    }
+
+    #[test]
+    fn a_film_without_first_hits_stays_as_it_is() {
+        let frame = Frame::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+        let settings = Settings { width: 5, height: 4, first_hits: false, ..Settings::default() };
+        let mut film = crate::Renderer::default().render_frame(&frame, &settings).unwrap().clone();
+        let color = film.color.clone();
+        PixelView::Depth.paint(&mut film, &frame);
+        assert!(film.view.is_some() && film.color == color && color.len() == 20);
     }
 
     #[test]

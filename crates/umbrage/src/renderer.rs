@@ -1,3 +1,4 @@
+use std::mem;
 use std::pin::pin;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -9,6 +10,7 @@ use umbrage_scene::{Frame, Scene};
 use crate::cpu::{Cpu, last_alone};
 use crate::engine::{Engine, Last, Output};
 use crate::frame::Subject;
+use crate::output::{Picture, PictureForm};
 use crate::{Error, Film, Settings, Stats};
 
 /// Renders frames, one after the other, in the same memory.
@@ -127,6 +129,42 @@ impl Renderer {
         Ok(&self.film)
     }
 
+    /// Renders `scene` at a moment to a picture of `form`, in the memory of an earlier picture.
+    ///
+    /// It is that of [`Renderer::render`], developed. Where the picture is opaque and has eight bits a channel, and nothing
+    /// but the colours of one sample is wanted ([`Settings::samples`], [`Settings::first_hits`], [`Settings::layers`]), the
+    /// CPU develops each part when it has shaded it: that is faster and takes no memory for a film, so [`Renderer::film`]
+    /// is empty afterwards. Otherwise [`PictureForm::develop`] has the film. A stage `develop` is in [`Stats`] where
+    /// developing isn't a part of `shade`.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_picture(
+        &mut self,
+        scene: &Scene,
+        seconds: f64,
+        settings: &Settings,
+        (form, picture): (PictureForm, &mut Picture),
+    ) -> Result<(), Error> {
+        let subject = Subject::Moment(scene, seconds);
+        let is_plain = settings.samples == 1 && !settings.first_hits && settings.layers.is_empty();
+        if is_plain
+            && self.engine.rows().is_some()
+            && let Some(rows) = form.rows(settings, picture)
+        {
+            at_once(self.render_subject(subject, settings, Output::Rows))?;
+            // The next frame gets the memory of the picture's earlier rows.
+            if let Some(made) = self.engine.rows() {
+                mem::swap(made, rows);
+            }
+            return Ok(());
+        }
+        at_once(self.render_subject(subject, settings, Output::Film))?;
+        let Self { film, stats, .. } = self;
+        stats.time("develop", || form.develop(film, settings, picture));
+        Ok(())
+    }
+
     /// As [`Renderer::render`], on a GPU alone and to a texture of its device, without a copy through the CPU: RGBA8 as
     /// [`Film::develop_for_screen`] gives it, in the format `Rgba8Unorm` although its values are sRGB-encoded.
     ///
@@ -205,7 +243,7 @@ impl Renderer {
     /// Takes the last frame's film and leaves another, whose memory the next frame uses: so one thread can write a picture
     /// while another one renders.
     pub fn swap_film(&mut self, film: &mut Film) {
-        std::mem::swap(&mut self.film, film);
+        mem::swap(&mut self.film, film);
     }
 
     /// Times and counts of the last frame.

@@ -75,6 +75,9 @@ pub struct Settings {
     pub exposure_stops: f32,
     /// Tone map: from linear radiance to screen colours.
     pub tone_map: ToneMap,
+    /// Whether the film has the depth, the normal and the triangle of each pixel's first hit. Pictures alone are made
+    /// faster without them.
+    pub first_hits: bool,
     /// Layers that the film has beside its picture.
     pub layers: Layers,
     /// Time span of [motion](Layer::Motion), in seconds from 0: usually the time to the next frame. It doesn't go
@@ -108,6 +111,7 @@ impl Default for Settings {
             background: Background::Sky,
             exposure_stops: 0.0,
             tone_map: ToneMap::PbrNeutral,
+            first_hits: true,
             layers: Layers::NONE,
             motion_seconds: 1.0 / 24.0,
         }

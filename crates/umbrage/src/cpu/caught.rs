@@ -3,11 +3,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
-use umbrage_scene::Light;
 
 use super::shade::{AroundLight, Shading};
 use crate::shade::lanes::Vectors;
-use crate::shade::{Surface, arriving};
+use crate::shade::{Emitter, Surface};
 
 /// The look of sixteen points of shadow catchers: the surroundings behind them, times the part of their light that arrives.
 pub(super) struct Caught<S: Simd> {
@@ -31,7 +30,7 @@ impl<S: Simd> Caught<S> {
         const LEAST: Vec3 = Vec3::splat(1e-30);
         let ambient = shading.surroundings.irradiance(simd, surface.normal) + Vectors::splat(simd, LEAST);
         // The irradiance of the sky's lights, over all samples, is the ambient one.
-        let lights = shading.lights[..shading.first_sky_light].iter().map(|light| irradiance(simd, surface, light));
+        let lights = shading.emitters[..shading.first_sky_light].iter().map(|light| irradiance(simd, surface, light));
         let sum = lights.fold(ambient, |sum, light| (sum + light).at_most_brightest());
         let one = f32x16::splat(simd, 1.0);
         let inverse = Vectors { x: one / sum.x, y: one / sum.y, z: one / sum.z };
@@ -47,7 +46,7 @@ impl<S: Simd> Caught<S> {
 
     /// The share of their light that a light sends without occlusion; zero in lanes of other surfaces.
     #[inline(always)]
-    pub(super) fn share(&self, simd: S, surface: &Surface<S>, light: &Light) -> Vectors<S> {
+    pub(super) fn share(&self, simd: S, surface: &Surface<S>, light: &Emitter) -> Vectors<S> {
         let share = irradiance(simd, surface, light) * self.inverse;
         Vectors::select(self.lanes, share, Vectors::splat(simd, Vec3::ZERO))
     }
@@ -55,8 +54,8 @@ impl<S: Simd> Caught<S> {
 
 /// Irradiance of the surface from an unoccluded light.
 #[inline(always)]
-fn irradiance<S: Simd>(simd: S, surface: &Surface<S>, light: &Light) -> Vectors<S> {
-    let arriving = arriving(simd, light, surface.position);
+fn irradiance<S: Simd>(simd: S, surface: &Surface<S>, light: &Emitter) -> Vectors<S> {
+    let arriving = light.arriving(simd, surface.position);
     let cosine = surface.normal.dot(arriving.towards).max(0.0);
     arriving.irradiance.scaled(cosine).at_least_zero().at_most_brightest()
 }

@@ -6,7 +6,7 @@
 
 use std::array;
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::{Hit, Projection, TileOrder, View};
 use umbrage_scene::{Frame, MarkRun};
@@ -401,7 +401,7 @@ fn reach_in_row(a: &End, along: Vec2, radius: f32, y: f32) -> Option<[f32; 2]> {
 
 /// The pixels of a block that show marks.
 pub(super) struct Covered {
-    corner: [u32; 2],
+    corner: UVec2,
     width: u32,
     lanes: u16,
 }
@@ -410,7 +410,7 @@ impl Covered {
     /// The index of a lane's pixel in its strip.
     fn index(&self, lane: usize) -> usize {
         let lane = lane as u32;
-        (lane / TileOrder::BLOCK * self.width + self.corner[0] + lane % TileOrder::BLOCK) as usize
+        (lane / TileOrder::BLOCK * self.width + self.corner.x + lane % TileOrder::BLOCK) as usize
     }
 
     /// Removes rays and shadows of these pixels from a queue, after the first `before` of each.

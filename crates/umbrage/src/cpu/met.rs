@@ -1,13 +1,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
-use umbrage_scene::Light;
 
 use super::caught::Caught;
 use super::shade::Shading;
 use crate::shade::gloss::Gloss;
 use crate::shade::lanes::{BRIGHTEST, Each, Vectors};
-use crate::shade::{BlockHits, BlockRays, SeenReflectance, Surface, arriving};
+use crate::shade::{BlockHits, BlockRays, Emitter, SeenReflectance, Surface};
 
 /// The surfaces that sixteen rays meet.
 pub(super) struct Met<S: Simd> {
@@ -38,7 +37,7 @@ impl<S: Simd> Met<S> {
         simd: S,
         shading: &Shading<'_>,
         rays: &BlockRays<S>,
-        hits: &BlockHits<S>,
+        hits: &BlockHits<'_, S>,
         through: Vectors<S>,
         bounces: &Each<u32>,
     ) -> Self {
@@ -111,9 +110,9 @@ impl<S: Simd> Met<S> {
     /// Radiance that a light adds where it reaches the surface, and the lanes that it can reach. A light of the sky is only
     /// scattered.
     #[inline(always)]
-    pub(super) fn reflected(&self, simd: S, light: &Light, is_of_sky: bool) -> (Vectors<S>, mask32x16<S>) {
+    pub(super) fn reflected(&self, simd: S, light: &Emitter, is_of_sky: bool) -> (Vectors<S>, mask32x16<S>) {
         let Self { surface, seen, .. } = self;
-        let arriving = arriving(simd, light, surface.position);
+        let arriving = light.arriving(simd, surface.position);
         let cosine = surface.normal.dot(arriving.towards).max(0.0);
         // Light from behind the triangle lights its other side, regardless of the bent normal.
         let faces = surface.lit_side.dot(arriving.towards).simd_gt(0.0);
@@ -134,7 +133,7 @@ impl<S: Simd> Met<S> {
 
     /// A light's share of the light on shadow catchers; zero in other lanes.
     #[inline(always)]
-    pub(super) fn caught_share(&self, simd: S, light: &Light) -> Vectors<S> {
+    pub(super) fn caught_share(&self, simd: S, light: &Emitter) -> Vectors<S> {
         match &self.caught {
             Some(caught) => caught.share(simd, &self.surface, light),
             None => Vectors::splat(simd, Vec3::ZERO),
@@ -189,7 +188,7 @@ impl<S: Simd> Met<S> {
         &self,
         simd: S,
         rays: &BlockRays<S>,
-        hits: &BlockHits<S>,
+        hits: &BlockHits<'_, S>,
         [through, passing]: [Vectors<S>; 2],
         has_gloss: bool,
     ) -> Ways {

@@ -35,6 +35,7 @@ use crate::frame::Subject;
 use crate::motion::Next;
 use crate::plan::Plan;
 use crate::sampling::{Sample, Samples};
+use crate::shade::Emitter;
 use crate::sides::TriangleSides;
 use crate::{Error, Film, Settings, Settled, Sides, Stats, Structure, WorkCounts};
 
@@ -55,6 +56,12 @@ pub(crate) struct Cpu {
     plan: Plan,
     /// For each material, whether paths [end](Plan::ends_at) at it.
     is_plain: Vec<bool>,
+    /// The current sample's lights, for shading.
+    emitters: Vec<Emitter>,
+    /// Whether this frame is developed as it is shaded.
+    is_to_rows: bool,
+    /// The last such frame.
+    rows: Vec<u8>,
     /// The samples of each pixel that were traced last.
     samples: Samples,
     /// Each pixel's hits at these samples: each of four samples is a pixel here.
@@ -85,6 +92,9 @@ impl Cpu {
             sides: TriangleSides::default(),
             plan: Plan::default(),
             is_plain: Vec::new(),
+            emitters: Vec::new(),
+            is_to_rows: false,
+            rows: Vec::new(),
             samples: Samples::one(Sample::MIDDLE),
             seen: SeenPixels::default(),
             masks: Vec::new(),
@@ -184,10 +194,11 @@ impl Cpu {
 impl Engine for Cpu {
     fn begin(&mut self, _settings: &Settings, output: Output) -> Result<(), Error> {
         match output {
-            Output::Film => {}
+            Output::Film | Output::Rows => {}
             #[cfg(feature = "gpu")]
             Output::Texture => return Err(Error::TextureOnCpu),
         }
+        self.is_to_rows = output == Output::Rows;
         self.shadow_rays = 0;
         self.settled_tests = [0; 2];
         self.camera_work = Work::default();
@@ -252,6 +263,10 @@ impl Engine for Cpu {
     /// The film has all of it already.
     fn develop<'a>(&'a mut self, _staged: &'a Staged<'a>, _film: &'a mut Film, _stats: &'a mut Stats) -> Outcome<'a> {
         done()
+    }
+
+    fn rows(&mut self) -> Option<&mut Vec<u8>> {
+        Some(&mut self.rows)
     }
 
     fn last(&self) -> Last<'_> {

@@ -2,6 +2,7 @@
 
 use std::array;
 
+use glam::UVec2;
 use umbrage_rays::{LightMask, SeenPixels, TileOrder};
 
 use crate::sampling::Samples;
@@ -26,10 +27,10 @@ pub(crate) fn last_alone(samples: &Samples, seen: &SeenPixels, masks: &[LightMas
 }
 
 /// The slots of one sample of each pixel of a block.
-pub(super) struct Slots {
-    slots: Each<usize>,
-    /// Whether they are one block of samples as well.
-    are_block: bool,
+pub(super) enum Slots {
+    /// Those of this block of samples: the image has one sample of each pixel.
+    Block(usize),
+    Apart(Each<usize>),
 }
 
 impl OneSample {
@@ -40,14 +41,15 @@ impl OneSample {
 
     /// The slots of the pixels of the block with this corner, which is in the image.
     #[inline(always)]
-    pub(super) fn slots(&self, [x, y]: [u32; 2]) -> Slots {
+    pub(super) fn slots(&self, UVec2 { x, y }: UVec2) -> Slots {
         let Self { order, side, quarter: [column, row] } = *self;
-        let first = order.index(side * x, side * y);
-        let slots = array::from_fn(|lane| {
+        if side == 1 {
+            return Slots::Block(order.index(x, y) / LANES);
+        }
+        Slots::Apart(array::from_fn(|lane| {
             let (x, y) = (x + lane as u32 % TileOrder::BLOCK, y + lane as u32 / TileOrder::BLOCK);
-            if side == 1 { first + lane } else { order.index(side * x + column, side * y + row) }
-        });
-        Slots { slots, are_block: side == 1 }
+            order.index(side * x + column, side * y + row)
+        }))
     }
 
     /// The triangles and light masks of this sample alone, in the order of an image's `pixels`.
@@ -58,7 +60,7 @@ impl OneSample {
         alone_masks.iter_mut().for_each(|mask| mask.resize(pixels));
         for block in 0..pixels.slots() / LANES {
             let (x, y) = pixels.column_and_row(block * LANES);
-            let slots = (x < width && y < height).then(|| self.slots([x, y]));
+            let slots = (x < width && y < height).then(|| self.slots(UVec2::new(x, y)));
             let lanes = block * LANES..(block + 1) * LANES;
             let none = ([SeenPixels::NONE; LANES], [f32::NAN; LANES]);
             let of_block = |slots: &Slots| (slots.of(&seen.triangle), slots.of(&seen.inverse_depth));
@@ -77,17 +79,22 @@ impl Slots {
     /// These samples' values out of those of all samples.
     #[inline(always)]
     pub(super) fn of<T: Copy>(&self, all: &[T]) -> Each<T> {
-        self.slots.map(|slot| all[slot])
+        match self {
+            Self::Block(block) => all.as_chunks().0[*block],
+            Self::Apart(slots) => slots.map(|slot| all[slot]),
+        }
     }
 
     /// A mask of the samples that a light reaches, the first in the lowest bit.
     #[inline(always)]
     pub(super) fn lit(&self, mask: &LightMask) -> u16 {
         let words = mask.blocks();
-        if self.are_block {
-            return words[self.slots[0] / LANES];
+        match self {
+            Self::Block(block) => words[*block],
+            Self::Apart(slots) => {
+                slots.iter().rev().fold(0, |bits, slot| bits << 1 | (words[slot / LANES] >> (slot % LANES) & 1))
+            }
         }
-        self.slots.iter().rev().fold(0, |bits, slot| bits << 1 | (words[slot / LANES] >> (slot % LANES) & 1))
     }
 }
 
@@ -112,7 +119,7 @@ mod tests {
         let staged = settings.stage(&frame, &surroundings).expect("a camera");
         let (mut engine, mut film, mut stats) =
             (Cpu::with_level(SimdLevel::default()), Film::default(), Stats::default());
-        film.resize([settings.width, settings.height], staged.has_flat()).expect("little memory");
+        film.resize([settings.width, settings.height], &staged).expect("little memory");
         engine.build(&staged, Output::Film).expect("a structure");
         let mut shown = vec![(SeenPixels::default(), Vec::new()); settings.samples as usize];
         for samples in Samples::all(settings.samples, by_four) {

@@ -1,33 +1,41 @@
+use std::mem;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
-use glam::Vec3;
+use glam::{UVec2, Vec3, Vec4};
 use rayon::iter::Either;
 use rayon::prelude::*;
 use umbrage_rays::dispatch;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays, TileOrder};
+use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SimdLevel, SingleRays, TileOrder, View};
 use umbrage_scene::{Frame, Light};
 
 use super::marks::{MarkStrip, Marks};
 use super::met::Met;
 use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::{OneSample, Slots};
-use super::strip::{Flat, Shaded, Strip};
+use super::strip::{FirstHits, Flat, Shaded, Strip};
 use super::terminator::smooth_point;
 use super::{Cpu, hit_of};
 use crate::Film;
 use crate::background::Surroundings;
+use crate::develop::Developer;
 use crate::engine::Staged;
 use crate::plan::Plan;
+use crate::sampling::Samples;
 use crate::shade::glass::Media;
 use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
-use crate::shade::{Block, BlockHits, BlockRays, Footprint, SeenTriangles};
+use crate::shade::{Block, BlockHits, BlockRays, Emitter, Footprint, SeenTriangles};
 
 impl Cpu {
-    /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers.
-    pub(super) fn shade_pixels(&self, staged: &Staged<'_>, marks: Option<&Marks>, film: &mut Film) {
+    /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers; or develops it to
+    /// rows, if the frame has one sample of each pixel and no film.
+    pub(super) fn shade_pixels(&mut self, staged: &Staged<'_>, marks: Option<&Marks>, film: &mut Film) {
         let Staged { frame, lights, sky_lights, ref view, surroundings, ref samples, .. } = *staged;
-        let Self { masks: lit, seen, sides, plan, .. } = self;
+        self.emitters.clear();
+        self.emitters.extend(lights.iter().map(Emitter::new));
+        let mut rows = mem::take(&mut self.rows);
+        let Self { masks: lit, seen, sides, plan, .. } = &*self;
         let (sides, plan, rays_onward) = (sides.get(), *plan, self.single_rays());
         let (level, footprint) = (self.level, Footprint::new(view, samples.as_slice()[0].of));
         let first_sky_light = lights.len() - sky_lights;
@@ -37,6 +45,7 @@ impl Cpu {
             seen,
             frame,
             lights,
+            emitters: &self.emitters,
             first_sky_light,
             surroundings,
             footprint,
@@ -46,41 +55,90 @@ impl Cpu {
             is_plain: &self.is_plain,
             has_flat: staged.has_flat(),
         };
-        let Film { color, flat, depth, normal, triangle, .. } = film;
-        let rows = TileOrder::BLOCK as usize * view.width as usize;
+        let strips = Strips { shading: &shading, level, view, samples, marks };
+        if self.is_to_rows {
+            strips.develop(Developer::new(staged.settings, 1), &mut rows);
+        } else {
+            strips.shade(film);
+        }
+        self.rows = rows;
+    }
+}
+
+/// A frame to be shaded in strips, rows of blocks.
+struct Strips<'a> {
+    shading: &'a Shading<'a>,
+    level: SimdLevel,
+    view: &'a View,
+    samples: &'a Samples,
+    marks: Option<&'a Marks>,
+}
+
+impl Strips<'_> {
+    /// Adds all of them to the film.
+    fn shade(&self, Film { color, flat, depth, normal, triangle, .. }: &mut Film) {
+        let rows = self.pixels();
         let strips = color.len().div_ceil(rows);
         let flat = match flat.is_empty() {
             true => Either::Left((0..strips).into_par_iter().map(|_| None)),
             false => Either::Right(flat.par_chunks_mut(rows).map(Some)),
         };
-        let planes = color.par_chunks_mut(rows).zip(flat).zip(depth.par_chunks_mut(rows));
-        let planes = planes.zip(normal.par_chunks_mut(rows)).zip(triangle.par_chunks_mut(rows));
-        planes.enumerate().for_each_init(
-            <(Queue, MarkStrip)>::default,
-            |(queue, drawn), (strip, ((((color, flat), depth), normal), triangle))| {
-                let y = strip as u32 * TileOrder::BLOCK;
-                let mut film = Strip { color, flat, depth, normal, triangle };
-                for (which, sample) in samples.as_slice().iter().enumerate() {
-                    let one = OneSample::new(seen.order(), samples, which);
+        let hits = match triangle.is_empty() {
+            true => Either::Left((0..strips).into_par_iter().map(|_| None)),
+            false => {
+                let hits = depth.par_chunks_mut(rows).zip(normal.par_chunks_mut(rows));
+                let hits = hits.zip(triangle.par_chunks_mut(rows));
+                Either::Right(hits.map(|((depth, normal), triangle)| Some(FirstHits { depth, normal, triangle })))
+            }
+        };
+        let planes = color.par_chunks_mut(rows).zip(flat).zip(hits);
+        planes.enumerate().for_each_init(<_>::default, |memory, (number, ((color, flat), hits))| {
+            self.add(number, memory, &mut Strip { color, flat, hits });
+        });
+    }
+
+    /// Develops all of them, each while a fast cache has it.
+    fn develop(&self, developer: Developer, rows: &mut Vec<u8>) {
+        rows.resize(3 * self.view.width as usize * self.view.height as usize, 0);
+        let strips = rows.par_chunks_mut(3 * self.pixels()).enumerate();
+        strips.for_each_init(<(_, [Vec<Vec4>; 2])>::default, |(memory, [color, flat]), (number, rows)| {
+            let pixels = rows.len() / 3;
+            color.resize(pixels, Vec4::ZERO);
+            flat.resize(if self.shading.has_flat { pixels } else { 0 }, Vec4::ZERO);
+            let has_flat = Some(&mut flat[..]).filter(|flat| !flat.is_empty());
+            self.add(number, memory, &mut Strip { color, flat: has_flat, hits: None });
+            dispatch!(self.level, simd => developer.encode_rows(simd, (color, flat), rows));
+        });
+    }
+
+    /// The pixels of a strip that isn't cut.
+    fn pixels(&self) -> usize {
+        TileOrder::BLOCK as usize * self.view.width as usize
+    }
+
+    /// Adds a strip, in the memory of an earlier one.
+    fn add(&self, number: usize, (queue, drawn): &mut (Queue, MarkStrip), film: &mut Strip<'_>) {
+        let &Self { shading, level, view, samples, marks } = self;
+        let y = number as u32 * TileOrder::BLOCK;
+        for (which, sample) in samples.as_slice().iter().enumerate() {
+            let one = OneSample::new(shading.seen.order(), samples, which);
+            if let Some(marks) = marks {
+                drawn.draw(marks, view, sample, y);
+            }
+            for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
+                let block = Block { view, sample, corner: UVec2::new(x, y) };
+                let before = [queue.next.len(), queue.shadows.len()];
+                dispatch!(level, simd => {
+                    let mut shaded = shading.shade_seen(simd, &block, &one, queue);
                     if let Some(marks) = marks {
-                        drawn.draw(marks, view, sample, y);
+                        let ids = one.slots(block.corner).of(&shading.seen.triangle);
+                        drawn.cover(marks, shading.frame, &block, &ids, &mut shaded).take_from(queue, before);
                     }
-                    for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
-                        let block = Block { view, sample, corner: [x, y] };
-                        let before = [queue.next.len(), queue.shadows.len()];
-                        dispatch!(level, simd => {
-                            let mut shaded = shading.shade_seen(simd, &block, &one, queue);
-                            if let Some(marks) = marks {
-                                let ids = one.slots(block.corner).of(&seen.triangle);
-                                drawn.cover(marks, frame, &block, &ids, &mut shaded).take_from(queue, before);
-                            }
-                            film.add_block(simd, &block, &shaded);
-                        });
-                    }
-                    queue.follow(level, &shading, marks.map(|marks| (marks, &*drawn)), &mut film);
-                }
-            },
-        );
+                    film.add_block(simd, &block, &shaded);
+                });
+            }
+            queue.follow(level, shading, marks.map(|marks| (marks, &*drawn)), film);
+        }
     }
 }
 
@@ -92,6 +150,8 @@ pub(super) struct Shading<'a> {
     seen: &'a SeenPixels,
     pub(super) frame: &'a Frame,
     pub(super) lights: &'a [Light],
+    /// The same lights.
+    pub(super) emitters: &'a [Emitter],
     /// Index of the first sky light.
     pub(super) first_sky_light: usize,
     pub(super) surroundings: &'a Surroundings<'a>,
@@ -170,17 +230,17 @@ impl Shading<'_> {
         let mut caught_light = met.caught.as_ref().map(|caught| caught.ambient);
         let meeting = |lane: usize| {
             let (ray, [x, y]) = (block.ray(lane), block.pixel(lane));
-            let pixel = (y - block.corner[1]) * block.view.width + x;
+            let pixel = (y - block.corner.y) * block.view.width + x;
             let media = Media::default();
             let drawn = Drawn { pixel: y * block.view.width + x, sample: block.sample.index };
             let path =
                 Path { pixel, drawn, through: Vec3::ONE, travelled: 0.0, blur: 0.0, bounces: 0, layers: 0, media };
-            hit_of(self.frame, &ray, hits.triangle[lane]).map(|hit| Meeting { ray, hit, path })
+            hit_of(self.frame, &ray, hits.triangles.of_lanes[lane]).map(|hit| Meeting { ray, hit, path })
         };
-        for ((number, light), lit) in self.lights.iter().enumerate().zip(self.lit) {
+        for (((number, light), emitter), lit) in self.lights.iter().enumerate().zip(self.emitters).zip(self.lit) {
             let lit = slots.lit(lit) & met.lit_lanes();
             if lit != 0 {
-                let (mut reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
+                let (mut reflected, faces) = met.reflected(simd, emitter, number >= self.first_sky_light);
                 let is_lit = faces & mask32x16::from_bitmask(simd, lit.into());
                 let mut tint = through;
                 if !PLAIN && self.plan.tints() && light.casts_shadow {
@@ -189,7 +249,7 @@ impl Shading<'_> {
                 }
                 radiance = Vectors::select(is_lit, radiance + reflected, radiance);
                 if let Some(sum) = &mut caught_light {
-                    *sum = Vectors::select(is_lit, *sum + met.caught_share(simd, light) * tint, *sum);
+                    *sum = Vectors::select(is_lit, *sum + met.caught_share(simd, emitter) * tint, *sum);
                 }
             }
         }
@@ -221,7 +281,7 @@ impl Shading<'_> {
             shown: hits.shown,
             depth: hits.depth.min_precise(f32::MAX).into(),
             normal: met.surface.normal.store(),
-            triangle: hits.triangle,
+            triangle: hits.triangles.of_lanes,
         }
     }
 
@@ -243,13 +303,14 @@ impl Shading<'_> {
         // Surfaces seen in mirrors hide nothing of the background.
         let is_straight = f32x16::from_slice(simd, &lanes.bounces.map(|bounces| if bounces == 0 { 1.0 } else { 0.0 }));
         let straight = is_straight.simd_gt(0.0).to_bitmask() as u16;
-        let Some(hits) = BlockHits::of_found(simd, self.frame, &rays, &lanes.found) else {
+        let Some(seen) = SeenTriangles::of_found(simd, self.frame, &lanes.found) else {
             let color = (self.around(simd, &rays, &lanes.bounces) * through).at_most_brightest().store();
             let part = (through.mean() * is_straight).into();
             let flat = self.surroundings.are_flat().then(|| Flat { color, part }.only(straight));
             film.add_lanes(onward, &color, flat.as_ref(), &[0.0; LANES]);
             return;
         };
+        let hits = BlockHits::of_found(simd, self.frame, &rays, &lanes.found, &seen);
         let mut met = Met::new::<false>(simd, self, &rays, &hits, through, &lanes.bounces);
         met.seen.widen(f32x16::from_slice(simd, &lanes.blur));
         let meeting = |lane: usize| {
@@ -258,10 +319,10 @@ impl Shading<'_> {
         };
         let radiance = self.own_radiance(simd, &met);
         let color = self.seen_color(simd, &rays, &met, through, radiance, &lanes.bounces);
-        for (number, light) in self.lights.iter().enumerate() {
-            let (reflected, faces) = met.reflected(simd, light, number >= self.first_sky_light);
+        for ((number, light), emitter) in self.lights.iter().enumerate().zip(self.emitters) {
+            let (reflected, faces) = met.reflected(simd, emitter, number >= self.first_sky_light);
             let reflected = (reflected * through.scaled(met.surface.opacity)).at_most_brightest();
-            let share = met.caught_share(simd, light);
+            let share = met.caught_share(simd, emitter);
             let adds = reflected.is_something() | share.is_something();
             let lit = met.lit_lanes() & (faces & adds).to_bitmask() as u16;
             let (reflected, bare) = (reflected.store(), Each::from(met.bare(simd, share, through) * is_straight));

@@ -63,6 +63,12 @@ impl Shaded {
 pub(super) struct Strip<'a> {
     pub(super) color: &'a mut [Vec4],
     pub(super) flat: Option<&'a mut [Vec4]>,
+    /// `None` without [`Settings::first_hits`](crate::Settings::first_hits).
+    pub(super) hits: Option<FirstHits<'a>>,
+}
+
+/// Rows of the film's first hits.
+pub(super) struct FirstHits<'a> {
     pub(super) depth: &'a mut [f32],
     pub(super) normal: &'a mut [Vec3],
     pub(super) triangle: &'a mut [u32],
@@ -113,7 +119,7 @@ impl Strip<'_> {
             f32x16::from_slice(simd, blue),
             f32x16::from_slice(simd, &shaded.coverage),
         ]);
-        let first = block.corner[0] as usize;
+        let first = block.corner.x as usize;
         let width = block.view.width as usize;
         let columns = width.saturating_sub(first).min(COLUMNS);
         let rows = self.color.chunks_mut(width).zip(color).map(|(row, color)| (&mut row[first..], color));
@@ -134,14 +140,16 @@ impl Strip<'_> {
                 }
             }
         }
-        if is_first {
-            self.store_first(simd, shaded, [first, columns, width]);
+        if let (Some(hits), true) = (&mut self.hits, is_first) {
+            hits.store(simd, shaded, [first, columns, width]);
         }
     }
+}
 
-    /// Stores the values of the pixels' first samples.
+impl FirstHits<'_> {
+    /// Stores a block.
     #[inline(always)]
-    fn store_first<S: Simd>(&mut self, simd: S, shaded: &Shaded, [first, columns, width]: [usize; 3]) {
+    fn store<S: Simd>(&mut self, simd: S, shaded: &Shaded, [first, columns, width]: [usize; 3]) {
         let shown = mask32x16::from_bitmask(simd, shaded.shown.into());
         let (zero, far) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::INFINITY));
         let depth: Each<f32> = shown.select(f32x16::from_slice(simd, &shaded.depth), far).into();

@@ -17,6 +17,7 @@ impl Settings {
         let width = (u64::from(self.width) * u64::from(height) / u64::from(self.height.max(1))).max(1) as u32;
         let (samples, noise, aperture, shutter_seconds, light_radius) = (1, 0.0, 0.0, 0.0, 0.0);
         let small = Self { width, height, samples, noise, aperture, shutter_seconds, light_radius, ..self.clone() };
+        let small = Self { first_hits: true, ..small };
         Self { sky_shadows: false, gloss: false, ambient_occlusion: 0.0, layers: Layers::default(), ..small }
     }
 }
@@ -26,7 +27,7 @@ impl Film {
     ///
     /// The brightest twentieth of the pixels that show the scene, without its ground, starts nearly at the screen's white.
     /// Dark scenes are brightened only until their ground and background reach it too. Unlit surfaces don't count, and a
-    /// film that shows none of the scene gets 0.
+    /// film that shows none of the scene, or has no [first hits](Settings::first_hits), gets 0.
     #[must_use]
     pub fn metered_stops(&self, frame: &Frame) -> f32 {
         const BRIGHT: f32 = 0.8;

@@ -280,7 +280,7 @@ impl GpuEngine {
     /// The planes that the film has for a frame.
     fn keeps(&self, staged: &Staged<'_>) -> FilmKeeps {
         let (through, ways) = (self.plan.is_in_layers(), self.plan.ways());
-        FilmKeeps { first: true, through, flat: staged.has_flat(), ways }
+        FilmKeeps { first: staged.settings.first_hits, through, flat: staged.has_flat(), ways }
     }
 
     /// Shades the surroundings, seen through all layers.
@@ -331,11 +331,13 @@ impl GpuEngine {
         for (flat, read) in film.flat.iter_mut().skip(first).zip(done.read::<[f32; 4]>(flat)?) {
             *flat = Film::bounded(read.into());
         }
-        let depths_and_normals = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
-        for ((depth, normal), [x, y, z, w]) in depths_and_normals.zip(done.read::<[f32; 4]>(nearest)?) {
-            (*depth, *normal) = (w, [x, y, z].into());
+        if !film.triangle.is_empty() {
+            let depths_and_normals = film.depth[pixels.clone()].iter_mut().zip(&mut film.normal[pixels.clone()]);
+            for ((depth, normal), [x, y, z, w]) in depths_and_normals.zip(done.read::<[f32; 4]>(nearest)?) {
+                (*depth, *normal) = (w, [x, y, z].into());
+            }
+            done.read_into(triangle, &mut film.triangle[pixels])?;
         }
-        done.read_into(triangle, &mut film.triangle[pixels])?;
         self.is_finished = true;
         Ok(())
     }
@@ -481,7 +483,7 @@ impl Engine for GpuEngine {
     fn develop<'a>(&'a mut self, staged: &'a Staged<'a>, film: &'a mut Film, stats: &'a mut Stats) -> Outcome<'a> {
         Box::pin(async move {
             match self.output {
-                Output::Film => {
+                Output::Film | Output::Rows => {
                     let start = Instant::now();
                     self.fetch(staged.band, film).await?;
                     stats.add("fetch", start.elapsed().as_secs_f64() * 1e3);

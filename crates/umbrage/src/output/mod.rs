@@ -29,7 +29,7 @@ pub use frame_rate::FrameRate;
 pub use numbered_path::NumberedPath;
 pub use partial_file::{remove_partial_files, sweep, write_whole};
 pub use png::write_png;
-pub use writer::{Options, Target, Writer};
+pub use writer::{Options, Picture, PictureForm, Target, Writer};
 pub use y4m::Chroma;
 
 /// Why a picture could not be written.

@@ -43,10 +43,60 @@ pub struct Options {
     pub chroma: Chroma,
 }
 
+/// A film's picture as files of a format hold it.
+#[derive(Debug, Default)]
+pub struct Picture {
+    size: [u32; 2],
+    has_alpha: bool,
+    /// Of stills of whole numbers.
+    rows: Vec<u8>,
+    /// Of animations.
+    image: Image,
+    /// Of EXR files.
+    film: Film,
+}
+
+/// The form of the pictures that a [`Writer`] writes.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureForm {
+    format: Format,
+    depth: BitDepth,
+}
+
+impl PictureForm {
+    /// The rows of a picture, if its form is opaque rows with eight bits a channel.
+    pub(crate) fn rows<'a>(self, settings: &Settings, picture: &'a mut Picture) -> Option<&'a mut Vec<u8>> {
+        let has_alpha = settings.background == Background::Transparent;
+        let is_rows = self.format != Format::Exr && !self.format.is_animation();
+        if has_alpha || !is_rows || self.depth != BitDepth::Eight {
+            return None;
+        }
+        (picture.size, picture.has_alpha) = ([settings.width, settings.height], false);
+        Some(&mut picture.rows)
+    }
+
+    /// Develops a film to a picture, in the memory of an earlier one. A format of linear colours (EXR) takes the film
+    /// itself, and leaves the picture's earlier film in its place.
+    pub fn develop(self, film: &mut Film, settings: &Settings, picture: &mut Picture) {
+        picture.size = [film.width, film.height];
+        picture.has_alpha = settings.background == Background::Transparent;
+        if self.format == Format::Exr {
+            std::mem::swap(&mut picture.film, film);
+        } else if self.format.is_animation() {
+            picture.image = film.develop(settings);
+        } else if picture.has_alpha || self.depth == BitDepth::Sixteen {
+            picture.rows = png::rows(&film.develop(settings), self.depth);
+        } else {
+            film.develop_rows(settings, &mut picture.rows);
+        }
+    }
+}
+
 /// Writes the frames of one render, in order. Its file is complete only after [`Writer::finish`]; files of numbered
 /// frames are complete one by one.
 pub struct Writer {
     kind: Kind,
+    form: PictureForm,
     /// The file, or `-` for standard output, for errors.
     path: PathBuf,
 }
@@ -120,15 +170,22 @@ impl Writer {
             }
             Format::Y4m => Kind::animation(target, |sink| Y4mWriter::new(sink, size, rate, chroma))?,
         };
-        Ok(Self { kind, path: path.to_owned() })
+        let depth = if format == Format::Png { bit_depth } else { BitDepth::Eight };
+        Ok(Self { kind, form: PictureForm { format, depth }, path: path.to_owned() })
     }
 
-    /// Writes frame `number`; all formats but EXR develop the film first.
+    /// The form of its pictures, which other threads can develop while it writes.
+    #[must_use]
+    pub fn form(&self) -> PictureForm {
+        self.form
+    }
+
+    /// Writes frame `number`, whose picture was developed to [the writer's form](Self::form).
     ///
     /// # Errors
     /// Where the system refuses to write.
-    pub fn write(&mut self, number: u32, film: &Film, settings: &Settings) -> Result<(), Error> {
-        self.write_and_look(number, film, settings, &mut |_| Ok(()))
+    pub fn write(&mut self, number: u32, picture: &Picture) -> Result<(), Error> {
+        self.write_and_look(number, picture, &mut |_| Ok(()))
     }
 
     /// As [`Writer::write`], and calls `look` with the whole file of a single or numbered frame, before it takes its
@@ -139,15 +196,13 @@ impl Writer {
     pub fn write_and_look(
         &mut self,
         number: u32,
-        film: &Film,
-        settings: &Settings,
+        picture: &Picture,
         look: &mut dyn FnMut(&File) -> io::Result<()>,
     ) -> Result<(), Error> {
         match &mut self.kind {
-            Kind::Stills(stills) => stills.write(&self.path, number, film, settings, look),
+            Kind::Stills(stills) => stills.write(&self.path, number, picture, look),
             Kind::Animation(animation, _) => {
-                let written = animation.write(&film.develop(settings));
-                written.map_err(|source| Error::write(&self.path, source))
+                animation.write(&picture.image).map_err(|source| Error::write(&self.path, source))
             }
         }
     }
@@ -196,8 +251,6 @@ struct Stills {
     numbered: Option<NumberedPath>,
     format: Format,
     options: Options,
-    /// Memory of the last picture's rows.
-    bytes: Vec<u8>,
 }
 
 impl Stills {
@@ -221,35 +274,20 @@ impl Stills {
         if path.is_dir() {
             return Err(Error::unsuitable(path, "is a folder; name a file in it"));
         }
-        Ok(Self { numbered, format, options, bytes: Vec::new() })
+        Ok(Self { numbered, format, options })
     }
 
-    fn write(
-        &mut self,
-        path: &Path,
-        number: u32,
-        film: &Film,
-        settings: &Settings,
-        look: Look<'_>,
-    ) -> Result<(), Error> {
-        let Self { numbered, format, options, bytes } = self;
+    fn write(&self, path: &Path, number: u32, picture: &Picture, look: Look<'_>) -> Result<(), Error> {
+        let Self { numbered, format, options } = self;
         let Options { rate, bit_depth, compression, float_depth, jpeg_quality, .. } = *options;
         let path = numbered.as_ref().map_or_else(|| path.to_owned(), |numbered| numbered.path(number));
-        if *format == Format::Exr {
-            return exr::write(film, &path, float_depth, numbered.as_ref().map(|_| rate), look);
-        }
-        let depth = if *format == Format::Png { bit_depth } else { BitDepth::Eight };
-        let has_alpha = settings.background == Background::Transparent;
-        if has_alpha || depth == BitDepth::Sixteen {
-            *bytes = png::rows(&film.develop(settings), depth);
-        } else {
-            film.develop_rows(settings, bytes);
-        }
-        let rows = Rows { size: [film.width, film.height], has_alpha, bytes };
+        let &Picture { size, has_alpha, ref rows, ref film, .. } = picture;
+        let rows = Rows { size, has_alpha, bytes: rows };
         match format {
+            Format::Exr => exr::write(film, &path, float_depth, numbered.as_ref().map(|_| rate), look),
             Format::Jpeg => eight_bits::write_jpeg(&rows, &path, jpeg_quality, look),
             Format::WebP => eight_bits::write_webp(&rows, &path, look),
-            _ => png::write(&rows, &path, depth, compression, look),
+            _ => png::write(&rows, &path, bit_depth, compression, look),
         }
     }
 }
@@ -257,8 +295,10 @@ impl Stills {
 #[cfg(test)]
 mod tests {
     use glam::{Vec3, Vec4};
+    use umbrage_rays::Camera;
 
     use super::*;
+    use crate::Renderer;
 
     fn settings() -> Settings {
         Settings { width: 4, height: 3, ..Settings::default() }
@@ -275,6 +315,12 @@ mod tests {
             triangle: vec![0; 12],
             ..Film::default()
         }
+    }
+
+    fn picture(form: PictureForm) -> Picture {
+        let mut picture = Picture::default();
+        form.develop(&mut film(), &settings(), &mut picture);
+        picture
     }
 
     fn create(path: &Path, format: Format, frames: Range<u32>) -> Result<Writer, Error> {
@@ -295,7 +341,8 @@ mod tests {
             let name = if format.is_animation() { "out" } else { "out_%03d" };
             let path = folder.join(format!("{name}.{}", format.name()));
             let mut writer = create(&path, format, frames.clone()).unwrap();
-            written.clone().for_each(|number| writer.write(number, &film(), &settings()).unwrap());
+            let picture = picture(writer.form());
+            written.clone().for_each(|number| writer.write(number, &picture).unwrap());
             writer
         })
     }
@@ -309,6 +356,58 @@ mod tests {
         let mut expected = [&animations[..], stills.as_flattened()].concat();
         expected.sort();
         assert_eq!(names(folder.path()), expected);
+    }
+
+    #[test]
+    fn pictures_are_those_of_films_developed() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = Settings { width: 61, height: 43, first_hits: false, ..Settings::default() };
+        let above_the_horizon = Camera::look_at(Vec3::new(0.0, 2.0, 9.0), Vec3::new(0.0, 3.0, 0.0), Vec3::Y, 0.8);
+        let background = Background::Color(Vec3::new(0.2, 0.4, 0.6));
+        let flat = Settings { background, camera: above_the_horizon.into(), ..plain.clone() };
+        // With the last two, a film is developed.
+        let clear = Settings { background: Background::Transparent, ..plain.clone() };
+        let smooth = Settings { samples: 2, bounces: 2, ..plain.clone() };
+        let mirrors = Settings { bounces: 2, ..plain.clone() };
+        let (mut renderer, mut picture) = (Renderer::default(), Picture::default());
+        for (name, settings, has_film) in [
+            ("demo:hall", &plain, false),
+            ("demo:marbles", &mirrors, false),
+            ("demo:marbles", &flat, false),
+            ("demo:glass", &clear, true),
+            ("demo:glass", &smooth, true),
+            ("demo:forest", &plain, false),
+        ] {
+            let scene = crate::open(name).unwrap();
+            for format in [Format::Png, Format::Jpeg, Format::Gif] {
+                let file = |name: &str| folder.path().join(format!("{name}.{}", format.name()));
+                let target = Target::Path(file("a"));
+                let Ok(mut writer) = Writer::create(&target, format, &(0..1), settings, &Options::default()) else {
+                    assert!(*settings == clear);
+                    continue;
+                };
+                let form = writer.form();
+                renderer.render_picture(&scene, 0.3, settings, (form, &mut picture)).unwrap();
+                let has_film = has_film || format == Format::Gif;
+                assert_eq!(!renderer.film().color.is_empty(), has_film, "{name} as {format:?}");
+                assert_eq!(renderer.stats().stages.iter().any(|stage| stage.name == "develop"), has_film);
+                writer.write(0, &picture).unwrap();
+                writer.finish().unwrap();
+                let mut film = Renderer::default().render(&scene, 0.3, settings).unwrap().clone();
+                let shows_background = film.flat.iter().any(|flat| flat.w > 0.5);
+                assert_eq!(shows_background, *settings == flat, "{name}");
+                let mut developed = Picture::default();
+                form.develop(&mut film, settings, &mut developed);
+                let mut writer = create_as(&file("b"), format, settings);
+                writer.write(0, &developed).unwrap();
+                writer.finish().unwrap();
+                assert!(std::fs::read(file("a")).unwrap() == std::fs::read(file("b")).unwrap(), "{name} as {format:?}");
+            }
+        }
+    }
+
+    fn create_as(path: &Path, format: Format, settings: &Settings) -> Writer {
+        Writer::create(&Target::Path(path.to_owned()), format, &(0..1), settings, &Options::default()).unwrap()
     }
 
     #[test]
@@ -326,6 +425,7 @@ mod tests {
         for format in [Format::Png, Format::Jpeg, Format::WebP, Format::Exr] {
             let path = folder.path().join(format!("%d.{}", format.name()));
             let mut writer = create(&path, format, 7..9).unwrap();
+            let picture = picture(writer.form());
             let numbered = |number: u32| folder.path().join(format!("{number}.{}", format.name()));
             let mut seen = Vec::new();
             let mut look = |mut file: &File| {
@@ -333,9 +433,9 @@ mod tests {
                 file.rewind()?;
                 file.read_to_end(&mut seen).map(drop)
             };
-            writer.write_and_look(7, &film(), &settings(), &mut look).unwrap();
+            writer.write_and_look(7, &picture, &mut look).unwrap();
             assert_eq!(std::fs::read(numbered(7)).unwrap(), seen);
-            let refused = writer.write_and_look(8, &film(), &settings(), &mut |_| Err(io::Error::other("no")));
+            let refused = writer.write_and_look(8, &picture, &mut |_| Err(io::Error::other("no")));
             assert!(refused.unwrap_err().to_string().contains("can't be written: no") && !numbered(8).exists());
         }
         assert_eq!(names(folder.path()), ["7.exr", "7.jpg", "7.png", "7.webp"]);

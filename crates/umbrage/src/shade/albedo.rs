@@ -145,9 +145,15 @@ fn integrated<S: Simd>(simd: S, roughness: f32, n_v: f32) -> Vec2 {
 /// Masking-Shadowing Function in Microfacet-Based BRDFs*, 2014.
 #[inline(always)]
 pub(super) fn visibility<S: Simd>(a2: f32x16<S>, n_l: f32x16<S>, n_v: f32x16<S>) -> f32x16<S> {
+    0.5 / masked(a2, n_l, n_v)
+}
+
+/// One over twice the [`visibility`].
+#[inline(always)]
+pub(super) fn masked<S: Simd>(a2: f32x16<S>, n_l: f32x16<S>, n_v: f32x16<S>) -> f32x16<S> {
     let masking = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt();
     let shadowing = n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
-    0.5 / (masking + shadowing)
+    masking + shadowing
 }
 
 /// The fifth power of Schlick's Fresnel term.

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
-use super::albedo::{fifth_power, specular_albedo, visibility};
+use super::albedo::{fifth_power, masked, specular_albedo};
 use super::gloss::Gloss;
 use super::lanes::Vectors;
 use super::layer_paint::LayerPaint;
@@ -49,16 +49,16 @@ pub(crate) struct SeenReflectance<S: Simd> {
 pub(crate) const SMOOTHEST: f32 = 0.045;
 
 impl<S: Simd> Reflectance<S> {
+    /// A material whose dielectric part reflects the share `dielectric` straight ahead.
     #[inline(always)]
     pub(crate) fn new(
         simd: S,
         base_color: Vectors<S>,
         metallic: f32x16<S>,
         roughness: f32x16<S>,
-        ior: f32x16<S>,
+        dielectric: f32x16<S>,
     ) -> Self {
-        let ratio = (ior - 1.0) / (ior + 1.0);
-        let dielectric = Vectors::splat(simd, Vec3::ONE).scaled(ratio * ratio);
+        let dielectric = Vectors::splat(simd, Vec3::ONE).scaled(dielectric);
         let roughness = roughness.max(SMOOTHEST).min(1.0);
         Self {
             diffuse: base_color.scaled(1.0 - metallic),
@@ -82,12 +82,11 @@ impl<S: Simd> Reflectance<S> {
         mut self,
         simd: S,
         specular: &LayerPaint,
-        (base_color, metallic, ior): (Vectors<S>, f32x16<S>, f32x16<S>),
+        (base_color, metallic, dielectric): (Vectors<S>, f32x16<S>, f32x16<S>),
     ) -> Self {
         let lanes = mask32x16::from_bitmask(simd, specular.specular_lanes.into());
         let weight = f32x16::from_slice(simd, &specular.specular);
-        let ratio = (ior - 1.0) / (ior + 1.0);
-        let colored = Vectors::load(simd, &specular.specular_color).scaled(ratio * ratio).at_most_one();
+        let colored = Vectors::load(simd, &specular.specular_color).scaled(dielectric).at_most_one();
         let f0 = colored.scaled(weight).lerp(base_color, metallic);
         self.f0 = Vectors::select(lanes, f0, self.f0);
         self.f90 = lanes.select(weight + (1.0 - weight) * metallic, self.f90);
@@ -187,16 +186,16 @@ impl<S: Simd> SeenReflectance<S> {
         } = *self;
         let a2 = highlight * highlight;
         let n_l = normal.dot(light);
-        let half = (view + light).normalized_or(normal);
-        let n_h = normal.dot(half).max(0.0);
-        let mut fresnel = schlick(f0, f90, view.dot(half));
-        let mut lobe = distribution(a2, n_h) * visibility(a2, n_l, n_v);
+        let between = Between::new(view, light);
+        let mut fresnel = schlick(f0, f90, between.cosine());
+        let mut lobe = between.lobe(a2, normal, [n_l, n_v]);
         if let Some(layers) = layers {
             if let Some(film) = &layers.film {
                 fresnel = film.tinted(fresnel);
             }
             if let Some(grooves) = &layers.grooves {
-                lobe = grooves.lobe(lobe, half, light, [n_h, n_l, n_v]);
+                let half = between.half();
+                lobe = grooves.lobe(lobe, half, light, [normal.dot(half).max(0.0), n_l, n_v]);
             }
         }
         let specular = fresnel.scaled(lobe);
@@ -250,12 +249,43 @@ impl<S: Simd> SeenReflectance<S> {
     }
 }
 
-/// GGX: Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, 2007, equation 33; `a2` is its squared
-/// width.
-#[inline(always)]
-pub(super) fn distribution<S: Simd>(a2: f32x16<S>, n_h: f32x16<S>) -> f32x16<S> {
-    let d = n_h * n_h * (a2 - 1.0) + 1.0;
-    a2 / (PI * d * d)
+/// The microfacets that mirror one unit vector into another face between the two.
+pub(super) struct Between<S: Simd> {
+    sum: Vectors<S>,
+    /// The sum's squared length.
+    squared: f32x16<S>,
+}
+
+impl<S: Simd> Between<S> {
+    #[inline(always)]
+    pub(super) fn new(view: Vectors<S>, light: Vectors<S>) -> Self {
+        // Below this, the vectors are opposite and lengths lost to rounding.
+        const LEAST: f32 = 1e-6;
+        let sum = view + light;
+        Self { sum, squared: sum.dot(sum).max(LEAST) }
+    }
+
+    /// The microfacets' unit normal.
+    #[inline(always)]
+    pub(super) fn half(&self) -> Vectors<S> {
+        self.sum.scaled(1.0 / self.squared.sqrt())
+    }
+
+    /// The cosine between this normal and either of the vectors.
+    #[inline(always)]
+    pub(super) fn cosine(&self) -> f32x16<S> {
+        0.5 * self.squared.sqrt()
+    }
+
+    /// The GGX distribution of squared width `a2` at this normal (Walter et al., *Microfacet Models for Refraction through
+    /// Rough Surfaces*, 2007, equation 33) times [`visibility`], as one fraction: its numerator and denominator are
+    /// multiplied by the squared length. Cosines are those of the light and of the view with the surface's `normal`.
+    #[inline(always)]
+    pub(super) fn lobe(&self, a2: f32x16<S>, normal: Vectors<S>, [n_l, n_v]: [f32x16<S>; 2]) -> f32x16<S> {
+        let along = normal.dot(self.sum).max(0.0);
+        let d = along * along * (a2 - 1.0) + self.squared;
+        0.5 / PI * a2 * self.squared * self.squared / (d * d * masked(a2, n_l, n_v))
+    }
 }
 
 /// Schlick's Fresnel term, from `f0` straight ahead to `f90` at grazing angles.
@@ -284,7 +314,7 @@ mod tests {
         fn seen<S: Simd>(&self, simd: S, view: Vec3) -> SeenReflectance<S> {
             let number = |value: f32| f32x16::splat(simd, value);
             let base_color = Vectors::splat(simd, self.base_color);
-            Reflectance::new(simd, base_color, number(self.metallic), number(self.roughness), number(1.5)).seen(
+            Reflectance::new(simd, base_color, number(self.metallic), number(self.roughness), number(0.04)).seen(
                 simd,
                 Vectors::splat(simd, Vec3::Z),
                 Vectors::splat(simd, view),
@@ -341,6 +371,38 @@ mod tests {
                     let albedo = white.albedo(view).x;
                     let of = format!("roughness {roughness}, metallic {metallic}, n·v {cosine}: {albedo}");
                     assert!((0.85..1.1).contains(&albedo), "{of}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_lobe_is_the_product_of_distribution_and_visibility() {
+        let direction = |cosine: f64, turn: f64| {
+            let sine = (1.0 - cosine * cosine).sqrt();
+            [sine * libm::cos(turn), sine * libm::sin(turn), cosine]
+        };
+        for alpha in [0.01_f64, 0.2, 1.0] {
+            for (n_v, n_l) in [(1.0, 1.0), (0.9, 0.3), (0.05, 0.6), (0.4, 0.02)] {
+                for turn in [0.0, 0.4, 2.0, PI.into()] {
+                    let (view, light) = (direction(n_v, 0.0), direction(n_l, turn));
+                    let dot = view.iter().zip(light).map(|(v, l)| v * l).sum::<f64>();
+                    let a2 = alpha * alpha;
+                    let n_h2 = (n_v + n_l).powi(2) / (2.0 + 2.0 * dot);
+                    let distribution = a2 / (f64::from(PI) * (n_h2 * (a2 - 1.0) + 1.0).powi(2));
+                    let masked = |one: f64, other: f64| one * (other * other * (1.0 - a2) + a2).sqrt();
+                    let expected = distribution * 0.5 / (masked(n_l, n_v) + masked(n_v, n_l));
+                    for level in SimdLevel::available() {
+                        let lobe: Each<f32> = dispatch!(level, simd => {
+                            let of = |[x, y, z]: [f64; 3]| Vectors::splat(simd, Vec3::new(x as f32, y as f32, z as f32));
+                            let cosines = [n_l, n_v].map(|cosine| f32x16::splat(simd, cosine as f32));
+                            let between = Between::new(of(view), of(light));
+                            between.lobe(f32x16::splat(simd, a2 as f32), of([0.0, 0.0, 1.0]), cosines).into()
+                        });
+                        let relative = f64::from(lobe[0]) / expected - 1.0;
+                        // A narrow peak amplifies the roundings of its cosine.
+                        assert!(relative.abs() < 1e-4 + 2e-6 / a2, "{alpha} {n_v} {n_l} {turn}: {relative}");
+                    }
                 }
             }
         }

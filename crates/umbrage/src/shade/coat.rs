@@ -3,8 +3,8 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 use umbrage_scene::Clearcoat;
 
-use super::albedo::{fifth_power, specular_albedo, visibility};
-use super::brdf::{SMOOTHEST, distribution};
+use super::albedo::{fifth_power, specular_albedo};
+use super::brdf::{Between, SMOOTHEST};
 use super::lanes::{Each, Vectors};
 
 /// A clear lacquer seen from one side: `KHR_materials_clearcoat`, which has Fresnel's term of its smooth normal rather than
@@ -37,9 +37,7 @@ impl<S: Simd> Coat<S> {
     #[inline(always)]
     pub(super) fn lit(&self, simd: S, light: Vectors<S>) -> f32x16<S> {
         let n_l = self.normal.dot(light);
-        let half = (self.view + light).normalized_or(self.normal);
-        let n_h = self.normal.dot(half).max(0.0);
-        let lobe = distribution(self.a2, n_h) * visibility(self.a2, n_l, self.n_v) * n_l;
+        let lobe = Between::new(self.view, light).lobe(self.a2, self.normal, [n_l, self.n_v]) * n_l;
         n_l.simd_gt(0.0).select(self.part * lobe, f32x16::splat(simd, 0.0))
     }
 

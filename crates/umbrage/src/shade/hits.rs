@@ -10,25 +10,22 @@ use super::triangles::BlockTriangles;
 
 /// The hits of a block's rays.
 #[derive(Clone, Copy)]
-pub(crate) struct BlockHits<S: Simd> {
+pub(crate) struct BlockHits<'a, S: Simd> {
     /// The lanes with a hit, the first in the lowest bit. Other lanes hold numbers without a meaning, and ids that exist.
     pub(crate) shown: u16,
-    pub(crate) triangle: Each<u32>,
+    pub(crate) triangles: &'a BlockTriangles,
     /// Depth along the camera's forward axis, or along rays from mirrors.
     pub(crate) depth: f32x16<S>,
     /// World positions.
     pub(super) position: [Wide<S>; 2],
     /// Weights of the second and the third vertex.
     pub(super) barycentric: [f32x16<S>; 2],
-    pub(super) triangles: BlockTriangles,
     pub(super) corners: [Vectors<S>; 3],
 }
 
-/// The triangles that a block's pixels are known to show.
-#[derive(Clone, Copy)]
+/// The triangles that a block's rays are known to meet.
 pub(crate) struct SeenTriangles {
     shown: u16,
-    of_lanes: Each<u32>,
     triangles: BlockTriangles,
 }
 
@@ -38,7 +35,15 @@ impl SeenTriangles {
     pub(crate) fn new<S: Simd>(simd: S, frame: &Frame, block: &Block<'_>, seen: &Each<u32>) -> Option<Self> {
         let shown = !u32x16::simd_from(simd, *seen).simd_eq(SeenPixels::NONE).to_bitmask() as u16 & block.pixels();
         let of_lanes = existing(shown, |lane| seen[lane])?;
-        Some(Self { shown, of_lanes, triangles: BlockTriangles::new(simd, frame, &of_lanes) })
+        Some(Self { shown, triangles: BlockTriangles::new(simd, frame, of_lanes) })
+    }
+
+    /// Those of hits; `None` where there is none.
+    #[inline(always)]
+    pub(crate) fn of_found<S: Simd>(simd: S, frame: &Frame, found: &Each<Option<Hit>>) -> Option<Self> {
+        let shown = found.iter().rev().fold(0, |bits, hit| bits << 1 | u16::from(hit.is_some()));
+        let of_lanes = existing(shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
+        Some(Self { shown, triangles: BlockTriangles::new(simd, frame, of_lanes) })
     }
 
     /// The different ones.
@@ -47,7 +52,7 @@ impl SeenTriangles {
     }
 }
 
-impl<S: Simd> BlockHits<S> {
+impl<'a, S: Simd> BlockHits<'a, S> {
     /// The hits of the rays with the triangles that their pixels are known to show.
     ///
     /// Errors of depths are far below f32's precision.
@@ -57,38 +62,41 @@ impl<S: Simd> BlockHits<S> {
         frame: &Frame,
         block: &Block<'_>,
         rays: &BlockRays<S>,
-        seen: &SeenTriangles,
+        seen: &'a SeenTriangles,
     ) -> Self {
-        let SeenTriangles { shown, of_lanes: triangle, triangles } = *seen;
-        let corners = corner_vectors(simd, &frame.positions, &triangles);
+        let SeenTriangles { shown, ref triangles } = *seen;
+        let corners = corner_vectors(simd, &frame.positions, triangles);
         let ([a0, a1], [b0, b1], [c0, c1]) = (corners[0].widen(), corners[1].widen(), corners[2].widen());
         let low = Meeting::new(rays.origin[0], rays.direction[0], [a0, b0, c0]);
         let high = Meeting::new(rays.origin[1], rays.direction[1], [a1, b1, c1]);
         let barycentric =
             [low.barycentric[0].narrow(high.barycentric[0]), low.barycentric[1].narrow(high.barycentric[1])];
-        let known = Self::new(rays, shown, triangle, triangles, corners, [low.t, high.t], barycentric);
+        let known = Self::new(rays, shown, triangles, corners, [low.t, high.t], barycentric);
         let doubtful = shown & (low.doubtful | high.doubtful << (LANES / 2));
         if doubtful == 0 {
             return known;
         }
         let mut met = Met::of(&known, [low.t, high.t]);
         for lane in lanes_of(doubtful) {
-            met.set(lane, predicate::hit(&block.ray(lane), frame.triangles(), triangle[lane]));
+            met.set(lane, predicate::hit(&block.ray(lane), frame.triangles(), triangles.of_lanes[lane]));
         }
-        met.into_hits(simd, rays, triangle, triangles, corners)
+        met.into_hits(simd, rays, triangles, corners)
     }
 
-    /// Hits that were found by other queries; `None` where there is none.
+    /// Hits that were found by other queries, with their triangles.
     #[inline(always)]
-    pub(crate) fn of_found(simd: S, frame: &Frame, rays: &BlockRays<S>, found: &Each<Option<Hit>>) -> Option<Self> {
+    pub(crate) fn of_found(
+        simd: S,
+        frame: &Frame,
+        rays: &BlockRays<S>,
+        found: &Each<Option<Hit>>,
+        SeenTriangles { triangles, .. }: &'a SeenTriangles,
+    ) -> Self {
         let mut met = Met::default();
         for (lane, hit) in found.iter().enumerate() {
             met.set(lane, *hit);
         }
-        let triangle = existing(met.shown, |lane| found[lane].map_or(SeenPixels::NONE, |hit| hit.triangle))?;
-        let triangles = BlockTriangles::new(simd, frame, &triangle);
-        let corners = corner_vectors(simd, &frame.positions, &triangles);
-        Some(met.into_hits(simd, rays, triangle, triangles, corners))
+        met.into_hits(simd, rays, triangles, corner_vectors(simd, &frame.positions, triangles))
     }
 
     /// The corners' values, mixed by their weights.
@@ -102,15 +110,14 @@ impl<S: Simd> BlockHits<S> {
     fn new(
         rays: &BlockRays<S>,
         shown: u16,
-        triangle: Each<u32>,
-        triangles: BlockTriangles,
+        triangles: &'a BlockTriangles,
         corners: [Vectors<S>; 3],
         [low, high]: [f64x8<S>; 2],
         barycentric: [f32x16<S>; 2],
     ) -> Self {
         let position =
             [rays.origin[0] + rays.direction[0].scaled(low), rays.origin[1] + rays.direction[1].scaled(high)];
-        Self { shown, triangle, depth: low.narrow(high), position, barycentric, triangles, corners }
+        Self { shown, triangles, depth: low.narrow(high), position, barycentric, corners }
     }
 }
 
@@ -141,7 +148,7 @@ impl<S: Simd> Meeting<S> {
         // The point is in the triangle, except for rounding.
         let second = (offset.dot(across) * inverse).max(0.0).min(1.0);
         let third = (direction.dot(around) * inverse).max(0.0).min(1.0);
-        Self { t: height / determinant, barycentric: [second, third], doubtful: !(known.to_bitmask() as u16) & 0xff }
+        Self { t: height * inverse, barycentric: [second, third], doubtful: !(known.to_bitmask() as u16) & 0xff }
     }
 }
 
@@ -155,7 +162,7 @@ struct Met {
 
 impl Met {
     #[inline(always)]
-    fn of<S: Simd>(hits: &BlockHits<S>, t: [f64x8<S>; 2]) -> Self {
+    fn of<S: Simd>(hits: &BlockHits<'_, S>, t: [f64x8<S>; 2]) -> Self {
         let [low, high]: [[f64; LANES / 2]; 2] = [t[0].into(), t[1].into()];
         let mut both = [0.0; LANES];
         both[..LANES / 2].copy_from_slice(&low);
@@ -173,19 +180,18 @@ impl Met {
     }
 
     #[inline(always)]
-    fn into_hits<S: Simd>(
+    fn into_hits<'a, S: Simd>(
         self,
         simd: S,
         rays: &BlockRays<S>,
-        triangle: Each<u32>,
-        triangles: BlockTriangles,
+        triangles: &'a BlockTriangles,
         corners: [Vectors<S>; 3],
-    ) -> BlockHits<S> {
+    ) -> BlockHits<'a, S> {
         let (low, high) = self.t.split_at(LANES / 2);
         let t = [f64x8::from_slice(simd, low), f64x8::from_slice(simd, high)];
         let [second, third] = &self.barycentric;
         let barycentric = [f32x16::from_slice(simd, second), f32x16::from_slice(simd, third)];
-        BlockHits::new(rays, self.shown, triangle, triangles, corners, t, barycentric)
+        BlockHits::new(rays, self.shown, triangles, corners, t, barycentric)
     }
 }
 
@@ -219,7 +225,7 @@ pub(super) fn corner_vectors<S: Simd>(simd: S, of_vertices: &[Vec3], triangles: 
 mod tests {
     use std::sync::Arc;
 
-    use glam::Vec3;
+    use glam::{UVec2, Vec3};
     use umbrage_rays::{Camera, View};
     use umbrage_rays::{SimdLevel, dispatch};
     use umbrage_scene::Mesh;
@@ -232,7 +238,7 @@ mod tests {
         let mesh = Mesh { triangles: vec![[0, 1, 2]], ..Mesh::default() };
         let frame = Frame { positions: corners.to_vec(), mesh: Arc::new(mesh), ..Frame::default() };
         let sample = Sample::all(1).next().unwrap();
-        let block = Block { view, sample: &sample, corner: [0, 0] };
+        let block = Block { view, sample: &sample, corner: UVec2::ZERO };
         let truth: [Option<Hit>; LANES] =
             std::array::from_fn(|lane| predicate::hit(&block.ray(lane), frame.triangles(), 0));
         let seen = truth.map(|hit| hit.map_or(SeenPixels::NONE, |hit| hit.triangle));

@@ -15,59 +15,86 @@ pub(crate) struct Arriving<S: Simd> {
     pub(crate) irradiance: Vectors<S>,
 }
 
-/// The direction and irradiance of `light` at some points.
-#[inline(always)]
-pub(crate) fn arriving<S: Simd>(simd: S, light: &Light, points: [Wide<S>; 2]) -> Arriving<S> {
-    let emitted = Vectors::splat(simd, (light.color * light.intensity).clamp(Vec3::MIN, Vec3::MAX));
-    match light.source {
-        LightSource::Directional { direction } => {
-            Arriving { towards: Vectors::splat(simd, -direction), irradiance: emitted.at_most_brightest() }
-        }
-        LightSource::Point { position } => from_position(simd, position, light.range, emitted, points),
-        LightSource::Spot { position, direction, inner_radians, outer_radians } => {
-            let arriving = from_position(simd, position, light.range, emitted, points);
-            let cosine = Vectors::splat(simd, -direction).dot(arriving.towards);
-            if light.shape.is_flat() {
-                return Arriving { irradiance: arriving.irradiance.scaled(cosine.max(0.0)), ..arriving };
+/// A light, with the numbers that are the same for all points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Emitter {
+    source: LightSource,
+    emitted: Vec3,
+    /// One over the squared range of lights that have one.
+    inverse_squared_range: Option<f32>,
+    /// Of a spot with a cone, the factor and the summand that turn the cosine to its axis into the root of its falloff. A
+    /// flat light falls off with the cosine itself.
+    cone: Option<[f32; 2]>,
+}
+
+impl Emitter {
+    pub(crate) fn new(light: &Light) -> Self {
+        let cone = match light.source {
+            LightSource::Spot { inner_radians, outer_radians, .. } if !light.shape.is_flat() => {
+                // KHR_lights_punctual: squared linear interpolation between the cosines of the two angles.
+                let (inner, outer) = (libm::cosf(inner_radians), libm::cosf(outer_radians));
+                let factor = 1.0 / (inner - outer).max(1e-4);
+                Some([factor, -outer * factor])
             }
-            // KHR_lights_punctual: squared linear interpolation between the cosines of the two angles.
-            let (inner, outer) = (libm::cosf(inner_radians), libm::cosf(outer_radians));
-            let part = ((cosine - outer) / (inner - outer).max(1e-4)).max(0.0).min(1.0);
-            Arriving { irradiance: arriving.irradiance.scaled(part * part), ..arriving }
+            _ => None,
+        };
+        Self {
+            source: light.source,
+            emitted: (light.color * light.intensity).clamp(Vec3::MIN, Vec3::MAX),
+            inverse_squared_range: light.range.map(|range| (1.0 / (range * range)).clamp(f32::MIN_POSITIVE, f32::MAX)),
+            cone,
+        }
+    }
+
+    /// The direction and irradiance at some points.
+    #[inline(always)]
+    pub(crate) fn arriving<S: Simd>(&self, simd: S, points: [Wide<S>; 2]) -> Arriving<S> {
+        match self.source {
+            LightSource::Directional { direction } => Arriving {
+                towards: Vectors::splat(simd, -direction),
+                irradiance: Vectors::splat(simd, self.emitted).at_most_brightest(),
+            },
+            LightSource::Point { position } => self.from_position(simd, position, points),
+            LightSource::Spot { position, direction, .. } => {
+                let arriving = self.from_position(simd, position, points);
+                let cosine = Vectors::splat(simd, -direction).dot(arriving.towards);
+                let part = match self.cone {
+                    Some([factor, summand]) => {
+                        let root = (cosine * factor + summand).max(0.0).min(1.0);
+                        root * root
+                    }
+                    None => cosine.max(0.0),
+                };
+                Arriving { irradiance: arriving.irradiance.scaled(part), ..arriving }
+            }
+        }
+    }
+
+    /// The same for a light at a point that shines in all directions.
+    #[inline(always)]
+    fn from_position<S: Simd>(&self, simd: S, position: Vec3, points: [Wide<S>; 2]) -> Arriving<S> {
+        // In f64, since points of a scene far from the origin may be near the light.
+        let position = Wide::splat(simd, position.as_dvec3());
+        let offset = Vectors::narrow([position - points[0], position - points[1]]);
+        let squared = offset.dot(offset);
+        let is_apart = squared.simd_gt(0.0);
+        let inverse = 1.0 / squared.sqrt();
+        let nothing = Vectors::splat(simd, Vec3::ZERO);
+        let faded = match self.inverse_squared_range {
+            Some(inverse) => fade(squared * inverse),
+            None => f32x16::splat(simd, 1.0),
+        };
+        let irradiance = Vectors::splat(simd, self.emitted).scaled(faded * inverse * inverse).at_most_brightest();
+        Arriving {
+            towards: Vectors::select(is_apart, offset.scaled(inverse), nothing),
+            irradiance: Vectors::select(is_apart, irradiance, nothing),
         }
     }
 }
 
-/// The same for a light at a point that shines in all directions.
+/// The part of a light, 0 to 1, left at a squared distance given in squared ranges (`KHR_lights_punctual`).
 #[inline(always)]
-fn from_position<S: Simd>(
-    simd: S,
-    position: Vec3,
-    range: Option<f32>,
-    emitted: Vectors<S>,
-    points: [Wide<S>; 2],
-) -> Arriving<S> {
-    // In f64, since points of a scene far from the origin may be near the light.
-    let position = Wide::splat(simd, position.as_dvec3());
-    let offset = Vectors::narrow([position - points[0], position - points[1]]);
-    let squared = offset.dot(offset);
-    let distance = squared.sqrt();
-    let is_apart = squared.simd_gt(0.0);
-    let nothing = Vectors::splat(simd, Vec3::ZERO);
-    let faded = match range {
-        Some(range) => fade(distance / range),
-        None => f32x16::splat(simd, 1.0),
-    };
-    Arriving {
-        towards: Vectors::select(is_apart, offset.scaled(1.0 / distance), nothing),
-        irradiance: Vectors::select(is_apart, emitted.scaled(faded / squared).at_most_brightest(), nothing),
-    }
-}
-
-/// The part of a light, 0 to 1, left at a distance given in ranges (`KHR_lights_punctual`).
-#[inline(always)]
-fn fade<S: Simd>(distance: f32x16<S>) -> f32x16<S> {
-    let squared = distance * distance;
+fn fade<S: Simd>(squared: f32x16<S>) -> f32x16<S> {
     (1.0 - squared * squared).max(0.0).min(1.0)
 }
 
@@ -88,7 +115,7 @@ mod tests {
     /// Direction towards the light and irradiance; `None` where that is zero.
     fn arriving_at(light: &Light, point: DVec3) -> Option<[Vec3; 2]> {
         let arriving: [[Each<f32>; 3]; 2] = dispatch!(SimdLevel::default(), simd => {
-            let arriving = arriving(simd, light, [Wide::splat(simd, point); 2]);
+            let arriving = Emitter::new(light).arriving(simd, [Wide::splat(simd, point); 2]);
             [arriving.towards.store(), arriving.irradiance.store()]
         });
         let arriving = arriving.map(|vectors| vector_of(0, &vectors));

@@ -35,7 +35,7 @@ impl LayerPaint {
     /// The thickest film, in nanometres: a thicker one interferes beyond the eye's resolution of colours.
     const THICKEST_NANOMETERS: f32 = 1e5;
 
-    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<S>, texels: &Texels<'_, S>) -> Self {
+    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<'_, S>, texels: &Texels<'_, S>) -> Self {
         let mut paint = Self::nothing();
         for (material, lanes) in MaterialLanes::new(frame, hits) {
             if let Some(layers) = &material.layers {

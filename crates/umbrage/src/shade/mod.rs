@@ -25,7 +25,7 @@ mod triangles;
 pub(crate) use albedo::specular_albedo_table;
 pub(crate) use brdf::{Reflectance, SMOOTHEST, SeenReflectance};
 pub(crate) use hits::{BlockHits, SeenTriangles};
-pub(crate) use irradiance::arriving;
+pub(crate) use irradiance::Emitter;
 pub(crate) use rays::{Block, BlockRays};
 #[cfg(feature = "gpu")]
 pub(crate) use sheen::sheen_albedo_table;

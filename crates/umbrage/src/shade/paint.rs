@@ -13,7 +13,8 @@ pub(super) struct Paint {
     pub(super) opacity: Each<f32>,
     pub(super) metallic: Each<f32>,
     pub(super) roughness: Each<f32>,
-    pub(super) ior: Each<f32>,
+    /// The share of light that the dielectric part reflects straight ahead.
+    pub(super) dielectric: Each<f32>,
     /// Of the dielectric part alone.
     pub(super) transmission: Each<f32>,
     pub(super) ambient_occlusion: Each<f32>,
@@ -42,7 +43,7 @@ pub(super) struct Bumps {
 }
 
 impl Paint {
-    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<S>, texels: &Texels<'_, S>) -> Self {
+    pub(super) fn new<S: Simd>(frame: &Frame, hits: &BlockHits<'_, S>, texels: &Texels<'_, S>) -> Self {
         let mut materials = MaterialLanes::new(frame, hits);
         let Some((material, lanes)) = materials.next() else { return Self::plain(&Material::default()) };
         let mut paint = Self::plain(material);
@@ -61,7 +62,7 @@ impl Paint {
             opacity: each(material.base_color.w),
             metallic: each(material.metallic),
             roughness: each(material.roughness),
-            ior: each(material.ior),
+            dielectric: each(dielectric(material)),
             transmission: each(material.transmission.max(0.0)),
             ambient_occlusion: each(1.0),
             emitted: material.emissive.to_array().map(each),
@@ -80,7 +81,7 @@ impl Paint {
         self.opacity[lane] = material.base_color.w;
         self.metallic[lane] = material.metallic;
         self.roughness[lane] = material.roughness;
-        self.ior[lane] = material.ior;
+        self.dielectric[lane] = dielectric(material);
         self.transmission[lane] = material.transmission.max(0.0);
         put(lane, material.emissive, &mut self.emitted);
         let bit = 1 << lane;
@@ -123,6 +124,12 @@ impl Paint {
     }
 }
 
+/// Reflectance between air and the material straight ahead.
+fn dielectric(material: &Material) -> f32 {
+    let ratio = (material.ior - 1.0) / (material.ior + 1.0);
+    ratio * ratio
+}
+
 fn multiply(to: &mut Each<f32>, by: &Each<f32>, lanes: u16) {
     for (lane, (to, by)) in to.iter_mut().zip(by).enumerate() {
         *to *= if lanes >> lane & 1 == 1 { *by } else { 1.0 };
@@ -137,8 +144,8 @@ pub(super) struct MaterialLanes<'a> {
 }
 
 impl<'a> MaterialLanes<'a> {
-    pub(super) fn new<S: Simd>(frame: &'a Frame, hits: &'a BlockHits<S>) -> Self {
-        Self { frame, triangles: &hits.triangles, left: hits.shown }
+    pub(super) fn new<S: Simd>(frame: &'a Frame, hits: &'a BlockHits<'a, S>) -> Self {
+        Self { frame, triangles: hits.triangles, left: hits.shown }
     }
 }
 

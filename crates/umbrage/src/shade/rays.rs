@@ -1,5 +1,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, f64x8};
+use glam::UVec2;
 use umbrage_rays::{Projection, Ray, TileOrder, View};
 
 use super::lanes::{Each, LANES, Vectors, Wide};
@@ -11,21 +12,22 @@ pub(crate) struct Block<'a> {
     pub(crate) view: &'a View,
     pub(crate) sample: &'a Sample,
     /// Column and row of its upper left pixel.
-    pub(crate) corner: [u32; 2],
+    // Not an array, which would be loaded whole right after its halves are stored, and wait for all stores before.
+    pub(crate) corner: UVec2,
 }
 
 impl Block<'_> {
     /// Column and row of a lane's pixel; beyond the image's border for a lane without a pixel.
     #[inline(always)]
     pub(crate) fn pixel(&self, lane: usize) -> [u32; 2] {
-        let [x, y] = self.corner;
+        let UVec2 { x, y } = self.corner;
         [x + lane as u32 % TileOrder::BLOCK, y + lane as u32 / TileOrder::BLOCK]
     }
 
     /// The lanes with a pixel, the first in the lowest bit.
     #[inline(always)]
     pub(crate) fn pixels(&self) -> u16 {
-        let [columns, rows] = [self.view.width - self.corner[0], self.view.height - self.corner[1]];
+        let [columns, rows] = [self.view.width - self.corner.x, self.view.height - self.corner.y];
         let in_row = 0xf_u16 >> TileOrder::BLOCK.saturating_sub(columns);
         (in_row * 0x1111) & (u16::MAX >> (TileOrder::BLOCK * TileOrder::BLOCK.saturating_sub(rows)))
     }
@@ -52,8 +54,9 @@ impl<S: Simd> BlockRays<S> {
     /// The camera rays of a block of pixels: bit for bit those of [`Sample::ray`].
     #[inline(always)]
     pub(crate) fn new(simd: S, block: &Block<'_>) -> Self {
-        let low = eight_rays(simd, block, 0);
-        let high = eight_rays(simd, block, TileOrder::BLOCK / 2);
+        let (right_by, up_by) = steps(simd, block);
+        let low = eight_rays(simd, block, right_by, up_by[0]);
+        let high = eight_rays(simd, block, right_by, up_by[1]);
         let direction = [low.1, high.1];
         let backwards = -Vectors::narrow(direction);
         let towards_origin = backwards.scaled(1.0 / backwards.length());
@@ -90,22 +93,32 @@ fn lanes_of_rays(rays: &Each<Ray>) -> [[[[f64; LANES / 2]; 3]; 2]; 2] {
     lanes
 }
 
-/// Origins and directions of two rows of a block.
+/// The steps to the right of a block's columns, twice, and the steps up of its first two rows and its last two.
 #[inline(always)]
-fn eight_rays<S: Simd>(simd: S, block: &Block<'_>, first_row: u32) -> (Wide<S>, Wide<S>) {
-    const COLUMNS: [f64; LANES / 2] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
-    const ROWS: [f64; LANES / 2] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-    let Block { view, sample, corner: [x, y] } = *block;
-    let camera = &view.camera;
+fn steps<S: Simd>(simd: S, block: &Block<'_>) -> (f64x8<S>, [f64x8<S>; 2]) {
+    // Columns, then rows, so that one division serves both.
+    const AT: [f64; LANES / 2] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+    let Block { view, sample, corner: UVec2 { x, y } } = *block;
     let [width, height] = [view.width, view.height].map(f64::from);
-    let x = f64x8::from_slice(simd, &COLUMNS) + f64::from(x) + sample.offset_pixels.x;
-    let y = f64x8::from_slice(simd, &ROWS) + f64::from(y + first_row) + sample.offset_pixels.y;
-    let half_height = match camera.projection {
+    let half = |column: f64, row: f64| f64x8::from_slice(simd, &[column, column, column, column, row, row, row, row]);
+    let at = f64x8::from_slice(simd, &AT) + half(f64::from(x), f64::from(y));
+    let twice = (at + half(sample.offset_pixels.x, sample.offset_pixels.y)) * 2.0;
+    let half_height = match view.camera.projection {
         Projection::Perspective { tan_half_height } => tan_half_height,
         Projection::Orthographic { half_height } => half_height,
     };
-    let right_by = (x * 2.0 - width) / height * f64::from(half_height);
-    let up_by = (height - y * 2.0) / height * f64::from(half_height);
+    // Rows count downwards; a sign changes no rounding.
+    let by = (twice - half(width, height)) / half(height, -height) * f64::from(half_height);
+    let [a, b, c, d, e, f, g, h]: [f64; LANES / 2] = by.into();
+    let right_by = f64x8::from_slice(simd, &[a, b, c, d, a, b, c, d]);
+    let [upper, lower] = [[e, e, e, e, f, f, f, f], [g, g, g, g, h, h, h, h]];
+    (right_by, [f64x8::from_slice(simd, &upper), f64x8::from_slice(simd, &lower)])
+}
+
+/// Origins and directions of two rows of a block.
+#[inline(always)]
+fn eight_rays<S: Simd>(simd: S, block: &Block<'_>, right_by: f64x8<S>, up_by: f64x8<S>) -> (Wide<S>, Wide<S>) {
+    let camera = &block.view.camera;
     let right = Wide::splat(simd, camera.right.as_dvec3()).scaled(right_by);
     let across = right + Wide::splat(simd, camera.up.as_dvec3()).scaled(up_by);
     let position = Wide::splat(simd, camera.position.as_dvec3());
@@ -131,7 +144,7 @@ mod tests {
         for camera in [camera, parallel] {
             let view = View { camera, width: 301, height: 203 };
             for sample in Sample::all(3) {
-                let block = Block { view: &view, sample: &sample, corner: [132, 68] };
+                let block = Block { view: &view, sample: &sample, corner: UVec2::new(132, 68) };
                 let rays: [[Vec<[f64; 3]>; 2]; 2] = dispatch!(SimdLevel::default(), simd => {
                     let rays = BlockRays::new(simd, &block);
                     [rays.origin, rays.direction].map(|halves| halves.map(|half| {
@@ -154,7 +167,7 @@ mod tests {
         let sample = Sample::all(1).next().unwrap();
         for (width, height) in [(9, 6), (8, 8), (11, 7), (1, 1)] {
             let view = View { camera, width, height };
-            for corner in (0..height).step_by(4).flat_map(|y| (0..width).step_by(4).map(move |x| [x, y])) {
+            for corner in (0..height).step_by(4).flat_map(|y| (0..width).step_by(4).map(move |x| UVec2::new(x, y))) {
                 let block = Block { view: &view, sample: &sample, corner };
                 for lane in 0..LANES {
                     let [x, y] = block.pixel(lane);

@@ -80,7 +80,7 @@ impl<S: Simd> Surface<S> {
         simd: S,
         frame: &Frame,
         rays: &BlockRays<S>,
-        hits: &BlockHits<S>,
+        hits: &BlockHits<'_, S>,
         footprint: &Footprint,
         smooth_terminator: bool,
     ) -> Self {
@@ -99,14 +99,15 @@ impl<S: Simd> Surface<S> {
         if PLAIN {
             transmission = f32x16::splat(simd, 0.0);
         }
-        let (roughness, ior) = (f32x16::from_slice(simd, &paint.roughness), f32x16::from_slice(simd, &paint.ior));
-        let mut reflectance = Reflectance::new(simd, base_color, metallic, roughness, ior);
+        let roughness = f32x16::from_slice(simd, &paint.roughness);
+        let dielectric = f32x16::from_slice(simd, &paint.dielectric);
+        let mut reflectance = Reflectance::new(simd, base_color, metallic, roughness, dielectric);
         let smooth = facet.smooth_normal(simd, frame, hits);
         let normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.bumps));
         let mut layers = None;
         if !PLAIN && paint.layered != 0 {
             let paint = LayerPaint::new(frame, hits, &texels);
-            reflectance = reflectance.with_specular(simd, &paint, (base_color, metallic, ior));
+            reflectance = reflectance.with_specular(simd, &paint, (base_color, metallic, dielectric));
             let coat_normal = facet.on_the_side_of_the_ray(smooth, bend(simd, smooth, &paint.coat_bumps));
             let normals = [normal, coat_normal, bend(simd, smooth, &paint.grooves)];
             layers = Some(Layers::new(simd, &paint, &mut reflectance, normals, rays.towards_origin));
@@ -150,7 +151,7 @@ struct Facet<S: Simd> {
 
 impl<S: Simd> Facet<S> {
     #[inline(always)]
-    fn new(rays: &BlockRays<S>, hits: &BlockHits<S>, footprint: &Footprint) -> Self {
+    fn new(rays: &BlockRays<S>, hits: &BlockHits<'_, S>, footprint: &Footprint) -> Self {
         let [a, b, c] = hits.corners;
         let view = rays.towards_origin;
         let doubled_area = (b - a).cross(c - a);
@@ -166,7 +167,7 @@ impl<S: Simd> Facet<S> {
 
     /// The normal that is interpolated between the vertices, on the front of the surface.
     #[inline(always)]
-    fn smooth_normal(&self, simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vectors<S> {
+    fn smooth_normal(&self, simd: S, frame: &Frame, hits: &BlockHits<'_, S>) -> Vectors<S> {
         if frame.normals.is_empty() {
             return self.front;
         }
@@ -184,7 +185,7 @@ impl<S: Simd> Facet<S> {
 
 /// The vertices' own colours and opacities, interpolated.
 #[inline(always)]
-fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> (Vectors<S>, f32x16<S>) {
+fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<'_, S>) -> (Vectors<S>, f32x16<S>) {
     let [[ra, ga, ba, alpha_a], [rb, gb, bb, alpha_b], [rc, gc, bc, alpha_c]] = hits.triangles.corners(
         simd,
         #[inline(always)]
@@ -201,8 +202,8 @@ fn vertex_colors<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> (Vecto
 
 /// The vertices' normals, interpolated; of any length.
 #[inline(always)]
-fn vertex_normals<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<S>) -> Vectors<S> {
-    hits.interpolated(corner_vectors(simd, &frame.normals, &hits.triangles))
+fn vertex_normals<S: Simd>(simd: S, frame: &Frame, hits: &BlockHits<'_, S>) -> Vectors<S> {
+    hits.interpolated(corner_vectors(simd, &frame.normals, hits.triangles))
 }
 
 /// Normals bent by the normal texture in the lanes that have one.

@@ -16,7 +16,7 @@ use super::transcendental::log2;
 pub(super) struct Texels<'a, S: Simd> {
     simd: S,
     frame: &'a Frame,
-    hits: &'a BlockHits<S>,
+    hits: &'a BlockHits<'a, S>,
     /// Area of each ray's cone on the surface, in triangle areas.
     covered_triangles: f32x16<S>,
     /// Corners of each set, read at its first use.
@@ -38,7 +38,7 @@ pub(super) struct Tangents {
 
 impl<'a, S: Simd> Texels<'a, S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, frame: &'a Frame, hits: &'a BlockHits<S>, covered_triangles: f32x16<S>) -> Self {
+    pub(super) fn new(simd: S, frame: &'a Frame, hits: &'a BlockHits<'a, S>, covered_triangles: f32x16<S>) -> Self {
         Self { simd, frame, hits, covered_triangles, corner_coords: [Cell::new(None), Cell::new(None)] }
     }
 

@@ -6,8 +6,8 @@ use umbrage_scene::Frame;
 use super::lanes::{Each, LANES};
 
 /// The triangles that a block's lanes show: neighbours often show the same one, and each is read once.
-#[derive(Clone, Copy)]
-pub(super) struct BlockTriangles {
+pub(crate) struct BlockTriangles {
+    pub(crate) of_lanes: Each<u32>,
     /// The number of different triangles.
     count: usize,
     ids: Each<u32>,
@@ -23,9 +23,9 @@ const MOST_SPREAD: usize = 8;
 impl BlockTriangles {
     /// Sorts the lanes by their triangles.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(simd: S, frame: &Frame, of_lanes: &Each<u32>) -> Self {
-        let mut triangles = Self { count: 0, ids: [0; LANES], lanes: [0; LANES], vertices: [[0; 3]; LANES] };
-        let all = u32x16::simd_from(simd, *of_lanes);
+    pub(super) fn new<S: Simd>(simd: S, frame: &Frame, of_lanes: Each<u32>) -> Self {
+        let mut triangles = Self { of_lanes, count: 0, ids: [0; LANES], lanes: [0; LANES], vertices: [[0; 3]; LANES] };
+        let all = u32x16::simd_from(simd, of_lanes);
         let mut left = u16::MAX;
         while left != 0 {
             let id = of_lanes[left.trailing_zeros() as usize % LANES];
@@ -109,7 +109,7 @@ mod tests {
             let of_lanes: Each<u32> = std::array::from_fn(|lane| 3 + lane as u32 * 7 % different);
             for level in SimdLevel::available() {
                 let (triangles, corners) = dispatch!(level, simd => {
-                    let triangles = BlockTriangles::new(simd, &frame, &of_lanes);
+                    let triangles = BlockTriangles::new(simd, &frame, of_lanes);
                     let corners = triangles.corners(simd, value).map(|corner| corner.map(Each::<f32>::from));
                     (triangles, corners)
                 });

@@ -421,6 +421,24 @@ fn triangles_that_are_nowhere_are_left_out() {
 }
 
 #[test]
+fn films_without_first_hits_have_the_same_colors() {
+    let check = |renderer: &mut Renderer| {
+        let settings = Settings { camera: camera().into(), samples: 2, ..settings() };
+        let without = Settings { first_hits: false, ..settings.clone() };
+        let whole = renderer.render_frame(&frame(), &settings).expect("a frame").clone();
+        let bare = renderer.render_frame(&frame(), &without).expect("a frame");
+        assert!(bare.color == whole.color && whole.triangle.contains(&2));
+        assert!(bare.triangle.is_empty() && bare.depth.is_empty() && bare.normal.is_empty());
+        let again = renderer.render_frame(&frame(), &settings).expect("a frame");
+        assert!(again.triangle == whole.triangle && again.depth == whole.depth && again.normal == whole.normal);
+    };
+    check(&mut Renderer::default());
+    if let Some(mut gpu) = common::renderer() {
+        check(&mut gpu);
+    }
+}
+
+#[test]
 fn frames_without_cameras_are_framed_as_they_are() {
     let mut renderer = Renderer::default();
     for offset in [Vec3::ZERO, Vec3::new(40.0, -7.0, 3.0)] {

@@ -26,8 +26,8 @@ pub enum FloatDepth {
 }
 
 /// Writes a film as one part: `R`, `G`, `B`, `A` (linear radiance and coverage), `Z` and `depth.Z` (the same depths),
-/// `normal.X`, `normal.Y`, `normal.Z` and `id` (unsigned integers), and its layers. `rate` is that of the animation, if the
-/// film is a frame of one.
+/// `normal.X`, `normal.Y`, `normal.Z` and `id` (unsigned integers), and its layers. A film without first hits has only its
+/// colours and layers. `rate` is that of the animation, if the film is a frame of one.
 pub(crate) fn write(
     film: &Film,
     path: &Path,
@@ -54,24 +54,31 @@ fn channels(film: &Film, depth: FloatDepth) -> SmallVec<[AnyChannel<FlatSamples>
         FloatDepth::Full => FlatSamples::F32(film.color.iter().map(axis).collect()),
     };
     let normal = |axis: fn(&Vec3) -> f32| FlatSamples::F32(film.normal.iter().map(axis).collect());
-    [
+    let colors = [
         ("R", color(|color| color.x)),
         ("G", color(|color| color.y)),
         ("B", color(|color| color.z)),
         ("A", color(|color| color.w)),
-        // By the name that every compositing program knows, and as a layer.
-        ("Z", FlatSamples::F32(film.depth.clone())),
-        ("depth.Z", FlatSamples::F32(film.depth.clone())),
-        ("normal.X", normal(|normal| normal.x)),
-        ("normal.Y", normal(|normal| normal.y)),
-        ("normal.Z", normal(|normal| normal.z)),
-        ("id", FlatSamples::U32(film.triangle.clone())),
-    ]
-    .into_iter()
-    .map(|(name, samples)| (name.to_owned(), samples))
-    .chain(layer_channels(film))
-    .map(|(name, samples)| AnyChannel::new(name.as_str(), samples))
-    .collect()
+    ];
+    let hits = || {
+        [
+            // By the name that every compositing program knows, and as a layer.
+            ("Z", FlatSamples::F32(film.depth.clone())),
+            ("depth.Z", FlatSamples::F32(film.depth.clone())),
+            ("normal.X", normal(|normal| normal.x)),
+            ("normal.Y", normal(|normal| normal.y)),
+            ("normal.Z", normal(|normal| normal.z)),
+            ("id", FlatSamples::U32(film.triangle.clone())),
+        ]
+    };
+    let hits = (!film.triangle.is_empty()).then(hits).into_iter().flatten();
+    colors
+        .into_iter()
+        .chain(hits)
+        .map(|(name, samples)| (name.to_owned(), samples))
+        .chain(layer_channels(film))
+        .map(|(name, samples)| AnyChannel::new(name.as_str(), samples))
+        .collect()
 }
 
 /// The nearest half-precision value; the largest finite one for larger values.
@@ -94,7 +101,9 @@ fn layer_channels(film: &Film) -> Vec<(String, FlatSamples)> {
     }
     if !object.is_empty() {
         channels.push(("ids.object".to_owned(), FlatSamples::U32(object.clone())));
-        channels.push(("ids.triangle".to_owned(), FlatSamples::U32(film.triangle.clone())));
+        if !film.triangle.is_empty() {
+            channels.push(("ids.triangle".to_owned(), FlatSamples::U32(film.triangle.clone())));
+        }
     }
     channels.extend(cryptomatte::channels(&film.layers));
     channels
@@ -164,6 +173,13 @@ mod tests {
         assert_eq!(channel("normal.Z"), FlatSamples::F32(vec![-0.3; 15]));
         assert_eq!(channel("normal.Y"), FlatSamples::F32(film.normal.iter().map(|normal| normal.y).collect()));
         assert_eq!(channel("id"), FlatSamples::U32(film.triangle));
+    }
+
+    #[test]
+    fn a_film_without_first_hits_has_no_channels_of_them() {
+        let bare = Film { depth: Vec::new(), normal: Vec::new(), triangle: Vec::new(), ..film() };
+        let names = channels(&bare, FloatDepth::Half).into_iter().map(|channel| channel.name.to_string());
+        assert_eq!(names.collect::<Vec<_>>(), ["R", "G", "B", "A"]);
     }
 
     #[test]
