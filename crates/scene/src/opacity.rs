@@ -279,7 +279,7 @@ impl<'a> OpacityPlane<'a> {
             let vertex_error = (self.vertex[1].abs() + self.vertex[2].abs()) * error + self.vertex_error;
             (vertex_low[lane], vertex_high[lane]) = (vertex - vertex_error, vertex + vertex_error);
             let is_ordered = (self.base >= 0.0) & (vertex_low[lane] >= 0.0);
-            usable[lane] = is_near & (error >= 0.0) & (error <= Self::OVERHANG) & is_close & is_ordered;
+            usable[lane] = is_near & (0.0..=Self::OVERHANG).contains(&error) & is_close & is_ordered;
         }
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % 16;
