@@ -20,6 +20,7 @@ mod shorthand;
 mod signals;
 mod staging;
 mod structures;
+mod threads;
 mod values;
 mod view;
 mod words;

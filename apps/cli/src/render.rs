@@ -12,11 +12,12 @@ use crate::engine;
 use crate::failure::{Failure, say};
 use crate::feature::Feature;
 use crate::flags::StatsFlag;
-use crate::job::{Job, check_inputs_stay, use_threads};
+use crate::job::{Job, check_inputs_stay};
 use crate::progress::Progress;
 use crate::records::Records;
 use crate::report::{self, FrameReport, Report, thousands};
 use crate::staging::Staging;
+use crate::threads::use_threads;
 use crate::written::{self, FrameWriter, Rendered};
 
 pub(crate) fn run(job: &Job) -> Result<(), Failure> {

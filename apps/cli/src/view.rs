@@ -27,7 +27,7 @@ pub(crate) fn run(flags: ViewFlags) -> Result<(), Failure> {
         Some(EngineKind::Auto) if !has_gpu() => Some(EngineChoice::Cpu),
         None | Some(EngineKind::Auto | EngineKind::Gpu) => Some(EngineChoice::Gpu(device)),
     };
-    crate::job::use_threads(flags.scene.threads, None)?;
+    crate::threads::use_threads(flags.scene.threads, None)?;
     let start = Start {
         scene: Some(flags.scene.address()),
         options: flags.scene.opening.options_for_pictures(),

@@ -11,9 +11,10 @@ use umbrage::{Error, HeatKind, HeatScale, Image, Renderer, Settings, WorkCounts}
 
 use crate::failure::Failure;
 use crate::flags::HeatmapFlags;
-use crate::job::{check_inputs_stay, check_memory, use_threads};
+use crate::job::{check_inputs_stay, check_memory};
 use crate::progress::Progress;
 use crate::staging::camera_choice;
+use crate::threads::use_threads;
 use crate::values::Size;
 use legend::{Legend, sixteen_bits};
 

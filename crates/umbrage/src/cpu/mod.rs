@@ -11,6 +11,7 @@ mod samples;
 mod see;
 mod shade;
 mod strip;
+mod strips;
 mod terminator;
 mod tint;
 

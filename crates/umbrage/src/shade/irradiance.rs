@@ -54,9 +54,9 @@ impl Emitter {
                 towards: Vectors::splat(simd, -direction),
                 irradiance: Vectors::splat(simd, self.emitted).at_most_brightest(),
             },
-            LightSource::Point { position } => self.from_position(simd, position, points),
+            LightSource::Point { position } => self.at_position(simd, position, points),
             LightSource::Spot { position, direction, .. } => {
-                let arriving = self.from_position(simd, position, points);
+                let arriving = self.at_position(simd, position, points);
                 let cosine = Vectors::splat(simd, -direction).dot(arriving.towards);
                 let part = match self.cone {
                     Some([factor, summand]) => {
@@ -72,7 +72,7 @@ impl Emitter {
 
     /// The same for a light at a point that shines in all directions.
     #[inline(always)]
-    fn from_position<S: Simd>(&self, simd: S, position: Vec3, points: [Wide<S>; 2]) -> Arriving<S> {
+    fn at_position<S: Simd>(&self, simd: S, position: Vec3, points: [Wide<S>; 2]) -> Arriving<S> {
         // In f64, since points of a scene far from the origin may be near the light.
         let position = Wide::splat(simd, position.as_dvec3());
         let offset = Vectors::narrow([position - points[0], position - points[1]]);
