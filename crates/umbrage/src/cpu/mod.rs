@@ -11,7 +11,6 @@ mod samples;
 mod see;
 mod shade;
 mod strip;
-mod strips;
 mod terminator;
 mod tint;
 

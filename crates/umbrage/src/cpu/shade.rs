@@ -2,17 +2,19 @@ use std::mem;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
-use glam::Vec3;
+use glam::{UVec2, Vec3, Vec4};
+use rayon::iter::Either;
+use rayon::prelude::*;
+use umbrage_rays::dispatch;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SingleRays};
+use umbrage_rays::{Hit, LightMask, Ray, SeenPixels, Sides, SimdLevel, SingleRays, TileOrder, View};
 use umbrage_scene::{Frame, Light};
 
-use super::marks::Marks;
+use super::marks::{MarkStrip, Marks};
 use super::met::Met;
 use super::onward::{Drawn, Lanes, Meeting, Onward, Path, Queue, Shadow};
 use super::samples::{OneSample, Slots};
-use super::strip::{Flat, Shaded, Strip};
-use super::strips::Strips;
+use super::strip::{FirstHits, Flat, Shaded, Strip};
 use super::terminator::smooth_point;
 use super::{Cpu, hit_of};
 use crate::Film;
@@ -20,13 +22,13 @@ use crate::background::Surroundings;
 use crate::develop::Developer;
 use crate::engine::Staged;
 use crate::plan::Plan;
+use crate::sampling::Samples;
 use crate::shade::glass::Media;
 use crate::shade::lanes::{BRIGHTEST, Each, LANES, Vectors, lanes_of, vector_of};
 use crate::shade::{Block, BlockHits, BlockRays, Emitter, Footprint, SeenTriangles};
 
 impl Cpu {
-    /// Adds each pixel's radiance at the current samples to the film, in the order of their numbers; or develops it to
-    /// rows, if the frame has one sample of each pixel and no film.
+    /// Adds each pixel's radiance at the current samples to the film, or develops a frame of one sample without a film.
     pub(super) fn shade_pixels(&mut self, staged: &Staged<'_>, marks: Option<&Marks>, film: &mut Film) {
         let Staged { frame, lights, sky_lights, ref view, surroundings, ref samples, .. } = *staged;
         self.emitters.clear();
@@ -53,12 +55,88 @@ impl Cpu {
             has_flat: staged.has_flat(),
         };
         let strips = Strips { shading: &shading, level, view, samples, marks };
-        if self.is_to_rows {
-            strips.develop(Developer::new(staged.settings, 1), &mut rows);
-        } else {
-            strips.shade(film);
+        match self.is_to_rows {
+            true => strips.develop(Developer::new(staged.settings, 1), &mut rows),
+            false => strips.shade(film),
         }
         self.rows = rows;
+    }
+}
+
+/// A frame to be shaded in strips, rows of blocks.
+struct Strips<'a> {
+    shading: &'a Shading<'a>,
+    level: SimdLevel,
+    view: &'a View,
+    samples: &'a Samples,
+    marks: Option<&'a Marks>,
+}
+
+impl Strips<'_> {
+    /// Adds all of them to the film.
+    fn shade(&self, Film { color, flat, depth, normal, triangle, .. }: &mut Film) {
+        let rows = self.pixels();
+        let strips = color.len().div_ceil(rows);
+        let flat = match flat.is_empty() {
+            true => Either::Left((0..strips).into_par_iter().map(|_| None)),
+            false => Either::Right(flat.par_chunks_mut(rows).map(Some)),
+        };
+        let hits = match triangle.is_empty() {
+            true => Either::Left((0..strips).into_par_iter().map(|_| None)),
+            false => {
+                let hits = depth.par_chunks_mut(rows).zip(normal.par_chunks_mut(rows));
+                let hits = hits.zip(triangle.par_chunks_mut(rows));
+                Either::Right(hits.map(|((depth, normal), triangle)| Some(FirstHits { depth, normal, triangle })))
+            }
+        };
+        let planes = color.par_chunks_mut(rows).zip(flat).zip(hits);
+        planes.enumerate().for_each_init(<_>::default, |memory, (number, ((color, flat), hits))| {
+            self.add(number, memory, &mut Strip { color, flat, hits });
+        });
+    }
+
+    /// Develops all of them, each while a fast cache has it.
+    fn develop(&self, developer: Developer, rows: &mut Vec<u8>) {
+        rows.resize(3 * self.view.width as usize * self.view.height as usize, 0);
+        let strips = rows.par_chunks_mut(3 * self.pixels()).enumerate();
+        strips.for_each_init(<(_, [Vec<Vec4>; 2])>::default, |(memory, [color, flat]), (number, rows)| {
+            let pixels = rows.len() / 3;
+            color.resize(pixels, Vec4::ZERO);
+            flat.resize(if self.shading.has_flat { pixels } else { 0 }, Vec4::ZERO);
+            let flat_rows = Some(&mut flat[..]).filter(|flat| !flat.is_empty());
+            self.add(number, memory, &mut Strip { color, flat: flat_rows, hits: None });
+            dispatch!(self.level, simd => developer.encode_rows(simd, (color, flat), rows));
+        });
+    }
+
+    /// The pixels of a strip that isn't cut.
+    fn pixels(&self) -> usize {
+        TileOrder::BLOCK as usize * self.view.width as usize
+    }
+
+    /// Adds a strip, in the memory of an earlier one.
+    fn add(&self, number: usize, (queue, drawn): &mut (Queue, MarkStrip), film: &mut Strip<'_>) {
+        let &Self { shading, level, view, samples, marks } = self;
+        let y = number as u32 * TileOrder::BLOCK;
+        for (which, sample) in samples.as_slice().iter().enumerate() {
+            let one = OneSample::new(shading.seen.order(), samples, which);
+            if let Some(marks) = marks {
+                drawn.draw(marks, view, sample, y);
+            }
+            for x in (0..view.width).step_by(TileOrder::BLOCK as usize) {
+                let block = Block { view, sample, corner: UVec2::new(x, y) };
+                let before = [queue.next.len(), queue.shadows.len()];
+                dispatch!(level, simd => {
+                    let mut shaded = shading.shade_seen(simd, &block, &one, queue);
+                    if let Some(marks) = marks {
+                        let ids = one.slots(block.corner).of(&shading.seen.triangle);
+                        drawn.cover(marks, shading.frame, &block, &ids, &mut shaded).take_from(queue, before);
+                    }
+                    film.add_block(simd, &block, &shaded);
+                });
+            }
+            queue.follow(level, shading, marks.map(|marks| (marks, &*drawn)), film);
+        }
     }
 }
 
@@ -67,7 +145,7 @@ pub(super) struct Shading<'a> {
     /// For secondary rays; built if any [go on](Plan::goes_on).
     pub(super) rays_onward: &'a dyn SingleRays,
     lit: &'a [LightMask],
-    pub(super) seen: &'a SeenPixels,
+    seen: &'a SeenPixels,
     pub(super) frame: &'a Frame,
     pub(super) lights: &'a [Light],
     /// The same lights.
@@ -83,7 +161,7 @@ pub(super) struct Shading<'a> {
     /// For each material, whether paths [end](Plan::ends_at) at it.
     is_plain: &'a [bool],
     /// Whether the film has [`Film::flat`].
-    pub(super) has_flat: bool,
+    has_flat: bool,
 }
 
 /// How light from the surroundings arrives.
@@ -100,13 +178,7 @@ pub(super) enum AroundLight {
 impl Shading<'_> {
     /// Shades the hits of a block's camera rays, and queues their secondary rays.
     #[inline(always)]
-    pub(super) fn shade_seen<S: Simd>(
-        &self,
-        simd: S,
-        block: &Block<'_>,
-        one_sample: &OneSample,
-        queue: &mut Queue,
-    ) -> Shaded {
+    fn shade_seen<S: Simd>(&self, simd: S, block: &Block<'_>, one_sample: &OneSample, queue: &mut Queue) -> Shaded {
         let slots = one_sample.slots(block.corner);
         let ids = slots.of(&self.seen.triangle);
         let Some(seen) = SeenTriangles::new(simd, self.frame, block, &ids) else {
