@@ -90,7 +90,7 @@ fn render_frames(job: &Job, scene: &Scene, report: &mut Report) -> Result<(), Fa
             renderer.render(scene, seconds, &settings)?;
             renderer.swap_film(&mut film);
             if job.measures_exposure() {
-                settings.exposure_stops = measured.unwrap_or_else(|| film.metered_stops(renderer.frame()));
+                settings.exposure_stops = film.metered_stops(renderer.frame());
             }
             if let Some(view) = job.flags.show {
                 view.paint(&mut film, renderer.frame());

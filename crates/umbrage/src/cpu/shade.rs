@@ -196,7 +196,7 @@ impl Shading<'_> {
     }
 
     /// Shades hits of any materials.
-    // Apart, so that plain ones keep what they need in registers and in a small stack frame.
+    // Apart, so that the code for plain ones has few numbers to keep in registers and a small stack frame.
     #[inline(never)]
     fn shade_any_hits<S: Simd>(
         &self,
