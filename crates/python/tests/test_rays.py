@@ -48,6 +48,30 @@ def test_weights_and_normals_are_of_the_hit(random):
         assert (answer[key][~hit] == INVALID).all()
 
 
+def test_only_the_keys_that_are_named_are_found(random):
+    vertices, triangles = sphere()
+    scene = scene_of(vertices, triangles)
+    camera = umbrage.Camera([0, 0.2, 3], [0.2, 0, 0])
+    rays = rays_around(random, 1000)
+    for ask in (
+        lambda **named: scene.cast_rays(rays, **named),
+        lambda **named: scene.scan([0.1, 0.2, 2], rays[:, 3:], **named),
+        lambda **named: scene.scan([0.1, 0.2, 2], rays[:, 3:], returns=2, **named),
+        lambda **named: scene.see(camera, 60, 40, **named),
+    ):
+        whole = ask()
+        assert list(whole) == ["t_hit", "geometry_ids", "primitive_ids", "primitive_uvs", "primitive_normals"]
+        assert (whole["primitive_ids"] != INVALID).any() and (whole["primitive_ids"] == INVALID).any()
+        for names in (*([name] for name in whole), ("primitive_ids", "geometry_ids"), ["primitive_uvs", "t_hit"], []):
+            part = ask(keys=names)
+            assert set(part) == set(names)
+            for name in names:
+                np.testing.assert_array_equal(part[name], whole[name])
+                assert part[name].dtype == whole[name].dtype
+        with pytest.raises(ValueError, match="keys: expected some of t_hit, .*, found distance"):
+            ask(keys=["t_hit", "distance"])
+
+
 def test_no_ray_from_inside_slips_through_seams_and_corners():
     vertices, triangles = sphere(16, 24)
     scene = scene_of(vertices, triangles)

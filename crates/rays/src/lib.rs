@@ -26,10 +26,12 @@ mod camera;
 #[doc(hidden)]
 pub mod camera_grid;
 mod choice;
+mod curve_order;
 mod edge_functions;
 #[doc(hidden)]
 pub mod grids;
 mod hash_key;
+mod hilbert;
 mod light;
 #[doc(hidden)]
 pub mod light_grid;

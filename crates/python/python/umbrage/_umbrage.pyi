@@ -134,7 +134,9 @@ class RaycastingScene:
         self, geometry_ids: ArrayLike, primitive_ids: ArrayLike, primitive_uvs: ArrayLike
     ) -> NDArray[np.float64]: ...
     def omitted(self) -> dict[str, int]: ...
-    def cast_rays(self, rays: ArrayLike, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def cast_rays(
+        self, rays: ArrayLike, nthreads: int = 0, *, keys: Sequence[str] | None = None
+    ) -> dict[str, NDArray[Any]]: ...
     @property
     def last_structures(self) -> list[str]: ...
     def test_occlusions(
@@ -152,6 +154,7 @@ class RaycastingScene:
         t_max: float = ...,
         each: bool = False,
         nthreads: int = 0,
+        keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
     def scan_any(
         self,
@@ -164,7 +167,13 @@ class RaycastingScene:
         nthreads: int = 0,
     ) -> NDArray[np.bool_]: ...
     def see(
-        self, camera: Camera, width: int | None = None, height: int | None = None, nthreads: int = 0
+        self,
+        camera: Camera,
+        width: int | None = None,
+        height: int | None = None,
+        nthreads: int = 0,
+        *,
+        keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
     def lit(
         self,

@@ -176,12 +176,18 @@ def _questions(vertices: Array, faces: Array, asked: argparse.Namespace) -> Iter
         origins, directions = np.float32(origins), np.float32(directions)
         return lambda embree: embree.run(origins, directions, query="INTERSECT") >= 0
 
+    # Of hits Embree's wheel gives ids.
+    ids = ["primitive_ids"]
+
+    def hits(answer: Any) -> Array:
+        return answer["primitive_ids"] != umbrage.RaycastingScene.INVALID_ID
+
     camera = umbrage.Camera(position=middle + size * np.float32([0.9, 0.5, 1.1]), target=middle)
     of_camera = camera.rays(asked.size, asked.size).reshape(-1, 6)
     yield Question(
         "camera, `see`",
         len(of_camera),
-        lambda scene: np.isfinite(scene.see(camera, asked.size, asked.size)["t_hit"]).reshape(-1),
+        lambda scene: hits(scene.see(camera, asked.size, asked.size, keys=ids)).reshape(-1),
         of_rays(of_camera[:, :3], of_camera[:, 3:]),
     )
     turn, height = np.meshgrid(np.linspace(0, 2 * np.pi, 2048, endpoint=False), np.radians(np.linspace(-22, 22, 128)))
@@ -190,7 +196,7 @@ def _questions(vertices: Array, faces: Array, asked: argparse.Namespace) -> Iter
     yield Question(
         "lidar, `scan`",
         len(sweep),
-        lambda scene: np.isfinite(scene.scan(middle, sweep)["t_hit"]),
+        lambda scene: hits(scene.scan(middle, sweep, keys=ids)),
         of_rays(np.broadcast_to(middle, sweep.shape), sweep),
     )
     random = np.random.default_rng(1)
@@ -198,7 +204,7 @@ def _questions(vertices: Array, faces: Array, asked: argparse.Namespace) -> Iter
     yield Question(
         "any rays, `cast_rays`",
         len(any_rays),
-        lambda scene: np.isfinite(scene.cast_rays(any_rays)["t_hit"]),
+        lambda scene: hits(scene.cast_rays(any_rays, keys=ids)),
         of_rays(any_rays[:, :3], any_rays[:, 3:]),
     )
     heights = 1 - (np.arange(asked.suns) + 0.5) / asked.suns

@@ -4,9 +4,10 @@ use glam::{DVec3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, Scanned};
+use umbrage::rays::{Hit, Ray, Scanned, SimdLevel, Triangles, predicate};
 use umbrage::scene::Instances;
 
+use super::keys::Keys;
 use crate::arrays::{hand_over, hand_over_rows};
 
 /// Stands for no geometry and no triangle, as in Open3D.
@@ -31,29 +32,42 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    /// Reserves memory for all hits.
-    pub(super) fn with_capacity(count: usize) -> Self {
-        let (t, triangle) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        Self { t, triangle, weights: Vec::with_capacity(count), ..Self::default() }
+    /// The triangles that some pixels show, given by their ids, without anything else about them.
+    pub(super) fn of_ids(count: usize, id: impl Fn(usize) -> u32 + Sync + Send) -> Self {
+        let triangle = (0..count).into_par_iter().with_min_len(1 << 12).map(id).collect();
+        Self { triangle, ..Self::default() }
     }
 
-    /// Finds and adds a hit for each of `count` rays.
-    pub(super) fn find(&mut self, count: usize, hit: impl Fn(usize) -> Option<Hit> + Sync) {
+    /// The hits of rays on the triangles that they hit first, given by their ids.
+    pub(super) fn of_rays(
+        triangles: Triangles<'_>,
+        count: usize,
+        id: impl Fn(usize) -> u32 + Sync,
+        ray: impl Fn(usize) -> Ray + Sync,
+    ) -> Self {
         const CHUNK: usize = 256;
-        let first = self.t.len();
-        self.t.resize(first + count, 0.0);
-        self.triangle.resize(first + count, 0);
-        self.weights.resize(first + count, [0.0; 2]);
-        let chunks = self.t[first..].par_chunks_mut(CHUNK).zip(self.triangle[first..].par_chunks_mut(CHUNK));
-        let chunks = chunks.zip(self.weights[first..].par_chunks_mut(CHUNK)).enumerate();
-        chunks.for_each(|(chunk, ((t, triangle), weights))| {
-            for (index, ((t, triangle), weights)) in t.iter_mut().zip(triangle).zip(weights).enumerate() {
-                let found = hit(chunk * CHUNK + index);
-                *t = found.map_or(f64::INFINITY, |hit| hit.t);
-                *triangle = found.map_or(INVALID_ID, |hit| hit.triangle);
-                *weights = found.map_or([0.0; 2], |hit| hit.barycentric);
+        let (mut t, mut triangle) = (vec![f64::INFINITY; count], vec![INVALID_ID; count]);
+        let mut weights = vec![[0.0; 2]; count];
+        let chunks = t.par_chunks_mut(CHUNK).zip(triangle.par_chunks_mut(CHUNK)).zip(weights.par_chunks_mut(CHUNK));
+        chunks.enumerate().for_each(|(chunk, ((t, triangle), weights))| {
+            let first = chunk * CHUNK;
+            let (mut rays, mut pairs) = ([Ray::new(DVec3::ZERO, DVec3::ZERO); CHUNK], [(0, 0); CHUNK]);
+            let mut hits = 0;
+            for index in (0..t.len()).filter(|index| id(first + index) != INVALID_ID) {
+                rays[index] = ray(first + index);
+                pairs[hits] = (index as u32, id(first + index));
+                hits += 1;
+            }
+            let mut found = [None; CHUNK];
+            predicate::hits(SimdLevel::default(), triangles, &rays, &pairs[..hits], &mut found[..hits]);
+            for (&(index, _), hit) in pairs[..hits].iter().zip(&found) {
+                if let Some(Hit { t: of_hit, triangle: id, barycentric }) = *hit {
+                    let index = index as usize;
+                    (t[index], triangle[index], weights[index]) = (of_hit, id, barycentric);
+                }
             }
         });
+        Self { t, triangle, weights, ..Self::default() }
     }
 
     /// Adds the answers of a scan.
@@ -77,14 +91,17 @@ impl Answers {
         self.weights.extend(hits.iter().map(|hit| hit.barycentric));
     }
 
-    /// Completes all hits with their geometries, and with normals if requested.
-    pub(super) fn complete(&mut self, instances: &Instances, with_normals: bool) {
+    /// Completes all hits with their geometries and normals, where these are asked for.
+    pub(super) fn complete(&mut self, instances: &Instances, keys: Keys) {
         const AT_LEAST: usize = 1 << 12;
         let triangles = instances.triangles();
-        if with_normals {
+        if keys.normals() {
             let normal = |id| unit_normal(triangles.corners(id)).as_vec3().to_array();
             let normals = self.triangle.par_iter().with_min_len(AT_LEAST);
             normals.map(|&id| if id == INVALID_ID { [0.0; 3] } else { normal(id) }).collect_into_vec(&mut self.normal);
+        }
+        if !keys.geometry() && !keys.primitive() {
+            return;
         }
         let ids = self.triangle.par_iter_mut().with_min_len(AT_LEAST);
         ids.map(|id| {
@@ -101,19 +118,27 @@ impl Answers {
         py: Python<'py>,
         shape: &[usize],
         precision: Precision,
+        keys: Keys,
     ) -> PyResult<Bound<'py, PyDict>> {
         let Self { t, triangle, geometry, weights, normal } = self;
         let dict = PyDict::new(py);
-        let t_hit = match precision {
-            Precision::Double => hand_over(py, t, shape)?,
-            Precision::Single => hand_over(py, t.iter().map(|&t| t as f32).collect::<Vec<f32>>(), shape)?,
-        };
-        dict.set_item("t_hit", t_hit)?;
-        dict.set_item("geometry_ids", hand_over(py, geometry, shape)?)?;
-        dict.set_item("primitive_ids", hand_over(py, triangle, shape)?)?;
-        dict.set_item("primitive_uvs", hand_over_rows(py, weights, shape)?)?;
-        let count: usize = shape.iter().product();
-        if normal.len() == count {
+        if keys.t() {
+            let t_hit = match precision {
+                Precision::Double => hand_over(py, t, shape)?,
+                Precision::Single => hand_over(py, t.iter().map(|&t| t as f32).collect::<Vec<f32>>(), shape)?,
+            };
+            dict.set_item("t_hit", t_hit)?;
+        }
+        if keys.geometry() {
+            dict.set_item("geometry_ids", hand_over(py, geometry, shape)?)?;
+        }
+        if keys.primitive() {
+            dict.set_item("primitive_ids", hand_over(py, triangle, shape)?)?;
+        }
+        if keys.weights() {
+            dict.set_item("primitive_uvs", hand_over_rows(py, weights, shape)?)?;
+        }
+        if keys.normals() {
             dict.set_item("primitive_normals", hand_over_rows(py, normal, shape)?)?;
         }
         Ok(dict)

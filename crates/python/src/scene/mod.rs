@@ -4,6 +4,7 @@ mod answers;
 mod arguments;
 mod ask;
 mod facing;
+mod keys;
 mod questions;
 mod rays;
 mod state;
@@ -27,6 +28,7 @@ use crate::threads::Call;
 use answers::{INVALID_ID, Precision};
 use arguments::{NewMesh, Own, Sweeps, Targets, hits_of_each, origin_or_zero, samples_of_each};
 use ask::geometry_of;
+use keys::Keys;
 use questions::Receiving;
 use rays::RayArray;
 use state::State;
@@ -171,17 +173,18 @@ impl RaycastingScene {
     }
 
     #[doc = include_str!("docs/cast_rays.txt")]
-    #[pyo3(signature = (rays, nthreads=0))]
+    #[pyo3(signature = (rays, nthreads=0, *, keys=None))]
     fn cast_rays<'py>(
         &self,
         py: Python<'py>,
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
+        keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = RayArray::new(rays, self.origin)?;
+        let (rays, keys) = (RayArray::new(rays, self.origin)?, Keys::new(keys)?);
         let (these, precision) = (rays.rays(), rays.precision());
-        let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, these))?;
-        answers.into_dict(py, rays.shape(), precision)
+        let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, these, keys))?;
+        answers.into_dict(py, rays.shape(), precision, keys)
     }
 
     /// Names of the structures that answered the last `cast_rays`, one for each million of rays: ``"scanner"`` or
@@ -265,14 +268,14 @@ impl RaycastingScene {
         let (these, precision) = (rays.rays(), rays.precision());
         let listed = self.ask(py, nthreads, |call, state| questions::list(call, state, these))?;
         let hits = listed.rays.len();
-        let dict = listed.hits.into_dict(py, &[hits], precision)?;
+        let dict = listed.hits.into_dict(py, &[hits], precision, Keys::WITHOUT_NORMALS)?;
         dict.set_item("ray_splits", hand_over(py, listed.splits, &[these.len() + 1])?)?;
         dict.set_item("ray_ids", hand_over(py, listed.rays, &[hits])?)?;
         Ok(dict)
     }
 
     #[doc = include_str!("docs/scan.txt")]
-    #[pyo3(signature = (origin, directions, *, returns=None, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0))]
+    #[pyo3(signature = (origin, directions, *, returns=None, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0, keys=None))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn scan<'py>(
         &self,
@@ -284,15 +287,17 @@ impl RaycastingScene {
         t_max: f64,
         each: bool,
         nthreads: usize,
+        keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let most = hits_of_each(returns)?;
+        let (most, keys) = (hits_of_each(returns)?, Keys::new(keys)?);
         let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
         let pieces = sweeps.pieces();
-        let question = |call: &Call, state: &mut State| questions::scan(call, state, pieces, [t_min, t_max], most);
+        let question =
+            |call: &Call, state: &mut State| questions::scan(call, state, pieces, [t_min, t_max], most, keys);
         let answers = self.ask(py, nthreads, question)?;
         let mut shape = sweeps.shape();
         shape.extend(returns);
-        answers.into_dict(py, &shape, Precision::Double)
+        answers.into_dict(py, &shape, Precision::Double, keys)
     }
 
     /// Finds which directions hit anything, which takes less than finding what.
@@ -334,13 +339,15 @@ impl RaycastingScene {
     ///     Pixels, 1 to 16384; of a camera with an image of its own (`Camera.from_intrinsics`), that is the one.
     /// nthreads : int, default 0
     ///     Threads; 0 for the scene's.
+    /// keys : sequence of str, optional
+    ///     The keys that are wanted; the others are left out, and cost nothing.
     ///
     /// Returns
     /// -------
     /// dict
     ///     The keys of `cast_rays`, of shape (height, width), in rows from the upper left corner; ``t_hit`` is float64, and the depth
     ///     along the camera's forward axis in world units.
-    #[pyo3(signature = (camera, width=None, height=None, nthreads=0))]
+    #[pyo3(signature = (camera, width=None, height=None, nthreads=0, *, keys=None))]
     fn see<'py>(
         &self,
         py: Python<'py>,
@@ -348,10 +355,11 @@ impl RaycastingScene {
         width: Option<u32>,
         height: Option<u32>,
         nthreads: usize,
+        keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let image = camera.image(width, height, self.origin)?;
-        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image))?;
-        answers.into_dict(py, &image.shape(), Precision::Double)
+        let (image, keys) = (camera.image(width, height, self.origin)?, Keys::new(keys)?);
+        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image, keys))?;
+        answers.into_dict(py, &image.shape(), Precision::Double, keys)
     }
 
     #[doc = include_str!("docs/lit.txt")]

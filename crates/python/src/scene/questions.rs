@@ -9,6 +9,7 @@ use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers};
 use super::answers::{Answers, INVALID_ID};
 use super::arguments::Pieces;
 use super::facing::{self, Spots};
+use super::keys::Keys;
 use super::rays;
 use super::state::State;
 use crate::camera::PixelRays;
@@ -22,7 +23,7 @@ const RAYS: usize = 1 << 20;
 const LIGHTS: usize = 64;
 
 /// As `cast_rays`.
-pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Answers> {
+pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>, keys: Keys) -> PyResult<Answers> {
     let (mut answers, mut answered) = (Answers::default(), Vec::new());
     for chunk in rays.chunks(RAYS) {
         let (traced, by) = call.piece(|| state.trace(chunk))?;
@@ -30,7 +31,7 @@ pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<A
         answered.push(by);
     }
     state.answered = answered;
-    completed(call, state, answers)
+    completed(call, state, answers, keys)
 }
 
 /// As `test_occlusions`.
@@ -71,7 +72,7 @@ pub(super) fn list(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<L
             listed.append(&counts, &hits);
         }
     }
-    call.piece(|| listed.hits.complete(&state.instances, false))?;
+    call.piece(|| listed.hits.complete(&state.instances, Keys::WITHOUT_NORMALS))?;
     Ok(listed)
 }
 
@@ -93,13 +94,14 @@ pub(super) fn scan(
     pieces: Pieces<'_>,
     between: [f64; 2],
     returns: usize,
+    keys: Keys,
 ) -> PyResult<Answers> {
     let mut answers = Answers::default();
     for sweep in pieces.sweeps() {
         let scanned = call.piece(|| state.scan(sweep, between, returns))?;
         call.piece(|| answers.append(scanned))?;
     }
-    completed(call, state, answers)
+    completed(call, state, answers, keys)
 }
 
 /// As `scan_any`.
@@ -112,16 +114,16 @@ pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, betwe
 }
 
 /// As `see`. Grids have square pixels, so images of other pixels are traced as arbitrary rays.
-pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays) -> PyResult<Answers> {
+pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays, keys: Keys) -> PyResult<Answers> {
     if !image.are_square() {
         let rays = call.piece(|| image.rays(DVec3::ZERO))?;
         let answered = std::mem::take(&mut state.answered);
-        let answers = cast(call, state, Rays::Double(&rays));
+        let answers = cast(call, state, Rays::Double(&rays), keys);
         state.answered = answered;
         return answers;
     }
-    let answers = call.piece(|| state.see(image))?.map_err(exception)?;
-    completed(call, state, answers)
+    let answers = call.piece(|| state.see(image, keys))?.map_err(exception)?;
+    completed(call, state, answers, keys)
 }
 
 /// Points, or the centroids of all triangles where there are none, with geometry and number of each point's triangle.
@@ -209,7 +211,7 @@ pub(super) fn object_positions(
     call.piece(|| ids.par_iter().zip(weights).map(|of| position(of).unwrap_or([f64::NAN; 3])).collect())
 }
 
-fn completed(call: &Call, state: &State, mut answers: Answers) -> PyResult<Answers> {
-    call.piece(|| answers.complete(&state.instances, true))?;
+fn completed(call: &Call, state: &State, mut answers: Answers, keys: Keys) -> PyResult<Answers> {
+    call.piece(|| answers.complete(&state.instances, keys))?;
     Ok(answers)
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use glam::{DAffine3, DVec3, Vec3};
-use umbrage::rays::predicate;
 use umbrage::rays::{
     Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
     Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
@@ -11,6 +10,7 @@ use umbrage::rays::{
 use umbrage::scene::{BadInstance, Instance, Instances};
 
 use super::answers::Answers;
+use super::keys::Keys;
 use crate::camera::PixelRays;
 
 /// The state of a scene.
@@ -158,7 +158,7 @@ impl State {
     }
 
     /// The hits of an image's pixels, which are square.
-    pub(super) fn see(&mut self, image: &PixelRays) -> Result<Answers, ImageTooLarge> {
+    pub(super) fn see(&mut self, image: &PixelRays, keys: Keys) -> Result<Answers, ImageTooLarge> {
         let Self { instances, grids, are_grids_current, .. } = self;
         let triangles = instances.triangles();
         if !std::mem::replace(are_grids_current, true) {
@@ -168,12 +168,12 @@ impl State {
         let &PixelRays { view, offset_pixels, .. } = image;
         grids.see(&Shot { offset_pixels, ..Shot::new(triangles, view) }, &mut seen)?;
         let [height, width] = image.shape();
-        let mut answers = Answers::with_capacity(width * height);
-        answers.find(width * height, |pixel| {
-            let id = seen.triangle_at((pixel % width) as u32, (pixel / width) as u32);
-            if id == SeenPixels::NONE { None } else { predicate::hit(&image.ray(pixel), triangles, id) }
-        });
-        Ok(answers)
+        let id = |pixel: usize| seen.triangle_at((pixel % width) as u32, (pixel / width) as u32);
+        if keys.t() || keys.weights() {
+            Ok(Answers::of_rays(triangles, width * height, id, |pixel| image.ray(pixel)))
+        } else {
+            Ok(Answers::of_ids(width * height, id))
+        }
     }
 
     /// The points that lights reach: for the first light all points, then for the next one.

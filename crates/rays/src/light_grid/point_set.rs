@@ -9,6 +9,7 @@ use super::face::Face;
 use super::points::{TILE_BLOCKS, block_of};
 use super::survey::SurveyedTile;
 use crate::LightSource;
+use crate::hilbert::along_hilbert_curve;
 use crate::predicate::{HitPoint, ShadowRay};
 use crate::shot::{CameraRays, EightPoints, SeenImage, SeenPixels, TileOrder};
 use crate::simd::lanes::LANES;
@@ -358,48 +359,8 @@ impl Bounds {
         let size = (self.high - self.low).max_element();
         let scale = if size > 0.0 { CELLS * (1.0 - 1e-9) / size } else { 0.0 };
         let cells = ((position - self.low) * scale).to_array().map(|at| at as u32);
-        let [x, y, z] = along_hilbert_curve(cells).map(spread_bits);
-        x << 2 | y << 1 | z
+        along_hilbert_curve(cells)
     }
-}
-
-/// The distance of a cell, with coordinates below 1024, along Hilbert's curve. Its bits, the highest first, come in turn
-/// from the first, second and third result (Skilling, *Programming the Hilbert curve*, 2004).
-fn along_hilbert_curve(mut cell: [u32; 3]) -> [u32; 3] {
-    const HIGHEST: u32 = 1 << 9;
-    let mut bit = HIGHEST;
-    while bit > 1 {
-        let below = bit - 1;
-        for axis in 0..3 {
-            if cell[axis] & bit != 0 {
-                cell[0] ^= below;
-            } else {
-                let exchanged = (cell[0] ^ cell[axis]) & below;
-                cell[0] ^= exchanged;
-                cell[axis] ^= exchanged;
-            }
-        }
-        bit >>= 1;
-    }
-    cell[1] ^= cell[0];
-    cell[2] ^= cell[1];
-    let mut flipped = 0;
-    let mut bit = HIGHEST;
-    while bit > 1 {
-        if cell[2] & bit != 0 {
-            flipped ^= bit - 1;
-        }
-        bit >>= 1;
-    }
-    cell.map(|coordinate| coordinate ^ flipped)
-}
-
-/// A number below 1024 with two zeros after each bit.
-fn spread_bits(number: u32) -> u32 {
-    let bits = (number | number << 16) & 0x0300_00ff;
-    let bits = (bits | bits << 8) & 0x0300_f00f;
-    let bits = (bits | bits << 4) & 0x030c_30c3;
-    (bits | bits << 2) & 0x0924_9249
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 use crate::parallel::{Parallel, both};
 use rayon::prelude::*;
 
-use super::order::Order;
+use super::order::Curve;
 use super::{MOST_TRIANGLES, MOST_VERTICES, Patches, Start};
+use crate::curve_order::CurveOrder;
 use crate::simd::lanes::LANES;
 use crate::{Bounds, Triangles};
 
@@ -12,7 +13,7 @@ const PART: usize = 1 << 12;
 /// Memory for grouping by nearness, reused.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
-    pub(super) order: Order,
+    pub(super) order: CurveOrder,
     parts: Vec<CurvePart>,
 }
 
@@ -104,7 +105,7 @@ impl Patches {
     pub(super) fn group(&mut self, triangles: Triangles<'_>) {
         self.clear(triangles.len());
         let Groups { order, parts } = &mut self.groups;
-        let along = order.sort(triangles).par_chunks(PART);
+        let along = Curve::sort(triangles, order).par_chunks(PART);
         parts.resize_with(along.len(), CurvePart::default);
         parts.par_iter_mut().zip(along).each(|(part, along)| part.fill(triangles, along));
         let mut end = Start::default();

@@ -2,7 +2,7 @@ use crate::parallel::both;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::order::centre;
+use super::order::{Curve, centre};
 use super::region::Region;
 use super::{MOST_TRIANGLES, Patch, Patches, Start};
 use crate::simd::lanes::LANES;
@@ -28,7 +28,7 @@ impl Patches {
     /// patches are the same for any number of threads.
     pub(super) fn grow(&mut self, triangles: Triangles<'_>) {
         let mut order = std::mem::take(&mut self.groups).order;
-        let regions = order.sort(triangles).par_chunks(REGION);
+        let regions = Curve::sort(triangles, &mut order).par_chunks(REGION);
         let parts: Vec<_> = regions.map_init(Region::default, |region, ids| region.grow(triangles, ids)).collect();
         self.gather(triangles, &parts);
         self.are_grown = true;

@@ -1,95 +1,7 @@
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use crate::parallel::{Parallel, both};
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::Triangles;
-
-/// Keys are counted by this many of the highest bits of their codes; a comparison sort of each bucket completes the order.
-const BUCKET_BITS: u32 = 15;
-const BUCKETS: usize = 1 << BUCKET_BITS;
-
-/// The fewest triangles that one thread counts at once: its counts take 128 KB.
-const LEAST_CHUNK: usize = 1 << 15;
-
-/// Sorts the triangles of a frame along a Morton curve, with reused memory. 16 bytes a triangle.
-#[derive(Debug, Default)]
-pub(super) struct Order {
-    /// A triangle's code in the upper half, its id in the lower.
-    keys: Vec<u64>,
-    /// The keys in their buckets. Threads write to scattered slots.
-    in_buckets: Vec<AtomicU64>,
-    /// For each chunk of triangles and each bucket: first the number of keys, then the slot of the next one.
-    counts: Vec<u32>,
-}
-
-impl Order {
-    /// The ids of all triangles, in the lower halves of the numbers, along the curve: triangles near each other are mostly
-    /// near in this order. Those in one cell of the curve are sorted by id, so that threads play no part.
-    pub(super) fn sort(&mut self, triangles: Triangles<'_>) -> &[u64] {
-        let Self { keys, in_buckets, counts } = self;
-        let count = triangles.len();
-        let curve = Curve::through(triangles);
-        let chunk = count.div_ceil(rayon::current_num_threads()).max(LEAST_CHUNK);
-        let chunks = count.div_ceil(chunk).max(1);
-        keys.resize(count, 0);
-        in_buckets.resize_with(count, AtomicU64::default);
-        counts.clear();
-        counts.resize(chunks * BUCKETS, 0);
-        keys.par_chunks_mut(chunk).zip(counts.par_chunks_mut(BUCKETS)).enumerate().each(|(number, (keys, counts))| {
-            for (id, key) in ((number * chunk) as u32..).zip(keys) {
-                *key = u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
-                counts[bucket(*key)] += 1;
-            }
-        });
-        let mut sum = 0;
-        for bucket in 0..BUCKETS {
-            for chunk in 0..chunks {
-                sum += std::mem::replace(&mut counts[chunk * BUCKETS + bucket], sum);
-            }
-        }
-        keys.par_chunks(chunk).zip(counts.par_chunks_mut(BUCKETS)).each(|(keys, counts)| {
-            for &key in keys {
-                let next = &mut counts[bucket(key)];
-                in_buckets[*next as usize].store(key, Ordering::Relaxed);
-                *next += 1;
-            }
-        });
-        // The last chunk's next slot is the end of each bucket.
-        sort_buckets(keys, in_buckets, &counts[(chunks - 1) * BUCKETS..], 0);
-        keys
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        (self.keys.capacity() + self.in_buckets.capacity()) * size_of::<u64>()
-            + self.counts.capacity() * size_of::<u32>()
-    }
-}
-
-fn bucket(key: u64) -> usize {
-    (key >> (32 + 3 * Curve::BITS - BUCKET_BITS)) as usize
-}
-
-/// Sorts the keys of some buckets, which end at `ends`; the first one begins at `first`.
-fn sort_buckets(sorted: &mut [u64], in_buckets: &[AtomicU64], ends: &[u32], first: u32) {
-    let half = ends.len() / 2;
-    if sorted.len() > 1 << 13 && half > 0 {
-        let middle = ends[half - 1];
-        let (low, high) = sorted.split_at_mut((middle - first) as usize);
-        let (low_ends, high_ends) = ends.split_at(half);
-        both(|| sort_buckets(low, in_buckets, low_ends, first), || sort_buckets(high, in_buckets, high_ends, middle));
-        return;
-    }
-    let mut start = 0;
-    for (key, of) in sorted.iter_mut().zip(&in_buckets[first as usize..]) {
-        *key = of.load(Ordering::Relaxed);
-    }
-    for end in ends.iter().map(|&end| (end - first) as usize) {
-        sorted[start..end].sort_unstable();
-        start = end;
-    }
-}
+use crate::curve_order::CurveOrder;
 
 /// The middle of a triangle's corners; the origin if they don't exist or aren't finite.
 pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
@@ -139,6 +51,13 @@ impl Curve {
         let half = 1.3 * size.max_element();
         // A flat frame is at the cube's lower side, away from the boundaries of large cells, which would divide it.
         Self { middle: 2.0 * low - 0.3 * size + half, scale: 1.0 / half }
+    }
+
+    /// The ids of all triangles, in the lower halves of the numbers, along the curve: triangles near each other are mostly
+    /// near in this order.
+    pub(super) fn sort<'a>(triangles: Triangles<'_>, order: &'a mut CurveOrder) -> &'a [u64] {
+        let curve = Self::through(triangles);
+        order.sort(triangles.len(), |id| curve.code(centre(triangles, id)))
     }
 
     /// The size of the cube that holds most triangles.

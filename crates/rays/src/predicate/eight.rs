@@ -1,12 +1,12 @@
 use crate::{SimdLevel, dispatch};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x8, mask64x8};
-use glam::DVec3;
+use fearless_simd::{Simd, f32x4, f32x16, f64x8, mask64x8};
+use glam::{DVec3, Vec3};
 
 use super::double::Double;
 use super::near::{LARGEST_TRUSTED_BOUND, RANGE, Sum, TrianglePlane};
 use super::{EDGE_OPPOSITE, ROUNDING, SMALLEST_TRUSTED_BOUND, hit};
-use crate::simd::vectors::{largest, minus};
+use crate::simd::vectors::{Vectors, largest, minus, splat_vector, vectors};
 use crate::vectorized;
 use crate::{Hit, Ray, Triangles};
 
@@ -16,6 +16,41 @@ const LANES: usize = 8;
 /// The fewest pairs that are answered together: eight take as long as about four alone.
 const FEWEST: usize = 5;
 
+/// A list of rays, each given by an index.
+pub(crate) trait RayList {
+    fn ray(&self, index: u32) -> Ray;
+
+    fn origin(&self, index: u32) -> DVec3;
+
+    fn direction(&self, index: u32) -> DVec3;
+
+    /// Distances along the ray between which hits count.
+    fn interval(&self, index: u32) -> [f64; 2];
+}
+
+impl RayList for [Ray] {
+    #[inline(always)]
+    fn ray(&self, index: u32) -> Ray {
+        self[index as usize]
+    }
+
+    #[inline(always)]
+    fn origin(&self, index: u32) -> DVec3 {
+        self[index as usize].origin
+    }
+
+    #[inline(always)]
+    fn direction(&self, index: u32) -> DVec3 {
+        self[index as usize].direction
+    }
+
+    #[inline(always)]
+    fn interval(&self, index: u32) -> [f64; 2] {
+        let Ray { t_min, t_max, .. } = self[index as usize];
+        [t_min, t_max]
+    }
+}
+
 /// Answers [`hit`] for each pair of a ray's index and a triangle, bit for bit, eight at a time where there are enough. Pairs
 /// that f64 leaves undecided are settled one by one.
 ///
@@ -24,19 +59,30 @@ const FEWEST: usize = 5;
 /// # Panics
 /// If an index, an id or one of a triangle's vertices is out of range, or if there are fewer `hits` than `pairs`.
 pub fn hits(level: SimdLevel, triangles: Triangles<'_>, rays: &[Ray], pairs: &[(u32, u32)], hits: &mut [Option<Hit>]) {
+    hits_of(level, triangles, rays, pairs, hits);
+}
+
+/// As [`hits`], of rays that aren't in a slice.
+pub(crate) fn hits_of<R: RayList + ?Sized>(
+    level: SimdLevel,
+    triangles: Triangles<'_>,
+    rays: &R,
+    pairs: &[(u32, u32)],
+    hits: &mut [Option<Hit>],
+) {
     let mut all = All { triangles, rays, pairs, hits };
     dispatch!(level, simd => all.answer(simd));
 }
 
 /// Pairs with room for their answers.
-struct All<'a> {
+struct All<'a, R: ?Sized> {
     triangles: Triangles<'a>,
-    rays: &'a [Ray],
+    rays: &'a R,
     pairs: &'a [(u32, u32)],
     hits: &'a mut [Option<Hit>],
 }
 
-impl All<'_> {
+impl<R: RayList + ?Sized> All<'_, R> {
     #[inline(always)]
     fn answer<S: Simd>(&mut self, simd: S) {
         let (mut start, mut waiting, mut count) = (0, [0; LANES], 0);
@@ -49,7 +95,7 @@ impl All<'_> {
                     waiting[count] = index;
                     count += 1;
                     if count == LANES {
-                        vectorized!(simd => self.answer_eight(simd, &waiting));
+                        vectorized!(simd => self.answer_eight(simd, &waiting, count));
                         count = 0;
                     }
                 }
@@ -57,7 +103,9 @@ impl All<'_> {
             start = end;
         }
         if count >= FEWEST {
-            vectorized!(simd => self.answer_eight(simd, &waiting[..count]));
+            let first = waiting[0];
+            waiting[count..].fill(first);
+            vectorized!(simd => self.answer_eight(simd, &waiting, count));
         } else {
             for &index in &waiting[..count] {
                 self.answer_alone(index);
@@ -69,8 +117,7 @@ impl All<'_> {
     #[inline(always)]
     fn end_of_like(&self, start: usize) -> usize {
         let (ray, id) = self.pairs[start];
-        let origin = self.rays[ray as usize].origin;
-        let is_like = |&(of, other): &(u32, u32)| other == id && self.rays[of as usize].origin == origin;
+        let is_like = |&(of, other): &(u32, u32)| other == id && self.rays.origin(of) == self.rays.origin(ray);
         self.pairs[start + 1..]
             .iter()
             .position(|pair| !is_like(pair))
@@ -79,28 +126,25 @@ impl All<'_> {
 
     fn answer_alone(&mut self, index: usize) {
         let (ray, id) = self.pairs[index];
-        self.hits[index] = hit(&self.rays[ray as usize], self.triangles, id);
+        self.hits[index] = hit(&self.rays.ray(ray), self.triangles, id);
     }
 
     /// Answers pairs of one triangle and rays from one origin.
     #[inline(always)]
     fn answer_one<S: Simd>(&mut self, simd: S, pairs: std::ops::Range<usize>) {
         let (ray, id) = self.pairs[pairs.start];
-        let mut corners = [[[0.0; LANES]; 3]; 3];
-        for (to, corner) in corners.iter_mut().zip(self.triangles.corners(id)) {
-            *to = corner.as_dvec3().to_array().map(|value| [value; LANES]);
-        }
-        let origin = self.rays[ray as usize].origin.to_array().map(|value| [value; LANES]);
-        let eight = Eight::new(simd, &corners, &origin);
+        let [a, b, c] = self.triangles.corners(id).map(Vec3::as_dvec3);
+        let corners = [splat_vector(simd, a), splat_vector(simd, b), splat_vector(simd, c)];
+        let eight = Eight::new(simd, corners, splat_vector(simd, self.rays.origin(ray)));
         let mut start = pairs.start;
         while start < pairs.end {
             let count = (pairs.end - start).min(LANES);
             let mut direction = [[0.0; LANES]; 3];
             for (lane, &(ray, _)) in self.pairs[start..start + count].iter().enumerate() {
-                let DVec3 { x, y, z } = self.rays[ray as usize].direction;
+                let DVec3 { x, y, z } = self.rays.direction(ray);
                 (direction[0][lane], direction[1][lane], direction[2][lane]) = (x, y, z);
             }
-            let values = eight.meet(simd, &direction);
+            let values = eight.meet(simd, vectors(simd, direction));
             for lane in 0..count {
                 self.note(start + lane, &values, lane);
             }
@@ -108,25 +152,21 @@ impl All<'_> {
         }
     }
 
-    /// Answers up to eight pairs of any triangles and rays.
+    /// Answers the first `count` of eight pairs of any triangles and rays.
     #[inline(always)]
-    fn answer_eight<S: Simd>(&mut self, simd: S, indices: &[usize]) {
-        let mut corners = [[[0.0; LANES]; 3]; 3];
+    fn answer_eight<S: Simd>(&mut self, simd: S, indices: &[usize; LANES], count: usize) {
         let (mut origin, mut direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let mut corners = [[Vec3::ZERO; LANES]; 3];
         for (lane, &index) in indices.iter().enumerate() {
             let (ray, id) = self.pairs[index];
-            let ray = &self.rays[ray as usize];
-            let of_triangle = self.triangles.corners(id);
-            for axis in [0, 1, 2] {
-                origin[axis][lane] = ray.origin[axis];
-                direction[axis][lane] = ray.direction[axis];
-                for corner in [0, 1, 2] {
-                    corners[corner][axis][lane] = f64::from(of_triangle[corner][axis]);
-                }
-            }
+            let (from, along) = (self.rays.origin(ray), self.rays.direction(ray));
+            (origin[0][lane], origin[1][lane], origin[2][lane]) = (from.x, from.y, from.z);
+            (direction[0][lane], direction[1][lane], direction[2][lane]) = (along.x, along.y, along.z);
+            [corners[0][lane], corners[1][lane], corners[2][lane]] = self.triangles.corners(id);
         }
-        let values = Eight::new(simd, &corners, &origin).meet(simd, &direction);
-        for (lane, &index) in indices.iter().enumerate() {
+        let corners = [eight_of(simd, &corners[0]), eight_of(simd, &corners[1]), eight_of(simd, &corners[2])];
+        let values = Eight::new(simd, corners, vectors(simd, origin)).meet(simd, vectors(simd, direction));
+        for (lane, &index) in indices[..count].iter().enumerate() {
             self.note(index, &values, lane);
         }
     }
@@ -138,8 +178,8 @@ impl All<'_> {
             return;
         }
         let (ray, triangle) = self.pairs[index];
-        let (ray, t) = (&self.rays[ray as usize], values.t[lane]);
-        let is_hit = values.met >> lane & 1 == 1 && ray.t_min < t && t < ray.t_max;
+        let ([t_min, t_max], t) = (self.rays.interval(ray), values.t[lane]);
+        let is_hit = values.met >> lane & 1 == 1 && t_min < t && t < t_max;
         let barycentric = values.barycentric;
         self.hits[index] = is_hit.then(|| Hit {
             t,
@@ -172,9 +212,7 @@ struct Values {
 
 impl<S: Simd> Eight<S> {
     #[inline(always)]
-    fn new(simd: S, corners: &[[[f64; LANES]; 3]; 3], origin: &[[f64; LANES]; 3]) -> Self {
-        let corners = [three(simd, &corners[0]), three(simd, &corners[1]), three(simd, &corners[2])];
-        let origin = three(simd, origin);
+    fn new(simd: S, corners: [Vectors<S>; 3], origin: Vectors<S>) -> Self {
         let relative = [minus(corners[0], origin), minus(corners[1], origin), minus(corners[2], origin)];
         // As for single pairs.
         let reach = largest(relative[0]).max(largest(relative[1])).max(largest(relative[2]));
@@ -188,8 +226,7 @@ impl<S: Simd> Eight<S> {
     /// Computes the same as [`hit_of_near_at`](super::hit_of_near_at): weights are those of corners in canonical order up to
     /// their signs, and t is rounded from a number with a proven error.
     #[inline(always)]
-    fn meet(&self, simd: S, direction: &[[f64; LANES]; 3]) -> Values {
-        let direction = three(simd, direction);
+    fn meet(&self, simd: S, direction: Vectors<S>) -> Values {
         let weights =
             [unfused(direction, self.edges[0]), unfused(direction, self.edges[1]), unfused(direction, self.edges[2])];
         let bound = largest(direction) * self.bound;
@@ -237,15 +274,25 @@ fn unfused<S: Simd>([x, y, z]: [f64x8<S>; 3], [a, b, c]: [f64x8<S>; 3]) -> f64x8
     x * a + y * b + z * c
 }
 
+/// Eight points. They are transposed in registers: numbers stored one by one aren't forwarded to the load of a vector.
 #[inline(always)]
-fn three<S: Simd>(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> [f64x8<S>; 3] {
-    [f64x8::from_slice(simd, x), f64x8::from_slice(simd, y), f64x8::from_slice(simd, z)]
+fn eight_of<S: Simd>(simd: S, points: &[Vec3; LANES]) -> Vectors<S> {
+    let [a, b] = [four_of(simd, points, 0), four_of(simd, points, 4)];
+    let (even, odd) = (a.unzip_low(b), a.unzip_high(b));
+    let ((x, y), (z, _)) = (even.unzip_low(odd).widen(), even.unzip_high(odd).widen());
+    [x, y, z]
+}
+
+/// The coordinates of four points, each with a fourth number.
+#[inline(always)]
+fn four_of<S: Simd>(simd: S, points: &[Vec3; LANES], first: usize) -> f32x16<S> {
+    let quad = |lane: usize| f32x4::simd_from(simd, points[first + lane].extend(0.0).to_array());
+    quad(0).combine(quad(1)).combine(quad(2).combine(quad(3)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec3, Vec3};
 
     #[test]
     fn pairs_get_what_each_gets_alone() {

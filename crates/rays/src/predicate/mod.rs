@@ -20,6 +20,7 @@ use crate::{Hit, Ray, Triangles};
 use double::Double;
 #[doc(hidden)]
 pub use eight::hits;
+pub(crate) use eight::{RayList, hits_of};
 use expansion::Expansion;
 pub(crate) use near::hit_of_near_at;
 

@@ -1,5 +1,7 @@
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
+use crate::parallel::Parallel;
 use crate::{Hit, Triangles};
 
 /// The hits of directions or [rays](crate::Trace): the requested number for each, nearest first, in the order of the
@@ -25,6 +27,34 @@ impl Scanned {
     /// Id that stands for no triangle.
     pub const NONE: u32 = u32::MAX;
 
+    pub(super) const MISS: Hit = Hit { t: f64::INFINITY, triangle: Self::NONE, barycentric: [f32::NAN; 2] };
+
+    /// Makes room for the nearest hits of directions, which are written next.
+    pub(super) fn make_room(&mut self, directions: usize) {
+        let Self { t, triangle, barycentric, .. } = self;
+        t.resize(directions, 0.0);
+        triangle.resize(directions, 0);
+        barycentric.resize(directions, [0.0; 2]);
+        (self.returns, self.without_direction) = (1, 0);
+    }
+
+    /// Writes the nearest hits of a sweep's directions from `first` on: direction i has the hit at place i.
+    pub(super) fn deliver(&mut self, first: usize, nearest: &[Hit], places: &[u32]) {
+        const CHUNK: usize = 1 << 12;
+        let range = first..first + places.len();
+        let t = self.t[range.clone()].par_chunks_mut(CHUNK);
+        let triangle = self.triangle[range.clone()].par_chunks_mut(CHUNK);
+        let barycentric = self.barycentric[range].par_chunks_mut(CHUNK);
+        places.par_chunks(CHUNK).zip(t.zip(triangle).zip(barycentric)).each(
+            |(places, ((t, triangle), barycentric))| {
+                for (index, &place) in places.iter().enumerate() {
+                    let hit = nearest[place as usize];
+                    (t[index], triangle[index], barycentric[index]) = (hit.t, hit.triangle, hit.barycentric);
+                }
+            },
+        );
+    }
+
     pub(crate) fn clear(&mut self, directions: usize, returns: usize) {
         let Self { t, triangle, barycentric, .. } = self;
         let slots = directions * returns;
@@ -39,9 +69,9 @@ impl Scanned {
 
     /// Writes the hits of directions, whose numbers count from `first`. Hits of one direction are consecutive, nearest
     /// first.
-    pub(super) fn note(&mut self, first: usize, hits: &[(u32, Hit)]) {
+    pub(super) fn note(&mut self, first: usize, hits: &[(usize, Hit)]) {
         for of_one in hits.chunk_by(|(a, _), (b, _)| a == b) {
-            let start = (first + of_one[0].0 as usize) * self.returns;
+            let start = (first + of_one[0].0) * self.returns;
             for (index, (_, hit)) in (start..start + self.returns).zip(of_one) {
                 self.t[index] = hit.t;
                 self.triangle[index] = hit.triangle;

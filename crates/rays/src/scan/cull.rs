@@ -144,13 +144,13 @@ pub(super) struct Frustum {
 }
 
 impl Frustum {
-    /// The frustum around lines between `low` and `high` on a face.
-    pub(super) fn new(face: &Face, origin: DVec3, [low, high]: [[f64; 2]; 2], ends: [f64; 2]) -> Self {
+    /// The frustum around lines on a face, given by their lowest and highest slopes along both axes.
+    pub(super) fn new(face: &Face, origin: DVec3, slopes: [[f64; 2]; 2], ends: [f64; 2]) -> Self {
         Self {
             axes: face.axes,
             sign: face.sign as f32,
             origin: origin.as_vec3().to_array(),
-            slopes: [[low[0], high[0]], [low[1], high[1]]].map(|side| side.map(|value| value as f32)),
+            slopes: slopes.map(|side| side.map(|value| value as f32)),
             ends: ends.map(|end| end as f32),
             largest: origin.abs().max_element() as f32,
         }
@@ -159,7 +159,7 @@ impl Frustum {
     /// Returns a mask of the boxes, of sixteen, that may meet the frustum, and a lower bound of each one's depth.
     ///
     /// Rounding the origin, differences, slopes, products and sums moves each side by a few ε of the largest number among
-    /// them; the bound takes 32. Slopes are at most a little above one.
+    /// them; the bound takes 32. Slopes are at most two.
     #[inline(always)]
     fn test<S: Simd>(&self, simd: S, boxes: &SixteenBoxes) -> (u16, [f32; LANES]) {
         const ROUNDED: f32 = 32.0 / (1 << 24) as f32;

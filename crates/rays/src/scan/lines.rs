@@ -2,9 +2,13 @@ use glam::{DVec3, Vec3};
 
 use crate::Ray;
 
-/// Lines from one origin in these directions, between two t.
+/// The lines of a sweep, between two t.
 #[derive(Clone, Copy)]
 pub(super) struct Lines<'a> {
+    /// The number of lines of the sweeps before it.
+    pub(super) before: usize,
+    /// Factor for lengths: a power of two.
+    pub(super) scale: f64,
     pub(super) origin: DVec3,
     pub(super) directions: &'a [Vec3],
     pub(super) t_min: f64,
@@ -37,38 +41,14 @@ impl Face {
         Self { axes: [(k + 1) % 3, (k + 2) % 3, k], sign }
     }
 
-    /// The number of a line's face; `None` for a direction that is zero or not finite.
+    /// The face of a line; `None` for a direction that is zero or not finite.
     #[inline]
-    pub(super) fn of(line: DVec3) -> Option<usize> {
+    pub(super) fn of(line: DVec3) -> Option<Self> {
         let goes_somewhere = line.is_finite() && line != DVec3::ZERO;
         goes_somewhere.then(|| {
             let axis = largest_axis(line);
-            axis * 2 + usize::from(line[axis] < 0.0)
+            Self::CUBE[axis * 2 + usize::from(line[axis] < 0.0)]
         })
-    }
-
-    /// A vector's components along i, j and k, by one predictable branch instead of three indexed loads.
-    #[inline(always)]
-    fn turned(&self, DVec3 { x, y, z }: DVec3) -> [f64; 3] {
-        match self.axes[2] {
-            0 => [y, z, x],
-            1 => [z, x, y],
-            _ => [x, y, z],
-        }
-    }
-
-    /// The depth along the face's axis of a position relative to the origin.
-    #[inline(always)]
-    pub(super) fn depth(&self, position: DVec3) -> f64 {
-        self.turned(position)[2] * self.sign
-    }
-
-    /// The slopes of a line.
-    #[inline(always)]
-    pub(super) fn across(&self, line: DVec3) -> [f64; 2] {
-        let [i, j, k] = self.turned(line);
-        let inverse = 1.0 / k.abs();
-        [i * inverse, j * inverse]
     }
 }
 
@@ -92,11 +72,9 @@ impl Lines<'_> {
         self.directions[index].as_dvec3()
     }
 
-    /// Depths of a line's start and end.
-    #[inline(always)]
-    pub(super) fn ends(&self, face: &Face, line: DVec3) -> [f64; 2] {
-        let unit = face.depth(line);
-        [self.t_min * unit, self.t_max * unit]
+    /// Whether a line can hit anything at all.
+    pub(super) fn may_hit(&self) -> bool {
+        self.origin.is_finite() && self.t_min < self.t_max
     }
 
     pub(super) fn ray(&self, index: usize) -> Ray {

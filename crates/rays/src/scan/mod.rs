@@ -7,8 +7,7 @@
 //! [predicate](crate::predicate) settles undecided pairs and the position of the nearest hit, eight pairs of a ray and a
 //! triangle at a time.
 //!
-//! One verb a file: `spread` sorts lines into tiles, `cull` finds patches, `slots` sorts a tile's lines into cells, `worker`
-//! transforms triangles and finds their lines, `test` tests sixteen pairs, `settle` decides. `lit` asks the
+//! One verb a file: `spread` sorts lines, `slots` takes a tile's lines to a face, `cull` finds patches, `worker` transforms triangles and finds their lines, `test` tests sixteen pairs, `settle` decides. `lit` asks the
 //! light grid which points lights reach.
 
 mod answers;
@@ -21,7 +20,7 @@ mod spread;
 mod test;
 mod worker;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use crate::dispatch;
 use crate::parallel::Parallel;
@@ -30,14 +29,14 @@ use rayon::prelude::*;
 
 pub use answers::Scanned;
 use cull::Boxes;
-use lines::Lines;
+use lines::{Face, Lines};
 use lit::LitPoints;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
-use spread::Spread;
+use spread::{LineTile, Spread};
 use worker::ScanWorker;
 
 use crate::patches::Patches;
-use crate::{Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
+use crate::{Hit, Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
 
 /// Directions from one or more origins, and the triangles that they may hit.
 #[derive(Clone, Copy)]
@@ -75,8 +74,8 @@ impl<'a> Scan<'a> {
 
 /// Answers [scans](Scan), rebuilt for every frame.
 ///
-/// Keep it and use it again: its memory is reused. It holds about 23 bytes a triangle, 8 a direction, and 32 for each hit
-/// until it is delivered.
+/// Keep it and use it again: its memory is reused, and directions that are the same as in the last call, or turned, need no
+/// sorting. It holds about 23 bytes a triangle, 48 a direction, and 32 for each of several hits until it is delivered.
 ///
 /// ```
 /// use glam::{DVec3, Vec3};
@@ -107,6 +106,8 @@ pub struct Scanner {
     boxes: Boxes,
     spread: Spread,
     workers: Vec<ScanWorker>,
+    /// The nearest hit at each place of the order.
+    nearest: Vec<Hit>,
     points: LitPoints,
 }
 
@@ -137,28 +138,29 @@ impl Scanner {
     /// If it was built for another number of triangles.
     pub fn scan(&mut self, scan: &Scan<'_>, returns: usize, scanned: &mut Scanned) {
         let counts = scan.sweeps.iter().map(|sweep| sweep.directions.len());
+        if returns == 1 {
+            scanned.make_room(counts.sum());
+            self.scan_nearest(scan, 0, scanned);
+            return;
+        }
         scanned.clear(counts.sum(), returns);
         if returns == 0 {
             return;
         }
-        let asked = if returns == 1 { Asked::Nearest } else { Asked::All };
-        let mut first = 0;
-        for sweep in scan.sweeps {
-            self.note_sweep(scan, sweep, asked, first, scanned);
-            first += sweep.directions.len();
+        scanned.without_direction = self.ask(scan, Asked::All);
+        for worker in &mut self.workers {
+            scanned.note(0, &worker.hits);
+            worker.hits.clear();
         }
     }
 
-    /// Finds the first hits of a sweep's directions, and writes them from answer `first` on.
-    pub(crate) fn scan_sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, first: usize, scanned: &mut Scanned) {
-        self.note_sweep(scan, sweep, Asked::Nearest, first, scanned);
-    }
-
-    fn note_sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, asked: Asked, first: usize, scanned: &mut Scanned) {
-        scanned.without_direction += self.sweep(scan, sweep, asked);
-        for worker in &mut self.workers {
-            scanned.note(first, &worker.hits);
-            worker.hits.clear();
+    /// Finds the first hits of all sweeps, and writes them from answer `first` on.
+    pub(crate) fn scan_nearest(&mut self, scan: &Scan<'_>, first: usize, scanned: &mut Scanned) {
+        scanned.without_direction += self.ask(scan, Asked::Nearest);
+        let mut before = 0;
+        for places in self.spread.places() {
+            scanned.deliver(first + before, &self.nearest[before..before + places.len()], places);
+            before += places.len();
         }
     }
 
@@ -171,68 +173,62 @@ impl Scanner {
         let count: usize = scan.sweeps.iter().map(|sweep| sweep.directions.len()).sum();
         hit.clear();
         hit.resize(count.div_ceil(64), 0);
-        let (mut first, mut without_direction) = (0, 0);
-        for sweep in scan.sweeps {
-            without_direction += self.sweep(scan, sweep, Asked::Any);
-            for worker in &mut self.workers {
-                for line in worker.met.drain(..) {
-                    let index = first + line as usize;
-                    hit[index / 64] |= 1 << (index % 64);
-                }
+        let without_direction = self.ask(scan, Asked::Any);
+        for worker in &mut self.workers {
+            for line in worker.met.drain(..) {
+                hit[line / 64] |= 1 << (line % 64);
             }
-            first += sweep.directions.len();
         }
         without_direction
     }
 
-    /// Leaves the answers for a sweep with the workers. Returns the number of its directions that are zero or not finite.
-    fn sweep(&mut self, scan: &Scan<'_>, sweep: &Sweep<'_>, asked: Asked) -> usize {
-        self.patches.expect(scan.triangles);
-        let Scan { triangles, t_min, t_max, opacity, sides, .. } = *scan;
-        let Sweep { origin, directions } = *sweep;
-        let t_min = t_min.max(0.0);
-        if !origin.is_finite() || t_min >= t_max || t_max.is_nan() {
-            return directions.iter().filter(|of| !of.is_finite() || **of == Vec3::ZERO).count();
-        }
-        let lines = Lines { origin, directions, t_min, t_max };
-        let (mut spread, mut workers) = (std::mem::take(&mut self.spread), std::mem::take(&mut self.workers));
-        spread.spread(&lines);
+    /// Leaves the answers for all sweeps with the workers, and the nearest hits in the order of lines. Returns the number of
+    /// directions that are zero or not finite.
+    fn ask(&mut self, scan: &Scan<'_>, asked: Asked) -> usize {
+        let Scan { triangles, sweeps, t_min, opacity, sides, .. } = *scan;
+        self.patches.expect(triangles);
+        self.spread.update(sweeps);
+        let Self { level, patches, boxes, spread, workers, nearest, .. } = self;
         workers.resize_with(rayon::current_num_threads(), ScanWorker::default);
-        let reach = f64::from(self.boxes.reach) + origin.abs().max_element();
-        tiles(&self.job(triangles, (opacity, sides), lines, asked, reach), &spread, &mut workers);
-        (self.spread, self.workers) = (spread, workers);
-        self.spread.nowhere
-    }
-
-    /// The job of tracing lines; no length is above `reach`.
-    fn job<'a>(
-        &'a self,
-        triangles: Triangles<'a>,
-        (opacity, sides): (&'a dyn Opacity, Sides<'a>),
-        lines: Lines<'a>,
-        asked: Asked,
-        reach: f64,
-    ) -> Job<'a> {
-        let scale = scale(reach);
+        if asked == Asked::Nearest {
+            nearest.resize(sweeps.iter().map(|sweep| sweep.directions.len()).sum(), Scanned::MISS);
+        }
         let all_stop = opacity.are_all_opaque() && sides == Sides::Both;
-        let Self { patches, boxes, level, .. } = self;
-        Job { triangles, patches, boxes, opacity, sides, lines, asked, scale, all_stop, level: *level }
+        let t_min = t_min.max(0.0);
+        let job = Job { scan: Scan { t_min, ..*scan }, patches, boxes, asked, all_stop, level: *level };
+        tiles(&job, spread, workers, nearest);
+        workers.iter_mut().map(|worker| std::mem::take(&mut worker.nowhere)).sum()
     }
 
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let workers: usize = self.workers.iter().map(ScanWorker::bytes).sum();
-        self.patches.bytes() + self.boxes.bytes() + self.spread.bytes() + workers + self.points.bytes()
+        let nearest = self.nearest.capacity() * size_of::<Hit>();
+        self.patches.bytes() + self.boxes.bytes() + self.spread.bytes() + workers + nearest + self.points.bytes()
     }
 }
 
 /// Has the workers trace all tiles of lines.
-fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker]) {
-    let next = AtomicUsize::new(0);
+fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker], nearest: &mut [Hit]) {
+    let left = Mutex::new((spread.tiles(), nearest));
+    let next = || {
+        let mut left = left.lock().unwrap_or_else(PoisonError::into_inner);
+        let (tile, tiles) = left.0.split_first()?;
+        let room = if job.asked == Asked::Nearest { tile.lines } else { 0 };
+        let (nearest, others) = std::mem::take(&mut left.1).split_at_mut(room);
+        *left = (tiles, others);
+        Some((tile, nearest))
+    };
     workers.par_iter_mut().with_max_len(1).each(|worker| {
-        while let Some(tile) = spread.tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
-            dispatch!(job.level, simd => worker.trace(simd, job, tile, &spread.order));
+        while let Some((tile, nearest)) = next() {
+            let (lines, order) = (job.lines(tile), spread.lines(tile));
+            if lines.may_hit() {
+                dispatch!(job.level, simd => worker.trace(simd, job, &lines, order, nearest));
+            } else {
+                nearest.fill(Scanned::MISS);
+                worker.nowhere += order.iter().filter(|line| Face::of(lines.get(**line as usize)).is_none()).count();
+            }
         }
     });
 }
@@ -250,30 +246,33 @@ enum Asked {
 
 /// The inputs of tracing tiles.
 struct Job<'a> {
-    triangles: Triangles<'a>,
+    scan: Scan<'a>,
     patches: &'a Patches,
     boxes: &'a Boxes,
-    opacity: &'a dyn Opacity,
-    sides: Sides<'a>,
-    lines: Lines<'a>,
     asked: Asked,
-    /// Factor for lengths: a power of two.
-    scale: f64,
     /// Whether all sides of all triangles stop all lines.
     all_stop: bool,
     level: SimdLevel,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// The lines of a tile's sweep.
+    fn lines(&self, tile: &LineTile) -> Lines<'a> {
+        let Sweep { origin, directions } = self.scan.sweeps[tile.sweep];
+        let Scan { t_min, t_max, .. } = self.scan;
+        let scale = scale(f64::from(self.boxes.reach) + origin.abs().max_element());
+        Lines { before: tile.before, scale, origin, directions, t_min, t_max }
+    }
+
     /// Whether a triangle stops every line that meets it.
     fn always_stops(&self, id: u32) -> bool {
-        self.all_stop || (self.opacity.is_opaque(id) && self.sides.has_back(id))
+        self.all_stop || (self.scan.opacity.is_opaque(id) && self.scan.sides.has_back(id))
     }
 
     /// Whether a triangle stops a ray that hits it at these weights.
     fn stops(&self, ray: &Ray, id: u32, barycentric: [f32; 2]) -> bool {
-        self.all_stop
-            || (self.sides.stop(ray, id, self.triangles.corners(id)) && self.opacity.is_stopped_at(id, barycentric))
+        let Scan { triangles, opacity, sides, .. } = self.scan;
+        self.all_stop || (sides.stop(ray, id, triangles.corners(id)) && opacity.is_stopped_at(id, barycentric))
     }
 }
 

@@ -1,45 +1,74 @@
+use glam::DVec3;
+
+use super::lines::Lines;
 use super::worker::{HitCandidate, ScanWorker};
-use super::{Asked, Job};
-use crate::predicate::hits;
+use super::{Asked, Job, Scanned};
+use crate::predicate::{RayList, hits_of};
 use crate::{Hit, Ray};
 
 /// Memory for settling a tile.
 #[derive(Debug, Default)]
 pub(super) struct Settle {
-    rays: Vec<Ray>,
     pairs: Vec<(u32, u32)>,
     hits: Vec<Option<Hit>>,
-    best: Vec<Option<Hit>>,
     all: Vec<(u32, Hit)>,
 }
 
+/// A tile's lines, given by their slots.
+struct TileLines<'a> {
+    lines: &'a Lines<'a>,
+    /// The index of the line in each slot.
+    order: &'a [u32],
+}
+
+impl RayList for TileLines<'_> {
+    #[inline(always)]
+    fn ray(&self, slot: u32) -> Ray {
+        self.lines.ray(self.order[slot as usize] as usize)
+    }
+
+    #[inline(always)]
+    fn origin(&self, _: u32) -> DVec3 {
+        self.lines.origin
+    }
+
+    #[inline(always)]
+    fn direction(&self, slot: u32) -> DVec3 {
+        self.lines.get(self.order[slot as usize] as usize)
+    }
+
+    #[inline(always)]
+    fn interval(&self, _: u32) -> [f64; 2] {
+        [self.lines.t_min, self.lines.t_max]
+    }
+}
+
 impl ScanWorker {
-    /// Settles all candidates of the tile's lines by the predicate.
-    pub(super) fn settle(&mut self, job: &Job<'_>) {
-        let Self { slots, candidates, settle, hits: to, met, .. } = self;
-        let Settle { rays, pairs, hits: found, best, all } = settle;
-        rays.clear();
-        rays.extend(slots.line.iter().map(|&line| job.lines.ray(line as usize)));
+    /// Settles all candidates of a tile's lines by the predicate; the nearest hits come to `nearest`, a slot each.
+    pub(super) fn settle(&mut self, job: &Job<'_>, lines: &Lines<'_>, order: &[u32], nearest: &mut [Hit]) {
+        let Self { slots, candidates, settle, hits: to, met, met_slots, .. } = self;
+        let Settle { pairs, hits: found, all } = settle;
+        let rays = TileLines { lines, order };
         pairs.clear();
         let is_left = |of: &&HitCandidate| of.earliest <= slots.far[of.slot as usize];
         pairs.extend(candidates.iter().filter(is_left).map(|of| (of.slot, of.id)));
         found.clear();
         found.resize(pairs.len(), None);
-        hits(job.level, job.triangles, rays, pairs, found);
+        hits_of(job.level, job.scan.triangles, &rays, pairs, found);
         let found = pairs.iter().zip(found.iter()).filter_map(|(&(slot, id), hit)| {
-            hit.filter(|hit| job.stops(&rays[slot as usize], id, hit.barycentric)).map(|hit| (slot, hit))
+            hit.filter(|hit| job.stops(&rays.ray(slot), id, hit.barycentric)).map(|hit| (slot, hit))
         });
+        let number = |slot: u32| lines.before + order[slot as usize] as usize;
         match job.asked {
             Asked::Nearest => {
-                best.clear();
-                best.resize(slots.len(), None);
+                nearest.fill(Scanned::MISS);
                 for (slot, hit) in found {
-                    let best = &mut best[slot as usize];
-                    if best.is_none_or(|best| (hit.t, hit.triangle) < (best.t, best.triangle)) {
-                        *best = Some(hit);
+                    let nearest = &mut nearest[slot as usize];
+                    // A miss has the largest t and the largest id.
+                    if (hit.t, hit.triangle) < (nearest.t, nearest.triangle) {
+                        *nearest = hit;
                     }
                 }
-                to.extend(slots.line.iter().zip(best).filter_map(|(&line, best)| best.map(|hit| (line, hit))));
             }
             Asked::All => {
                 all.clear();
@@ -47,19 +76,21 @@ impl ScanWorker {
                 all.sort_unstable_by(|(a, x), (b, y)| {
                     a.cmp(b).then(x.t.total_cmp(&y.t)).then(x.triangle.cmp(&y.triangle))
                 });
-                to.extend(all.iter().map(|&(slot, hit)| (slots.line[slot as usize], hit)));
+                to.extend(all.iter().map(|&(slot, hit)| (number(slot), hit)));
             }
-            // A line may appear more than once.
-            Asked::Any => met.extend(found.map(|(slot, _)| slots.line[slot as usize])),
+            Asked::Any => {
+                met.extend(met_slots.iter().map(|&slot| number(slot)));
+                // A line may appear more than once.
+                met.extend(found.map(|(slot, _)| number(slot)));
+            }
         }
     }
 }
 
 impl Settle {
     pub(super) fn bytes(&self) -> usize {
-        self.rays.capacity() * size_of::<Ray>()
-            + self.pairs.capacity() * size_of::<(u32, u32)>()
-            + (self.hits.capacity() + self.best.capacity()) * size_of::<Option<Hit>>()
+        self.pairs.capacity() * size_of::<(u32, u32)>()
+            + self.hits.capacity() * size_of::<Option<Hit>>()
             + self.all.capacity() * size_of::<(u32, Hit)>()
     }
 }

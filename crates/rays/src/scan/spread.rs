@@ -1,159 +1,192 @@
-use std::ops::Range;
+use glam::Vec3;
 
-use crate::parallel::Parallel;
-use rayon::prelude::*;
+use super::Sweep;
+use crate::curve_order::CurveOrder;
+use crate::hilbert::along_hilbert_curve;
+use crate::simd::lanes::LANES;
 
-use super::lines::{Face, Lines};
+/// The largest number of lines in a tile.
+pub(super) const TILE_LINES: usize = 256;
 
-/// Average lines of a tile, if they are spread evenly.
-const TILE_LINES: usize = 160;
+/// The growth of neighbours' angles, since lines were sorted, at which they are sorted again.
+const MOST_SPREAD: f32 = 1.2;
 
-/// The largest number of lines in a tile; denser tiles are split.
-pub(super) const MOST_LINES: usize = 1024;
+/// About so many blocks of neighbours are looked at to tell whether their order may stay.
+const LOOKED_AT: usize = 256;
 
-/// The largest number of tiles along a side of a face.
-const MOST_TILES: usize = 512;
-
-/// Lines that a thread sorts into tiles at once.
-const CHUNK: usize = 1 << 12;
-
-/// Face of a line whose direction is zero or not finite.
-const NOWHERE: u32 = u32::MAX;
-
-/// Lines sorted into tiles of neighbours on the same face. 20 bytes a line.
+/// The lines of sweeps in an order in which neighbours follow each other. It stays from call to call while neighbours stay
+/// about as near each other: for a sensor's directions that are the same ones, or all turned. 8 bytes a line, and 16 for
+/// sorting the lines of a sweep.
 #[derive(Debug, Default)]
 pub(super) struct Spread {
-    /// The face and position of each line: approximate, which is enough for sorting.
-    crossings: Vec<Crossing>,
-    keys: Vec<u32>,
-    starts: Vec<u32>,
-    pub(super) order: Vec<u32>,
-    pub(super) tiles: Vec<LineTile>,
-    /// The number of lines whose direction is zero or not finite.
-    pub(super) nowhere: usize,
+    sweeps: Vec<SortedSweep>,
+    /// The indices of each sweep's lines in its order, sweep after sweep.
+    order: Vec<u32>,
+    /// The place of each line in its sweep's order.
+    places: Vec<u32>,
+    tiles: Vec<LineTile>,
+    curve: CurveOrder,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Crossing {
-    at: [f32; 2],
-    /// Number of the face, or [`NOWHERE`].
-    face: u32,
+#[derive(Debug)]
+struct SortedSweep {
+    lines: usize,
+    /// The [`spread`] of its lines when they were sorted; `None` if they weren't.
+    spread: Option<f32>,
 }
 
-#[derive(Clone, Debug)]
+/// Up to [`TILE_LINES`] lines that follow each other in a sweep's order.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct LineTile {
-    pub(super) face: Face,
-    /// Range of `order`.
-    pub(super) lines: Range<usize>,
-}
-
-/// The tiles of a face, which reaches from −1 to 1, given by the number along each side.
-#[derive(Clone, Copy)]
-struct Raster {
-    side: usize,
-}
-
-impl Raster {
-    /// A raster for this number of lines on a face.
-    fn new(lines: usize) -> Self {
-        let side = ((lines / TILE_LINES) as f32).sqrt().ceil().clamp(1.0, MOST_TILES as f32) as usize;
-        Self { side }
-    }
-
-    fn tile(&self, at: [f32; 2]) -> usize {
-        let [column, row] = at.map(|at| (((at + 1.0) * 0.5 * self.side as f32) as usize).min(self.side - 1));
-        row * self.side + column
-    }
+    /// Number of the sweep.
+    pub(super) sweep: usize,
+    /// The number of lines of the sweeps before it.
+    pub(super) before: usize,
+    /// The first one's index in the order of all sweeps.
+    first: usize,
+    pub(super) lines: usize,
 }
 
 impl Spread {
-    /// Sorts lines into tiles.
-    pub(super) fn spread(&mut self, lines: &Lines<'_>) {
-        let count = lines.directions.len();
-        let Self { crossings, keys, starts, order, tiles, nowhere } = self;
-        let faces = &Face::CUBE;
-        find_crossings(lines, crossings);
-        // Most sets of lines don't cover all six faces.
-        let raster = Raster::new(count / 3);
-        let per_face = raster.side * raster.side;
-        keys.resize(count, 0);
-        keys.par_chunks_mut(CHUNK).zip(crossings.par_chunks(CHUNK)).each(|(keys, crossings)| {
-            for (key, Crossing { at, face }) in keys.iter_mut().zip(crossings) {
-                *key = if *face == NOWHERE { NOWHERE } else { face * per_face as u32 + raster.tile(*at) as u32 };
+    /// Brings the lines of sweeps into an order.
+    pub(super) fn update(&mut self, sweeps: &[Sweep<'_>]) {
+        let counts = || sweeps.iter().map(|sweep| sweep.directions.len());
+        if !counts().eq(self.sweeps.iter().map(|of| of.lines)) {
+            self.clear(counts());
+        }
+        let mut first = 0;
+        for (of, Sweep { directions, .. }) in self.sweeps.iter_mut().zip(sweeps) {
+            let range = first..first + of.lines;
+            first = range.end;
+            let (order, places) = (&mut self.order[range.clone()], &mut self.places[range]);
+            if of.spread.is_some_and(|sorted| spread(directions, order) <= MOST_SPREAD * sorted) {
+                continue;
             }
-        });
-        let keyed = keys.iter().enumerate().filter(|(_, key)| **key != NOWHERE);
-        starts.clear();
-        starts.resize(faces.len() * per_face + 2, 0);
-        keyed.clone().for_each(|(_, &key)| starts[key as usize + 2] += 1);
-        let mut sum = 0;
-        for start in starts.iter_mut() {
-            sum += *start;
-            *start = sum;
+            let sorted = self.curve.sort(of.lines, |line| code(directions[line as usize]));
+            for ((place, to), key) in (0..).zip(order.iter_mut()).zip(sorted) {
+                *to = *key as u32;
+                places[*to as usize] = place;
+            }
+            of.spread = Some(spread(directions, order));
         }
-        *nowhere = count - sum as usize;
-        order.resize(sum as usize, 0);
-        for (index, &key) in keyed {
-            let next = &mut starts[key as usize + 1];
-            order[*next as usize] = index as u32;
-            *next += 1;
-        }
+    }
+
+    /// Makes tiles for sweeps with these numbers of lines, in no order yet.
+    fn clear(&mut self, counts: impl Iterator<Item = usize>) {
+        let Self { sweeps, order, places, tiles, .. } = self;
+        sweeps.clear();
         tiles.clear();
-        for key in 0..faces.len() * per_face {
-            let range = starts[key] as usize..starts[key + 1] as usize;
-            let face = faces[key / per_face];
-            split(lines, face, order, range, tiles);
+        let mut first = 0;
+        for (sweep, lines) in counts.enumerate() {
+            sweeps.push(SortedSweep { lines, spread: None });
+            let end = first + lines;
+            let before = first;
+            tiles.extend((before..end).step_by(TILE_LINES).map(|start| LineTile {
+                sweep,
+                before,
+                first: start,
+                lines: (end - start).min(TILE_LINES),
+            }));
+            first = end;
         }
+        order.resize(first, 0);
+        places.resize(first, 0);
+    }
+
+    pub(super) fn tiles(&self) -> &[LineTile] {
+        &self.tiles
+    }
+
+    /// The indices of a tile's lines in their sweep.
+    pub(super) fn lines(&self, tile: &LineTile) -> &[u32] {
+        &self.order[tile.first..tile.first + tile.lines]
+    }
+
+    /// For each sweep, the place of each of its lines in its order.
+    pub(super) fn places(&self) -> impl Iterator<Item = &[u32]> {
+        let mut rest = &self.places[..];
+        self.sweeps.iter().map(move |sweep| {
+            let (of_sweep, others) = rest.split_at(sweep.lines);
+            rest = others;
+            of_sweep
+        })
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.crossings.capacity() * size_of::<Crossing>()
-            + (self.keys.capacity() + self.starts.capacity() + self.order.capacity()) * size_of::<u32>()
+        (self.order.capacity() + self.places.capacity()) * size_of::<u32>()
             + self.tiles.capacity() * size_of::<LineTile>()
+            + self.sweeps.capacity() * size_of::<SortedSweep>()
+            + self.curve.bytes()
     }
 }
 
-/// Makes tiles of the lines of a face: halves them across the longer side while they are too many.
-fn split(lines: &Lines<'_>, face: Face, order: &mut [u32], range: Range<usize>, tiles: &mut Vec<LineTile>) {
-    if range.is_empty() {
-        return;
-    }
-    if range.len() <= MOST_LINES {
-        tiles.push(LineTile { face, lines: range });
-        return;
-    }
-    let at = |line: u32| face.across(lines.get(line as usize));
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for &line in &order[range.clone()] {
-        let at = at(line);
-        for axis in [0, 1] {
-            (low[axis], high[axis]) = (low[axis].min(at[axis]), high[axis].max(at[axis]));
-        }
-    }
-    let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
-    let middle = range.start + range.len() / 2;
-    if low[axis] < high[axis] {
-        let of = &mut order[range.clone()];
-        of.select_nth_unstable_by(middle - range.start, |&a, &b| at(a)[axis].total_cmp(&at(b)[axis]));
-    }
-    split(lines, face, order, range.start..middle, tiles);
-    split(lines, face, order, middle..range.end, tiles);
+/// The direction of unit length; NaN where a line's direction is zero or not finite.
+fn unit(direction: Vec3) -> Vec3 {
+    // Scaled first, so that its square neither overflows nor underflows.
+    (direction / direction.abs().max_element()).normalize()
 }
 
-/// Finds the face of each line and its position there.
-fn find_crossings(lines: &Lines<'_>, crossings: &mut Vec<Crossing>) {
-    crossings.resize(lines.directions.len(), Crossing::default());
-    let of_chunks = crossings.par_chunks_mut(CHUNK).zip(lines.directions.par_chunks(CHUNK));
-    of_chunks.each(|(crossings, directions)| {
-        for (crossing, direction) in crossings.iter_mut().zip(directions) {
-            let line = direction.as_dvec3();
-            *crossing = match Face::of(line) {
-                Some(face) => {
-                    let at = Face::CUBE[face].across(line).map(|value| value as f32);
-                    Crossing { at, face: face as u32 }
-                }
-                None => Crossing { at: [0.0; 2], face: NOWHERE },
-            };
-        }
+/// The position of a direction along Hilbert's curve through the cube around the unit sphere.
+fn code(direction: Vec3) -> u32 {
+    const HALF: f32 = 511.99;
+    let unit = unit(direction);
+    if unit.is_nan() {
+        return CurveOrder::NOWHERE;
+    }
+    along_hilbert_curve((unit * HALF + HALF).to_array().map(|at| at as u32))
+}
+
+/// The sum of the distances of some blocks' first lines from the farthest of their blocks, on the unit sphere.
+fn spread(directions: &[Vec3], order: &[u32]) -> f32 {
+    let blocks = order.chunks(LANES).step_by((order.len() / LANES / LOOKED_AT).max(1));
+    let farthest = blocks.map(|block| {
+        let at = |line: u32| unit(directions[line as usize]);
+        let first = at(block[0]);
+        // A NaN changes nothing.
+        block.iter().map(|&line| at(line).distance_squared(first)).fold(0.0, f32::max).sqrt()
     });
+    farthest.sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use glam::{DVec3, Quat};
+
+    fn spread_of(spread: &mut Spread, all: &[Vec<Vec3>]) -> Vec<u32> {
+        let sweeps: Vec<_> = all.iter().map(|directions| Sweep { origin: DVec3::ZERO, directions }).collect();
+        spread.update(&sweeps);
+        let mut first = 0;
+        for (directions, places) in all.iter().zip(spread.places()) {
+            let order = &spread.order[first..first + directions.len()];
+            assert!(places.iter().zip(0..).all(|(&place, line)| order[place as usize] == line), "not all lines, once");
+            first += directions.len();
+        }
+        spread.order.clone()
+    }
+
+    #[test]
+    fn lines_are_sorted_again_where_they_are_others() {
+        let mut random = Random::new(62);
+        let mut lines = |count: usize| -> Vec<Vec3> {
+            (0..count).map(|_| Vec3::from([0; 3].map(|_| random.signed() as f32))).collect()
+        };
+        let mut spread = Spread::default();
+        let mut all = vec![lines(20_000), lines(700)];
+        all[0][5] = Vec3::NAN;
+        let first = spread_of(&mut spread, &all);
+        assert_eq!(first[19_999], 5, "what goes nowhere is last");
+        let turn = Quat::from_rotation_y(1.0) * Quat::from_rotation_x(0.4);
+        all.iter_mut().flatten().for_each(|direction| *direction = turn * *direction * 3.0);
+        assert_eq!(spread_of(&mut spread, &all), first, "all turned");
+        all[1] = lines(700);
+        let second = spread_of(&mut spread, &all);
+        assert_eq!(second[..20_000], first[..20_000], "the first sweep's are the same");
+        assert_ne!(second[20_000..], first[20_000..], "the second sweep's are others");
+        all[0].pop();
+        assert_ne!(spread_of(&mut spread, &all)[..19_999], first[..19_999], "one fewer");
+        // Neighbours in the order are near each other: each block of so many evenly spread lines is within a small angle.
+        assert!(super::spread(&all[0], &spread.order[..19_999]) / (LOOKED_AT as f32) < 0.12);
+    }
 }

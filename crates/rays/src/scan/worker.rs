@@ -2,16 +2,17 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x16, mask32x16};
 use glam::DVec3;
 
-use super::cull::nearest_of;
-use super::lines::Face;
-use super::slots::Slots;
-use super::spread::LineTile;
+use super::cull::{Frustum, nearest_of};
+use super::lines::{Face, Lines};
+use super::slots::{Slots, Taken};
 use super::test::{Beam, LineTests, test};
-use super::{Asked, Job};
+use super::{Asked, Job, Scanned};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
 use crate::shear::SMALLEST;
-use crate::simd::lanes::{LANES, bits_of, load, load_local_corner, load_positions, quads, splat, transposed};
+use crate::simd::lanes::{
+    LANES, all_transposed, bits_of, load, load_local_corner, load_positions, quads, splat, transposed,
+};
 use crate::simd::vectors::{narrow, widen};
 use crate::vectorized;
 
@@ -34,10 +35,14 @@ pub(super) struct ScanWorker {
     pairs: Vec<Pair>,
     pub(super) candidates: Vec<HitCandidate>,
     pub(super) settle: super::settle::Settle,
-    /// Hits of lines, nearest first for each.
-    pub(super) hits: Vec<(u32, Hit)>,
-    /// Lines that are hit at all.
-    pub(super) met: Vec<u32>,
+    /// Hits of lines, given by their indices in all sweeps, nearest first for each.
+    pub(super) hits: Vec<(usize, Hit)>,
+    /// Lines that are hit at all, given in the same way.
+    pub(super) met: Vec<usize>,
+    /// Lines of the tile that are certainly hit.
+    pub(super) met_slots: Vec<u32>,
+    /// The number of lines that go nowhere.
+    pub(super) nowhere: usize,
 }
 
 /// A line and a triangle, whose corners are indices of the vertices.
@@ -67,48 +72,68 @@ struct Around {
 }
 
 impl ScanWorker {
-    /// Answers the lines of a tile.
+    /// Answers a tile's lines, given by their indices in their sweep: the nearest hits, where these are asked for, come to
+    /// `nearest`.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(&mut self, simd: S, job: &Job<'_>, tile: &LineTile, order: &[u32]) {
-        let frustum = self.slots.fill(job, tile, order);
+    pub(super) fn trace<S: Simd>(
+        &mut self,
+        simd: S,
+        job: &Job<'_>,
+        lines: &Lines<'_>,
+        order: &[u32],
+        nearest: &mut [Hit],
+    ) {
+        let mut first = 0;
+        while first < order.len() {
+            let mut end = order.len();
+            let taken = loop {
+                match vectorized!(simd => self.slots.take(simd, lines, &order[first..end])) {
+                    Taken::Apart => end = first + (end - first).div_ceil(2),
+                    taken => break taken,
+                }
+            };
+            self.nowhere += self.slots.nowhere;
+            let nearest = if job.asked == Asked::Nearest { &mut nearest[first..end] } else { &mut [] };
+            match taken {
+                Taken::On(face, frustum) => {
+                    self.trace_taken(simd, job, lines, &face, &frustum);
+                    self.settle(job, lines, &order[first..end], nearest);
+                }
+                Taken::Nowhere | Taken::Apart => nearest.fill(Scanned::MISS),
+            }
+            first = end;
+        }
+    }
+
+    /// Finds the candidates of the taken lines.
+    #[inline(always)]
+    fn trace_taken<S: Simd>(&mut self, simd: S, job: &Job<'_>, lines: &Lines<'_>, face: &Face, frustum: &Frustum) {
         let mut found = std::mem::take(&mut self.found);
-        job.boxes.find_in(simd, job.patches, &frustum, &mut found);
+        job.boxes.find_in(simd, job.patches, frustum, &mut found);
         self.candidates.clear();
+        self.met_slots.clear();
         self.pairs.clear();
         self.vertices.clear();
-        let scale = job.scale as f32;
+        let scale = lines.scale as f32;
         for &of in &found {
-            let farthest = vectorized!(simd => self.farthest(simd));
+            let farthest = vectorized!(simd => self.slots.farthest(simd));
             if nearest_of(of) * scale > farthest {
                 break;
             }
-            vectorized!(simd => self.take(simd, job, &tile.face, of as u32 as usize, farthest));
+            vectorized!(simd => self.take(simd, job, lines, face, of as u32 as usize, farthest));
         }
         vectorized!(simd => self.flush(simd, job));
         self.found = found;
-        self.settle(job);
-    }
-
-    /// The depth behind which hits don't matter to any line.
-    #[inline(always)]
-    fn farthest<S: Simd>(&self, simd: S) -> f32 {
-        let far = &self.slots.far[..self.slots.len()];
-        let (sixteens, rest) = far.as_chunks::<LANES>();
-        let mut farthest = splat(simd, f32::NEG_INFINITY);
-        for far in sixteens {
-            farthest = farthest.max(load(simd, far));
-        }
-        rest.iter().fold(farthest.reduce_max(), |farthest, &far| farthest.max(far))
     }
 
     /// Tests a patch's triangles against the lines that they may meet.
     #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, job: &Job<'_>, face: &Face, number: usize, farthest: f32) {
+    fn take<S: Simd>(&mut self, simd: S, job: &Job<'_>, lines: &Lines<'_>, face: &Face, number: usize, farthest: f32) {
         if self.vertices.len() > (POOL - 1) * MOST_VERTICES {
             self.flush(simd, job);
         }
         let first = self.vertices.len();
-        self.project(simd, job, face, number);
+        self.project(simd, job, lines, face, number);
         let patch = job.patches.get(number);
         for group in 0..patch.count.div_ceil(LANES) {
             let corners = &patch.corners[group * LANES..(group + 1) * LANES];
@@ -128,18 +153,18 @@ impl ScanWorker {
 
     /// Transforms a patch's vertices to coordinates of the tile.
     #[inline(always)]
-    fn project<S: Simd>(&mut self, simd: S, job: &Job<'_>, face: &Face, number: usize) {
+    fn project<S: Simd>(&mut self, simd: S, job: &Job<'_>, lines: &Lines<'_>, face: &Face, number: usize) {
         let [i, j, k] = face.axes;
         let slope = self.slots.slope;
-        let origin: DVec3 = job.lines.origin;
+        let origin: DVec3 = lines.origin;
         for positions in job.patches.positions(number) {
             let [low, high] = widen(load_positions(simd, positions));
-            let along = job.scale * face.sign;
+            let along = lines.scale * face.sign;
             let (low_z, high_z) = ((low[k] - origin[k]) * along, (high[k] - origin[k]) * along);
-            let low_x = (low[i] - origin[i]) * job.scale - low_z * slope[0];
-            let high_x = (high[i] - origin[i]) * job.scale - high_z * slope[0];
-            let low_y = (low[j] - origin[j]) * job.scale - low_z * slope[1];
-            let high_y = (high[j] - origin[j]) * job.scale - high_z * slope[1];
+            let low_x = (low[i] - origin[i]) * lines.scale - low_z * slope[0];
+            let high_x = (high[i] - origin[i]) * lines.scale - high_z * slope[0];
+            let low_y = (low[j] - origin[j]) * lines.scale - low_z * slope[1];
+            let high_y = (high[j] - origin[j]) * lines.scale - high_z * slope[1];
             let [x, y, z] = narrow([low_x, low_y, low_z], [high_x, high_y, high_z]);
             let start = self.vertices.len();
             self.vertices.resize(start + LANES, [0.0; 4]);
@@ -206,75 +231,71 @@ impl ScanWorker {
     ) {
         let [a, b, c, _] = patch.corners[triangle].map(|corner| (first + usize::from(corner)) as u16);
         let (id, corners) = (patch.ids[triangle], [a, b, c]);
-        let range = |axis: usize| [&around.low, &around.high].map(|ends| self.slots.cell(ends[axis][lane], axis));
-        let ([left, right], [bottom, top]) = (range(0), range(1));
-        let cells = self.slots.cells;
         let ends = [around.low[0][lane], around.high[0][lane], around.low[1][lane], around.high[1][lane]];
         let nearest = around.nearest[lane];
-        if left == 0 && right + 1 == cells {
-            let span = self.slots.of_cells(bottom * cells..(top + 1) * cells);
-            self.test_span(simd, job, (id, corners), span, ends, nearest);
-        } else {
-            for row in bottom..=top {
-                let span = self.slots.of_cells(row * cells + left..row * cells + right + 1);
-                self.test_span(simd, job, (id, corners), span, ends, nearest);
-            }
+        let [low_u, high_u, low_v, high_v] = ends;
+        let blocks = &self.slots.blocks;
+        let met = load(simd, &blocks.low[0]).simd_le(splat(simd, high_u))
+            & load(simd, &blocks.high[0]).simd_ge(splat(simd, low_u))
+            & load(simd, &blocks.low[1]).simd_le(splat(simd, high_v))
+            & load(simd, &blocks.high[1]).simd_ge(splat(simd, low_v))
+            & load(simd, &blocks.far).simd_ge(splat(simd, nearest));
+        for block in bits_of(met.to_bitmask()) {
+            self.test_block(simd, job, (id, corners), block, ends, nearest);
         }
     }
 
-    /// Tests a triangle against those of some lines that are within its bounds.
+    /// Tests a triangle against those of a block's lines that are within its bounds.
     #[inline(always)]
-    fn test_span<S: Simd>(
+    fn test_block<S: Simd>(
         &mut self,
         simd: S,
         job: &Job<'_>,
         (id, corners): (u32, [u16; 3]),
-        span: std::ops::Range<usize>,
+        block: usize,
         [low_u, high_u, low_v, high_v]: [f32; 4],
         nearest: f32,
     ) {
-        let (mut start, end) = (span.start, span.end);
-        while start < end {
-            let slots = start..start + LANES;
-            let u = f32x16::from_slice(simd, &self.slots.u[slots.clone()]);
-            let v = f32x16::from_slice(simd, &self.slots.v[slots.clone()]);
-            let far = f32x16::from_slice(simd, &self.slots.far[slots.clone()]);
-            // NaN excludes the padding beyond the last line.
-            let inside = u.simd_ge(splat(simd, low_u))
-                & u.simd_le(splat(simd, high_u))
-                & v.simd_ge(splat(simd, low_v))
-                & v.simd_le(splat(simd, high_v))
-                & far.simd_ge(splat(simd, nearest));
-            let filled = (end - start).min(LANES);
-            let lanes = inside.to_bitmask() as u32 & ((1 << filled) - 1);
-            if lanes.count_ones() >= FEWEST {
-                let beam = Beam {
-                    u,
-                    v,
-                    near: f32x16::from_slice(simd, &self.slots.near[slots.clone()]),
-                    end: f32x16::from_slice(simd, &self.slots.end[slots]),
-                    far,
-                };
-                let [[ax, ay, az, _], [bx, by, bz, _], [cx, cy, cz, _]] =
-                    corners.map(|corner| self.vertices[usize::from(corner)]);
-                let corners = [
-                    [splat(simd, ax), splat(simd, ay), splat(simd, az)],
-                    [splat(simd, bx), splat(simd, by), splat(simd, bz)],
-                    [splat(simd, cx), splat(simd, cy), splat(simd, cz)],
-                ];
-                let found = test(simd, self.slots.wide, &corners, &beam);
-                let (possible, certain, earliest, latest) = lanes_of(&found);
-                let always = certain != 0 && job.always_stops(id);
-                for lane in bits_of(possible & lanes as u16) {
-                    let is_certain = always && certain >> lane & 1 == 1;
-                    self.note(job, start + lane, id, is_certain, earliest[lane], latest[lane]);
-                }
-            } else {
-                for lane in bits_of(lanes) {
-                    self.pairs.push(Pair { slot: (start + lane) as u32, id, corners });
-                }
+        let start = block * LANES;
+        let slots = start..start + LANES;
+        let u = f32x16::from_slice(simd, &self.slots.u[slots.clone()]);
+        let v = f32x16::from_slice(simd, &self.slots.v[slots.clone()]);
+        let far = f32x16::from_slice(simd, &self.slots.far[slots.clone()]);
+        let inside = u.simd_ge(splat(simd, low_u))
+            & u.simd_le(splat(simd, high_u))
+            & v.simd_ge(splat(simd, low_v))
+            & v.simd_le(splat(simd, high_v))
+            & far.simd_ge(splat(simd, nearest));
+        let lanes = inside.to_bitmask() as u32;
+        if lanes.count_ones() < FEWEST {
+            for lane in bits_of(lanes) {
+                self.pairs.push(Pair { slot: (start + lane) as u32, id, corners });
             }
-            start += LANES;
+            return;
+        }
+        let beam = Beam {
+            u,
+            v,
+            near: f32x16::from_slice(simd, &self.slots.near[slots.clone()]),
+            end: f32x16::from_slice(simd, &self.slots.end[slots]),
+            far,
+        };
+        let [[ax, ay, az, _], [bx, by, bz, _], [cx, cy, cz, _]] =
+            corners.map(|corner| self.vertices[usize::from(corner)]);
+        let corners = [
+            [splat(simd, ax), splat(simd, ay), splat(simd, az)],
+            [splat(simd, bx), splat(simd, by), splat(simd, bz)],
+            [splat(simd, cx), splat(simd, cy), splat(simd, cz)],
+        ];
+        let found = test(simd, self.slots.wide, &corners, &beam);
+        let (possible, certain, earliest, latest) = lanes_of(&found);
+        let always = certain != 0 && job.always_stops(id);
+        for lane in bits_of(possible & lanes as u16) {
+            let is_certain = always && certain >> lane & 1 == 1;
+            self.note(job, start + lane, id, is_certain, earliest[lane], latest[lane]);
+        }
+        if always {
+            self.slots.find_far(simd, block);
         }
     }
 
@@ -289,22 +310,15 @@ impl ScanWorker {
         }
         for (number, sixteen) in pairs.chunks_exact(LANES).enumerate() {
             let corners = [self.load(simd, sixteen, 0), self.load(simd, sixteen, 1), self.load(simd, sixteen, 2)];
-            let mut of = [[0.0; LANES]; 5];
-            for (lane, pair) in sixteen.iter().enumerate() {
-                let slot = pair.slot as usize;
-                let Slots { u, v, near, end, far, .. } = &self.slots;
-                for (to, from) in of.iter_mut().zip([u, v, near, end, far]) {
-                    to[lane] = from[slot];
-                }
+            let mut far = [0.0; LANES];
+            for (far, pair) in far.iter_mut().zip(sixteen) {
+                *far = self.slots.far[pair.slot as usize];
             }
-            let [u, v, near, end, far] = of;
-            let beam = Beam {
-                u: f32x16::simd_from(simd, u),
-                v: f32x16::simd_from(simd, v),
-                near: f32x16::simd_from(simd, near),
-                end: f32x16::simd_from(simd, end),
-                far: f32x16::simd_from(simd, far),
-            };
+            let [u, v, near, end] = all_transposed(
+                #[inline(always)]
+                |lane| f32x4::simd_from(simd, self.slots.quads[sixteen[lane].slot as usize]),
+            );
+            let beam = Beam { u, v, near, end, far: f32x16::simd_from(simd, far) };
             let found = test(simd, self.slots.wide, &corners, &beam);
             let (possible, certain, earliest, latest) = lanes_of(&found);
             let filled = (count - number * LANES).min(LANES);
@@ -317,6 +331,9 @@ impl ScanWorker {
         pairs.clear();
         self.pairs = pairs;
         self.vertices.clear();
+        for block in 0..self.slots.len.div_ceil(LANES) {
+            self.slots.find_far(simd, block);
+        }
     }
 
     /// One corner of each of sixteen pairs.
@@ -337,7 +354,7 @@ impl ScanWorker {
         match job.asked {
             Asked::Any if is_certain => {
                 *far = f32::NEG_INFINITY;
-                self.met.push(self.slots.line[slot]);
+                self.met_slots.push(slot as u32);
                 return;
             }
             Asked::Nearest if is_certain => *far = far.min(latest),
@@ -347,14 +364,15 @@ impl ScanWorker {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.slots.bytes()
+        size_of::<Slots>()
             + self.settle.bytes()
             + self.found.capacity() * size_of::<u64>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.pairs.capacity() * size_of::<Pair>()
             + self.candidates.capacity() * size_of::<HitCandidate>()
-            + self.hits.capacity() * size_of::<(u32, Hit)>()
-            + self.met.capacity() * size_of::<u32>()
+            + self.hits.capacity() * size_of::<(usize, Hit)>()
+            + self.met.capacity() * size_of::<usize>()
+            + self.met_slots.capacity() * size_of::<u32>()
     }
 }
 

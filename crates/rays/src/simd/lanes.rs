@@ -165,13 +165,25 @@ fn has_fast_permutes<S: Simd>(simd: S) -> bool {
 /// for each other.
 #[inline(always)]
 pub fn transposed<S: Simd>(quad: impl Fn(usize) -> f32x4<S>) -> [f32x16<S>; 3] {
+    let [x, y, z, _] = all_transposed(quad);
+    [x, y, z]
+}
+
+/// The four numbers of each of 16 quads.
+#[inline(always)]
+pub fn all_transposed<S: Simd>(quad: impl Fn(usize) -> f32x4<S>) -> [f32x16<S>; 4] {
     let a = quad(0).combine(quad(1)).combine(quad(2).combine(quad(3)));
     let b = quad(4).combine(quad(5)).combine(quad(6).combine(quad(7)));
     let c = quad(8).combine(quad(9)).combine(quad(10).combine(quad(11)));
     let d = quad(12).combine(quad(13)).combine(quad(14).combine(quad(15)));
     let (even_low, even_high) = (a.unzip_low(b), c.unzip_low(d));
     let (odd_low, odd_high) = (a.unzip_high(b), c.unzip_high(d));
-    [even_low.unzip_low(even_high), odd_low.unzip_low(odd_high), even_low.unzip_high(even_high)]
+    [
+        even_low.unzip_low(even_high),
+        odd_low.unzip_low(odd_high),
+        even_low.unzip_high(even_high),
+        odd_low.unzip_high(odd_high),
+    ]
 }
 
 /// One corner of four triangles, vertex after vertex. Combining registers avoids a store and a load through memory,

@@ -168,8 +168,8 @@ impl Tracer {
         for (number, &(first, origin)) in self.runs.iter().enumerate() {
             let end = self.runs.get(number + 1).map_or(self.directions.len(), |&(next, _)| next);
             let Ray { t_min, t_max, .. } = trace.ray(first);
-            let scan = Scan { triangles, sweeps: &[], t_min, t_max, opacity, sides };
-            scanner.scan_sweep(&scan, &Sweep { origin, directions: &self.directions[first..end] }, first, traced);
+            let sweeps = [Sweep { origin, directions: &self.directions[first..end] }];
+            scanner.scan_nearest(&Scan { triangles, sweeps: &sweeps, t_min, t_max, opacity, sides }, first, traced);
         }
     }
 

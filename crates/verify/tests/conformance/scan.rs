@@ -153,6 +153,30 @@ fn scans_do_not_depend_on_threads() {
 }
 
 #[test]
+fn sensors_that_turn_move_and_change_hit_what_the_oracle_says() {
+    let mut random = Random::new(62);
+    let mesh = TestMesh::ball(2);
+    let mut scanner = Scanner::default();
+    scanner.build(mesh.triangles());
+    let lines = |random: &mut Random, count: usize| -> Vec<Vec3> { (0..count).map(|_| random.point()).collect() };
+    // Two sweeps of one call, whose order is kept, and found anew where directions are others.
+    let (mut one, mut other) = (lines(&mut random, 1000), lines(&mut random, 300));
+    for frame in 0..12 {
+        let turn = glam::Quat::from_rotation_y(0.3 * frame as f32);
+        let turned: Vec<Vec3> = one.iter().map(|&direction| turn * direction).collect();
+        let origin = random.point().as_dvec3() * 0.3;
+        let sweeps = [Sweep { origin, directions: &turned }, Sweep { origin: -origin, directions: &other }];
+        assert!(check(&format!("frame {frame}"), &mut scanner, &Scan::new(mesh.triangles(), &sweeps)) > 1000);
+        match frame % 4 {
+            1 => other = lines(&mut random, 300),
+            2 => one = lines(&mut random, 1000),
+            3 => other.truncate(250),
+            _ => one[frame] = Vec3::ZERO,
+        }
+    }
+}
+
+#[test]
 fn a_million_in_a_cell_hit_what_the_oracle_says() {
     const MANY: usize = 1_000_000;
     let mut random = Random::new(17);
