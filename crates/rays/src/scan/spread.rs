@@ -186,7 +186,7 @@ mod tests {
         assert_ne!(second[20_000..], first[20_000..], "the second sweep's are others");
         all[0].pop();
         assert_ne!(spread_of(&mut spread, &all)[..19_999], first[..19_999], "one fewer");
-        // Neighbours in the order are near each other: each block of so many evenly spread lines is within a small angle.
-        assert!(super::spread(&all[0], &spread.order[..19_999]) / (LOOKED_AT as f32) < 0.12);
+        // Sixteen evenly spread neighbours are within about 0.2; any sixteen lines are farther apart than 1.
+        assert!(super::spread(&all[0], &spread.order[..19_999]) / (LOOKED_AT as f32) < 0.3);
     }
 }
