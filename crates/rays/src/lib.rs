@@ -33,6 +33,7 @@ mod hash_key;
 mod light;
 #[doc(hidden)]
 pub mod light_grid;
+mod nearest;
 #[doc(hidden)]
 pub mod parallel;
 mod patches;
@@ -69,6 +70,7 @@ pub use choice::{Choice, UnknownChoice};
 pub use grids::DirectGrids;
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace};
+pub use nearest::{Closest, ClosestPoints, Nearest};
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use ray_by_ray::SingleRays;

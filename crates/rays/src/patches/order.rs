@@ -13,9 +13,12 @@ const BUCKETS: usize = 1 << BUCKET_BITS;
 /// The fewest triangles that one thread counts at once: its counts take 128 KB.
 const LEAST_CHUNK: usize = 1 << 15;
 
-/// Sorts the triangles of a frame along a Morton curve, with reused memory. 16 bytes a triangle.
+/// Fewer keys are sorted by comparison alone, in less time than it takes to clear the counts.
+const FEW: usize = 1 << 10;
+
+/// Sorts the triangles of a frame, or points, along a Morton curve, with reused memory. 16 bytes each.
 #[derive(Debug, Default)]
-pub(super) struct Order {
+pub(crate) struct Order {
     /// A triangle's code in the upper half, its id in the lower.
     keys: Vec<u64>,
     /// The keys in their buckets. Threads write to scattered slots.
@@ -28,19 +31,35 @@ impl Order {
     /// The ids of all triangles, in the lower halves of the numbers, along the curve: triangles near each other are mostly
     /// near in this order. Those in one cell of the curve are sorted by id, so that threads play no part.
     pub(super) fn sort(&mut self, triangles: Triangles<'_>) -> &[u64] {
+        self.sort_by(triangles.len(), |id| centre(triangles, id))
+    }
+
+    /// The same for points.
+    pub(crate) fn sort_points(&mut self, points: &[Vec3]) -> &[u64] {
+        self.sort_by(points.len(), |index| points[index as usize])
+    }
+
+    fn sort_by(&mut self, count: usize, point: impl Fn(u32) -> Vec3 + Copy + Sync) -> &[u64] {
         let Self { keys, in_buckets, counts } = self;
-        let count = triangles.len();
-        let curve = Curve::through(triangles);
+        let curve = Curve::through(count, point);
+        let key = |id: u32| u64::from(curve.code(point(id))) << 32 | u64::from(id);
+        keys.resize(count, 0);
+        if count < FEW {
+            for (id, to) in (0..).zip(keys.iter_mut()) {
+                *to = key(id);
+            }
+            keys.sort_unstable();
+            return keys;
+        }
         let chunk = count.div_ceil(rayon::current_num_threads()).max(LEAST_CHUNK);
         let chunks = count.div_ceil(chunk).max(1);
-        keys.resize(count, 0);
         in_buckets.resize_with(count, AtomicU64::default);
         counts.clear();
         counts.resize(chunks * BUCKETS, 0);
         keys.par_chunks_mut(chunk).zip(counts.par_chunks_mut(BUCKETS)).enumerate().each(|(number, (keys, counts))| {
-            for (id, key) in ((number * chunk) as u32..).zip(keys) {
-                *key = u64::from(curve.code(centre(triangles, id))) << 32 | u64::from(id);
-                counts[bucket(*key)] += 1;
+            for (id, to) in ((number * chunk) as u32..).zip(keys) {
+                *to = key(id);
+                counts[bucket(*to)] += 1;
             }
         });
         let mut sum = 0;
@@ -61,7 +80,7 @@ impl Order {
         keys
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         (self.keys.capacity() + self.in_buckets.capacity()) * size_of::<u64>()
             + self.counts.capacity() * size_of::<u32>()
     }
@@ -103,7 +122,7 @@ pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
 /// Half of its steps on each axis are in a cube that holds most triangles. Steps beyond it grow, up to infinity: so a few
 /// far triangles don't make the cells of others larger, and are still told apart.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     middle: Vec3,
     /// Two over the cube's size.
     scale: f32,
@@ -112,16 +131,24 @@ pub(super) struct Curve {
 impl Curve {
     /// Bits of the steps on each axis.
     const BITS: u32 = 10;
-    /// Number of triangles sampled to find the cube.
+    /// Number of triangles or points sampled to find the cube.
     const SAMPLES: usize = 1 << 10;
 
-    pub(super) fn through(triangles: Triangles<'_>) -> Self {
+    pub(crate) fn through_triangles(triangles: Triangles<'_>) -> Self {
+        Self::through(triangles.len(), |id| centre(triangles, id))
+    }
+
+    /// The curve through some of so many points.
+    fn through(points: usize, point: impl Fn(u32) -> Vec3) -> Self {
         let mut axes = [[0.0; Self::SAMPLES]; 3];
         let mut count = 0;
-        let every = triangles.len().div_ceil(Self::SAMPLES).max(1);
-        for id in (0..triangles.len()).step_by(every) {
-            let centre = centre(triangles, id as u32);
-            for (axis, coordinate) in axes.iter_mut().zip(centre.to_array()) {
+        let every = points.div_ceil(Self::SAMPLES).max(1);
+        for id in (0..points).step_by(every) {
+            let point = point(id as u32);
+            if !point.is_finite() {
+                continue;
+            }
+            for (axis, coordinate) in axes.iter_mut().zip(point.to_array()) {
                 axis[count] = coordinate;
             }
             count += 1;
@@ -142,7 +169,7 @@ impl Curve {
     }
 
     /// The size of the cube that holds most triangles.
-    pub(super) fn size(&self) -> f32 {
+    pub(crate) fn size(&self) -> f32 {
         2.0 / self.scale
     }
 

@@ -21,6 +21,7 @@ use double::Double;
 #[doc(hidden)]
 pub use eight::hits;
 use expansion::Expansion;
+pub(crate) use expansion::{two_product, two_sum};
 pub(crate) use near::hit_of_near_at;
 
 pub use shadow::{HitPoint, ShadowRay};

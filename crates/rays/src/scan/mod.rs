@@ -29,14 +29,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 pub use answers::Scanned;
-use cull::Boxes;
 use lines::Lines;
 use lit::LitPoints;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
 use spread::Spread;
 use worker::ScanWorker;
 
-use crate::patches::Patches;
+use crate::patches::{BoxTree, Patches};
 use crate::{Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
 
 /// Directions from one or more origins, and the triangles that they may hit.
@@ -104,7 +103,7 @@ impl<'a> Scan<'a> {
 pub struct Scanner {
     level: SimdLevel,
     patches: Patches,
-    boxes: Boxes,
+    boxes: BoxTree,
     spread: Spread,
     workers: Vec<ScanWorker>,
     points: LitPoints,
@@ -252,7 +251,7 @@ enum Asked {
 struct Job<'a> {
     triangles: Triangles<'a>,
     patches: &'a Patches,
-    boxes: &'a Boxes,
+    boxes: &'a BoxTree,
     opacity: &'a dyn Opacity,
     sides: Sides<'a>,
     lines: Lines<'a>,

@@ -72,7 +72,7 @@ impl ScanWorker {
     pub(super) fn trace<S: Simd>(&mut self, simd: S, job: &Job<'_>, tile: &LineTile, order: &[u32]) {
         let frustum = self.slots.fill(job, tile, order);
         let mut found = std::mem::take(&mut self.found);
-        job.boxes.find_in(simd, job.patches, &frustum, &mut found);
+        frustum.find_in(simd, job.boxes, job.patches, &mut found);
         self.candidates.clear();
         self.pairs.clear();
         self.vertices.clear();

@@ -2,6 +2,7 @@
 
 mod far;
 mod hierarchy;
+mod nearest;
 mod pairs;
 mod scales;
 mod support;

@@ -1,0 +1,332 @@
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+use glam::Vec3;
+
+use super::Job;
+use super::filter::SixteenTriangles;
+use super::settle::{Answer, Settle};
+use crate::patches::SixteenBoxes;
+use crate::simd::lanes::{LANES, bits_of, load, load_positions, quads, splat};
+use crate::vectorized;
+
+/// The largest number of points that are answered together: neighbours along a curve.
+pub(super) const BLOCK: usize = 64;
+
+/// A block that so many patches may be nearest to is divided, unless it has few points.
+const MANY_PATCHES: usize = 256;
+const FEW_POINTS: usize = 8;
+
+/// The number of candidates at which those that have been overtaken are dropped.
+const MANY_CANDIDATES: usize = 1 << 12;
+
+/// More than the rounding errors of a squared distance, of itself.
+const OF_SQUARE: f32 = 1.0 + 16.0 / (1 << 24) as f32;
+
+/// More than a square loses to underflow.
+const SMALLEST_SQUARE: f32 = 1e-36;
+
+/// The memory of a thread for finding the nearest triangles of blocks of points.
+///
+/// A block lists the patches that may be nearest to any of its points, nearest first. A patch that is nearer to some points
+/// than the nearest triangle known is transformed, and its triangles are tested sixteen at a time with these.
+#[derive(Debug)]
+pub(super) struct BlockWorker {
+    positions: [Vec3; BLOCK],
+    /// Scaled coordinates of the points, axis by axis.
+    points: [[f32; BLOCK]; 3],
+    /// Upper bounds of the points' distances from the nearest triangle.
+    most: [f32; BLOCK],
+    /// The squares of these, rounded up; below zero for slots without a point.
+    squares: [f32; BLOCK],
+    /// Slots with a finite point.
+    filled: u64,
+    /// Patches, each with a lower bound of its squared distance from the block in the upper half.
+    found: Vec<u64>,
+    /// A patch's vertices.
+    vertices: Vec<[f32; 4]>,
+    candidates: Vec<Candidate>,
+    settle: Settle,
+}
+
+/// A triangle that may be the nearest to a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) slot: u32,
+    pub(super) id: u32,
+    /// Lower bound of its distance.
+    pub(super) least: f32,
+}
+
+/// The scaled box around a block's points.
+struct Around {
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+impl Default for BlockWorker {
+    fn default() -> Self {
+        Self {
+            positions: [Vec3::ZERO; BLOCK],
+            points: [[0.0; BLOCK]; 3],
+            most: [0.0; BLOCK],
+            squares: [0.0; BLOCK],
+            filled: 0,
+            found: Vec::new(),
+            vertices: Vec::new(),
+            candidates: Vec::new(),
+            settle: Settle::default(),
+        }
+    }
+}
+
+impl BlockWorker {
+    /// Answers points, given by the lower halves of `order`: at most [`BLOCK`].
+    pub(super) fn answer<S: Simd>(&mut self, simd: S, job: &Job<'_>, order: &[u64], answers: &mut [Answer]) {
+        let around = self.fill(job, order);
+        if self.filled == 0 {
+            answers.fill(Answer::NONE);
+            return;
+        }
+        vectorized!(simd => self.begin(simd, job));
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        let farthest = vectorized!(simd => self.farthest(simd));
+        list(simd, job, &around, farthest, (job.boxes.top(), 0), &mut found);
+        if found.len() > MANY_PATCHES && order.len() > FEW_POINTS {
+            self.found = found;
+            let middle = order.len() / 2;
+            let (low, high) = answers.split_at_mut(middle);
+            self.answer(simd, job, &order[..middle], low);
+            self.answer(simd, job, &order[middle..], high);
+            return;
+        }
+        found.sort_unstable();
+        self.candidates.clear();
+        vectorized!(simd => self.visit(simd, job, &found));
+        self.found = found;
+        self.drop_overtaken();
+        self.settle.choose(job.triangles, &self.positions, &self.candidates);
+        self.settle.write(job, &self.positions, answers);
+    }
+
+    /// Forgets the triangles of an earlier query.
+    pub(super) fn forget(&mut self) {
+        self.settle.hint = None;
+    }
+
+    /// Scales the points of a block, and finds the box around them.
+    fn fill(&mut self, job: &Job<'_>, order: &[u64]) -> Around {
+        let mut around = Around { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+        (self.filled, self.squares) = (0, [-1.0; BLOCK]);
+        for (slot, &key) in order.iter().enumerate().take(BLOCK) {
+            let point = job.points[key as u32 as usize];
+            if !point.is_finite() {
+                continue;
+            }
+            self.filled |= 1 << slot;
+            self.positions[slot] = point;
+            self.squares[slot] = 0.0;
+            for (axis, coordinate) in (point * job.scale).to_array().into_iter().enumerate() {
+                self.points[axis][slot] = coordinate;
+                around.low[axis] = around.low[axis].min(coordinate);
+                around.high[axis] = around.high[axis].max(coordinate);
+            }
+        }
+        around
+    }
+
+    /// Begins with the query's largest distance, or that from a corner of the triangle that was nearest to an earlier point.
+    #[inline(always)]
+    fn begin<S: Simd>(&mut self, simd: S, job: &Job<'_>) {
+        let [x, y, z] = self.settle.hint.map_or([f32::INFINITY; 3], |hint| (hint * job.scale).to_array());
+        let most = splat(simd, job.most);
+        for start in (0..BLOCK).step_by(LANES) {
+            let slots = start..start + LANES;
+            let [px, py, pz] = self.load_points(simd, start);
+            let (x, y, z) = (px - splat(simd, x), py - splat(simd, y), pz - splat(simd, z));
+            let square = x.mul_add(x, y.mul_add(y, z * z));
+            let distance = (square * OF_SQUARE + SMALLEST_SQUARE).sqrt() * OF_SQUARE;
+            // Infinite where it is NaN, as from a corner that overflows where it is scaled.
+            let distance = distance.simd_lt(most).select(distance, most);
+            let squares = f32x16::from_slice(simd, &self.squares[slots.clone()]);
+            let above = distance * distance * OF_SQUARE + SMALLEST_SQUARE;
+            let squares = squares.simd_lt(splat(simd, 0.0)).select(squares, above);
+            distance.store_slice(&mut self.most[slots.clone()]);
+            squares.store_slice(&mut self.squares[slots]);
+        }
+    }
+
+    #[inline(always)]
+    fn load_points<S: Simd>(&self, simd: S, start: usize) -> [f32x16<S>; 3] {
+        let [x, y, z] = &self.points;
+        let slots = start..start + LANES;
+        [
+            f32x16::from_slice(simd, &x[slots.clone()]),
+            f32x16::from_slice(simd, &y[slots.clone()]),
+            f32x16::from_slice(simd, &z[slots]),
+        ]
+    }
+
+    /// The largest of the squared distances within which triangles matter to a point.
+    #[inline(always)]
+    fn farthest<S: Simd>(&self, simd: S) -> f32 {
+        let mut farthest = splat(simd, -1.0);
+        for start in (0..BLOCK).step_by(LANES) {
+            farthest = farthest.max(f32x16::from_slice(simd, &self.squares[start..start + LANES]));
+        }
+        farthest.reduce_max()
+    }
+
+    /// Takes patches from the nearest to the farthest.
+    #[inline(always)]
+    fn visit<S: Simd>(&mut self, simd: S, job: &Job<'_>, found: &[u64]) {
+        let mut farthest = self.farthest(simd);
+        for &of in found {
+            if f32::from_bits((of >> 32) as u32) > farthest {
+                break;
+            }
+            let number = of as u32 as usize;
+            let [low, high] = job.patches.bounds.sixteens[number / LANES].get(number);
+            let scale = job.scale;
+            let bounds = [[low[0] * scale, low[1] * scale, low[2] * scale], [high[0] * scale, high[1] * scale, high[2] * scale]];
+            let near = self.near(simd, bounds);
+            if near != 0 {
+                self.take(simd, job, number, near);
+                farthest = self.farthest(simd);
+            }
+        }
+    }
+
+    /// The slots of points to which a box is as near as the nearest triangle known; a box of NaN is near to all.
+    #[inline(always)]
+    fn near<S: Simd>(&self, simd: S, [low, high]: [[f32; 3]; 2]) -> u64 {
+        let zero = splat(simd, 0.0);
+        let [low_x, low_y, low_z] = [splat(simd, low[0]), splat(simd, low[1]), splat(simd, low[2])];
+        let [high_x, high_y, high_z] = [splat(simd, high[0]), splat(simd, high[1]), splat(simd, high[2])];
+        let mut near = 0;
+        for start in (0..BLOCK).step_by(LANES) {
+            let [px, py, pz] = self.load_points(simd, start);
+            let x = (low_x - px).max(px - high_x).max(zero);
+            let y = (low_y - py).max(py - high_y).max(zero);
+            let z = (low_z - pz).max(pz - high_z).max(zero);
+            let square = x.mul_add(x, y.mul_add(y, z * z));
+            let is_far = square.simd_gt(f32x16::from_slice(simd, &self.squares[start..start + LANES]));
+            near |= (!is_far.to_bitmask() & 0xffff) << start;
+        }
+        near & self.filled
+    }
+
+    /// Tests the triangles of a patch with the points that it is near to.
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, job: &Job<'_>, number: usize, near: u64) {
+        let patch = job.patches.get(number);
+        let (scale, zero, nan) = (splat(simd, job.scale), splat(simd, 0.0), splat(simd, f32::NAN));
+        self.vertices.clear();
+        for positions in job.patches.positions(number) {
+            let [x, y, z] = load_positions(simd, positions);
+            // Zero times NaN or infinity is NaN.
+            let is_finite = (x * zero + y * zero + z * zero).simd_eq(zero);
+            let [a, b, c, d] = quads([is_finite.select(x * scale, nan), y * scale, z * scale, zero]);
+            for quads in [a, b, c, d] {
+                let quads: [f32; LANES] = quads.into();
+                self.vertices.extend_from_slice(quads.as_chunks().0);
+            }
+        }
+        for (sixteen, corners) in patch.corners.chunks_exact(LANES).enumerate() {
+            let first = sixteen * LANES;
+            let triangles = SixteenTriangles::new(simd, &self.vertices, corners, patch.count - first);
+            for slot in bits_of(near & self.near(simd, triangles.bounds)) {
+                let point = [self.points[0][slot], self.points[1][slot], self.points[2][slot]];
+                let distances = triangles.distances(simd, point);
+                let most = splat(simd, self.most[slot]);
+                let mut near = distances.least.simd_le(most).to_bitmask() as u16 & triangles.filled;
+                if near == 0 {
+                    continue;
+                }
+                let nearest = distances.most.min(most).reduce_min();
+                if nearest < self.most[slot] {
+                    self.most[slot] = nearest;
+                    self.squares[slot] = nearest * nearest * OF_SQUARE + SMALLEST_SQUARE;
+                    near &= distances.least.simd_le(splat(simd, nearest)).to_bitmask() as u16;
+                }
+                let least: [f32; LANES] = distances.least.into();
+                for lane in bits_of(near) {
+                    let candidate = Candidate { slot: slot as u32, id: patch.ids[first + lane], least: least[lane] };
+                    self.candidates.push(candidate);
+                }
+            }
+            if self.candidates.len() > MANY_CANDIDATES {
+                self.reduce(job);
+            }
+        }
+    }
+
+    /// Drops candidates, so that copies of a triangle don't fill the memory.
+    #[cold]
+    #[inline(never)]
+    fn reduce(&mut self, job: &Job<'_>) {
+        self.drop_overtaken();
+        if self.candidates.len() > MANY_CANDIDATES / 2 {
+            self.settle.choose(job.triangles, &self.positions, &self.candidates);
+            self.candidates.clear();
+            self.candidates.extend(self.settle.chosen());
+        }
+    }
+
+    fn drop_overtaken(&mut self) {
+        let Self { candidates, most, .. } = self;
+        candidates.retain(|candidate| candidate.least <= most[candidate.slot as usize]);
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.found.capacity() * size_of::<u64>()
+            + self.vertices.capacity() * size_of::<[f32; 4]>()
+            + self.candidates.capacity() * size_of::<Candidate>()
+            + self.settle.bytes()
+    }
+}
+
+/// Lists the patches within a squared distance of a block's points, each with a lower bound of that.
+fn list<S: Simd>(
+    simd: S,
+    job: &Job<'_>,
+    around: &Around,
+    farthest: f32,
+    (level, number): (usize, usize),
+    found: &mut Vec<u64>,
+) {
+    let (boxes, count) = job.boxes.node(job.patches, level, number);
+    let (near, squares) = vectorized!(simd => around.near(simd, job.scale, farthest, boxes));
+    for lane in bits_of(near) {
+        if lane >= count {
+            break;
+        }
+        let below = number * LANES + lane;
+        if level == 0 {
+            // Squares aren't negative, so they are in the order of their bits.
+            found.push(u64::from(squares[lane].to_bits()) << 32 | below as u64);
+        } else {
+            list(simd, job, around, farthest, (level - 1, below), found);
+        }
+    }
+}
+
+impl Around {
+    /// Returns a mask of the boxes, of sixteen, that aren't certainly farther than a squared distance, and squared distances.
+    /// Those of boxes of NaN are zero.
+    #[inline(always)]
+    fn near<S: Simd>(&self, simd: S, scale: f32, farthest: f32, boxes: &SixteenBoxes) -> (u16, [f32; LANES]) {
+        let (scale, zero) = (splat(simd, scale), splat(simd, 0.0));
+        let mut square = zero;
+        for axis in 0..3 {
+            let above = load(simd, &boxes.low[axis]) * scale - splat(simd, self.high[axis]);
+            let below = splat(simd, self.low[axis]) - load(simd, &boxes.high[axis]) * scale;
+            let gap = above.max(below).max(zero);
+            square = gap.mul_add(gap, square);
+        }
+        let is_far = square.simd_gt(splat(simd, farthest));
+        let square = square.simd_gt(zero).select(square, zero);
+        (!(is_far.to_bitmask() as u16), square.into())
+    }
+}
