@@ -6,7 +6,7 @@ use super::Job;
 use super::answers::ClosestPoints;
 use super::block::Candidate;
 use super::exact::{compare, is_within};
-use super::measure::{Measured, measure, position};
+use super::measure::{Measured, is_shared, measure, position};
 use crate::Triangles;
 
 /// The nearest point for one of many.
@@ -82,7 +82,7 @@ impl Settle {
             if is_near {
                 answers[slot] = Answer {
                     triangle: *id,
-                    barycentric: measured.weights.map(|weight| weight as f32),
+                    barycentric: [measured.weights[1] as f32, measured.weights[2] as f32],
                     distance: measured.distance,
                     position: position(*corners, measured.weights),
                 };
@@ -113,5 +113,9 @@ fn is_nearer(point: Vec3, this: &Measurement, other: &Measurement) -> bool {
     if is_copy || this.measured.least > other.measured.most {
         return false;
     }
-    this.measured.most < other.measured.least || compare(point, [this.corners, other.corners]) == Ordering::Less
+    if this.measured.most < other.measured.least {
+        return true;
+    }
+    let both = [(&this.corners, &this.measured), (&other.corners, &other.measured)];
+    !is_shared(point, both) && compare(point, [this.corners, other.corners]) == Ordering::Less
 }
