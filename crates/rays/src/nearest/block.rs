@@ -12,9 +12,9 @@ use crate::vectorized;
 /// The largest number of points that are answered together: neighbours along a curve.
 pub(super) const BLOCK: usize = 64;
 
-/// A block that so many patches may be nearest to is divided, unless it has few points.
-const MANY_PATCHES: usize = 256;
-const FEW_POINTS: usize = 8;
+/// A block that is this large for its number of points is divided: the square of its box's diagonal for each point, where
+/// patches have a size of about one sixteenth.
+const WIDE: f32 = 0.16;
 
 /// The number of candidates at which those that have been overtaken are dropped.
 const MANY_CANDIDATES: usize = 1 << 12;
@@ -27,8 +27,8 @@ const SMALLEST_SQUARE: f32 = 1e-36;
 
 /// The memory of a thread for finding the nearest triangles of blocks of points.
 ///
-/// A block lists the patches that may be nearest to any of its points, nearest first. A patch that is nearer to some points
-/// than the nearest triangle known is transformed, and its triangles are tested sixteen at a time with these.
+/// A block walks down the tree to the patches that may be nearest to any of its points, nearest first. A patch that is nearer
+/// to some points than the nearest triangle known is scaled, and its triangles are tested sixteen at a time with these.
 #[derive(Debug)]
 pub(super) struct BlockWorker {
     positions: [Vec3; BLOCK],
@@ -40,8 +40,8 @@ pub(super) struct BlockWorker {
     squares: [f32; BLOCK],
     /// Slots with a finite point.
     filled: u64,
-    /// Patches, each with a lower bound of its squared distance from the block in the upper half.
-    found: Vec<u64>,
+    /// The largest of the squares: farther boxes don't matter to any point.
+    farthest: f32,
     /// A patch's vertices.
     vertices: Vec<[f32; 4]>,
     candidates: Vec<Candidate>,
@@ -71,7 +71,7 @@ impl Default for BlockWorker {
             most: [0.0; BLOCK],
             squares: [0.0; BLOCK],
             filled: 0,
-            found: Vec::new(),
+            farthest: 0.0,
             vertices: Vec::new(),
             candidates: Vec::new(),
             settle: Settle::default(),
@@ -87,23 +87,16 @@ impl BlockWorker {
             answers.fill(Answer::NONE);
             return;
         }
-        vectorized!(simd => self.begin(simd, job));
-        let mut found = std::mem::take(&mut self.found);
-        found.clear();
-        let farthest = vectorized!(simd => self.farthest(simd));
-        list(simd, job, &around, farthest, (job.boxes.top(), 0), &mut found);
-        if found.len() > MANY_PATCHES && order.len() > FEW_POINTS {
-            self.found = found;
+        if order.len() > 1 && around.diagonal_squared() > WIDE * order.len() as f32 {
             let middle = order.len() / 2;
             let (low, high) = answers.split_at_mut(middle);
             self.answer(simd, job, &order[..middle], low);
             self.answer(simd, job, &order[middle..], high);
             return;
         }
-        found.sort_unstable();
+        vectorized!(simd => self.begin(simd, job));
         self.candidates.clear();
-        vectorized!(simd => self.visit(simd, job, &found));
-        self.found = found;
+        self.descend(simd, job, &around, (job.boxes.top(), 0));
         self.drop_overtaken();
         self.settle.choose(job.triangles, &self.positions, &self.candidates);
         self.settle.write(job, &self.positions, answers);
@@ -154,6 +147,7 @@ impl BlockWorker {
             distance.store_slice(&mut self.most[slots.clone()]);
             squares.store_slice(&mut self.squares[slots]);
         }
+        self.find_farthest(simd);
     }
 
     #[inline(always)]
@@ -167,33 +161,50 @@ impl BlockWorker {
         ]
     }
 
-    /// The largest of the squared distances within which triangles matter to a point.
+    /// Visits the patches below a node of the tree, from the nearest to the farthest.
+    fn descend<S: Simd>(&mut self, simd: S, job: &Job<'_>, around: &Around, (level, number): (usize, usize)) {
+        let (boxes, count) = job.boxes.node(job.patches, level, number);
+        let (near, squares) = vectorized!(simd => around.near(simd, job.scale, self.farthest, boxes));
+        let mut order = [0_u64; LANES];
+        let mut len = 0;
+        for lane in bits_of(near & (u16::MAX >> (LANES - count))) {
+            // Squares aren't negative, so they are in the order of their bits.
+            order[len] = u64::from(squares[lane].to_bits()) << 32 | lane as u64;
+            len += 1;
+        }
+        order[..len].sort_unstable();
+        for &key in &order[..len] {
+            if f32::from_bits((key >> 32) as u32) > self.farthest {
+                break;
+            }
+            let below = number * LANES + key as u32 as usize;
+            if level == 0 {
+                vectorized!(simd => self.visit(simd, job, below));
+            } else {
+                self.descend(simd, job, around, (level - 1, below));
+            }
+        }
+    }
+
     #[inline(always)]
-    fn farthest<S: Simd>(&self, simd: S) -> f32 {
+    fn find_farthest<S: Simd>(&mut self, simd: S) {
         let mut farthest = splat(simd, -1.0);
         for start in (0..BLOCK).step_by(LANES) {
             farthest = farthest.max(f32x16::from_slice(simd, &self.squares[start..start + LANES]));
         }
-        farthest.reduce_max()
+        self.farthest = farthest.reduce_max();
     }
 
-    /// Takes patches from the nearest to the farthest.
+    /// Takes a patch if it is near to any point.
     #[inline(always)]
-    fn visit<S: Simd>(&mut self, simd: S, job: &Job<'_>, found: &[u64]) {
-        let mut farthest = self.farthest(simd);
-        for &of in found {
-            if f32::from_bits((of >> 32) as u32) > farthest {
-                break;
-            }
-            let number = of as u32 as usize;
-            let [low, high] = job.patches.bounds.sixteens[number / LANES].get(number);
-            let scale = job.scale;
-            let bounds = [[low[0] * scale, low[1] * scale, low[2] * scale], [high[0] * scale, high[1] * scale, high[2] * scale]];
-            let near = self.near(simd, bounds);
-            if near != 0 {
-                self.take(simd, job, number, near);
-                farthest = self.farthest(simd);
-            }
+    fn visit<S: Simd>(&mut self, simd: S, job: &Job<'_>, number: usize) {
+        let [low, high] = job.patches.bounds.sixteens[number / LANES].get(number);
+        let scale = job.scale;
+        let low = [low[0] * scale, low[1] * scale, low[2] * scale];
+        let near = self.near(simd, [low, [high[0] * scale, high[1] * scale, high[2] * scale]]);
+        if near != 0 {
+            self.take(simd, job, number, near);
+            self.find_farthest(simd);
         }
     }
 
@@ -280,39 +291,18 @@ impl BlockWorker {
 
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>()
-            + self.found.capacity() * size_of::<u64>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.candidates.capacity() * size_of::<Candidate>()
             + self.settle.bytes()
     }
 }
 
-/// Lists the patches within a squared distance of a block's points, each with a lower bound of that.
-fn list<S: Simd>(
-    simd: S,
-    job: &Job<'_>,
-    around: &Around,
-    farthest: f32,
-    (level, number): (usize, usize),
-    found: &mut Vec<u64>,
-) {
-    let (boxes, count) = job.boxes.node(job.patches, level, number);
-    let (near, squares) = vectorized!(simd => around.near(simd, job.scale, farthest, boxes));
-    for lane in bits_of(near) {
-        if lane >= count {
-            break;
-        }
-        let below = number * LANES + lane;
-        if level == 0 {
-            // Squares aren't negative, so they are in the order of their bits.
-            found.push(u64::from(squares[lane].to_bits()) << 32 | below as u64);
-        } else {
-            list(simd, job, around, farthest, (level - 1, below), found);
-        }
-    }
-}
-
 impl Around {
+    /// NaN where coordinates overflow.
+    fn diagonal_squared(&self) -> f32 {
+        (0..3).map(|axis| self.high[axis] - self.low[axis]).map(|side| side * side).sum()
+    }
+
     /// Returns a mask of the boxes, of sixteen, that aren't certainly farther than a squared distance, and squared distances.
     /// Those of boxes of NaN are zero.
     #[inline(always)]
