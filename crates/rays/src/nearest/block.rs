@@ -14,7 +14,7 @@ pub(super) const BLOCK: usize = 64;
 
 /// A block that is this large for its number of points is divided: the square of its box's diagonal for each point, where
 /// patches have a size of about one sixteenth.
-const WIDE: f32 = 0.16;
+const WIDE: f32 = 4.0;
 
 /// The number of candidates at which those that have been overtaken are dropped.
 const MANY_CANDIDATES: usize = 1 << 12;

@@ -140,7 +140,7 @@ fn meshes(random: &mut Random) -> Vec<(&'static str, Mesh, f64)> {
         ("blocks", blocks(random, 24).moved(0.25, Vec3::ZERO), 1e-14),
         ("a ball", Mesh::bumpy_ball(Vec3::ZERO, 1.0, 8), 1e-14),
         ("a plane", plane, 1e-14),
-        ("slivers", slivers, 1e-9),
+        ("slivers", slivers, 1e-13),
         ("one triangle", Mesh { indices: vec![[2, 0, 1]], ..Mesh::soup(random, 1, 1.0) }, 1e-14),
     ]
 }
