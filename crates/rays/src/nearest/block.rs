@@ -31,19 +31,19 @@ const SMALLEST_SQUARE: f32 = 1e-36;
 /// to some points than the nearest triangle known is scaled, and its triangles are tested sixteen at a time with these.
 #[derive(Debug)]
 pub(super) struct BlockWorker {
-    positions: [Vec3; BLOCK],
+    pub(super) positions: [Vec3; BLOCK],
     /// Scaled coordinates of the points, axis by axis.
-    points: [[f32; BLOCK]; 3],
+    pub(super) points: [[f32; BLOCK]; 3],
     /// Upper bounds of the points' distances from the nearest triangle.
     most: [f32; BLOCK],
     /// The squares of these, rounded up; below zero for slots without a point.
     squares: [f32; BLOCK],
     /// Slots with a finite point.
-    filled: u64,
+    pub(super) filled: u64,
     /// The largest of the squares: farther boxes don't matter to any point.
     farthest: f32,
     /// A patch's vertices.
-    vertices: Vec<[f32; 4]>,
+    pub(super) vertices: Vec<[f32; 4]>,
     candidates: Vec<Candidate>,
     settle: Settle,
 }
@@ -58,9 +58,9 @@ pub(super) struct Candidate {
 }
 
 /// The scaled box around a block's points.
-struct Around {
-    low: [f32; 3],
-    high: [f32; 3],
+pub(super) struct Around {
+    pub(super) low: [f32; 3],
+    pub(super) high: [f32; 3],
 }
 
 impl Default for BlockWorker {
@@ -108,7 +108,7 @@ impl BlockWorker {
     }
 
     /// Scales the points of a block, and finds the box around them.
-    fn fill(&mut self, job: &Job<'_>, order: &[u64]) -> Around {
+    pub(super) fn fill(&mut self, job: &Job<'_>, order: &[u64]) -> Around {
         let mut around = Around { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
         (self.filled, self.squares) = (0, [-1.0; BLOCK]);
         for (slot, &key) in order.iter().enumerate().take(BLOCK) {
@@ -151,7 +151,7 @@ impl BlockWorker {
     }
 
     #[inline(always)]
-    fn load_points<S: Simd>(&self, simd: S, start: usize) -> [f32x16<S>; 3] {
+    pub(super) fn load_points<S: Simd>(&self, simd: S, start: usize) -> [f32x16<S>; 3] {
         let [x, y, z] = &self.points;
         let slots = start..start + LANES;
         [
@@ -227,10 +227,9 @@ impl BlockWorker {
         near & self.filled
     }
 
-    /// Tests the triangles of a patch with the points that it is near to.
+    /// Scales a patch's vertices. One that isn't finite becomes NaN.
     #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, job: &Job<'_>, number: usize, near: u64) {
-        let patch = job.patches.get(number);
+    pub(super) fn scale_vertices<S: Simd>(&mut self, simd: S, job: &Job<'_>, number: usize) {
         let (scale, zero, nan) = (splat(simd, job.scale), splat(simd, 0.0), splat(simd, f32::NAN));
         self.vertices.clear();
         for positions in job.patches.positions(number) {
@@ -243,6 +242,13 @@ impl BlockWorker {
                 self.vertices.extend_from_slice(quads.as_chunks().0);
             }
         }
+    }
+
+    /// Tests the triangles of a patch with the points that it is near to.
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, job: &Job<'_>, number: usize, near: u64) {
+        self.scale_vertices(simd, job, number);
+        let patch = job.patches.get(number);
         for (sixteen, corners) in patch.corners.chunks_exact(LANES).enumerate() {
             let first = sixteen * LANES;
             let triangles = SixteenTriangles::new(simd, &self.vertices, corners, patch.count - first);

@@ -162,6 +162,50 @@ fn compare_by<N: Number>(point: Vec3, [first, second]: [[Vec3; 3]; 2]) -> Option
     a.minus(&b).sign()
 }
 
+/// Whether the ray from a point along x crosses a triangle, the point being moved by less than any number: along y, less
+/// along z, and still less along x. Such a point is on no edge and in no plane of a triangle that the ray may cross.
+#[cold]
+#[inline(never)]
+pub(super) fn crosses(point: Vec3, corners: [Vec3; 3]) -> bool {
+    let crosses = crosses_by::<Bounded>(point, corners).or_else(|| crosses_by::<Integer>(point, corners));
+    crosses.expect("whole numbers have signs")
+}
+
+fn crosses_by<N: Number>(point: Vec3, corners: [Vec3; 3]) -> Option<bool> {
+    let unit = N::unit(&[point, corners[0], corners[1], corners[2]]);
+    let relative = corners.map(|corner| [0, 1, 2].map(|axis| N::difference(corner[axis], point[axis], unit)));
+    let mut side = Ordering::Equal;
+    for (first, second) in [(0, 1), (1, 2), (2, 0)] {
+        let [_, y0, z0] = &relative[first];
+        let [_, y1, z1] = &relative[second];
+        // Of the projections along x; changed by −δy (z₁ − z₀) + δz (y₁ − y₀) where the point is moved.
+        let mut of_edge = y0.times(z1).minus(&z0.times(y1)).sign()?;
+        if of_edge == Ordering::Equal {
+            of_edge = z0.minus(z1).sign()?;
+        }
+        if of_edge == Ordering::Equal {
+            of_edge = y1.minus(y0).sign()?;
+        }
+        // An edge along x, of a triangle that is seen edge-on.
+        if of_edge == Ordering::Equal || side == of_edge.reverse() {
+            return Some(false);
+        }
+        side = of_edge;
+    }
+    let [a, b, c] = &relative;
+    let normal = cross(&difference(b, a), &difference(c, a));
+    // The plane is at x = n · a ÷ nₓ. Where that is zero it changes by −(n · δ) ÷ nₓ.
+    let height = dot(&normal, a).sign()?;
+    let height = if height == Ordering::Equal {
+        let [x, y, z] = [normal[0].sign()?, normal[1].sign()?, normal[2].sign()?];
+        y.then(z).then(x).reverse()
+    } else {
+        height
+    };
+    // The edges' common side is the sign of nₓ.
+    Some(height == side)
+}
+
 /// Whether a triangle is nearer to a point than `distance`, which is finite and above zero.
 #[cold]
 #[inline(never)]

@@ -8,7 +8,7 @@ use crate::simd::each;
 
 /// Numbers are multiplied by a power of two that makes the scene's size about one. The filter can't tell distances from
 /// triangles that reach farther than this: products of degree four don't overflow below it.
-const FARTHEST: f32 = (1 << 30) as f32;
+pub(super) const FARTHEST: f32 = (1 << 30) as f32;
 
 /// Shorter distances can't be told from zero. It is more than longer ones lose to products that underflow.
 const SMALLEST: f32 = 1.0 / (1_u64 << 48) as f32;

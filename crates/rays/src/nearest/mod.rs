@@ -7,13 +7,14 @@
 //! choice of triangle is that of real numbers.
 //!
 //! One subject a file: `block` finds candidates for a block of points, `filter` bounds distances in f32, `measure` in f64,
-//! `settle` chooses, `exact` compares, with numbers that are `bounded` or `integer`.
+//! `settle` chooses, `exact` compares, with numbers that are `bounded` or `integer`. `inside` counts crossings.
 
 mod answers;
 mod block;
 mod bounded;
 mod exact;
 mod filter;
+mod inside;
 mod integer;
 mod measure;
 mod settle;
@@ -65,6 +66,9 @@ pub struct Nearest {
     order: Order,
     /// The answers in the order of the curve.
     answers: Vec<Answer>,
+    is_inside: Vec<bool>,
+    /// Whether each point is inside, in the order of the query.
+    inside: Vec<bool>,
     /// The index in `answers` of each point.
     ranks: Vec<AtomicU32>,
     workers: Mutex<Vec<BlockWorker>>,
@@ -102,37 +106,91 @@ impl Nearest {
     /// If it was built for another number of triangles, or there are 2³² points or more.
     pub fn closest_points(&mut self, closest: &Closest<'_>, found: &mut ClosestPoints) {
         let Closest { triangles, points, max } = *closest;
-        self.patches.expect(triangles);
-        assert!(u32::try_from(points.len()).is_ok(), "{} points at once", points.len());
         found.resize(points.len());
-        let Self { level, patches, boxes, scale, order, answers, ranks, workers } = self;
+        let mut answers = std::mem::take(&mut self.answers);
+        answers.clear();
         answers.resize(points.len(), Answer::NONE);
-        ranks.resize_with(points.len(), AtomicU32::default);
-        for worker in workers.get_mut().unwrap_or_else(PoisonError::into_inner) {
-            worker.forget();
-        }
-        // Rounded up.
-        let most = (max * f64::from(*scale)) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
-        let job = Job { level: *level, triangles, points, max, patches, boxes, scale: *scale, most, ranks, workers };
-        let order = order.sort_points(points);
-        if max > 0.0 && patches.len() > 0 {
-            job.answer(order, 0, answers);
-        } else {
-            job.rank(order, 0);
-            answers.fill(Answer::NONE);
-        }
+        self.each_block(triangles, points, max, &mut answers, |job, worker, order, answers| {
+            dispatch!(job.level, simd => worker.answer(simd, job, order, answers));
+        });
         let ClosestPoints { triangle, barycentric, position, distance, nowhere } = found;
-        let answers = &*answers;
         let slots = triangle.par_iter_mut().zip(barycentric).zip(position.par_iter_mut().zip(distance));
-        slots.zip(&*ranks).each(|(((triangle, barycentric), (position, distance)), rank)| {
+        slots.zip(&self.ranks).each(|(((triangle, barycentric), (position, distance)), rank)| {
             let answer = answers[rank.load(Ordering::Relaxed) as usize];
             *triangle = answer.triangle;
             *barycentric = answer.barycentric;
             *position = answer.position;
             *distance = answer.distance;
         });
+        self.answers = answers;
         let is_nowhere = |points: &[Vec3]| points.iter().filter(|point| !point.is_finite()).count();
         *nowhere = points.par_chunks(CHUNK).map(is_nowhere).merge(|one, other| one + other).unwrap_or(0);
+    }
+
+    /// Finds which points are inside of closed meshes: those from which a ray crosses triangles an odd number of times. Points
+    /// that aren't finite are outside.
+    ///
+    /// The number of crossings is exact, through edges and corners too: the point is moved by less than any number, along
+    /// y, less along z and still less along x. So the answer is the same for every direction of a ray if each edge is shared
+    /// by two triangles or another even number. Points on the surface have the answer of where they are moved.
+    ///
+    /// # Panics
+    /// If it was built for another number of triangles, or there are 2³² points or more.
+    pub fn inside(&mut self, triangles: Triangles<'_>, points: &[Vec3], inside: &mut Vec<bool>) {
+        inside.clear();
+        inside.resize(points.len(), false);
+        let mut answers = std::mem::take(&mut self.is_inside);
+        answers.clear();
+        answers.resize(points.len(), false);
+        self.each_block(triangles, points, f64::INFINITY, &mut answers, |job, worker, order, answers| {
+            dispatch!(job.level, simd => worker.find_inside(simd, job, order, answers));
+        });
+        inside.par_iter_mut().zip(&self.ranks).each(|(inside, rank)| {
+            *inside = answers[rank.load(Ordering::Relaxed) as usize];
+        });
+        self.is_inside = answers;
+    }
+
+    /// As [`closest_points`](Self::closest_points), with distances of points [inside](Self::inside) of closed meshes below
+    /// zero.
+    ///
+    /// # Panics
+    /// As these.
+    pub fn signed_distances(&mut self, closest: &Closest<'_>, found: &mut ClosestPoints) {
+        self.closest_points(closest, found);
+        let mut inside = std::mem::take(&mut self.inside);
+        self.inside(closest.triangles, closest.points, &mut inside);
+        found.distance.par_iter_mut().zip(&inside).each(|(distance, is_inside)| {
+            if *is_inside {
+                *distance = -*distance;
+            }
+        });
+        self.inside = inside;
+    }
+
+    /// Has threads answer blocks of points along a curve, unless nothing can be near enough. The answer for point i has index
+    /// `ranks[i]`.
+    fn each_block<T: Send>(
+        &mut self,
+        triangles: Triangles<'_>,
+        points: &[Vec3],
+        max: f64,
+        answers: &mut [T],
+        answer: impl Fn(&Job<'_>, &mut BlockWorker, &[u64], &mut [T]) + Sync,
+    ) {
+        self.patches.expect(triangles);
+        assert!(u32::try_from(points.len()).is_ok(), "{} points at once", points.len());
+        let Self { level, patches, boxes, scale, order, ranks, workers, .. } = self;
+        ranks.resize_with(points.len(), AtomicU32::default);
+        for worker in workers.get_mut().unwrap_or_else(PoisonError::into_inner) {
+            worker.forget();
+        }
+        if max > 0.0 && patches.len() > 0 {
+            // Rounded up.
+            let most = (max * f64::from(*scale)) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
+            let job = Job { level: *level, triangles, points, max, patches, boxes, scale: *scale, most, ranks, workers };
+            job.each_block(order.sort_points(points), 0, answers, &answer);
+        }
     }
 
     /// Bytes held.
@@ -143,6 +201,8 @@ impl Nearest {
             + self.boxes.bytes()
             + self.order.bytes()
             + self.answers.capacity() * size_of::<Answer>()
+            + self.is_inside.capacity()
+            + self.inside.capacity()
             + self.ranks.capacity() * size_of::<AtomicU32>()
             + workers.iter().map(BlockWorker::bytes).sum::<usize>()
     }
@@ -166,26 +226,31 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Answers the points of `order`, which begins at index `first`, in halves for other threads to share.
-    fn answer(&self, order: &[u64], first: usize, answers: &mut [Answer]) {
+    fn each_block<T: Send>(
+        &self,
+        order: &[u64],
+        first: usize,
+        answers: &mut [T],
+        answer: &(impl Fn(&Job<'_>, &mut BlockWorker, &[u64], &mut [T]) + Sync),
+    ) {
         if order.len() > CHUNK {
             let middle = (order.len() / 2).next_multiple_of(BLOCK);
             let (low, high) = answers.split_at_mut(middle);
-            both(|| self.answer(&order[..middle], first, low), || self.answer(&order[middle..], first + middle, high));
+            both(
+                || self.each_block(&order[..middle], first, low, answer),
+                || self.each_block(&order[middle..], first + middle, high, answer),
+            );
             return;
         }
-        self.rank(order, first);
-        let workers = || self.workers.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut worker = workers().pop().unwrap_or_default();
-        for (order, answers) in order.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
-            dispatch!(self.level, simd => worker.answer(simd, self, order, answers));
-        }
-        workers().push(worker);
-    }
-
-    fn rank(&self, order: &[u64], first: usize) {
         for (rank, &key) in (first as u32..).zip(order) {
             self.ranks[key as u32 as usize].store(rank, Ordering::Relaxed);
         }
+        let workers = || self.workers.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut worker = workers().pop().unwrap_or_default();
+        for (order, answers) in order.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
+            answer(self, &mut worker, order, answers);
+        }
+        workers().push(worker);
     }
 }
 

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use glam::Vec3;
 use umbrage_rays::{Closest, ClosestPoints, Nearest, SimdLevel, Triangles};
 
-use crate::support::exact::{Fraction, closest, squared_distance};
+use crate::support::exact::{Fraction, closest, side, squared_distance};
 use crate::support::{Mesh, Random, blocks, is_usable, scene};
 
 /// Points anywhere around a mesh, on its corners, edges and faces and just beside them, between its triangles, and far away.
@@ -303,9 +303,97 @@ fn steady_queries_take_nothing_from_the_heap() {
         let counted = [(); 4].map(|()| {
             let before = allocations::on_this_thread();
             nearest.build(mesh.triangles());
-            nearest.closest_points(&Closest::new(mesh.triangles(), &points), &mut found);
+            nearest.signed_distances(&Closest::new(mesh.triangles(), &points), &mut found);
             allocations::on_this_thread() - before
         });
         assert!(counted[0] > 0 && counted[3] == 0, "{counted:?}");
     });
+}
+
+/// Points found inside by every level, on one thread and on two: the same.
+fn inside(triangles: Triangles<'_>, points: &[Vec3]) -> Vec<bool> {
+    let mut all = Vec::new();
+    for mut nearest in every_level() {
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let mut inside = vec![true];
+            pool.install(|| {
+                nearest.build(triangles);
+                nearest.inside(triangles, points, &mut inside);
+            });
+            all.push(inside);
+        }
+    }
+    assert!(all.iter().all(|other| *other == all[0]), "levels and threads differ");
+    all.swap_remove(0)
+}
+
+#[test]
+fn points_on_the_sides_of_boxes_are_inside_of_one_of_two_neighbours() {
+    let mut random = Random(80);
+    for scale in [1.0, 1e-37, 1e-20, 0.3, 1e30, 1e37] {
+        let mut mesh = Mesh::default();
+        let mut boxes = Vec::new();
+        for _ in 0..12 {
+            let low = (random.point() * 4.0).round();
+            let size = (random.point() * 2.0).round().abs() + 1.0;
+            let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
+            for [along, across, to] in [[x, y, z], [y, z, x], [z, x, y]] {
+                for start in [low, low + to] {
+                    mesh.quad([start, start + along, start + along + across, start + across]);
+                }
+            }
+            boxes.push([low * scale, (low + size) * scale]);
+        }
+        // Triangles without area or finite corners aren't crossed.
+        mesh.push([Vec3::ZERO, Vec3::ZERO, Vec3::X * 9.0]);
+        mesh.push([Vec3::new(-9.0, -9.0, -9.0), Vec3::new(0.0, 9.0, -9.0), Vec3::new(0.0, f32::NAN, 9.0)]);
+        let mesh = mesh.moved(scale, Vec3::ZERO);
+        let mut points: Vec<Vec3> = (0..300).map(|_| (random.point() * 6.0).round() * scale).collect();
+        points.extend((0..300).map(|_| (random.point() * 12.0).round() * (0.5 * scale)));
+        points.extend((0..300).map(|_| random.point() * (6.0 * scale)));
+        points.extend([Vec3::NAN, Vec3::INFINITY, Vec3::splat(1e38), Vec3::splat(-1e38)]);
+        let found = inside(mesh.triangles(), &points);
+        for (point, found) in points.iter().zip(found) {
+            let is_in = |[low, high]: &&[Vec3; 2]| point.cmpge(*low).all() && point.cmplt(*high).all();
+            let count = boxes.iter().filter(is_in).count();
+            assert_eq!(found, count % 2 == 1, "{point} of {scale:e}, in {count} boxes");
+        }
+    }
+}
+
+#[test]
+fn points_inside_of_tetrahedra_are_on_the_inner_sides_of_all_faces() {
+    let mut random = Random(81);
+    for round in 0..40 {
+        let scale = [1.0, 1e-6, 1e6, 1e-30, 1e30][round % 5];
+        let (mut mesh, mut all) = (Mesh::default(), Vec::new());
+        for _ in 0..10 {
+            // Of any shape, or of small whole numbers.
+            let corner = |random: &mut Random| if round % 2 == 0 { random.point() } else { (random.point() * 3.0).round() };
+            let corners = [0; 4].map(|_| corner(&mut random) * scale);
+            let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]].map(|face| face.map(|index| corners[index]));
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(corners);
+            mesh.indices.extend([[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]].map(|face| face.map(|index: u32| index + first)));
+            all.push(faces);
+        }
+        let mut points: Vec<Vec3> = (0..60).map(|_| random.point() * scale).collect();
+        points.extend((0..60).map(|_| (random.point() * 3.0).round() * (0.5 * scale)));
+        points.extend(mesh.positions.iter().map(|at| at.lerp(random.point() * scale, 1e-6)));
+        let found = inside(mesh.triangles(), &points);
+        let (mut nearest, mut signed) = (Nearest::default(), ClosestPoints::default());
+        nearest.build(mesh.triangles());
+        nearest.signed_distances(&Closest::new(mesh.triangles(), &points), &mut signed);
+        for (index, &point) in points.iter().enumerate() {
+            assert_eq!(signed.distance[index] <= 0.0 && signed.distance[index].is_sign_negative(), found[index]);
+            let sides: Vec<_> = all.iter().map(|faces| faces.map(|face| side(point, face))).collect();
+            if sides.iter().flatten().any(|side| *side == Ordering::Equal) {
+                continue;
+            }
+            let is_in = |sides: &&[Ordering; 4]| sides.iter().all(|side| *side == sides[0]);
+            let count = sides.iter().filter(is_in).count();
+            assert_eq!(found[index], count % 2 == 1, "{point} in round {round}, in {count}");
+        }
+    }
 }

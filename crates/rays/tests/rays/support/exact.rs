@@ -103,3 +103,10 @@ pub(crate) fn closest(triangles: Triangles<'_>, point: Vec3) -> Option<(u32, Fra
         .map(|id| (id, squared_distance(point, triangles.corners(id))))
         .min_by(|(id, a), (other, b)| a.compare(b).then(id.cmp(other)))
 }
+
+/// The side of a triangle's plane that a point is on: `Greater` where its corners are seen counterclockwise.
+pub(crate) fn side(point: Vec3, corners: [Vec3; 3]) -> Ordering {
+    let point = point.to_array().map(whole);
+    let [a, b, c] = corners.map(|corner| minus(&corner.to_array().map(whole), &point));
+    BigInt::ZERO.cmp(&dot(&cross(&minus(&b, &a), &minus(&c, &a)), &a))
+}
