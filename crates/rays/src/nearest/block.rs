@@ -3,6 +3,7 @@ use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 
 use super::Job;
+use super::far::Place;
 use super::filter::SixteenTriangles;
 use super::settle::{Answer, Settle};
 use crate::patches::SixteenBoxes;
@@ -44,7 +45,9 @@ pub(super) struct BlockWorker {
     farthest: f32,
     /// A patch's vertices.
     pub(super) vertices: Vec<[f32; 4]>,
-    candidates: Vec<Candidate>,
+    pub(super) candidates: Vec<Candidate>,
+    /// Triangles that may be the nearest to a far point, with lower bounds of a measure of its distance.
+    pub(super) far_found: Vec<(f64, u32)>,
     settle: Settle,
 }
 
@@ -74,6 +77,7 @@ impl Default for BlockWorker {
             farthest: 0.0,
             vertices: Vec::new(),
             candidates: Vec::new(),
+            far_found: Vec::new(),
             settle: Settle::default(),
         }
     }
@@ -82,21 +86,25 @@ impl Default for BlockWorker {
 impl BlockWorker {
     /// Answers points, given by the lower halves of `order`: at most [`BLOCK`].
     pub(super) fn answer<S: Simd>(&mut self, simd: S, job: &Job<'_>, order: &[u64], answers: &mut [Answer]) {
-        let around = self.fill(job, order);
-        if self.filled == 0 {
-            answers.fill(Answer::NONE);
-            return;
-        }
-        if order.len() > 1 && around.diagonal_squared() > WIDE * order.len() as f32 {
+        let (around, far) = self.fill(job, order, job.place);
+        let count = self.filled.count_ones();
+        if count > 1 && around.diagonal_squared() > WIDE * count as f32 {
             let middle = order.len() / 2;
             let (low, high) = answers.split_at_mut(middle);
             self.answer(simd, job, &order[..middle], low);
             self.answer(simd, job, &order[middle..], high);
             return;
         }
-        vectorized!(simd => self.begin(simd, job));
         self.candidates.clear();
-        self.descend(simd, job, &around, (job.boxes.top(), 0));
+        if self.filled != 0 {
+            vectorized!(simd => self.begin(simd, job));
+            self.descend(simd, job, &around, (job.boxes.top(), 0));
+        }
+        if let Some(place) = job.place {
+            for slot in bits_of(far) {
+                self.find_far(job, place, slot);
+            }
+        }
         self.drop_overtaken();
         self.settle.choose(job.triangles, &self.positions, &self.candidates);
         self.settle.write(job, &self.positions, answers);
@@ -107,8 +115,10 @@ impl BlockWorker {
         self.settle.hint = None;
     }
 
-    /// Scales the points of a block, and finds the box around them.
-    pub(super) fn fill(&mut self, job: &Job<'_>, order: &[u64]) -> Around {
+    /// Scales the points of a block, and finds the box around them. Returns the slots of those far from a place, which are
+    /// left out.
+    pub(super) fn fill(&mut self, job: &Job<'_>, order: &[u64], place: Option<&Place>) -> (Around, u64) {
+        let mut far = 0;
         let mut around = Around { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
         (self.filled, self.squares) = (0, [-1.0; BLOCK]);
         for (slot, &key) in order.iter().enumerate().take(BLOCK) {
@@ -116,8 +126,12 @@ impl BlockWorker {
             if !point.is_finite() {
                 continue;
             }
-            self.filled |= 1 << slot;
             self.positions[slot] = point;
+            if place.is_some_and(|place| place.is_far(point)) {
+                far |= 1 << slot;
+                continue;
+            }
+            self.filled |= 1 << slot;
             self.squares[slot] = 0.0;
             for (axis, coordinate) in (point * job.scale).to_array().into_iter().enumerate() {
                 self.points[axis][slot] = coordinate;
@@ -125,7 +139,7 @@ impl BlockWorker {
                 around.high[axis] = around.high[axis].max(coordinate);
             }
         }
-        around
+        (around, far)
     }
 
     /// Begins with the query's largest distance, or that from a corner of the triangle that was nearest to an earlier point.
@@ -299,6 +313,7 @@ impl BlockWorker {
         size_of::<Self>()
             + self.vertices.capacity() * size_of::<[f32; 4]>()
             + self.candidates.capacity() * size_of::<Candidate>()
+            + self.far_found.capacity() * size_of::<(f64, u32)>()
             + self.settle.bytes()
     }
 }

@@ -28,7 +28,7 @@ struct Crossings {
 impl BlockWorker {
     /// Tells which points, given by the lower halves of `order`, are inside of closed meshes: at most [`BLOCK`].
     pub(super) fn find_inside<S: Simd>(&mut self, simd: S, job: &Job<'_>, order: &[u64], inside: &mut [bool]) {
-        let around = self.fill(job, order);
+        let (around, _) = self.fill(job, order, None);
         let mut odd = 0;
         if self.filled != 0 {
             self.count(simd, job, &around, (job.boxes.top(), 0), &mut odd);

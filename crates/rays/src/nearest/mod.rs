@@ -7,12 +7,14 @@
 //! choice of triangle is that of real numbers.
 //!
 //! One subject a file: `block` finds candidates for a block of points, `filter` bounds distances in f32, `measure` in f64,
-//! `settle` chooses, `exact` compares, with numbers that are `bounded` or `integer`. `inside` counts crossings.
+//! `settle` chooses, `exact` compares, with numbers that are `bounded` or `integer`. `far` finds
+//! candidates for points far away. `inside` counts crossings.
 
 mod answers;
 mod block;
 mod bounded;
 mod exact;
+mod far;
 mod filter;
 mod inside;
 mod integer;
@@ -27,11 +29,13 @@ use rayon::prelude::*;
 
 pub use answers::{Closest, ClosestPoints};
 use block::{BLOCK, BlockWorker};
+use far::Place;
 use settle::Answer;
 
 use crate::dispatch;
 use crate::parallel::{Parallel, both};
-use crate::patches::{BoxTree, Order, Patches};
+use crate::patches::{BoxTree, Curve, Order, Patches};
+use crate::simd::lanes::LANES;
 use crate::{Omitted, SimdLevel, Triangles};
 
 /// Finds the [nearest points](Closest) of triangles, rebuilt for every frame.
@@ -63,6 +67,7 @@ pub struct Nearest {
     boxes: BoxTree,
     /// Factor for lengths in f32: a power of two.
     scale: f32,
+    place: Option<Place>,
     order: Order,
     /// The answers in the order of the curve.
     answers: Vec<Answer>,
@@ -90,7 +95,10 @@ impl Nearest {
     pub fn build(&mut self, triangles: Triangles<'_>) {
         self.patches.update(triangles, self.level);
         self.boxes.find(&self.patches);
-        self.scale = scale(&self.patches, self.boxes.reach);
+        let curve = Curve::through_triangles(triangles);
+        let size = typical_size(&self.patches).unwrap_or(self.boxes.reach);
+        self.scale = scale(size);
+        self.place = Place::new(&self.patches, curve.middle(), curve.size().max(size));
     }
 
     /// The triangles that no ray can hit, as of the last [`build`](Self::build). Of these, nearest points may be on triangles
@@ -180,7 +188,7 @@ impl Nearest {
     ) {
         self.patches.expect(triangles);
         assert!(u32::try_from(points.len()).is_ok(), "{} points at once", points.len());
-        let Self { level, patches, boxes, scale, order, ranks, workers, .. } = self;
+        let Self { level, patches, boxes, scale, place, order, ranks, workers, .. } = self;
         ranks.resize_with(points.len(), AtomicU32::default);
         for worker in workers.get_mut().unwrap_or_else(PoisonError::into_inner) {
             worker.forget();
@@ -188,7 +196,8 @@ impl Nearest {
         if max > 0.0 && patches.len() > 0 {
             // Rounded up.
             let most = (max * f64::from(*scale)) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
-            let job = Job { level: *level, triangles, points, max, patches, boxes, scale: *scale, most, ranks, workers };
+            let (level, scale, place) = (*level, *scale, place.as_ref());
+            let job = Job { level, triangles, points, max, most, patches, boxes, scale, place, ranks, workers };
             job.each_block(order.sort_points(points), 0, answers, &answer);
         }
     }
@@ -220,6 +229,7 @@ struct Job<'a> {
     patches: &'a Patches,
     boxes: &'a BoxTree,
     scale: f32,
+    place: Option<&'a Place>,
     ranks: &'a [AtomicU32],
     workers: &'a Mutex<Vec<BlockWorker>>,
 }
@@ -254,23 +264,26 @@ impl Job<'_> {
     }
 }
 
-/// The power of two that makes the median size of patches about one sixteenth, so that distances in the scene are about
-/// one. Only few patches reach a vertex that is far away.
-fn scale(patches: &Patches, reach: f32) -> f32 {
+/// The median size of patches, few of which reach a vertex that is far away; `None` if that is nothing, infinite or NaN.
+fn typical_size(patches: &Patches) -> Option<f32> {
     const SAMPLES: usize = 64;
     let mut sizes = [0.0_f32; SAMPLES];
     let every = patches.len().div_ceil(SAMPLES).max(1);
     let mut count = 0;
     for number in (0..patches.len()).step_by(every) {
-        let [low, high] = patches.bounds.sixteens[number / 16].get(number);
+        let [low, high] = patches.bounds.sixteens[number / LANES].get(number);
         let size = (0..3).fold(0.0_f32, |size, axis| size.max(high[axis] - low[axis]));
         if size.is_normal() {
             sizes[count] = size;
             count += 1;
         }
     }
-    let sizes = &mut sizes[..count];
-    let length = if count > 0 { *sizes.select_nth_unstable_by(count / 2, f32::total_cmp).1 } else { reach };
+    (count > 0).then(|| *sizes[..count].select_nth_unstable_by(count / 2, f32::total_cmp).1)
+}
+
+/// The power of two that makes a length about one sixteenth: distances in a scene are about one then if patches are that
+/// large.
+fn scale(length: f32) -> f32 {
     // From the exponent, without rounding.
     let exponent = (length.to_bits() >> 23) as i32;
     f32::from_bits((250 - exponent).clamp(4, 250) as u32 * (1 << 23))

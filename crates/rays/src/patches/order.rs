@@ -168,6 +168,11 @@ impl Curve {
         Self { middle: 2.0 * low - 0.3 * size + half, scale: 1.0 / half }
     }
 
+    /// The middle of the cube that holds most triangles.
+    pub(crate) fn middle(&self) -> Vec3 {
+        self.middle
+    }
+
     /// The size of the cube that holds most triangles.
     pub(crate) fn size(&self) -> f32 {
         2.0 / self.scale

@@ -185,10 +185,15 @@ fn far_corners_and_points_change_nothing() {
         let mut points = points(&mut random, mesh.triangles(), 1.0, 60);
         points.extend((0..6).map(|_| random.point() * reach));
         check(&format!("corners at {reach:e}"), &mut nearest, &Closest::new(mesh.triangles(), &points), 1e-14);
-        // Far from everything.
+        // Far from everything, and far above a plane and boxes.
         let mesh = Mesh::bumpy_ball(Vec3::ZERO, 1.0, 6);
-        let points: Vec<Vec3> = (0..12).map(|_| random.point() * reach).collect();
-        check(&format!("points at {reach:e}"), &mut nearest, &Closest::new(mesh.triangles(), &points), 1e-14);
+        for mesh in [&mesh, &Mesh::floor(7, 1.0), &blocks(&mut random, 9)] {
+            let mut points: Vec<Vec3> = (0..12).map(|_| random.point() * reach).collect();
+            points.extend((0..12).map(|_| random.point().with_y(reach)));
+            points.extend((0..6).map(|_| random.point().round().with_x(-reach)));
+            points.extend((0..6).map(|_| random.point()));
+            check(&format!("points at {reach:e}"), &mut nearest, &Closest::new(mesh.triangles(), &points), 1e-14);
+        }
         // All of it far from the origin.
         let mesh = mesh.moved(reach * 1e-6, Vec3::new(0.3, -0.5, 0.7) * reach);
         let points: Vec<Vec3> = mesh.positions.iter().map(|at| at + random.point() * reach * 1e-6).collect();
