@@ -27,6 +27,7 @@ mod camera;
 pub mod camera_grid;
 mod choice;
 mod edge_functions;
+mod edges;
 #[doc(hidden)]
 pub mod grids;
 mod hash_key;
@@ -70,7 +71,7 @@ pub use choice::{Choice, UnknownChoice};
 pub use grids::DirectGrids;
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace};
-pub use nearest::{Closest, ClosestPoints, Nearest};
+pub use nearest::{Closest, ClosestPoints, Nearest, Within};
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use ray_by_ray::SingleRays;

@@ -63,3 +63,23 @@ impl ClosestPoints {
         self.triangle.is_empty()
     }
 }
+
+/// For each point the triangles that are nearer to it than a distance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Within {
+    /// The ids of triangles, point after point, those of each in ascending order.
+    pub triangle: Vec<u32>,
+    /// The index in `triangle` of each point's first one, and finally the end of the last one's: one more than points.
+    pub starts: Vec<usize>,
+}
+
+impl Within {
+    /// The triangles near a point.
+    ///
+    /// # Panics
+    /// If `point` is out of range.
+    #[must_use]
+    pub fn of(&self, point: usize) -> &[u32] {
+        &self.triangle[self.starts[point]..self.starts[point + 1]]
+    }
+}

@@ -2,10 +2,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 
-use super::Job;
+use super::{Job, Wanted};
 use super::far::Place;
 use super::filter::SixteenTriangles;
-use super::settle::{Answer, Settle};
+use super::measure::measure;
+use super::settle::{Answer, Settle, is_nearer_than};
 use crate::patches::SixteenBoxes;
 use crate::simd::lanes::{LANES, bits_of, load, load_positions, quads, splat};
 use crate::vectorized;
@@ -87,19 +88,14 @@ impl BlockWorker {
     /// Answers points, given by the lower halves of `order`: at most [`BLOCK`].
     pub(super) fn answer<S: Simd>(&mut self, simd: S, job: &Job<'_>, order: &[u64], answers: &mut [Answer]) {
         let (around, far) = self.fill(job, order, job.place);
-        let count = self.filled.count_ones();
-        if count > 1 && around.diagonal_squared() > WIDE * count as f32 {
+        if self.is_wide(&around) {
             let middle = order.len() / 2;
             let (low, high) = answers.split_at_mut(middle);
             self.answer(simd, job, &order[..middle], low);
             self.answer(simd, job, &order[middle..], high);
             return;
         }
-        self.candidates.clear();
-        if self.filled != 0 {
-            vectorized!(simd => self.begin(simd, job));
-            self.descend(simd, job, &around, (job.boxes.top(), 0));
-        }
+        self.find_candidates(simd, job, &around);
         if let Some(place) = job.place {
             for slot in bits_of(far) {
                 self.find_far(job, place, slot);
@@ -113,6 +109,41 @@ impl BlockWorker {
     /// Forgets the triangles of an earlier query.
     pub(super) fn forget(&mut self) {
         self.settle.hint = None;
+    }
+
+    /// Lists the triangles that are near enough to points, in ascending order.
+    pub(super) fn list<S: Simd>(&mut self, simd: S, job: &Job<'_>, order: &[u64], lists: &mut [Vec<u32>]) {
+        let (around, _) = self.fill(job, order, None);
+        if self.is_wide(&around) {
+            let middle = order.len() / 2;
+            let (low, high) = lists.split_at_mut(middle);
+            self.list(simd, job, &order[..middle], low);
+            self.list(simd, job, &order[middle..], high);
+            return;
+        }
+        self.find_candidates(simd, job, &around);
+        for &Candidate { slot, id, .. } in &self.candidates {
+            let corners = job.triangles.corners(id);
+            if is_nearer_than(job.max, self.positions[slot as usize], corners, &measure(self.positions[slot as usize], corners))
+            {
+                lists[slot as usize].push(id);
+            }
+        }
+        lists.iter_mut().for_each(|list| list.sort_unstable());
+    }
+
+    /// Whether a block is so wide that its halves take less time.
+    fn is_wide(&self, around: &Around) -> bool {
+        let count = self.filled.count_ones();
+        count > 1 && around.diagonal_squared() > WIDE * count as f32
+    }
+
+    fn find_candidates<S: Simd>(&mut self, simd: S, job: &Job<'_>, around: &Around) {
+        self.candidates.clear();
+        if self.filled != 0 {
+            vectorized!(simd => self.begin(simd, job));
+            self.descend(simd, job, around, (job.boxes.top(), 0));
+        }
     }
 
     /// Scales the points of a block, and finds the box around them. Returns the slots of those far from a place, which are
@@ -275,7 +306,7 @@ impl BlockWorker {
                     continue;
                 }
                 let nearest = distances.most.min(most).reduce_min();
-                if nearest < self.most[slot] {
+                if nearest < self.most[slot] && job.wanted == Wanted::Nearest {
                     self.most[slot] = nearest;
                     self.squares[slot] = nearest * nearest * OF_SQUARE + SMALLEST_SQUARE;
                     near &= distances.least.simd_le(splat(simd, nearest)).to_bitmask() as u16;
@@ -286,7 +317,7 @@ impl BlockWorker {
                     self.candidates.push(candidate);
                 }
             }
-            if self.candidates.len() > MANY_CANDIDATES {
+            if self.candidates.len() > MANY_CANDIDATES && job.wanted == Wanted::Nearest {
                 self.reduce(job);
             }
         }

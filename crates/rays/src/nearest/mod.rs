@@ -27,7 +27,7 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec3;
 use rayon::prelude::*;
 
-pub use answers::{Closest, ClosestPoints};
+pub use answers::{Closest, ClosestPoints, Within};
 use block::{BLOCK, BlockWorker};
 use far::Place;
 use settle::Answer;
@@ -72,6 +72,8 @@ pub struct Nearest {
     /// The answers in the order of the curve.
     answers: Vec<Answer>,
     is_inside: Vec<bool>,
+    /// The triangles near each point, in the order of the curve.
+    lists: Vec<Vec<u32>>,
     /// Whether each point is inside, in the order of the query.
     inside: Vec<bool>,
     /// The index in `answers` of each point.
@@ -113,12 +115,12 @@ impl Nearest {
     /// # Panics
     /// If it was built for another number of triangles, or there are 2³² points or more.
     pub fn closest_points(&mut self, closest: &Closest<'_>, found: &mut ClosestPoints) {
-        let Closest { triangles, points, max } = *closest;
+        let points = closest.points;
         found.resize(points.len());
         let mut answers = std::mem::take(&mut self.answers);
         answers.clear();
         answers.resize(points.len(), Answer::NONE);
-        self.each_block(triangles, points, max, &mut answers, |job, worker, order, answers| {
+        self.each_block(closest, Wanted::Nearest, &mut answers, |job, worker, order, answers| {
             dispatch!(job.level, simd => worker.answer(simd, job, order, answers));
         });
         let ClosestPoints { triangle, barycentric, position, distance, nowhere } = found;
@@ -150,7 +152,7 @@ impl Nearest {
         let mut answers = std::mem::take(&mut self.is_inside);
         answers.clear();
         answers.resize(points.len(), false);
-        self.each_block(triangles, points, f64::INFINITY, &mut answers, |job, worker, order, answers| {
+        self.each_block(&Closest::new(triangles, points), Wanted::Nearest, &mut answers, |job, worker, order, answers| {
             dispatch!(job.level, simd => worker.find_inside(simd, job, order, answers));
         });
         inside.par_iter_mut().zip(&self.ranks).each(|(inside, rank)| {
@@ -176,16 +178,39 @@ impl Nearest {
         self.inside = inside;
     }
 
+    /// Lists the triangles that are nearer to each point than [`Closest::max`], in real numbers. A point that isn't finite is
+    /// near to none.
+    ///
+    /// # Panics
+    /// If it was built for another number of triangles, or there are 2³² points or more.
+    pub fn within(&mut self, closest: &Closest<'_>, found: &mut Within) {
+        let mut lists = std::mem::take(&mut self.lists);
+        lists.iter_mut().for_each(Vec::clear);
+        lists.resize_with(closest.points.len(), Vec::new);
+        self.each_block(closest, Wanted::All, &mut lists, |job, worker, order, lists| {
+            dispatch!(job.level, simd => worker.list(simd, job, order, lists));
+        });
+        let Within { triangle, starts } = found;
+        triangle.clear();
+        starts.clear();
+        starts.push(0);
+        for rank in &self.ranks {
+            triangle.extend_from_slice(&lists[rank.load(Ordering::Relaxed) as usize]);
+            starts.push(triangle.len());
+        }
+        self.lists = lists;
+    }
+
     /// Has threads answer blocks of points along a curve, unless nothing can be near enough. The answer for point i has index
     /// `ranks[i]`.
     fn each_block<T: Send>(
         &mut self,
-        triangles: Triangles<'_>,
-        points: &[Vec3],
-        max: f64,
+        closest: &Closest<'_>,
+        wanted: Wanted,
         answers: &mut [T],
         answer: impl Fn(&Job<'_>, &mut BlockWorker, &[u64], &mut [T]) + Sync,
     ) {
+        let Closest { triangles, points, max } = *closest;
         self.patches.expect(triangles);
         assert!(u32::try_from(points.len()).is_ok(), "{} points at once", points.len());
         let Self { level, patches, boxes, scale, place, order, ranks, workers, .. } = self;
@@ -197,8 +222,11 @@ impl Nearest {
             // Rounded up.
             let most = (max * f64::from(*scale)) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
             let (level, scale, place) = (*level, *scale, place.as_ref());
-            let job = Job { level, triangles, points, max, most, patches, boxes, scale, place, ranks, workers };
+            let job = Job { level, wanted, triangles, points, max, most, patches, boxes, scale, place, ranks, workers };
             job.each_block(order.sort_points(points), 0, answers, &answer);
+        } else {
+            // All answers are the same. Those of an earlier query may have been more.
+            ranks.iter_mut().for_each(|rank| *rank.get_mut() = 0);
         }
     }
 
@@ -211,15 +239,24 @@ impl Nearest {
             + self.order.bytes()
             + self.answers.capacity() * size_of::<Answer>()
             + self.is_inside.capacity()
+            + self.lists.iter().map(|list| size_of::<Vec<u32>>() + list.capacity() * size_of::<u32>()).sum::<usize>()
             + self.inside.capacity()
             + self.ranks.capacity() * size_of::<AtomicU32>()
             + workers.iter().map(BlockWorker::bytes).sum::<usize>()
     }
 }
 
-/// The inputs of finding nearest triangles.
+/// The triangles that are wanted of those near enough to a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    Nearest,
+    All,
+}
+
+/// The inputs of finding near triangles.
 struct Job<'a> {
     level: SimdLevel,
+    wanted: Wanted,
     triangles: Triangles<'a>,
     points: &'a [Vec3],
     /// Triangles at this distance or farther don't count.

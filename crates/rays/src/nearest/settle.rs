@@ -77,9 +77,7 @@ impl Settle {
         answers.fill(Answer::NONE);
         for (slot, Measurement { id, corners, measured }) in &self.chosen {
             let slot = *slot as usize;
-            let is_near = measured.most < job.max
-                || (measured.least < job.max && is_within(points[slot], *corners, job.max));
-            if is_near {
+            if is_nearer_than(job.max, points[slot], *corners, measured) {
                 answers[slot] = Answer {
                     triangle: *id,
                     barycentric: [measured.weights[1] as f32, measured.weights[2] as f32],
@@ -96,6 +94,11 @@ impl Settle {
             + self.measured.capacity() * size_of::<Measurement>()
             + self.chosen.capacity() * size_of::<(u32, Measurement)>()
     }
+}
+
+/// Whether a triangle is nearer than a distance, in real numbers.
+pub(super) fn is_nearer_than(max: f64, point: Vec3, corners: [Vec3; 3], measured: &Measured) -> bool {
+    measured.most < max || (measured.least < max && is_within(point, corners, max))
 }
 
 /// The nearest of a point's candidates, which are sorted by id; the first of equally near ones.

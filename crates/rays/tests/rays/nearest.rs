@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use glam::Vec3;
-use umbrage_rays::{Closest, ClosestPoints, Nearest, SimdLevel, Triangles};
+use umbrage_rays::{Closest, ClosestPoints, Nearest, SimdLevel, Triangles, Within};
 
 use crate::support::exact::{Fraction, closest, side, squared_distance};
 use crate::support::{Mesh, Random, blocks, is_usable, scene};
@@ -251,6 +251,11 @@ fn bad_numbers_have_no_nearest_point_and_are_counted() {
         assert_eq!(found.nowhere, of_all.nowhere);
     }
     assert!(found(&mut nearest, &Closest::new(mesh.triangles(), &[])).is_empty());
+    for count in [200, 20] {
+        let query = Closest { max: 0.0, ..Closest::new(mesh.triangles(), &points[..count]) };
+        assert_eq!(found(&mut nearest, &query).triangle, vec![ClosestPoints::NONE; count]);
+        found(&mut nearest, &Closest::new(mesh.triangles(), &points));
+    }
 }
 
 #[test]
@@ -399,6 +404,39 @@ fn points_inside_of_tetrahedra_are_on_the_inner_sides_of_all_faces() {
             let is_in = |sides: &&[Ordering; 4]| sides.iter().all(|side| *side == sides[0]);
             let count = sides.iter().filter(is_in).count();
             assert_eq!(found[index], count % 2 == 1, "{point} in round {round}, in {count}");
+        }
+    }
+}
+
+#[test]
+fn triangles_within_a_distance_are_those_of_big_numbers() {
+    let mut random = Random(82);
+    let (mut nearest, mut within) = (every_level(), Within::default());
+    for (name, mesh, _) in meshes(&mut random) {
+        let triangles = mesh.triangles();
+        let mut points = points(&mut random, triangles, 1.0, 30);
+        points.push(Vec3::NAN);
+        // Distances from corners of small whole numbers among them.
+        for max in [0.5, 0.25, 1.25, 0.0, f64::INFINITY] {
+            let is_near = |point: Vec3, id: u32| {
+                is_usable(triangles, id)
+                    && (max == f64::INFINITY
+                        || max > 0.0
+                            && squared_distance(point, triangles.corners(id)).compare(&Fraction::square_of(max))
+                                == Ordering::Less)
+            };
+            let truth: Vec<Vec<u32>> = points
+                .iter()
+                .map(|&point| (0..triangles.len() as u32).filter(|&id| point.is_finite() && is_near(point, id)).collect())
+                .collect();
+            for nearest in &mut nearest {
+                nearest.build(triangles);
+                nearest.within(&Closest { max, ..Closest::new(triangles, &points) }, &mut within);
+                assert_eq!(within.starts.len(), points.len() + 1);
+                for (index, truth) in truth.iter().enumerate() {
+                    assert_eq!(within.of(index), truth, "{name}, {} within {max}", points[index]);
+                }
+            }
         }
     }
 }
