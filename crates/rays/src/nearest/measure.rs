@@ -17,24 +17,30 @@ const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 /// Measures the distance of a point from a triangle; corners and point are finite.
 ///
-/// **Bounds.** Let u be the relative error of a rounding, and r = |a|₁ + |b − a|₁ + |c − a|₁ with corners a, b, c
-/// relative to the point. Any weights give a point q = a + v (b − a) + w (c − a) of the triangle, so |q| is an upper bound of
-/// the distance. The triangle is beyond the plane across q through its corner least along q: so min(q · a, q · b, q · c) ÷ |q|
-/// is a lower bound, for any q. Rounding a, b − a, c − a, two products, two sums, and a sum v + w that is above one move q
-/// by less than 8 u r, and |q| by 3 u of itself. Rounding corners, products and sums moves the dot products by less than
-/// 6 u r |q|, and the quotient by 4 u of itself. The bounds take 16 u r for all of it. No square underflows: coordinates are
-/// f32.
+/// **Bounds.** Let u be the relative error of a rounding, a, b, c the corners relative to the point, e = b − a and f = c − a.
+/// Any weights give a point q of the triangle, so |q| is an upper bound of the distance. Points a + x e + y f of the triangle with y |f| > R, for R = |q| + |a| + |e|, are farther than q. The others are in the hull of
+/// a, a + e, a + t f and a + e + t (f − e) with t = min(1, R ÷ |f|), which is beyond the plane across q through its corner least
+/// along q: so the least product of q and these ÷ |q| is a lower bound. Let r be |a|₁ + |e|₁ + s |f|₁, where s is the
+/// larger of t and the weight of f: a corner that is far away doesn't count in it. Rounding a, e, f, two products, two sums, and
+/// a sum of weights that is above one move q by less than 8 u r, and |q| by 3 u of itself. Rounding corners, products and sums
+/// moves the dot products by less than 8 u r |q|, and the quotient by 4 u of itself. The bounds take 16 u r for all of it, and
+/// twice R. No square underflows: coordinates are f32.
 pub(super) fn measure(point: Vec3, corners: [Vec3; 3]) -> Measured {
-    let [p, x, y, z] = [point.as_dvec3(), corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()];
-    let [xy, yz, zx] = [y - x, z - y, x - z];
-    let squares = [yz.length_squared(), zx.length_squared(), xy.length_squared()];
-    // A is opposite to the longest edge. With a corner far away, the others would lose most digits of the normal.
-    let longest = if squares[0] >= squares[1] && squares[0] >= squares[2] { 0 } else { 1 + usize::from(squares[2] > squares[1]) };
-    let (a, ab, ac) = match longest {
-        0 => (x - p, xy, -zx),
-        1 => (y - p, yz, -xy),
-        _ => (z - p, zx, -yz),
+    let (p, at_corners) = (point.as_dvec3(), [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()]);
+    let square = |from: usize, to: usize| (at_corners[to] - at_corners[from]).length_squared();
+    // The square of the edge opposite to each corner.
+    let squares = [square(1, 2), square(2, 0), square(0, 1)];
+    // A is opposite to the longest edge, and B the nearer of the others: only C is far away if one is. With another order most
+    // digits of the normal, and of shares of edges, would be lost.
+    let first = if squares[0] >= squares[1] && squares[0] >= squares[2] {
+        0
+    } else {
+        1 + usize::from(squares[2] > squares[1])
     };
+    let (second, third) = ((first + 1) % 3, (first + 2) % 3);
+    let (second, third) = if squares[third] > squares[second] { (third, second) } else { (second, third) };
+    let a = at_corners[first] - p;
+    let (ab, ac) = (at_corners[second] - at_corners[first], at_corners[third] - at_corners[first]);
     let normal = ab.cross(ac);
     let area = normal.dot(normal);
     let weights = |q: DVec3| [normal.dot(ac.cross(q)) / area, normal.dot(q.cross(ab)) / area];
@@ -68,15 +74,15 @@ pub(super) fn measure(point: Vec3, corners: [Vec3; 3]) -> Measured {
     }
     let q = at([v, w]);
     let distance = q.dot(q).sqrt();
-    let reach = sum_of(a) + (sum_of(ab) + sum_of(ac));
-    let error = 16.0 * ROUNDING * reach;
-    let behind = q.dot(a) + q.dot(ab).min(q.dot(ac)).min(0.0);
+    let near = sum_of(a) + sum_of(ab);
+    // One for NaN too, where there is no edge.
+    let kept = (2.0 * (distance + near) / ac.abs().max_element()).min(1.0);
+    let error = 16.0 * ROUNDING * (near + kept.max(w) * sum_of(ac));
+    let (of_ab, of_ac) = (q.dot(ab), kept * q.dot(ac));
+    let behind = q.dot(a) + of_ab.min(of_ac).min(of_ac + (1.0 - kept) * of_ab).min(0.0);
     let least = if distance > 0.0 { behind / distance - error } else { 0.0 };
-    let weights = match longest {
-        0 => [u, v, w],
-        1 => [w, u, v],
-        _ => [v, w, u],
-    };
+    let mut weights = [u; 3];
+    (weights[second], weights[third]) = (v, w);
     Measured { weights, distance, least: least.max(0.0), most: distance + error }
 }
 
