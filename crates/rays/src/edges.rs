@@ -82,7 +82,10 @@ mod tests {
         assert_eq!(edges.len(), 3);
         for [from, to] in edges {
             let ends = [positions[from as usize], positions[to as usize]];
-            assert!(ends.iter().all(|end| [20, 22, 23].map(|corner: usize| positions[corner]).contains(end)), "{ends:?}");
+            assert!(
+                ends.iter().all(|end| [20, 22, 23].map(|corner: usize| positions[corner]).contains(end)),
+                "{ends:?}"
+            );
         }
     }
 }

@@ -2,11 +2,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 use glam::Vec3;
 
-use super::{Job, Wanted};
 use super::far::Place;
 use super::filter::SixteenTriangles;
 use super::measure::measure;
 use super::settle::{Answer, Settle, is_nearer_than};
+use super::{Job, Wanted};
 use crate::patches::SixteenBoxes;
 use crate::simd::lanes::{LANES, bits_of, load, load_positions, quads, splat};
 use crate::vectorized;
@@ -124,8 +124,12 @@ impl BlockWorker {
         self.find_candidates(simd, job, &around);
         for &Candidate { slot, id, .. } in &self.candidates {
             let corners = job.triangles.corners(id);
-            if is_nearer_than(job.max, self.positions[slot as usize], corners, &measure(self.positions[slot as usize], corners))
-            {
+            if is_nearer_than(
+                job.max,
+                self.positions[slot as usize],
+                corners,
+                &measure(self.positions[slot as usize], corners),
+            ) {
                 lists[slot as usize].push(id);
             }
         }

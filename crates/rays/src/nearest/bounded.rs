@@ -84,7 +84,11 @@ mod tests {
     fn signs_are_certain_or_unknown() {
         let [third, tenth] = [1.0 / 3.0, 0.1].map(number);
         assert_eq!(third.minus(&tenth).sign(), Some(Ordering::Greater));
-        assert_eq!(third.times(&tenth).minus(&tenth.times(&third)).sign(), Some(Ordering::Equal), "products of f32 are exact");
+        assert_eq!(
+            third.times(&tenth).minus(&tenth.times(&third)).sign(),
+            Some(Ordering::Equal),
+            "products of f32 are exact"
+        );
         let cube = third.times(&tenth).times(&third);
         assert_eq!(cube.minus(&third.times(&third).times(&tenth)).sign(), None);
         assert_eq!(cube.sign(), Some(Ordering::Greater));

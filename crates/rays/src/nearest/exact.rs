@@ -109,7 +109,9 @@ impl<N: Number> Seen<N> {
             let [edge, other] = [j, k].map(|end| difference(&self.corners[end], &self.corners[i]));
             // e² times −q · (xₖ − xᵢ), for the point q of the edge's line.
             let beside = dot(&edge, &other).times(&self.dots[i][j]).minus(&length.times(&self.dots[i][k]));
-            if check(&beside, Ordering::Less) && check(&length, Ordering::Greater) && length.sign() != Some(Ordering::Equal)
+            if check(&beside, Ordering::Less)
+                && check(&length, Ordering::Greater)
+                && length.sign() != Some(Ordering::Equal)
             {
                 return Some(Feature::Edge(i));
             }

@@ -3,8 +3,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
-use crate::simd::lanes::{LANES, load_local_corner, splat};
 use crate::simd::each;
+use crate::simd::lanes::{LANES, load_local_corner, splat};
 
 /// Numbers are multiplied by a power of two that makes the scene's size about one. The filter can't tell distances from
 /// triangles that reach farther than this: products of degree four don't overflow below it.

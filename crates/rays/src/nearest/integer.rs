@@ -208,7 +208,8 @@ mod tests {
         }
         // Twelve products of degree two in three sums of three, and a sum: fewer than 2¹² times the product.
         assert!(product.bits() + 12 <= LIMBS * 64);
-        let close = Integer::difference(1.5, f32::from_bits(1), unit).plus(&Integer::difference(f32::from_bits(1), 1.5, unit));
+        let close =
+            Integer::difference(1.5, f32::from_bits(1), unit).plus(&Integer::difference(f32::from_bits(1), 1.5, unit));
         assert_eq!(close.sign(), Some(Ordering::Equal));
     }
 
@@ -216,7 +217,10 @@ mod tests {
     fn numbers_are_those_of_floats() {
         for value in [1.0, 1.5, 3e-300, 5e-324, 1e300, std::f64::consts::PI] {
             let (number, unit) = Integer::of_f64(value);
-            assert_eq!(number.limbs[0] as f64 * f64::exp2(f64::from(unit / 2)) * f64::exp2(f64::from(unit - unit / 2)), value);
+            assert_eq!(
+                number.limbs[0] as f64 * f64::exp2(f64::from(unit / 2)) * f64::exp2(f64::from(unit - unit / 2)),
+                value
+            );
         }
     }
 }

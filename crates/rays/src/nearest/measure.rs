@@ -26,23 +26,59 @@ const ROUNDING: f64 = f64::EPSILON / 2.0;
 /// moves the dot products by less than 8 u r |q|, and the quotient by 4 u of itself. The bounds take 16 u r for all of it, and
 /// twice R. No square underflows: coordinates are f32.
 pub(super) fn measure(point: Vec3, corners: [Vec3; 3]) -> Measured {
-    let (p, at_corners) = (point.as_dvec3(), [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()]);
-    let square = |from: usize, to: usize| (at_corners[to] - at_corners[from]).length_squared();
-    // The square of the edge opposite to each corner.
-    let squares = [square(1, 2), square(2, 0), square(0, 1)];
-    // A is opposite to the longest edge, and B the nearer of the others: only C is far away if one is. With another order most
-    // digits of the normal, and of shares of edges, would be lost.
-    let first = if squares[0] >= squares[1] && squares[0] >= squares[2] {
-        0
+    let corners = [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()];
+    let edges = Edges::new(corners);
+    let [ab, ac, bc] = edges.sizes;
+    let (least, most) = (ab.min(ac).min(bc), ab.max(ac).max(bc));
+    // Any order will do for others, and to choose one takes half as long as all the rest.
+    const SLENDER: f64 = 256.0;
+    if most > SLENDER * least {
+        measure_slender(point.as_dvec3(), corners, [bc, ac, ab])
     } else {
-        1 + usize::from(squares[2] > squares[1])
-    };
-    let (second, third) = ((first + 1) % 3, (first + 2) % 3);
-    let (second, third) = if squares[third] > squares[second] { (third, second) } else { (second, third) };
-    let a = at_corners[first] - p;
-    let (ab, ac) = (at_corners[second] - at_corners[first], at_corners[third] - at_corners[first]);
+        measure_in_order(corners[0] - point.as_dvec3(), edges)
+    }
+}
+
+/// The edges from A to B, from A to C, and from B to C, and the sums of their components' magnitudes.
+#[derive(Clone, Copy)]
+struct Edges {
+    edges: [DVec3; 3],
+    sizes: [f64; 3],
+}
+
+impl Edges {
+    #[inline(always)]
+    fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let [ab, ac] = [b - a, c - a];
+        // From B to C as it is between these: points on it are found by both.
+        let bc = ac - ab;
+        Self { edges: [ab, ac, bc], sizes: [sum_of(ab), sum_of(ac), sum_of(bc)] }
+    }
+}
+
+/// Measures with the corners in the order in which only the third is far away, if one is: otherwise most digits of the normal
+/// and of shares of edges would be lost. Sizes are those of the edges opposite to the corners.
+#[cold]
+#[inline(never)]
+fn measure_slender(point: DVec3, corners: [DVec3; 3], sizes: [f64; 3]) -> Measured {
+    // The first is opposite to the longest edge, the third to the shortest.
+    let mut order = [0, 1, 2];
+    order.sort_by(|&one, &other| sizes[other].total_cmp(&sizes[one]));
+    let corners = order.map(|index: usize| corners[index]);
+    let measured = measure_in_order(corners[0] - point, Edges::new(corners));
+    let mut weights = [0.0; 3];
+    for (weight, index) in measured.weights.into_iter().zip(order) {
+        weights[index] = weight;
+    }
+    Measured { weights, ..measured }
+}
+
+#[inline(always)]
+fn measure_in_order(a: DVec3, edges: Edges) -> Measured {
+    let Edges { edges: [ab, ac, bc], sizes: [size_ab, size_ac, _] } = edges;
     let normal = ab.cross(ac);
     let area = normal.dot(normal);
+    // Quotients are exactly one at corners.
     let weights = |q: DVec3| [normal.dot(ac.cross(q)) / area, normal.dot(q.cross(ab)) / area];
     let at = |[v, w]: [f64; 2]| a + (ab * v + ac * w);
     let [mut v, mut w] = weights(a);
@@ -55,7 +91,6 @@ pub(super) fn measure(point: Vec3, corners: [Vec3; 3]) -> Measured {
         w = (w + more_w).clamp(0.0, 1.0 - v);
         u = 1.0 - v - w;
     } else {
-        let bc = ac - ab;
         let along = |start: DVec3, edge: DVec3| {
             let share = -edge.dot(start) / edge.dot(edge);
             // An edge without length has NaN.
@@ -74,16 +109,14 @@ pub(super) fn measure(point: Vec3, corners: [Vec3; 3]) -> Measured {
     }
     let q = at([v, w]);
     let distance = q.dot(q).sqrt();
-    let near = sum_of(a) + sum_of(ab);
-    // One for NaN too, where there is no edge.
-    let kept = (2.0 * (distance + near) / ac.abs().max_element()).min(1.0);
-    let error = 16.0 * ROUNDING * (near + kept.max(w) * sum_of(ac));
+    let near = sum_of(a) + size_ab;
+    let (limit, longest) = (2.0 * (distance + near), ac.abs().max_element());
+    let kept = if longest > limit { limit / longest } else { 1.0 };
+    let error = 16.0 * ROUNDING * (near + kept.max(w) * size_ac);
     let (of_ab, of_ac) = (q.dot(ab), kept * q.dot(ac));
     let behind = q.dot(a) + of_ab.min(of_ac).min(of_ac + (1.0 - kept) * of_ab).min(0.0);
     let least = if distance > 0.0 { behind / distance - error } else { 0.0 };
-    let mut weights = [u; 3];
-    (weights[second], weights[third]) = (v, w);
-    Measured { weights, distance, least: least.max(0.0), most: distance + error }
+    Measured { weights: [u, v, w], distance, least: least.max(0.0), most: distance + error }
 }
 
 fn sum_of(vector: DVec3) -> f64 {

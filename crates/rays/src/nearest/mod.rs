@@ -152,9 +152,14 @@ impl Nearest {
         let mut answers = std::mem::take(&mut self.is_inside);
         answers.clear();
         answers.resize(points.len(), false);
-        self.each_block(&Closest::new(triangles, points), Wanted::Nearest, &mut answers, |job, worker, order, answers| {
-            dispatch!(job.level, simd => worker.find_inside(simd, job, order, answers));
-        });
+        self.each_block(
+            &Closest::new(triangles, points),
+            Wanted::Nearest,
+            &mut answers,
+            |job, worker, order, answers| {
+                dispatch!(job.level, simd => worker.find_inside(simd, job, order, answers));
+            },
+        );
         inside.par_iter_mut().zip(&self.ranks).each(|(inside, rank)| {
             *inside = answers[rank.load(Ordering::Relaxed) as usize];
         });

@@ -21,7 +21,8 @@ fn points(random: &mut Random, triangles: Triangles<'_>, reach: f32, count: usiz
         let [a, b, c] = triangles.corners(id);
         let on_edge = a.lerp(b, random.unit());
         let inside = on_edge.lerp(c, random.unit());
-        let beside = |at: Vec3, random: &mut Random| at + random.point() * reach * 10.0_f32.powi(-(step as i32 / 12 % 8));
+        let beside =
+            |at: Vec3, random: &mut Random| at + random.point() * reach * 10.0_f32.powi(-(step as i32 / 12 % 8));
         points.push(match step % 12 {
             0 => a,
             1 => on_edge,
@@ -123,7 +124,13 @@ fn faults(query: &Closest<'_>, found: &ClosestPoints, tolerance: f64) -> Vec<Str
 fn check(name: &str, nearest: &mut [Nearest], query: &Closest<'_>, tolerance: f64) {
     let found = found(nearest, query);
     let faults = faults(query, &found, tolerance);
-    assert!(faults.is_empty(), "{name}: {} of {}\n{}", faults.len(), query.points.len(), faults[..faults.len().min(20)].join("\n"));
+    assert!(
+        faults.is_empty(),
+        "{name}: {} of {}\n{}",
+        faults.len(),
+        query.points.len(),
+        faults[..faults.len().min(20)].join("\n")
+    );
 }
 
 /// Triangles with shared corners, in one plane, of small whole numbers, without area, without finite corners, and slivers.
@@ -403,17 +410,24 @@ fn points_inside_of_tetrahedra_are_on_the_inner_sides_of_all_faces() {
         let (mut mesh, mut all) = (Mesh::default(), Vec::new());
         for _ in 0..10 {
             // Of any shape, or of small whole numbers.
-            let corner = |random: &mut Random| if round % 2 == 0 { random.point() } else { (random.point() * 3.0).round() };
+            let corner =
+                |random: &mut Random| if round % 2 == 0 { random.point() } else { (random.point() * 3.0).round() };
             let corners = [0; 4].map(|_| corner(&mut random) * scale);
             let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]].map(|face| face.map(|index| corners[index]));
             let first = mesh.positions.len() as u32;
             mesh.positions.extend(corners);
-            mesh.indices.extend([[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]].map(|face| face.map(|index: u32| index + first)));
+            mesh.indices
+                .extend([[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]].map(|face| face.map(|index: u32| index + first)));
             all.push(faces);
         }
         let mut points: Vec<Vec3> = (0..60).map(|_| random.point() * scale).collect();
         points.extend((0..60).map(|_| (random.point() * 3.0).round() * (0.5 * scale)));
         points.extend(mesh.positions.iter().map(|at| at.lerp(random.point() * scale, 1e-6)));
+        // Ahead of and behind edges, as far beside them as rounding takes them.
+        for &[a, b, _] in &mesh.indices {
+            let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize]);
+            points.extend([0; 4].map(|_| a.lerp(b, random.unit()) + Vec3::X * (random.point().x * 0.5 * scale)));
+        }
         let found = inside(mesh.triangles(), &points);
         let (mut nearest, mut signed) = (Nearest::default(), ClosestPoints::default());
         nearest.build(mesh.triangles());
@@ -428,6 +442,33 @@ fn points_inside_of_tetrahedra_are_on_the_inner_sides_of_all_faces() {
             let count = sides.iter().filter(is_in).count();
             assert_eq!(found[index], count % 2 == 1, "{point} in round {round}, in {count}");
         }
+    }
+}
+
+#[test]
+fn points_on_inner_faces_and_edges_are_inside_of_one_part() {
+    let mut random = Random(83);
+    let (mut nearest, mut inside) = (Nearest::default(), Vec::new());
+    for round in 0..200 {
+        // Four tetrahedra around an axis.
+        let [u, v, w] = [0; 3].map(|_| (random.point() * 3.5).round() * 8.0);
+        if u.dot(v.cross(w)) == 0.0 {
+            continue;
+        }
+        let weights = [0.0, 0.25, -0.25, 0.375, -0.125];
+        let points: Vec<Vec3> = weights
+            .iter()
+            .flat_map(|a| weights.map(|b| u * *a + w * b).into_iter().chain(weights.map(|b| v * *a + w * b)))
+            .collect();
+        let mut counts = vec![0; points.len()];
+        for [side, next] in [[u, v], [v, -u], [-u, -v], [-v, u]] {
+            let indices = vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]];
+            let mesh = Mesh { positions: vec![w, -w, side, next], indices };
+            nearest.build(mesh.triangles());
+            nearest.inside(mesh.triangles(), &points, &mut inside);
+            counts.iter_mut().zip(&inside).for_each(|(count, inside)| *count += usize::from(*inside));
+        }
+        assert_eq!(counts, vec![1; points.len()], "round {round}: {u}, {v}, {w}");
     }
 }
 
@@ -450,7 +491,9 @@ fn triangles_within_a_distance_are_those_of_big_numbers() {
             };
             let truth: Vec<Vec<u32>> = points
                 .iter()
-                .map(|&point| (0..triangles.len() as u32).filter(|&id| point.is_finite() && is_near(point, id)).collect())
+                .map(|&point| {
+                    (0..triangles.len() as u32).filter(|&id| point.is_finite() && is_near(point, id)).collect()
+                })
                 .collect();
             for nearest in &mut nearest {
                 nearest.build(triangles);
