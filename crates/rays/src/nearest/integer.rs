@@ -106,7 +106,7 @@ impl Integer {
 
 impl Number for Integer {
     fn unit(points: &[Vec3]) -> i32 {
-        let coordinates = points.iter().flat_map(|point| point.to_array());
+        let coordinates = points.iter().flat_map(Vec3::to_array);
         let lowest_bits = coordinates.filter(|&coordinate| coordinate != 0.0).map(|coordinate| {
             let (mantissa, exponent) = parts(coordinate);
             exponent + mantissa.trailing_zeros() as i32

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use umbrage_rays::{Closest, ClosestPoints, Nearest, SimdLevel, Triangles, Within};
 
 use crate::support::exact::{Fraction, closest, side, squared_distance};
@@ -59,7 +59,7 @@ fn found(nearest: &mut [Nearest], query: &Closest<'_>) -> ClosestPoints {
     }
     let same = |one: &ClosestPoints, other: &ClosestPoints| {
         let bits = |found: &ClosestPoints| {
-            let numbers = found.position.iter().flat_map(|at| at.to_array()).chain(found.distance.iter().copied());
+            let numbers = found.position.iter().flat_map(DVec3::to_array).chain(found.distance.iter().copied());
             let weights = found.barycentric.as_flattened().iter().map(|weight| weight.to_bits());
             (numbers.map(f64::to_bits).collect::<Vec<_>>(), weights.collect::<Vec<_>>())
         };
