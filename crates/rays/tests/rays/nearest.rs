@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use glam::{DVec3, Vec3};
 use umbrage_rays::{Closest, ClosestPoints, Nearest, SimdLevel, Triangles, Within};
 
-use crate::support::exact::{Fraction, closest, side, squared_distance};
+use crate::exact::{Fraction, closest, side, squared_distance};
 use crate::support::{Mesh, Random, blocks, is_usable, scene};
 
 /// Points anywhere around a mesh, on its corners, edges and faces and just beside them, between its triangles, and far away.

@@ -1,7 +1,6 @@
 //! Small meshes, and the nearest hit by asking the predicate about every triangle.
 #![allow(dead_code, reason = "not every test file uses all of it")]
 
-pub(crate) mod exact;
 pub(crate) mod far;
 pub(crate) mod pairs;
 pub(crate) mod scales;

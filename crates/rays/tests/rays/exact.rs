@@ -7,7 +7,7 @@ use glam::Vec3;
 use num_bigint::BigInt;
 use umbrage_rays::Triangles;
 
-use super::is_usable;
+use crate::support::is_usable;
 
 type Vector = [BigInt; 3];
 
