@@ -28,6 +28,7 @@ pub mod camera_grid;
 mod choice;
 mod curve_order;
 mod edge_functions;
+mod edges;
 #[doc(hidden)]
 pub mod grids;
 mod hash_key;
@@ -35,6 +36,7 @@ mod hilbert;
 mod light;
 #[doc(hidden)]
 pub mod light_grid;
+mod nearest;
 #[doc(hidden)]
 pub mod parallel;
 mod patches;
@@ -71,6 +73,7 @@ pub use choice::{Choice, UnknownChoice};
 pub use grids::DirectGrids;
 pub use light::LightSource;
 pub use light_grid::{LightCell, LightCells, LightFace};
+pub use nearest::{Closest, ClosestPoints, Nearest, Within};
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use ray_by_ray::SingleRays;

@@ -44,7 +44,8 @@
 //!   in memory, [`open_files`] of several; [`scene`] has the parts of scenes, and frames of your own.
 //! - [`rays`] has the structures, cameras and lights themselves, and the predicate that decides every hit. [`rays::Scanner`]
 //!   traces any directions from one origin, and lights to any points; [`rays::Tracer`] any rays, by the fastest way;
-//!   [`scene::Instances`] tells the rigid object of a hit.
+//!   [`rays::Nearest`] finds the nearest point of all triangles, and points inside of closed meshes; [`scene::Instances`]
+//!   tells the rigid object of a hit.
 #![cfg_attr(feature = "gpu", doc = "- [`gpu`] opens devices, with the feature of that name.")]
 #![cfg_attr(not(feature = "gpu"), doc = "- `gpu` opens devices, with the feature of that name.")]
 //! - [`glam`] is the library of all vectors here.

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, Ray, Scanned, SimdLevel, Triangles, predicate};
+use umbrage::rays::{ClosestPoints, Hit, Ray, Scanned, SimdLevel, Triangles, predicate};
 use umbrage::scene::Instances;
 
 use super::keys::Keys;
@@ -82,6 +82,14 @@ impl Answers {
             self.triangle.append(&mut triangle);
             self.weights.append(&mut weights);
         }
+    }
+
+    /// Adds nearest points, as hits without t.
+    pub(super) fn append_closest(&mut self, closest: ClosestPoints) {
+        let ClosestPoints { mut triangle, barycentric: mut weights, .. } = closest;
+        weights.iter_mut().filter(|of| of[0].is_nan()).for_each(|of| *of = [0.0; 2]);
+        self.triangle.append(&mut triangle);
+        self.weights.append(&mut weights);
     }
 
     /// Adds hits in order.

@@ -162,7 +162,7 @@ impl<'py> Own<'py> {
 }
 
 /// Points in a scene with an origin.
-struct Points<'py> {
+pub(super) struct Points<'py> {
     /// `None` where they were moved.
     rows: Option<Rows<'py, f32, 3>>,
     moved: Vec<Vec3>,
@@ -170,18 +170,23 @@ struct Points<'py> {
 }
 
 impl<'py> Points<'py> {
-    fn new(value: &Bound<'py, PyAny>, origin: DVec3) -> PyResult<Self> {
+    pub(super) fn new(name: &str, value: &Bound<'py, PyAny>, origin: DVec3) -> PyResult<Self> {
         if origin == DVec3::ZERO {
-            let rows = Rows::new("points", value)?;
+            let rows = Rows::new(name, value)?;
             let shape = rows.shape().to_vec();
             return Ok(Self { rows: Some(rows), moved: Vec::new(), shape });
         }
-        let rows = Rows::<f64, 3>::new("points", value)?;
+        let rows = Rows::<f64, 3>::new(name, value)?;
         let moved = rows.of::<DVec3>().iter().map(|&point| (point - origin).as_vec3()).collect();
         Ok(Self { rows: None, moved, shape: rows.shape().to_vec() })
     }
 
-    fn positions(&self) -> &[Vec3] {
+    /// As many points as this says.
+    pub(super) fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    pub(super) fn positions(&self) -> &[Vec3] {
         self.rows.as_ref().map_or(&self.moved, Rows::of)
     }
 }
@@ -202,7 +207,7 @@ impl<'py> Targets<'py> {
         origin: DVec3,
     ) -> PyResult<Self> {
         let points = match (points, faces) {
-            (Some(points), false) => Some(Points::new(points, origin)?),
+            (Some(points), false) => Some(Points::new("points", points, origin)?),
             (None, true) => None,
             _ => return Err(PyValueError::new_err("points, faces: expected points or faces=True, and not both")),
         };

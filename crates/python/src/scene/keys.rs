@@ -15,6 +15,7 @@ impl Keys {
     pub(super) const NAMES: [&str; 5] =
         ["t_hit", "geometry_ids", "primitive_ids", "primitive_uvs", "primitive_normals"];
 
+    pub(super) const WITHOUT_T: Self = Self { asked: [false, true, true, true, true] };
     pub(super) const WITHOUT_NORMALS: Self = Self { asked: [true, true, true, true, false] };
 
     /// All keys, or those that are named.

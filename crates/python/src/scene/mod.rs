@@ -3,6 +3,7 @@
 mod answers;
 mod arguments;
 mod ask;
+mod distances;
 mod facing;
 mod keys;
 mod questions;
@@ -26,7 +27,7 @@ use crate::pickled::pickled;
 use crate::picture::{Look, Subject, render};
 use crate::threads::Call;
 use answers::{INVALID_ID, Precision};
-use arguments::{NewMesh, Own, Sweeps, Targets, hits_of_each, origin_or_zero, samples_of_each};
+use arguments::{NewMesh, Own, Points, Sweeps, Targets, hits_of_each, origin_or_zero, samples_of_each};
 use ask::geometry_of;
 use keys::Keys;
 use questions::Receiving;
@@ -146,22 +147,7 @@ impl RaycastingScene {
         })
     }
 
-    /// Puts a geometry elsewhere.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_id : int
-    ///     What `add_triangles` returned.
-    /// world_from_object : array_like (4, 4) or (3, 4)
-    ///     An affine transform of column vectors, in place of the last one; its last row is 0, 0, 0, 1, or is left out. It is
-    ///     applied in float64 and rounded to float32 once.
-    ///
-    /// Raises
-    /// ------
-    /// IndexError
-    ///     Where there is no such geometry.
-    /// ValueError
-    ///     For another shape, or a matrix that isn't affine.
+    #[doc = include_str!("docs/set_transform.txt")]
     fn set_transform(&self, py: Python<'_>, geometry_id: usize, world_from_object: &Bound<'_, PyAny>) -> PyResult<()> {
         let matrix = affine("world_from_object", world_from_object)?;
         py.detach(|| {
@@ -329,24 +315,7 @@ impl RaycastingScene {
         hand_over(py, hit, &sweeps.shape())
     }
 
-    /// Finds what the pixels of a camera's image show.
-    ///
-    /// Parameters
-    /// ----------
-    /// camera : Camera
-    ///     From where.
-    /// width, height : int, optional
-    ///     Pixels, 1 to 16384; of a camera with an image of its own (`Camera.from_intrinsics`), that is the one.
-    /// nthreads : int, default 0
-    ///     Threads; 0 for the scene's.
-    /// keys : sequence of str, optional
-    ///     The keys that are wanted; the others are left out, and cost nothing.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     The keys of `cast_rays`, of shape (height, width), in rows from the upper left corner; ``t_hit`` is float64, and the depth
-    ///     along the camera's forward axis in world units.
+    #[doc = include_str!("docs/see.txt")]
     #[pyo3(signature = (camera, width=None, height=None, nthreads=0, *, keys=None))]
     fn see<'py>(
         &self,
@@ -360,6 +329,65 @@ impl RaycastingScene {
         let (image, keys) = (camera.image(width, height, self.origin)?, Keys::new(keys)?);
         let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image, keys))?;
         answers.into_dict(py, &image.shape(), Precision::Double, keys)
+    }
+
+    #[doc = include_str!("docs/closest_points.txt")]
+    #[pyo3(signature = (query_points, nthreads=0))]
+    fn compute_closest_points<'py>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let points = Points::new("query_points", query_points, self.origin)?;
+        let positions = points.positions();
+        self.ask(py, nthreads, |call, state| distances::closest_points(call, state, positions))?.into_dict(py, &points)
+    }
+
+    /// Finds how far the nearest surface is from each point: as `compute_signed_distance`, but nowhere below zero.
+    #[pyo3(signature = (query_points, nthreads=0))]
+    fn compute_distance<'py>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = Points::new("query_points", query_points, self.origin)?;
+        let positions = points.positions();
+        let found = self.ask(py, nthreads, |call, state| distances::distances(call, state, positions, false))?;
+        distances::in_shape(py, found, &points)
+    }
+
+    #[doc = include_str!("docs/signed_distance.txt")]
+    #[pyo3(signature = (query_points, nthreads=0, nsamples=1))]
+    fn compute_signed_distance<'py>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+        nsamples: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let _ = nsamples;
+        let points = Points::new("query_points", query_points, self.origin)?;
+        let positions = points.positions();
+        let found = self.ask(py, nthreads, |call, state| distances::distances(call, state, positions, true))?;
+        distances::in_shape(py, found, &points)
+    }
+
+    /// Finds which points are inside of closed meshes: (...) float32, 1 inside and 0 outside, as `compute_signed_distance` tells.
+    #[pyo3(signature = (query_points, nthreads=0, nsamples=1))]
+    fn compute_occupancy<'py>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+        nsamples: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let _ = nsamples;
+        let points = Points::new("query_points", query_points, self.origin)?;
+        let positions = points.positions();
+        let found = self.ask(py, nthreads, |call, state| distances::occupancy(call, state, positions))?;
+        distances::in_shape(py, found, &points)
     }
 
     #[doc = include_str!("docs/lit.txt")]
@@ -409,20 +437,7 @@ impl RaycastingScene {
         hand_over(py, cosines, &targets.shape(lights.len(), triangles))
     }
 
-    /// Finds how much of each triangle's area lights reach, by points of even density that are the same on every machine.
-    ///
-    /// Parameters
-    /// ----------
-    /// lights, nthreads
-    ///     As of `lit`.
-    /// samples : int, default 64
-    ///     Points of each triangle, 1 to 65536.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     ``share`` (L, T) float64, from 0 to 1, for T triangles: those of geometry 0, then of geometry 1, and so on; and
-    ///     ``standard_error`` (L, T) float64, that of as many independent samples, which evenly spread ones stay below as a rule.
+    #[doc = include_str!("docs/lit_areas.txt")]
     #[pyo3(signature = (lights, *, samples=64, nthreads=0))]
     fn lit_areas<'py>(
         &self,
@@ -478,19 +493,7 @@ impl RaycastingScene {
         render(py, nthreads, &Mutex::default(), &look, Subject::Frame(&frame))
     }
 
-    /// Where points are in the own space of the geometry that they are on, before its transform.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_ids, primitive_ids : array_like (...) uint32
-    ///     The triangle that each point is on, as of `cast_rays`, `scan` and `see`.
-    /// primitive_uvs : array_like (..., 2) float32
-    ///     The weights of its second and third corner, which make the point of the geometry's own corners.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray (..., 3) float64
-    ///     NaN where there is no triangle.
+    #[doc = include_str!("docs/object_positions.txt")]
     fn object_positions<'py>(
         &self,
         py: Python<'py>,

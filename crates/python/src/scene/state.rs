@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DAffine3, DVec3, Vec3};
 use umbrage::rays::{
-    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Omitted, Rays, Receivers, Scan, Scanned,
-    Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
+    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Rays, Receivers, Scan,
+    Scanned, Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
 };
 use umbrage::scene::{BadInstance, Instance, Instances};
 
@@ -23,6 +23,8 @@ pub(super) struct State {
     grids: DirectGrids,
     /// Whether the grids are up to date.
     are_grids_current: bool,
+    nearest: Nearest,
+    is_nearest_current: bool,
     /// The structures that answered the pieces of the last `cast_rays`.
     pub(super) answered: Vec<TracedBy>,
 }
@@ -36,7 +38,7 @@ impl State {
     /// The meshes, to change them.
     pub(super) fn change(&mut self) -> &mut Instances {
         self.tracer.forget();
-        self.are_grids_current = false;
+        (self.are_grids_current, self.is_nearest_current) = (false, false);
         &mut self.instances
     }
 
@@ -90,6 +92,15 @@ impl State {
             self.add(vertices, &triangles.collect::<Vec<_>>(), matrix)?;
         }
         Ok(())
+    }
+
+    /// Nearest points, and their triangles.
+    pub(super) fn nearest(&mut self) -> (&mut Nearest, Triangles<'_>) {
+        let triangles = self.instances.triangles();
+        if !std::mem::replace(&mut self.is_nearest_current, true) {
+            self.nearest.build(triangles);
+        }
+        (&mut self.nearest, triangles)
     }
 
     /// The hierarchy and its triangles.

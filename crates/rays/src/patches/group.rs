@@ -105,7 +105,7 @@ impl Patches {
     pub(super) fn group(&mut self, triangles: Triangles<'_>) {
         self.clear(triangles.len());
         let Groups { order, parts } = &mut self.groups;
-        let along = Curve::sort(triangles, order).par_chunks(PART);
+        let along = Curve::sort_triangles(triangles, order).par_chunks(PART);
         parts.resize_with(along.len(), CurvePart::default);
         parts.par_iter_mut().zip(along).each(|(part, along)| part.fill(triangles, along));
         let mut end = Start::default();

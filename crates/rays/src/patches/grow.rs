@@ -28,7 +28,7 @@ impl Patches {
     /// patches are the same for any number of threads.
     pub(super) fn grow(&mut self, triangles: Triangles<'_>) {
         let mut order = std::mem::take(&mut self.groups).order;
-        let regions = Curve::sort(triangles, &mut order).par_chunks(REGION);
+        let regions = Curve::sort_triangles(triangles, &mut order).par_chunks(REGION);
         let parts: Vec<_> = regions.map_init(Region::default, |region, ids| region.grow(triangles, ids)).collect();
         self.gather(triangles, &parts);
         self.are_grown = true;

@@ -2,7 +2,7 @@
 //!
 //! The grouping of triangles is kept while the index buffer stays the same; the bounds of patches are recomputed for every
 //! frame. `group` makes patches of triangles near each other in an `order`, `grow` of connected triangles, each in a
-//! `region`; `bound` finds their bounds.
+//! `region`; `bound` finds their bounds; `tree` has boxes around their boxes.
 
 mod bound;
 mod connect;
@@ -13,6 +13,7 @@ mod order;
 mod region;
 #[cfg(test)]
 mod tests;
+mod tree;
 mod validate;
 
 use std::ops::Range;
@@ -24,7 +25,8 @@ use crate::{Omitted, Triangles};
 pub(crate) use bound::{SixteenBoxes, SixteenPositions, WorldBounds};
 use fingerprint::fingerprint;
 use group::Groups;
-use order::Curve;
+pub(crate) use order::Curve;
+pub(crate) use tree::BoxTree;
 
 /// The largest number of triangles in a patch.
 pub(crate) const MOST_TRIANGLES: usize = 64;
@@ -130,7 +132,7 @@ impl Patches {
         if self.are_grown {
             return;
         }
-        let unit = Curve::through(triangles).size();
+        let unit = Curve::through_triangles(triangles).size();
         let spread = self.bounds.spread(unit);
         if is_new {
             self.spread = spread;

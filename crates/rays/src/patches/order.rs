@@ -15,7 +15,7 @@ pub(super) fn centre(triangles: Triangles<'_>, id: u32) -> Vec3 {
 /// Half of its steps on each axis are in a cube that holds most triangles. Steps beyond it grow, up to infinity: so a few
 /// far triangles don't make the cells of others larger, and are still told apart.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     middle: Vec3,
     /// Two over the cube's size.
     scale: f32,
@@ -24,16 +24,24 @@ pub(super) struct Curve {
 impl Curve {
     /// Bits of the steps on each axis.
     const BITS: u32 = 10;
-    /// Number of triangles sampled to find the cube.
+    /// Number of triangles or points sampled to find the cube.
     const SAMPLES: usize = 1 << 10;
 
-    pub(super) fn through(triangles: Triangles<'_>) -> Self {
+    pub(crate) fn through_triangles(triangles: Triangles<'_>) -> Self {
+        Self::through(triangles.len(), |id| centre(triangles, id))
+    }
+
+    /// The curve through some of so many points.
+    fn through(points: usize, point: impl Fn(u32) -> Vec3) -> Self {
         let mut axes = [[0.0; Self::SAMPLES]; 3];
         let mut count = 0;
-        let every = triangles.len().div_ceil(Self::SAMPLES).max(1);
-        for id in (0..triangles.len()).step_by(every) {
-            let centre = centre(triangles, id as u32);
-            for (axis, coordinate) in axes.iter_mut().zip(centre.to_array()) {
+        let every = points.div_ceil(Self::SAMPLES).max(1);
+        for id in (0..points).step_by(every) {
+            let point = point(id as u32);
+            if !point.is_finite() {
+                continue;
+            }
+            for (axis, coordinate) in axes.iter_mut().zip(point.to_array()) {
                 axis[count] = coordinate;
             }
             count += 1;
@@ -55,13 +63,24 @@ impl Curve {
 
     /// The ids of all triangles, in the lower halves of the numbers, along the curve: triangles near each other are mostly
     /// near in this order.
-    pub(super) fn sort<'a>(triangles: Triangles<'_>, order: &'a mut CurveOrder) -> &'a [u64] {
-        let curve = Self::through(triangles);
+    pub(super) fn sort_triangles<'a>(triangles: Triangles<'_>, order: &'a mut CurveOrder) -> &'a [u64] {
+        let curve = Self::through_triangles(triangles);
         order.sort(triangles.len(), |id| curve.code(centre(triangles, id)))
     }
 
+    /// The same for points.
+    pub(crate) fn sort_points<'a>(points: &[Vec3], order: &'a mut CurveOrder) -> &'a [u64] {
+        let curve = Self::through(points.len(), |index| points[index as usize]);
+        order.sort(points.len(), |index| curve.code(points[index as usize]))
+    }
+
+    /// The middle of the cube that holds most triangles.
+    pub(crate) fn middle(&self) -> Vec3 {
+        self.middle
+    }
+
     /// The size of the cube that holds most triangles.
-    pub(super) fn size(&self) -> f32 {
+    pub(crate) fn size(&self) -> f32 {
         2.0 / self.scale
     }
 

@@ -11,7 +11,7 @@ use super::SMALLEST_TRUSTED_BOUND;
 use super::expansion::{two_product, two_sum};
 
 /// An f64, or eight. Every operation rounds once in each lane, so eight numbers give bit for bit the results of each alone.
-pub(super) trait Number:
+pub(crate) trait Number:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>

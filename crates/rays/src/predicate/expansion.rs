@@ -104,7 +104,7 @@ impl Expansion<2> {
 
 /// a + b as a rounded sum and its rounding error (Knuth).
 #[inline(always)]
-pub(super) fn two_sum<N: Number>(a: N, b: N) -> (N, N) {
+pub(crate) fn two_sum<N: Number>(a: N, b: N) -> (N, N) {
     let sum = a + b;
     let b_seen = sum - a;
     let a_seen = sum - b_seen;
@@ -114,7 +114,7 @@ pub(super) fn two_sum<N: Number>(a: N, b: N) -> (N, N) {
 /// a · b as a rounded product and its rounding error (Dekker and Veltkamp; a fused multiply-add would be shorter but is a
 /// library call where the target may lack it).
 #[inline(always)]
-pub(super) fn two_product<N: Number>(a: N, b: N) -> (N, N) {
+pub(crate) fn two_product<N: Number>(a: N, b: N) -> (N, N) {
     let product = a * b;
     let ((a_high, a_low), (b_high, b_low)) = (split(a), split(b));
     let error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;

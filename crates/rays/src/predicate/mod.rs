@@ -22,6 +22,7 @@ use double::Double;
 pub use eight::hits;
 pub(crate) use eight::{RayList, hits_of};
 use expansion::Expansion;
+pub(crate) use expansion::{two_product, two_sum};
 pub(crate) use near::hit_of_near_at;
 
 pub use shadow::{HitPoint, ShadowRay};

@@ -28,14 +28,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 pub use answers::Scanned;
-use cull::Boxes;
 use lines::{Face, Lines};
 use lit::LitPoints;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
 use spread::{LineTile, Spread};
 use worker::ScanWorker;
 
-use crate::patches::Patches;
+use crate::patches::{BoxTree, Patches};
 use crate::{Hit, Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
 
 /// Directions from one or more origins, and the triangles that they may hit.
@@ -103,7 +102,7 @@ impl<'a> Scan<'a> {
 pub struct Scanner {
     level: SimdLevel,
     patches: Patches,
-    boxes: Boxes,
+    boxes: BoxTree,
     spread: Spread,
     workers: Vec<ScanWorker>,
     /// The nearest hit at each place of the order.
@@ -248,7 +247,7 @@ enum Asked {
 struct Job<'a> {
     scan: Scan<'a>,
     patches: &'a Patches,
-    boxes: &'a Boxes,
+    boxes: &'a BoxTree,
     asked: Asked,
     /// Whether all sides of all triangles stop all lines.
     all_stop: bool,

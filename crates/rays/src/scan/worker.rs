@@ -109,7 +109,7 @@ impl ScanWorker {
     #[inline(always)]
     fn trace_taken<S: Simd>(&mut self, simd: S, job: &Job<'_>, lines: &Lines<'_>, face: &Face, frustum: &Frustum) {
         let mut found = std::mem::take(&mut self.found);
-        job.boxes.find_in(simd, job.patches, frustum, &mut found);
+        frustum.find_in(simd, job.boxes, job.patches, &mut found);
         self.candidates.clear();
         self.met_slots.clear();
         self.pairs.clear();

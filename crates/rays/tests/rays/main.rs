@@ -1,7 +1,9 @@
 //! The crate's tests, as one program: linking one takes less time than linking sixteen.
 
+mod exact;
 mod far;
 mod hierarchy;
+mod nearest;
 mod pairs;
 mod scales;
 mod support;
