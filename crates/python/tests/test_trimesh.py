@@ -6,7 +6,7 @@ import pytest
 trimesh = pytest.importorskip("trimesh")
 
 import umbrage.trimesh
-from umbrage.trimesh import RayMeshIntersector
+from umbrage.trimesh import ProximityQuery, RayMeshIntersector
 
 
 @pytest.fixture(params=["box", "icosphere", "torus"])
@@ -113,3 +113,19 @@ def test_it_takes_the_place_of_trimeshs_own():
     ball.ray = umbrage.trimesh.RayMeshIntersector(ball)
     assert ball.ray.contains_points([[0, 0, 0]]).all()
     assert ball.contains([[0.1, 0.2, 0], [3, 0, 0]]).tolist() == [True, False]
+
+
+def test_distances_are_those_of_trimesh(random, mesh):
+    mesh = trimesh.Trimesh(mesh.vertices.astype(np.float32), mesh.faces, process=False)
+    points = random.uniform(-1.5, 1.5, (300, 3)).astype(np.float32)
+    ours = ProximityQuery(mesh)
+    closest, distance, triangle = ours.on_surface(points)
+    theirs, their_distance, _ = trimesh.proximity.closest_point_naive(mesh, points)
+    np.testing.assert_allclose(distance, their_distance, atol=1e-7)
+    np.testing.assert_allclose(closest, theirs, atol=1e-6)
+    assert triangle.dtype == np.int64
+    signed = ours.signed_distance(points)
+    np.testing.assert_array_equal(np.abs(signed), distance)
+    far = distance > 1e-6
+    np.testing.assert_array_equal(signed[far] > 0, mesh.ray.contains_points(points)[far])
+    assert 5 < np.count_nonzero(signed > 0) < 290

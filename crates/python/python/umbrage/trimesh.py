@@ -1,6 +1,8 @@
-"""Ray queries of trimesh meshes, with the methods and signatures of ``trimesh.ray.ray_triangle.RayMeshIntersector``.
+"""Queries of trimesh meshes: rays, with the methods and signatures of ``trimesh.ray.ray_triangle.RayMeshIntersector``, and distances,
+with those of ``trimesh.proximity.ProximityQuery``.
 
     mesh.ray = umbrage.trimesh.RayMeshIntersector(mesh)
+    closest, distance, triangle = umbrage.trimesh.ProximityQuery(mesh).on_surface(points)
 
 Answers are those of `RaycastingScene`: exact for the mesh's vertices as rounded to float32, without an offset. So a ray that starts on
 a triangle hits that only if it starts on the ray's near side of it, a matter of rounding; start it where you mean. Vertices of a mesh
@@ -13,7 +15,7 @@ import numpy as np
 
 from ._umbrage import RaycastingScene
 
-__all__ = ["RayMeshIntersector"]
+__all__ = ["ProximityQuery", "RayMeshIntersector"]
 
 # Nothing is special about them; another one is taken where a ray passes an edge or a corner.
 _DIRECTIONS = np.random.default_rng(20).normal(size=(16, 3))
@@ -25,24 +27,8 @@ _MOST_DIAGONALS = 512
 _EDGE = 1e-6
 
 
-class RayMeshIntersector:
-    """What rays hit of a mesh.
-
-    Parameters
-    ----------
-    mesh : trimesh.Trimesh
-        Anything with ``vertices`` (N, 3) and ``faces`` (M, 3). A mesh of trimesh may change: it is looked at again where its hash has
-        changed.
-    nthreads : int, default 0
-        Threads; 0 for as many as ``umbrage.set_threads`` says.
-
-    Examples
-    --------
-    >>> import trimesh
-    >>> ray = RayMeshIntersector(trimesh.creation.box())
-    >>> ray.intersects_any([[0, 0, -5]], [[0, 0, 1]])
-    array([ True])
-    """
+class _Mesh:
+    """A mesh, and its triangles as they were last looked at."""
 
     def __init__(self, mesh, *, nthreads: int = 0) -> None:
         self.mesh = mesh
@@ -61,6 +47,26 @@ class RayMeshIntersector:
             self._scene.add_triangles(vertices - self._origin if self._origin.any() else vertices, self.mesh.faces)
             self._hash = of_content
         return self._scene
+
+
+class RayMeshIntersector(_Mesh):
+    """What rays hit of a mesh.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh
+        Anything with ``vertices`` (N, 3) and ``faces`` (M, 3). A mesh of trimesh may change: it is looked at again where its hash has
+        changed.
+    nthreads : int, default 0
+        Threads; 0 for as many as ``umbrage.set_threads`` says.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> ray = RayMeshIntersector(trimesh.creation.box())
+    >>> ray.intersects_any([[0, 0, -5]], [[0, 0, 1]])
+    array([ True])
+    """
 
     def intersects_id(
         self,
@@ -189,6 +195,53 @@ class RayMeshIntersector:
             undecided = undecided[unclear]
         return inside
 
+
+class ProximityQuery(_Mesh):
+    """How far points are from a mesh.
+
+    Parameters
+    ----------
+    mesh, nthreads
+        As of `RayMeshIntersector`.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> ProximityQuery(trimesh.creation.box()).signed_distance([[0, 0, 0.25], [0, 0, 2]])
+    array([ 0.25, -1.5 ])
+    """
+
+    def on_surface(self, points):
+        """Find the nearest point of the mesh for each point.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+
+        Returns
+        -------
+        closest : (n, 3) float
+        distance : (n,) float
+        triangle_id : (n,) int
+            Of equally near triangles the first.
+        """
+        scene, points = self._current(), np.asarray(points, np.float64)
+        found = scene.compute_closest_points(points)
+        distance = scene.compute_distance(points)
+        return found["points"], distance, found["primitive_ids"].astype(np.int64)
+
+    def signed_distance(self, points):
+        """Find how far the surface is from points, above zero inside of a closed mesh and below zero outside.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+
+        Returns
+        -------
+        (n,) float
+        """
+        return -self._current().compute_signed_distance(np.asarray(points, np.float64))
 
 def _origin(vertices):
     """The origin of a mesh, as scenes of files have it: the middle of its box where that is far from (0, 0, 0)."""
