@@ -99,7 +99,9 @@ impl Nearest {
         self.patches.update(triangles, self.level);
         self.boxes.find(&self.patches);
         let curve = Curve::through_triangles(triangles);
-        let size = typical_size(&self.patches).unwrap_or(self.boxes.reach);
+        // Without a patch of finite corners, the cube has some of the others.
+        let of_cube = Some(curve.size()).filter(|size| size.is_normal());
+        let size = typical_size(&self.patches).or(of_cube).unwrap_or(self.boxes.reach);
         self.scale = scale(size);
         self.place = Place::new(&self.patches, curve.middle(), curve.size().max(size));
     }
