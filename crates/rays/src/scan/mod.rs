@@ -271,7 +271,7 @@ impl<'a> Job<'a> {
     /// Whether a triangle stops a ray that hits it at these weights.
     fn stops(&self, ray: &Ray, id: u32, barycentric: [f32; 2]) -> bool {
         let Scan { triangles, opacity, sides, .. } = self.scan;
-        self.all_stop || (sides.stop(ray, id, triangles.corners(id)) && opacity.is_stopped_at(id, barycentric))
+        sides.stop(ray, id, triangles.corners(id)) && opacity.is_stopped_at(id, barycentric)
     }
 }
 

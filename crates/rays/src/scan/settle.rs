@@ -56,7 +56,7 @@ impl ScanWorker {
         found.resize(pairs.len(), None);
         hits_of(job.level, job.scan.triangles, &rays, pairs, found);
         let found = pairs.iter().zip(found.iter()).filter_map(|(&(slot, id), hit)| {
-            hit.filter(|hit| job.stops(&rays.ray(slot), id, hit.barycentric)).map(|hit| (slot, hit))
+            hit.filter(|hit| job.all_stop || job.stops(&rays.ray(slot), id, hit.barycentric)).map(|hit| (slot, hit))
         });
         let number = |slot: u32| lines.before + order[slot as usize] as usize;
         match job.asked {

@@ -25,28 +25,28 @@ pub(super) struct Costs {
     pub(super) is_hierarchy_built: bool,
 }
 
-/// Costs in nanoseconds on two threads of a server's AMD EPYC with AVX-512, in `demo:cloth` of 9,971 and 1,000,308 triangles
-/// (`umbrage-bench trace`). Measured times there, build + query in milliseconds, for scanner and hierarchy:
+/// Costs in nanoseconds on two threads of an Intel Xeon with AVX-512, in `demo:cloth` of 9,971 and 1,000,308 triangles
+/// (`umbrage-bench trace`), with the time that it takes to read rays for the scanner (20 each) and to sort those that are
+/// others than in the last call (15). Measured times there, build + query in milliseconds, for scanner and hierarchy:
 ///
 /// | triangles | rays | of each origin | scanner | hierarchy |
 /// |---|---|---|---|---|
-/// | 9,971 | 100 | 1 | 0.07 + 1.9 | 0.26 + 0.03 |
-/// | 9,971 | 1,000 | 1,000 | 0.05 + 0.40 | 0.20 + 0.22 |
-/// | 9,971 | 30,000 | 30,000 | 0.05 + 1.8 | 0.20 + 2.6 |
-/// | 9,971 | 1,000,000 | 1,000,000 | 0.16 + 74 | 0.32 + 87 |
-/// | 9,971 | 1,000,000 | 4,096 | 0.12 + 180 | 0.22 + 165 |
-/// | 1,000,308 | 300 | 1 | 3.2 + 7.5 | 18.2 + 0.1 |
-/// | 1,000,308 | 1,000 | 1 | 2.7 + 23.4 | 12.1 + 0.1 |
-/// | 1,000,308 | 1,000 | 16 | 5.0 + 342 | 20.9 + 0.3 |
-/// | 1,000,308 | 100,000 | 100,000 | 2.6 + 18.9 | 11.8 + 10.7 |
-/// | 1,000,308 | 1,000,000 | 1,000,000 | 2.7 + 84 | 12.0 + 105 |
+/// | 9,971 | 1,000 | 1 | 0.10 + 0.80 | 0.36 + 0.27 |
+/// | 9,971 | 1,000 | 1,000 | 0.06 + 0.31 | 0.19 + 0.29 |
+/// | 9,971 | 30,000 | 30,000 | 0.09 + 1.1 | 0.22 + 2.2 |
+/// | 9,971 | 1,000,000 | 1,000,000 | 0.16 + 29 | 0.37 + 68 |
+/// | 9,971 | 1,000,000 | 4,096 | 0.17 + 82 | 0.33 + 70 |
+/// | 1,000,308 | 1,000 | 1 | 3.0 + 0.8 | 14 + 0.3 |
+/// | 1,000,308 | 1,000 | 16 | 3.4 + 35 | 13 + 0.3 |
+/// | 1,000,308 | 30,000 | 30,000 | 3.2 + 12 | 14 + 3.4 |
+/// | 1,000,308 | 1,000,000 | 1,000,000 | 3.7 + 43 | 14 + 101 |
 impl Costs {
     /// Build, per triangle.
-    const BUILD_HIERARCHY: f64 = 12.0;
-    const BUILD_SCANNER: f64 = 2.7;
+    const BUILD_HIERARCHY: f64 = 13.7;
+    const BUILD_SCANNER: f64 = 3.4;
     /// Query, per ray.
     const ASK_HIERARCHY: f64 = 90.0;
-    const ASK_SCANNER: f64 = 72.0;
+    const ASK_SCANNER: f64 = 65.0;
     /// The scanner's cost per origin.
     const ORIGIN: f64 = 23_000.0;
     /// The scanner's cost per triangle for each of an origin's first rays: together they touch nearly all triangles. A

@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use umbrage::rays::{
-    LightSource, Lit, LitBits, Ray, Receivers, Scan, Scanned, Scanner, Sweep, Trace, TracedBy, Tracer,
+    Closest, ClosestPoints, LightSource, Lit, LitBits, Nearest, Ray, Receivers, Scan, Scanned, Scanner, Sweep, Trace,
+    TracedBy, Tracer,
 };
 use umbrage::scene::Frame;
 use umbrage::{Renderer, Settings};
@@ -54,12 +55,16 @@ fn steady_scans_take_nothing_from_the_heap() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     pool.install(|| {
         let (mut scanner, mut scanned, mut bits) = (Scanner::default(), Scanned::default(), LitBits::default());
-        let (mut hit, mut of_lamps) = (Vec::new(), LitBits::default());
+        let (mut hit, mut of_lamps, mut first) = (Vec::new(), LitBits::default(), Scanned::default());
+        let (mut nearest, mut closest) = (Nearest::default(), ClosestPoints::default());
         let counted = [(); 3].map(|()| {
             let before = allocations::on_this_thread();
             scanner.build(triangles);
             scanner.scan(&Scan::new(triangles, &sweeps), 2, &mut scanned);
             scanner.hits_any(&Scan::new(triangles, &sweeps), &mut hit);
+            scanner.scan(&Scan::new(triangles, &sweeps), 1, &mut first);
+            nearest.build(triangles);
+            nearest.signed_distances(&Closest::new(triangles, &directions), &mut closest);
             // So many lights that each thread takes its own, and fewer.
             scanner.lit(&Lit::new(triangles, Receivers::Faces), &suns, &mut bits);
             scanner.lit(&Lit::new(triangles, Receivers::Samples(2)), &lamps, &mut of_lamps);
