@@ -48,7 +48,7 @@ impl Costs {
     const ASK_HIERARCHY: f64 = 90.0;
     const ASK_SCANNER: f64 = 65.0;
     /// The scanner's cost per origin.
-    const ORIGIN: f64 = 23_000.0;
+    const ORIGIN: f64 = 2_000.0;
     /// The scanner's cost per triangle for each of an origin's first rays: together they touch nearly all triangles. A
     /// single one touches hardly any.
     const SPREAD: f64 = 12.0 / Self::SPREAD_RAYS as f64;

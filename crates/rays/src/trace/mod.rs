@@ -108,6 +108,9 @@ impl<S> Built<S> {
     }
 }
 
+/// The most runs of rays that are swept together.
+const SWEEPS: usize = 64;
+
 impl Tracer {
     /// Uses the instructions of a level instead of the widest; answers are the same bit for bit.
     #[must_use]
@@ -165,11 +168,19 @@ impl Tracer {
     fn by_scanner(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
         let Trace { triangles, opacity, sides, .. } = *trace;
         let scanner = self.scanner.brought(|scanner| scanner.build(triangles));
-        for (number, &(first, origin)) in self.runs.iter().enumerate() {
-            let end = self.runs.get(number + 1).map_or(self.directions.len(), |&(next, _)| next);
+        let interval = |&(first, _): &(usize, DVec3)| {
             let Ray { t_min, t_max, .. } = trace.ray(first);
-            let sweeps = [Sweep { origin, directions: &self.directions[first..end] }];
-            scanner.scan_nearest(&Scan { triangles, sweeps: &sweeps, t_min, t_max, opacity, sides }, first, traced);
+            [t_min, t_max]
+        };
+        let mut ends = self.runs.iter().skip(1).map(|&(next, _)| next).chain([self.directions.len()]);
+        // Runs with the same interval are swept together.
+        for runs in self.runs.chunk_by(|a, b| interval(a) == interval(b)).flat_map(|runs| runs.chunks(SWEEPS)) {
+            let mut sweeps = [Sweep { origin: DVec3::ZERO, directions: &[] }; SWEEPS];
+            for (sweep, (&(first, origin), end)) in sweeps.iter_mut().zip(runs.iter().zip(&mut ends)) {
+                *sweep = Sweep { origin, directions: &self.directions[first..end] };
+            }
+            let ([t_min, t_max], sweeps) = (interval(&runs[0]), &sweeps[..runs.len()]);
+            scanner.scan_nearest(&Scan { triangles, sweeps, t_min, t_max, opacity, sides }, runs[0].0, traced);
         }
     }
 
