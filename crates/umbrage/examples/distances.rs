@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .collect();
 
         nearest.build(triangles);
-        // Only what is nearer than a fifth of the scene's height matters.
+        // Surfaces farther than a fifth of the scene's height don't matter.
         let max = f64::from(size.y) / 5.0;
         nearest.closest_points(&Closest { max, ..Closest::new(triangles, &points) }, &mut closest);
 

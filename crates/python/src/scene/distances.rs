@@ -1,11 +1,13 @@
 //! Nearest points of the meshes, as arrays with Open3D's names.
 
 use glam::Vec3;
+use numpy::Element;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use umbrage::rays::{Closest, ClosestPoints};
 
+use super::RaycastingScene;
 use super::answers::{Answers, Precision};
 use super::arguments::Points;
 use super::keys::Keys;
@@ -28,7 +30,7 @@ pub(super) struct Found {
 pub(super) fn closest_points(call: &Call, state: &mut State, points: &[Vec3]) -> PyResult<Found> {
     let (mut found, origin) = (Found::default(), state.instances.origin());
     for points in points.chunks(POINTS) {
-        let closest = call.piece(|| state.closest_points(points))?;
+        let closest = call.piece(|| state.closest_points(points, false))?;
         call.piece(|| {
             found.points.par_extend(closest.position.par_iter().map(|&position| (position + origin).to_array()));
             found.answers.append_closest(closest);
@@ -42,8 +44,7 @@ pub(super) fn closest_points(call: &Call, state: &mut State, points: &[Vec3]) ->
 pub(super) fn distances(call: &Call, state: &mut State, points: &[Vec3], is_signed: bool) -> PyResult<Vec<f64>> {
     let mut distances = Vec::with_capacity(points.len());
     for points in points.chunks(POINTS) {
-        let ClosestPoints { mut distance, .. } =
-            call.piece(|| if is_signed { state.signed_distances(points) } else { state.closest_points(points) })?;
+        let ClosestPoints { mut distance, .. } = call.piece(|| state.closest_points(points, is_signed))?;
         distances.append(&mut distance);
     }
     Ok(distances)
@@ -67,27 +68,32 @@ impl Found {
     }
 }
 
-/// Numbers for points, in their shape.
-pub(super) fn in_shape<'py, T: numpy::Element>(
-    py: Python<'py>,
-    numbers: Vec<T>,
-    points: &Points<'_>,
-) -> PyResult<Bound<'py, PyAny>> {
-    hand_over(py, numbers, points.shape())
+impl RaycastingScene {
+    /// Answers a question about points by a number for each, in their shape.
+    pub(super) fn ask_of_points<'py, T: Element>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+        question: impl FnOnce(&Call, &mut State, &[Vec3]) -> PyResult<Vec<T>> + Send,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = Points::new("query_points", query_points, self.origin)?;
+        let positions = points.positions();
+        let numbers = self.ask(py, nthreads, |call, state| question(call, state, positions))?;
+        hand_over(py, numbers, points.shape())
+    }
 }
 
 impl State {
-    fn closest_points(&mut self, points: &[Vec3]) -> ClosestPoints {
+    /// The nearest points, with distances below zero inside of closed meshes where `is_signed`.
+    fn closest_points(&mut self, points: &[Vec3], is_signed: bool) -> ClosestPoints {
         let (nearest, triangles) = self.nearest();
-        let mut found = ClosestPoints::default();
-        nearest.closest_points(&Closest::new(triangles, points), &mut found);
-        found
-    }
-
-    fn signed_distances(&mut self, points: &[Vec3]) -> ClosestPoints {
-        let (nearest, triangles) = self.nearest();
-        let mut found = ClosestPoints::default();
-        nearest.signed_distances(&Closest::new(triangles, points), &mut found);
+        let (closest, mut found) = (Closest::new(triangles, points), ClosestPoints::default());
+        if is_signed {
+            nearest.signed_distances(&closest, &mut found);
+        } else {
+            nearest.closest_points(&closest, &mut found);
+        }
         found
     }
 

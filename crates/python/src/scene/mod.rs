@@ -352,10 +352,9 @@ impl RaycastingScene {
         query_points: &Bound<'py, PyAny>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let points = Points::new("query_points", query_points, self.origin)?;
-        let positions = points.positions();
-        let found = self.ask(py, nthreads, |call, state| distances::distances(call, state, positions, false))?;
-        distances::in_shape(py, found, &points)
+        self.ask_of_points(py, query_points, nthreads, |call, state, points| {
+            distances::distances(call, state, points, false)
+        })
     }
 
     #[doc = include_str!("docs/signed_distance.txt")]
@@ -368,10 +367,9 @@ impl RaycastingScene {
         nsamples: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let _ = nsamples;
-        let points = Points::new("query_points", query_points, self.origin)?;
-        let positions = points.positions();
-        let found = self.ask(py, nthreads, |call, state| distances::distances(call, state, positions, true))?;
-        distances::in_shape(py, found, &points)
+        self.ask_of_points(py, query_points, nthreads, |call, state, points| {
+            distances::distances(call, state, points, true)
+        })
     }
 
     /// Finds which points are inside of closed meshes: (...) float32, 1 inside and 0 outside, as `compute_signed_distance` tells.
@@ -384,10 +382,7 @@ impl RaycastingScene {
         nsamples: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let _ = nsamples;
-        let points = Points::new("query_points", query_points, self.origin)?;
-        let positions = points.positions();
-        let found = self.ask(py, nthreads, |call, state| distances::occupancy(call, state, positions))?;
-        distances::in_shape(py, found, &points)
+        self.ask_of_points(py, query_points, nthreads, distances::occupancy)
     }
 
     #[doc = include_str!("docs/lit.txt")]

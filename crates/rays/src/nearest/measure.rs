@@ -18,9 +18,10 @@ const ROUNDING: f64 = f64::EPSILON / 2.0;
 /// Measures the distance of a point from a triangle; corners and point are finite.
 ///
 /// **Bounds.** Let u be the relative error of a rounding, a, b, c the corners relative to the point, e = b − a and f = c − a.
-/// Any weights give a point q of the triangle, so |q| is an upper bound of the distance. Points a + x e + y f of the triangle with y |f| > R, for R = |q| + |a| + |e|, are farther than q. The others are in the hull of
-/// a, a + e, a + t f and a + e + t (f − e) with t = min(1, R ÷ |f|), which is beyond the plane across q through its corner least
-/// along q: so the least product of q and these ÷ |q| is a lower bound. Let r be |a|₁ + |e|₁ + s |f|₁, where s is the
+/// Any weights give a point q of the triangle, so |q| is an upper bound of the distance. Points a + x e + y f of the triangle
+/// with y |f| > R, for R = |q| + |a| + |e|, are farther than q. The others are in the hull of a, a + e, a + t f and
+/// a + e + t (f − e) with t = min(1, R ÷ |f|), which is beyond the plane across q through its corner least along q: so the
+/// least product of q and these ÷ |q| is a lower bound. Let r be |a|₁ + |e|₁ + s |f|₁, where s is the
 /// larger of t and the weight of f: a corner that is far away doesn't count in it. Rounding a, e, f, two products, two sums, and
 /// a sum of weights that is above one move q by less than 8 u r, and |q| by 3 u of itself. Rounding corners, products and sums
 /// moves the dot products by less than 8 u r |q|, and the quotient by 4 u of itself. The bounds take 16 u r for all of it, and

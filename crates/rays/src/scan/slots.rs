@@ -13,8 +13,7 @@ const HALF: usize = LANES / 2;
 /// The largest slope of a tile's lines. Those that are alone have at most one.
 const STEEPEST: f64 = 2.0;
 
-/// The lines of a tile: sixteen consecutive ones are a block. Those that go nowhere and what is
-/// empty have NaN slopes.
+/// The lines of a tile: sixteen consecutive ones are a block. Lines that go nowhere and empty slots have NaN slopes.
 #[derive(Debug)]
 pub(super) struct Slots {
     pub(super) len: usize,
