@@ -46,9 +46,15 @@ impl Triangles<'_> {
     #[doc(hidden)]
     #[inline]
     pub fn usable_corners(&self, id: u32) -> Result<[Vec3; 3], Unusable> {
+        self.posed_corners(id, |position| position)
+    }
+
+    /// As [`usable_corners`](Self::usable_corners), with each position moved.
+    #[inline]
+    pub(crate) fn posed_corners(&self, id: u32, pose: impl Fn(Vec3) -> Vec3) -> Result<[Vec3; 3], Unusable> {
         let mut corners = [Vec3::ZERO; 3];
         for (corner, &vertex) in corners.iter_mut().zip(&self.indices[id as usize]) {
-            *corner = *self.positions.get(vertex as usize).ok_or(Unusable::IndexOutOfRange)?;
+            *corner = pose(*self.positions.get(vertex as usize).ok_or(Unusable::IndexOutOfRange)?);
         }
         if !corners.iter().all(|corner| corner.is_finite()) {
             return Err(Unusable::NotFinite);

@@ -101,6 +101,21 @@ impl Line {
         })
     }
 
+    /// The line for boxes and triangles that may be off by `moved` along each axis.
+    #[inline(always)]
+    pub(super) fn widened(self, moved: f32) -> Self {
+        const EPSILON: f32 = 1.0 / (1 << 24) as f32;
+        let grown = moved * 1.001;
+        let growth = each!(slope in self.inverse => grown.copysign(slope));
+        Self {
+            enter_origin: each!(axis in [0, 1, 2] => self.enter_origin[axis] + growth[axis]),
+            leave_origin: each!(axis in [0, 1, 2] => self.leave_origin[axis] - growth[axis]),
+            // Corners are wrong by ε times the blur.
+            blur: self.blur + grown / EPSILON,
+            ..self
+        }
+    }
+
     /// An upper bound, here, of a t of the ray.
     #[inline(always)]
     pub(super) fn at_least(&self, t: f64) -> f32 {

@@ -5,6 +5,7 @@
 //! only towards a hit, so the [predicate](crate::predicate) tests the triangle that a ray hits and few others.
 
 mod build;
+mod instances;
 mod leaf;
 mod line;
 mod patched;
@@ -15,6 +16,7 @@ mod validate;
 use crate::shot::{Bytes, LightMask, SeenPixels, Shot, Work};
 use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structure, Triangles, ray_by_ray};
 use build::Builder;
+pub use instances::{InstanceTree, InstancedTriangles, Placement};
 pub use leaf::{Leaf, LeafHits};
 pub use line::{LESS, Line, MORE, Slabs};
 use patched::Patched;

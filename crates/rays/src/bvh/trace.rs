@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
 use crate::dispatch;
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f32x8};
 use glam::Vec3;
 
 use super::leaf::{Leaf, LeafHits};
@@ -69,13 +69,29 @@ impl UntestedCandidates {
     const MOST: usize = 8;
 }
 
+/// Where a hierarchy's triangles are: its own corners, or those of a copy or of a moment.
+pub trait Corners {
+    /// The id and the world-space corners of the triangle in a lane of a leaf.
+    fn triangle(&self, bvh: &Bvh, leaf: usize, lane: usize) -> (u32, [Vec3; 3]);
+}
+
+impl Corners for Triangles<'_> {
+    #[inline(always)]
+    fn triangle(&self, bvh: &Bvh, leaf: usize, lane: usize) -> (u32, [Vec3; 3]) {
+        let leaf = &bvh.leaves[leaf];
+        let id = leaf.ids[lane % Leaf::LANES];
+        // The leaf has just been read; its corners are the triangle's unless they are scaled.
+        (id, if bvh.scale == 1.0 { leaf.corners(lane % Leaf::LANES) } else { self.corners(id) })
+    }
+}
+
 /// The state of a search for a ray's nearest hit.
-pub struct Nearest<'a> {
+pub struct Nearest<'a, C = Triangles<'a>> {
     bvh: &'a Bvh,
-    triangles: Triangles<'a>,
+    corners: C,
     ray: &'a Ray,
     line: &'a Line,
-    /// The triangle that isn't hit.
+    /// The triangle that isn't hit, by its id in the leaves.
     own: u32,
     stops: &'a dyn Fn(&Hit) -> bool,
     best: Option<Hit>,
@@ -86,19 +102,19 @@ pub struct Nearest<'a> {
     passed: bool,
 }
 
-impl<'a> Nearest<'a> {
+impl<'a, C: Corners> Nearest<'a, C> {
     /// A search without candidates.
     #[inline(always)]
     pub fn new(
         bvh: &'a Bvh,
-        triangles: Triangles<'a>,
+        corners: C,
         ray: &'a Ray,
         line: &'a Line,
         own: u32,
         stops: &'a dyn Fn(&Hit) -> bool,
     ) -> Self {
         let (best, waiting) = (None, UntestedCandidates::default());
-        Self { bvh, triangles, ray, line, own, stops, best, waiting, lazy: true, passed: false }
+        Self { bvh, corners, ray, line, own, stops, best, waiting, lazy: true, passed: false }
     }
 
     /// The ray's nearest hit, after all leaves have been taken; `None` where the traversal must be repeated, since a hit
@@ -150,7 +166,7 @@ impl<'a> Nearest<'a> {
             if earliest > *far {
                 continue;
             }
-            let (id, corners) = self.bvh.triangle(self.triangles, leaf as usize, lane as usize);
+            let (id, corners) = self.corners.triangle(self.bvh, leaf as usize, lane as usize);
             let Some(hit) = hit_of_near_at(simd, self.ray, corners, id) else { continue };
             if self.best.is_some_and(|best| (best.t, best.triangle) <= (hit.t, hit.triangle)) {
                 continue;
@@ -183,15 +199,6 @@ impl Bvh {
     #[doc(hidden)]
     pub fn may_be_met(&self, ray: &Ray) -> bool {
         ray.is_sound() && !self.nodes.is_empty()
-    }
-
-    /// The triangle in a lane of a leaf: its id and its corners.
-    #[inline(always)]
-    fn triangle(&self, triangles: Triangles<'_>, leaf: usize, lane: usize) -> (u32, [Vec3; 3]) {
-        let leaf = &self.leaves[leaf];
-        let id = leaf.ids[lane % Leaf::LANES];
-        // The leaf has just been read; its corners are the triangle's unless they are scaled.
-        (id, if self.scale == 1.0 { leaf.corners(lane % Leaf::LANES) } else { triangles.corners(id) })
     }
 
     /// The nearer of a ray's nearest hit here and its hit on other triangles.
@@ -243,12 +250,26 @@ impl Bvh {
         stops: &dyn Fn(&Hit) -> bool,
     ) -> Option<Hit> {
         let Some(line) = Line::new(ray, self.scale) else { return self.nearest_of_all(triangles, ray, own, stops) };
-        let mut nearest = Nearest::new(self, triangles, ray, &line, own, stops);
+        self.nearest_on(simd, &line, triangles, ray, own, stops)
+    }
+
+    /// The nearest hit of a ray on a line that is near its own in the hierarchy's coordinates.
+    #[inline(always)]
+    pub(crate) fn nearest_on<S: Simd, C: Corners>(
+        &self,
+        simd: S,
+        line: &Line,
+        corners: C,
+        ray: &Ray,
+        own: u32,
+        stops: &dyn Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
+        let mut nearest = Nearest::new(self, corners, ray, line, own, stops);
         loop {
             let mut far = line.far;
             let _ = self.visit(
                 simd,
-                &line,
+                line,
                 &mut far,
                 #[inline(always)]
                 |leaf, found, far| {
@@ -281,51 +302,89 @@ impl Bvh {
 
     /// Calls `test` with the candidates of each leaf before `far`, nearer boxes first. `test` may lower `far` or break off.
     #[inline(always)]
-    fn visit<S: Simd>(
+    pub(crate) fn visit<S: Simd>(
         &self,
         simd: S,
         line: &Line,
         far: &mut f32,
         mut test: impl FnMut(usize, &LeafHits, &mut f32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let slabs = Slabs::new(simd, line);
-        let mut stack = Stack::default();
-        let mut next = Entered::new(line.near, self.root);
-        loop {
-            match next.child().kind() {
-                Kind::Leaf { index, lanes } => {
-                    if let Some(found) = self.leaves[index].find(simd, line, lanes, *far) {
-                        test(index, &found, far)?;
-                    }
-                }
-                Kind::Node(index) => {
-                    let node = &self.nodes[index];
-                    let (enter, mut met) = slabs.enter(simd, node, *far);
+        walk(
+            simd,
+            (self.nodes.as_slice(), self.root),
+            line,
+            far,
+            #[inline(always)]
+            |leaf, lanes, far| match self.leaves[leaf].find(simd, line, lanes, *far) {
+                Some(found) => test(leaf, &found, far),
+                None => ControlFlow::Continue(()),
+            },
+        )
+    }
+}
+
+/// Nodes whose children a line enters.
+pub(crate) trait Nodes {
+    /// As [`Slabs::enter`], for the children of the node at an index.
+    fn enter<S: Simd>(&self, simd: S, slabs: &Slabs<S>, index: usize, far: f32) -> (f32x8<S>, u64);
+
+    fn children(&self, index: usize) -> &[Child; WIDTH];
+}
+
+impl Nodes for &[Node] {
+    #[inline(always)]
+    fn enter<S: Simd>(&self, simd: S, slabs: &Slabs<S>, index: usize, far: f32) -> (f32x8<S>, u64) {
+        slabs.enter(simd, &self[index], far)
+    }
+
+    #[inline(always)]
+    fn children(&self, index: usize) -> &[Child; WIDTH] {
+        &self[index].children
+    }
+}
+
+/// Calls `leaf` with the number of each leaf that a line enters before `far` and a bit for each of its triangles, nearer
+/// boxes first. `leaf` may lower `far` or break off.
+#[inline(always)]
+pub(crate) fn walk<S: Simd>(
+    simd: S,
+    (nodes, root): (impl Nodes, Child),
+    line: &Line,
+    far: &mut f32,
+    mut leaf: impl FnMut(usize, u32, &mut f32) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let slabs = Slabs::new(simd, line);
+    let mut stack = Stack::default();
+    let mut next = Entered::new(line.near, root);
+    loop {
+        match next.child().kind() {
+            Kind::Leaf { index, lanes } => leaf(index, lanes, far)?,
+            Kind::Node(index) => {
+                let (enter, mut met) = nodes.enter(simd, &slabs, index, *far);
+                if met != 0 {
+                    let (enter, children): ([f32; WIDTH], _) = (enter.into(), nodes.children(index));
+                    next = Entered::first_of(&mut met, children, &enter);
                     if met != 0 {
-                        let enter: [f32; WIDTH] = enter.into();
-                        next = Entered::first_of(&mut met, node, &enter);
-                        if met != 0 {
-                            stack.make_room();
-                            let base = stack.waiting;
-                            while met != 0 {
-                                let other = Entered::first_of(&mut met, node, &enter);
-                                let farther = next.max(other);
-                                next = next.min(other);
-                                stack.insert(base, farther);
-                            }
+                        stack.make_room();
+                        let base = stack.waiting;
+                        while met != 0 {
+                            let other = Entered::first_of(&mut met, children, &enter);
+                            let farther = next.max(other);
+                            next = next.min(other);
+                            stack.insert(base, farther);
                         }
-                        continue;
                     }
+                    continue;
                 }
             }
-            loop {
-                let Some(top) = stack.pop() else { return ControlFlow::Continue(()) };
-                // NaN is visited.
-                let is_behind = top.enter() > *far;
-                if !is_behind {
-                    next = top;
-                    break;
-                }
+        }
+        loop {
+            let Some(top) = stack.pop() else { return ControlFlow::Continue(()) };
+            // NaN is visited.
+            let is_behind = top.enter() > *far;
+            if !is_behind {
+                next = top;
+                break;
             }
         }
     }
@@ -344,10 +403,10 @@ impl Entered {
 
     /// The child of the lowest bit, which is cleared.
     #[inline(always)]
-    fn first_of(met: &mut u64, node: &Node, enter: &[f32; WIDTH]) -> Self {
+    fn first_of(met: &mut u64, children: &[Child; WIDTH], enter: &[f32; WIDTH]) -> Self {
         let slot = met.trailing_zeros() as usize % WIDTH;
         *met &= *met - 1;
-        Self::new(enter[slot], node.children[slot])
+        Self::new(enter[slot], children[slot])
     }
 
     #[inline(always)]

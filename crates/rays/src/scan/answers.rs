@@ -2,7 +2,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::parallel::Parallel;
-use crate::{Hit, Triangles};
+use crate::{Hit, Ray, Rays, Triangles};
 
 /// The hits of directions or [rays](crate::Trace): the requested number for each, nearest first, in the order of the
 /// directions.
@@ -65,6 +65,25 @@ impl Scanned {
         barycentric.clear();
         barycentric.resize(slots, [f32::NAN; 2]);
         (self.returns, self.without_direction) = (returns, 0);
+    }
+
+    /// Answers each ray alone.
+    pub(crate) fn fill_nearest(&mut self, rays: Rays<'_>, nearest: impl Fn(&Ray) -> Option<Hit> + Sync) {
+        const CHUNK: usize = 256;
+        self.make_room(rays.len());
+        let Self { t, triangle, barycentric, .. } = self;
+        let chunks = t.par_chunks_mut(CHUNK).zip(triangle.par_chunks_mut(CHUNK)).zip(barycentric.par_chunks_mut(CHUNK));
+        let without_direction = chunks.enumerate().map(|(chunk, ((t, triangle), barycentric))| {
+            let mut without_direction = 0;
+            for index in 0..t.len() {
+                let ray = rays.get(chunk * CHUNK + index);
+                without_direction += usize::from(!ray.goes_somewhere());
+                let hit = nearest(&ray).unwrap_or(Self::MISS);
+                (t[index], triangle[index], barycentric[index]) = (hit.t, hit.triangle, hit.barycentric);
+            }
+            without_direction
+        });
+        self.without_direction = without_direction.sum();
     }
 
     /// Writes the hits of directions, whose numbers count from `first`. Hits of one direction are consecutive, nearest

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::{Scanned, Scanner};
 use crate::light_grid::{LightGrid, PointList};
 use crate::patches::Patches;
-use crate::predicate::{HitPoint, ROUNDING};
+use crate::predicate::{HitPoint, ROUNDING, ShadowRay};
 use crate::shot::{Cone, OpacityOfSides};
+use crate::triangles::Unusable;
 use crate::{LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles};
 
 /// Points, and the triangles that may shadow them.
@@ -60,12 +61,24 @@ pub enum Receivers<'a> {
 
 impl Receivers<'_> {
     /// The number of points.
+    ///
+    /// # Panics
+    /// If `own` is neither empty nor as long as the points.
     #[must_use]
     pub fn count(&self, triangles: Triangles<'_>) -> usize {
+        self.count_among(triangles.len())
+    }
+
+    /// The number of points, with this number of triangles.
+    pub(crate) fn count_among(&self, triangles: usize) -> usize {
         match self {
-            Self::Points { positions, .. } | Self::Pixels { positions, .. } => positions.len(),
-            Self::Faces => triangles.len(),
-            Self::Samples(each) => triangles.len() * *each as usize,
+            Self::Points { positions, own } | Self::Pixels { positions, own } => {
+                let count = positions.len();
+                assert!(own.is_empty() || own.len() == count, "{} own, {count} points", own.len());
+                count
+            }
+            Self::Faces => triangles,
+            Self::Samples(each) => triangles * *each as usize,
         }
     }
 
@@ -76,10 +89,19 @@ impl Receivers<'_> {
     /// If `index` is out of range.
     #[must_use]
     pub fn point(&self, triangles: Triangles<'_>, index: usize) -> Option<(HitPoint, u32)> {
+        self.point_among(|id| triangles.usable_corners(id), index)
+    }
+
+    /// As [`point`](Self::point), with the corners of triangles that a ray can hit.
+    pub(crate) fn point_among(
+        &self,
+        corners: impl Fn(u32) -> Result<[Vec3; 3], Unusable>,
+        index: usize,
+    ) -> Option<(HitPoint, u32)> {
         /// Half the distance from one to the next f32.
         const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
         let weighted = |id: u32, [u, v]: [f64; 2]| {
-            let [a, b, c] = triangles.usable_corners(id).ok()?.map(Vec3::as_dvec3);
+            let [a, b, c] = corners(id).ok()?.map(Vec3::as_dvec3);
             let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
             // Fewer than 15 roundings of numbers at most twice as large.
             Some((HitPoint { position: a + (b - a) * u + (c - a) * v, error: largest * (30.0 * ROUNDING) }, id))
@@ -154,6 +176,33 @@ impl LitBits {
     pub fn of_light(&self, light: usize) -> &[u64] {
         let words = self.points.div_ceil(64);
         &self.words[light * words..(light + 1) * words]
+    }
+
+    /// Answers each point alone: `point` gives it and its own triangle, unless it is nowhere, and `is_blocked` tells whether
+    /// any other triangle shadows it.
+    pub(crate) fn fill(
+        &mut self,
+        points: usize,
+        lights: &[LightSource],
+        point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync,
+        is_blocked: impl Fn(&ShadowRay, u32) -> bool + Sync,
+    ) {
+        let words = points.div_ceil(64);
+        self.words.clear();
+        self.words.resize(words * lights.len(), 0);
+        (self.points, self.lights) = (points, lights.len());
+        self.nowhere = (0..points).into_par_iter().filter(|&index| point(index).is_none()).count();
+        for (light, words) in lights.iter().zip(self.words.chunks_mut(words.max(1))) {
+            let cone = Cone::of(light);
+            let is_lit = |(point, own): (HitPoint, u32)| {
+                cone.is_none_or(|cone| cone.contains(point.position)) && !is_blocked(&ShadowRay::new(light, point), own)
+            };
+            words.par_iter_mut().enumerate().each(|(word, bits)| {
+                for bit in 0..64.min(points - 64 * word) {
+                    *bits |= u64::from(point(64 * word + bit).is_some_and(is_lit)) << bit;
+                }
+            });
+        }
     }
 
     /// The lit share of each triangle's area for a light, if the points are [`Receivers::Samples`] with `each` samples a
@@ -249,9 +298,6 @@ impl LitPoints {
     /// Sorts the points.
     fn list(&mut self, patches: &Patches, Lit { triangles, receivers, .. }: &Lit<'_>) {
         let count = receivers.count(*triangles);
-        if let Receivers::Points { own, .. } | Receivers::Pixels { own, .. } = receivers {
-            assert!(own.is_empty() || own.len() == count, "{} own, {count} points", own.len());
-        }
         patches.expect(*triangles);
         let point = |number: usize| receivers.point(*triangles, number);
         if matches!(receivers, Receivers::Pixels { .. }) {

@@ -17,7 +17,7 @@ use crate::scan::meshes;
 
 /// Point lights at points, on faces, inside, outside and far away; suns along axes and in any direction; a spot; and
 /// invalid lights.
-fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<LightSource> {
+pub(crate) fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<LightSource> {
     let mut positions =
         vec![middle, middle + Vec3::new(0.3, 3.0, 0.2) * size, middle + Vec3::new(0.7, 0.4, -0.6) * (size * 1e6)];
     if let Some(&[a, b, c]) = mesh.indices.first() {
@@ -41,7 +41,7 @@ fn lights(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> Vec<
 }
 
 /// Points on triangles in f32, with the triangle's id or without, and points beside them.
-fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec<Vec3>, Vec<u32>) {
+pub(crate) fn points(mesh: &TestMesh, size: f32, middle: Vec3, random: &mut Random) -> (Vec<Vec3>, Vec<u32>) {
     let (mut positions, mut own) = (vec![middle, Vec3::NAN], vec![Scanned::NONE; 2]);
     for _ in 0..200 {
         if mesh.indices.is_empty() || random.below(4) == 0 {
@@ -68,7 +68,7 @@ fn in_slots(positions: &[Vec3], own: &[u32]) -> (Vec<Vec3>, Vec<u32>) {
 }
 
 /// The oracle's answers for every n-th point.
-struct Truth<'a> {
+pub(crate) struct Truth<'a> {
     lit: &'a Lit<'a>,
     lights: &'a [LightSource],
     every: usize,
@@ -79,7 +79,7 @@ struct Truth<'a> {
 }
 
 impl<'a> Truth<'a> {
-    fn of(lit: &'a Lit<'a>, lights: &'a [LightSource], every: usize) -> Self {
+    pub(crate) fn of(lit: &'a Lit<'a>, lights: &'a [LightSource], every: usize) -> Self {
         let triangles = lit.triangles;
         let (oracle, count) = (Oracle::new(triangles), lit.receivers.count(triangles));
         let reaches = |light: &LightSource, at: HitPoint, own: u32| {
@@ -101,9 +101,14 @@ impl<'a> Truth<'a> {
 
     /// Compares a scanner's answer with it.
     fn check(&self, name: &str, scanner: &mut Scanner) {
-        let Self { lit, lights, .. } = self;
         let mut bits = LitBits::default();
-        scanner.lit(lit, lights, &mut bits);
+        scanner.lit(self.lit, self.lights, &mut bits);
+        self.compare(name, &bits);
+    }
+
+    /// Compares an answer with it.
+    pub(crate) fn compare(&self, name: &str, bits: &LitBits) {
+        let Self { lit, lights, .. } = self;
         assert_eq!((bits.points(), bits.lights()), (lit.receivers.count(lit.triangles), lights.len()), "{name}");
         for (number, expected) in self.is_lit.iter().enumerate() {
             let point = number * self.every;

@@ -7,6 +7,7 @@
 mod cases;
 mod check;
 mod frames;
+mod instances;
 mod lit;
 mod scan;
 mod single_rays;
