@@ -118,13 +118,27 @@ pub(crate) fn is_far(point: DVec3, near: DVec3) -> bool {
 /// A transform of column vectors whose last row is 0, 0, 0, 1, or has been left out.
 pub(crate) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
     let rows = Rows::<f64, 4>::table(name, "3 or 4", value)?;
-    let matrix = match *rows.of::<DVec4>() {
-        [x, y, z] => DMat4::from_cols(x, y, z, DVec4::W),
-        [x, y, z, w] => DMat4::from_cols(x, y, z, w),
-        ref others => return Err(expected(name, "shape (3 or 4, 4)", shown(&[others.len(), 4]))),
-    };
-    let matrix = matrix.transpose();
-    let is_affine = matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
+    let rows = rows.of::<DVec4>();
+    if !(3..=4).contains(&rows.len()) {
+        return Err(expected(name, "shape (3 or 4, 4)", shown(&[rows.len(), 4])));
+    }
+    affine_of(name, rows)
+}
+
+/// As [`affine`], of any number of transforms.
+pub(crate) fn affines(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<DAffine3>> {
+    let rows = Rows::<f64, 4>::new(name, value)?;
+    match *rows.shape() {
+        [_, of_each @ (3 | 4)] => rows.of::<DVec4>().chunks(of_each).map(|rows| affine_of(name, rows)).collect(),
+        ref shape => Err(expected(name, "shape (N, 3 or 4, 4)", shown(&[shape, &[4]].concat()))),
+    }
+}
+
+/// A transform of three or four rows.
+fn affine_of(name: &str, rows: &[DVec4]) -> PyResult<DAffine3> {
+    let last = rows.get(3).copied().unwrap_or(DVec4::W);
+    let matrix = DMat4::from_cols(rows[0], rows[1], rows[2], last).transpose();
+    let is_affine = matrix.is_finite() && last == DVec4::W;
     let error = || expected(name, "finite numbers and a last row of 0, 0, 0, 1", matrix.transpose());
     is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)
 }

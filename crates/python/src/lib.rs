@@ -33,7 +33,7 @@ mod _umbrage {
     #[pymodule_export]
     use crate::light::Light;
     #[pymodule_export]
-    use crate::scene::RaycastingScene;
+    use crate::scene::{InstancedScene, MovingScene, RaycastingScene};
     #[pymodule_export]
     use crate::threads::{get_threads, set_threads};
 

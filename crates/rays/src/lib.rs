@@ -66,7 +66,7 @@ pub use fearless_simd;
 pub use hash_key::HashKey;
 
 pub use bounds::Bounds;
-pub use bvh::{Bvh, InstanceTree, InstancedTriangles, Placement};
+pub use bvh::{Bvh, InstanceTree, InstancedTriangles, Key, MotionTree, MovingTriangles, Placement};
 pub use camera::{Camera, Projection, View};
 pub use camera_grid::ImageTooLarge;
 pub use choice::{Choice, UnknownChoice};

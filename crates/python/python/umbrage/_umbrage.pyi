@@ -122,6 +122,48 @@ class Scene:
     ) -> Picture: ...
 
 @final
+class InstancedScene:
+    INVALID_ID: int
+    def __new__(cls, nthreads: int = 0) -> InstancedScene: ...
+    def add_mesh(self, vertex_positions: ArrayLike | Any, triangle_indices: ArrayLike | None = None) -> int: ...
+    def update_mesh(self, mesh_id: int, vertex_positions: ArrayLike) -> None: ...
+    def set_instances(self, mesh_ids: int | ArrayLike, world_from_mesh: ArrayLike) -> None: ...
+    def cast_rays(
+        self, rays: ArrayLike, nthreads: int = 0, *, keys: Sequence[str] | None = None
+    ) -> dict[str, NDArray[Any]]: ...
+    def scan(
+        self,
+        origin: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: float = 0.0,
+        t_max: float = ...,
+        each: bool = False,
+        nthreads: int = 0,
+        keys: Sequence[str] | None = None,
+    ) -> dict[str, NDArray[Any]]: ...
+    def lit(
+        self,
+        lights: Light | str | Sequence[Light | str],
+        *,
+        points: ArrayLike | None = None,
+        faces: bool = False,
+        geometry_ids: ArrayLike | None = None,
+        primitive_ids: ArrayLike | None = None,
+        nthreads: int = 0,
+    ) -> NDArray[np.bool_]: ...
+
+class MovingScene:
+    INVALID_ID: int
+    def __new__(
+        cls, vertex_positions: ArrayLike, triangle_indices: ArrayLike, seconds: ArrayLike, *, nthreads: int = 0
+    ) -> MovingScene: ...
+    def update(self, vertex_positions: ArrayLike, seconds: ArrayLike) -> None: ...
+    def pose(self, seconds: float) -> NDArray[np.float32]: ...
+    def cast_rays(
+        self, rays: ArrayLike, seconds: float | ArrayLike, nthreads: int = 0, *, keys: Sequence[str] | None = None
+    ) -> dict[str, NDArray[Any]]: ...
+
 class RaycastingScene:
     INVALID_ID: int
     def __new__(cls, nthreads: int = 0, *, origin: ArrayLike | None = None) -> RaycastingScene: ...

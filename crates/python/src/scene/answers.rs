@@ -99,25 +99,38 @@ impl Answers {
         self.weights.extend(hits.iter().map(|hit| hit.barycentric));
     }
 
-    /// Completes all hits with their geometries and normals, where these are asked for.
-    pub(super) fn complete(&mut self, instances: &Instances, keys: Keys) {
+    /// Completes all hits with their geometries and normals, where these are asked for. `corners` are those of a hit's
+    /// triangle, given the hit's index and the triangle's id among all; `of_triangle` gives the geometry and the number there.
+    pub(super) fn complete(
+        &mut self,
+        keys: Keys,
+        corners: impl Fn(usize, u32) -> [Vec3; 3] + Sync,
+        of_triangle: impl Fn(u32) -> [u32; 2] + Sync,
+    ) {
         const AT_LEAST: usize = 1 << 12;
-        let triangles = instances.triangles();
         if keys.normals() {
-            let normal = |id| unit_normal(triangles.corners(id)).as_vec3().to_array();
-            let normals = self.triangle.par_iter().with_min_len(AT_LEAST);
-            normals.map(|&id| if id == INVALID_ID { [0.0; 3] } else { normal(id) }).collect_into_vec(&mut self.normal);
+            let normal = |index, id| unit_normal(corners(index, id)).as_vec3().to_array();
+            let normals = self.triangle.par_iter().enumerate().with_min_len(AT_LEAST);
+            normals
+                .map(|(index, &id)| if id == INVALID_ID { [0.0; 3] } else { normal(index, id) })
+                .collect_into_vec(&mut self.normal);
         }
         if !keys.geometry() && !keys.primitive() {
             return;
         }
         let ids = self.triangle.par_iter_mut().with_min_len(AT_LEAST);
         ids.map(|id| {
-            let [geometry, number] = if *id == INVALID_ID { [INVALID_ID; 2] } else { instances.of_triangle(*id) };
+            let [geometry, number] = if *id == INVALID_ID { [INVALID_ID; 2] } else { of_triangle(*id) };
             *id = number;
             geometry
         })
         .collect_into_vec(&mut self.geometry);
+    }
+
+    /// As [`complete`](Self::complete), for the geometries of a scene.
+    pub(super) fn complete_among(&mut self, instances: &Instances, keys: Keys) {
+        let triangles = instances.triangles();
+        self.complete(keys, |_, id| triangles.corners(id), |id| instances.of_triangle(id));
     }
 
     /// The dictionary of arrays, each of this shape.

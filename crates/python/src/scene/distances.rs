@@ -36,7 +36,7 @@ pub(super) fn closest_points(call: &Call, state: &mut State, points: &[Vec3]) ->
             found.answers.append_closest(closest);
         })?;
     }
-    call.piece(|| found.answers.complete(&state.instances, Keys::WITHOUT_T))?;
+    call.piece(|| found.answers.complete_among(&state.instances, Keys::WITHOUT_T))?;
     Ok(found)
 }
 

@@ -72,7 +72,7 @@ pub(super) fn list(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<L
             listed.append(&counts, &hits);
         }
     }
-    call.piece(|| listed.hits.complete(&state.instances, Keys::WITHOUT_NORMALS))?;
+    call.piece(|| listed.hits.complete_among(&state.instances, Keys::WITHOUT_NORMALS))?;
     Ok(listed)
 }
 
@@ -212,6 +212,6 @@ pub(super) fn object_positions(
 }
 
 fn completed(call: &Call, state: &State, mut answers: Answers, keys: Keys) -> PyResult<Answers> {
-    call.piece(|| answers.complete(&state.instances, keys))?;
+    call.piece(|| answers.complete_among(&state.instances, keys))?;
     Ok(answers)
 }

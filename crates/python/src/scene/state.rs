@@ -205,7 +205,7 @@ impl State {
 }
 
 /// Appends a value for each of `count` bits.
-fn spread_bits(words: &[u64], count: usize, values: &mut Vec<bool>) {
+pub(super) fn spread_bits(words: &[u64], count: usize, values: &mut Vec<bool>) {
     let end = values.len() + count;
     values.reserve(words.len() * 64);
     for &word in words {

@@ -109,22 +109,26 @@ impl Bvh {
         leaves.resize(built.leaves, Leaf::EMPTY);
         *root = Child::node(0);
         built.write_nodes(nodes, 0, |leaf, items| Child::leaf(leaf, items.len()));
-        let mut rest = leaves.as_mut_slice();
-        let into = built.trees.iter().zip(built.subtrees).map(|(range, subtree)| {
+        built.fill_leaves(leaves, |id| triangles.corners(id).map(|corner| corner * scale));
+    }
+}
+
+impl Built<'_> {
+    /// Fills all leaves with the scaled corners of their triangles.
+    pub(super) fn fill_leaves(&self, leaves: &mut [Leaf], corners: impl Fn(u32) -> [Vec3; 3] + Sync) {
+        let mut rest = leaves;
+        let into = self.trees.iter().zip(self.subtrees).map(|(range, subtree)| {
             let leaves;
             (leaves, rest) = std::mem::take(&mut rest).split_at_mut(subtree.leaves.len());
             (&*range.items, subtree, leaves)
         });
         into.collect::<Vec<_>>().into_par_iter().each(|(items, subtree, leaves)| {
             for (leaf, part) in leaves.iter_mut().zip(&subtree.leaves) {
-                let ids = part.of(items).iter().map(Item::id);
-                leaf.fill(ids, |id| triangles.corners(id).map(|corner| corner * scale));
+                leaf.fill(part.of(items).iter().map(Item::id), &corners);
             }
         });
     }
-}
 
-impl Built<'_> {
     /// Writes all nodes, behind `before` others: first the top's, whose first is the root, then those of each subtree.
     /// `child` makes the reference to a leaf from its number and its items.
     pub(super) fn write_nodes(
@@ -421,14 +425,14 @@ enum Share {
 }
 
 /// Larger coordinates are scaled, so that areas of boxes don't overflow and reciprocals of rays don't underflow.
-const HUGE: f32 = (1_u64 << 40) as f32;
+pub(super) const HUGE: f32 = (1_u64 << 40) as f32;
 
 /// Triangles within this bound, once scaled, have boxes without areas. Where there are both such and huge ones, as with one
 /// far vertex, each kind has a hierarchy of its own.
 const COMMON: f32 = (1_u64 << 30) as f32;
 
 /// Factor for huge coordinates. It loses less of small ones than boxes are grown by.
-const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
+pub(super) const SCALE: f32 = 1.0 / (1_u128 << 100) as f32;
 
 impl Share {
     fn holds(self, corners: &[Vec3; 3]) -> bool {

@@ -55,6 +55,23 @@ impl Leaf {
         }
     }
 
+    /// A part of the way from each corner to that of another leaf.
+    #[inline(always)]
+    pub(super) fn towards<S: Simd>(&self, simd: S, other: &Self, part: f32) -> Self {
+        let mut leaf = Self { ids: self.ids, ..Self::EMPTY };
+        for ((into, from), to) in leaf
+            .corners
+            .iter_mut()
+            .zip(&self.corners)
+            .flat_map(|(into, from)| into.iter_mut().zip(from))
+            .zip(other.corners.iter().flatten())
+        {
+            let (from, to) = (f32x8::from_slice(simd, from), f32x8::from_slice(simd, to));
+            (to - from).mul_add(part, from).store_slice(into);
+        }
+        leaf
+    }
+
     /// The scaled corners in a lane.
     #[inline(always)]
     pub(super) fn corners(&self, lane: usize) -> [Vec3; 3] {
@@ -66,11 +83,24 @@ impl Leaf {
     /// The triangles in some lanes that a ray may hit before `far`.
     #[inline(always)]
     pub fn find<S: Simd>(&self, simd: S, line: &Line, lanes: u32, far: f32) -> Option<LeafHits> {
+        self.find_blurred(simd, line, line.blur, lanes, far)
+    }
+
+    /// As [`find`](Self::find), for corners or a line that are wrong by 2⁻²⁴ of `blur`.
+    #[inline(always)]
+    pub(super) fn find_blurred<S: Simd>(
+        &self,
+        simd: S,
+        line: &Line,
+        blur: f32,
+        lanes: u32,
+        far: f32,
+    ) -> Option<LeafHits> {
         let [i, j, k] = line.axes;
         let z = self.offsets(simd, line, k);
         let offsets = [self.offsets(simd, line, i), self.offsets(simd, line, j), z];
         let slopes = [f32x8::splat(simd, line.slopes[0]), f32x8::splat(simd, line.slopes[1])];
-        let sheared = Sheared::new(offsets, slopes, 1.0, line.blur);
+        let sheared = Sheared::new(offsets, slopes, 1.0, blur);
         let mut possible = !(sheared.is_missed().to_bitmask() as u32) & lanes;
         if possible == 0 {
             return None;

@@ -8,6 +8,7 @@ mod build;
 mod instances;
 mod leaf;
 mod line;
+mod motion;
 mod patched;
 mod split;
 mod trace;
@@ -19,6 +20,7 @@ use build::Builder;
 pub use instances::{InstanceTree, InstancedTriangles, Placement};
 pub use leaf::{Leaf, LeafHits};
 pub use line::{LESS, Line, MORE, Slabs};
+pub use motion::{Key, MotionTree, MovingTriangles};
 use patched::Patched;
 pub use trace::{Inside, Nearest};
 

@@ -69,10 +69,23 @@ impl UntestedCandidates {
     const MOST: usize = 8;
 }
 
-/// Where a hierarchy's triangles are: its own corners, or those of a copy or of a moment.
+/// Where a hierarchy's triangles are: at its own corners, or at those of a copy or of a moment.
 pub trait Corners {
     /// The id and the world-space corners of the triangle in a lane of a leaf.
     fn triangle(&self, bvh: &Bvh, leaf: usize, lane: usize) -> (u32, [Vec3; 3]);
+
+    /// As [`Bvh::visit`].
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        bvh: &Bvh,
+        line: &Line,
+        far: &mut f32,
+        test: impl FnMut(usize, &LeafHits, &mut f32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        bvh.visit(simd, line, far, test)
+    }
 }
 
 impl Corners for Triangles<'_> {
@@ -255,7 +268,7 @@ impl Bvh {
 
     /// The nearest hit of a ray on a line that is near its own in the hierarchy's coordinates.
     #[inline(always)]
-    pub(crate) fn nearest_on<S: Simd, C: Corners>(
+    pub(crate) fn nearest_on<S: Simd, C: Corners + Copy>(
         &self,
         simd: S,
         line: &Line,
@@ -267,8 +280,9 @@ impl Bvh {
         let mut nearest = Nearest::new(self, corners, ray, line, own, stops);
         loop {
             let mut far = line.far;
-            let _ = self.visit(
+            let _ = corners.visit(
                 simd,
+                self,
                 line,
                 &mut far,
                 #[inline(always)]

@@ -67,8 +67,8 @@ impl Scanned {
         (self.returns, self.without_direction) = (returns, 0);
     }
 
-    /// Answers each ray alone.
-    pub(crate) fn fill_nearest(&mut self, rays: Rays<'_>, nearest: impl Fn(&Ray) -> Option<Hit> + Sync) {
+    /// Answers each ray, given its index, alone.
+    pub(crate) fn fill_nearest(&mut self, rays: Rays<'_>, nearest: impl Fn(usize, &Ray) -> Option<Hit> + Sync) {
         const CHUNK: usize = 256;
         self.make_room(rays.len());
         let Self { t, triangle, barycentric, .. } = self;
@@ -76,9 +76,10 @@ impl Scanned {
         let without_direction = chunks.enumerate().map(|(chunk, ((t, triangle), barycentric))| {
             let mut without_direction = 0;
             for index in 0..t.len() {
-                let ray = rays.get(chunk * CHUNK + index);
+                let number = chunk * CHUNK + index;
+                let ray = rays.get(number);
                 without_direction += usize::from(!ray.goes_somewhere());
-                let hit = nearest(&ray).unwrap_or(Self::MISS);
+                let hit = nearest(number, &ray).unwrap_or(Self::MISS);
                 (t[index], triangle[index], barycentric[index]) = (hit.t, hit.triangle, hit.barycentric);
             }
             without_direction

@@ -112,7 +112,8 @@ fn rays_hit_placed_meshes_where_the_oracle_says() {
                 assert_eq!(bits(&found), bits(truth), "round {round}: {ray:?}, {:?}", world.placements);
             }
             if round % 2 == 0 {
-                let plain: Vec<Ray> = rays.iter().filter(|(_, own)| *own == Scanned::NONE).map(|(ray, _)| *ray).collect();
+                let plain: Vec<Ray> =
+                    rays.iter().filter(|(_, own)| *own == Scanned::NONE).map(|(ray, _)| *ray).collect();
                 on_threads(3, || tree.trace(&scene, &plain, &mut traced));
                 for (index, truth) in truth[..plain.len()].iter().enumerate() {
                     assert_eq!(bits(&traced.hits(index).next()), bits(truth), "round {round}: {:?}", plain[index]);
@@ -135,7 +136,9 @@ fn lights_reach_placed_meshes_where_the_oracle_says() {
         let scene = InstancedTriangles { meshes: &triangles, placements: &world.placements };
         let lights = lit::lights(&world.flattened, 3.0, Vec3::ZERO, &mut random);
         let (positions, own) = lit::points(&world.flattened, 3.0, Vec3::ZERO, &mut random);
-        for receivers in [Receivers::Points { positions: &positions, own: &own }, Receivers::Faces, Receivers::Samples(2)] {
+        for receivers in
+            [Receivers::Points { positions: &positions, own: &own }, Receivers::Faces, Receivers::Samples(2)]
+        {
             let lit = Lit::new(world.flattened.triangles(), receivers);
             let every = receivers.count(lit.triangles).div_ceil(30).max(1);
             let truth = Truth::of(&lit, &lights, every);

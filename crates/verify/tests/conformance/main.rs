@@ -9,6 +9,7 @@ mod check;
 mod frames;
 mod instances;
 mod lit;
+mod motion;
 mod scan;
 mod single_rays;
 mod specialised;

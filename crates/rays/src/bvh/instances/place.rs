@@ -1,4 +1,4 @@
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::{InstancedTriangles, Mesh, Placement};
@@ -7,7 +7,7 @@ use crate::bvh::line::Line;
 use crate::bvh::split::{Extent, Item};
 use crate::bvh::{Bvh, Child, Kind, WIDTH};
 
-/// A placement prepared for rays: 112 bytes.
+/// A placement prepared for rays: 12 bytes. The inverse is computed again for each ray.
 ///
 /// **How far a mesh may be off.** Let M be the matrix of the placement, t its translation, B the computed inverse of M, R the
 /// residual 1 − B M with rounding, norms those of the largest row, u = 2⁻⁵³, and ρ a little more than |R| and some u. The
@@ -19,10 +19,6 @@ use crate::bvh::{Bvh, Child, Kind, WIDTH};
 /// in the mesh's space that is |B| times as much. All of these are added to the uncertainty of boxes and corners.
 #[derive(Clone, Copy)]
 pub(super) struct Placed {
-    mesh_from_world: DMat3,
-    /// The box in the world; inverted if nothing is there or the placement is flattened.
-    low: Vec3,
-    high: Vec3,
     /// The id of the first triangle.
     pub(super) first: u32,
     /// The uncertainty of the mesh's corners for a ray from the world's zero; NaN if the placement is flattened.
@@ -38,14 +34,23 @@ const MOST_OFF: f64 = 1.0 / 256.0;
 /// The largest coordinate in the tree of placements.
 const FARTHEST: f64 = (1_u64 << 40) as f64;
 
-/// Prepares all placements.
+/// Prepares all placements, and collects the boxes of those in the tree.
 ///
 /// # Panics
 /// If there are more triangles than ids.
-pub(super) fn place_all(scene: &InstancedTriangles<'_>, meshes: &[Mesh], placed: &mut Vec<Placed>) {
-    let placements = scene.placements.par_iter().with_min_len(64);
-    let of_mesh = |placement: &Placement| Placed::new(placement, &meshes[placement.mesh as usize]);
-    placements.map(of_mesh).collect_into_vec(placed);
+pub(super) fn place_all(
+    scene: &InstancedTriangles<'_>,
+    meshes: &[Mesh],
+    placed: &mut Vec<Placed>,
+    items: &mut Vec<Item>,
+) {
+    let placements = scene.placements.par_iter().with_min_len(64).enumerate();
+    let place = |(index, placement): (usize, &Placement)| {
+        let (placed, extent) = Placed::new(placement, &meshes[placement.mesh as usize]);
+        (placed, Item::new(extent, index as u32))
+    };
+    placements.map(place).unzip_into_vecs(placed, items);
+    items.retain(|item| item.extent().low.x <= item.extent().high.x);
     let mut first = 0_u32;
     for (placed, placement) in placed.iter_mut().zip(scene.placements) {
         placed.first = first;
@@ -61,7 +66,8 @@ fn norm(matrix: DMat3) -> f64 {
 }
 
 impl Placed {
-    fn new(placement: &Placement, mesh: &Mesh) -> Self {
+    /// Also the box in the world: an inverted one if nothing is there or the placement is flattened.
+    fn new(placement: &Placement, mesh: &Mesh) -> (Self, Extent) {
         const TINY: f64 = 1.0 / (1_u64 << 49) as f64;
         const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
         let DAffine3 { matrix3: matrix, translation } = placement.world_from_mesh;
@@ -78,15 +84,16 @@ impl Placed {
         let off = 1.1 * (shrink * rounding + 2.2 * skew * mesh.reach) + by_origin * far;
         let is_sound = skew <= LARGEST_SKEW && off <= MOST_OFF * mesh.size && reach <= FARTHEST && mesh.is_plain();
         let is_empty = mesh.hierarchy.nodes.is_empty();
-        let is_there = is_sound && !is_empty;
-        Self {
-            mesh_from_world: inverse,
-            low: if is_there { low.as_vec3().map(f32::next_down) } else { Vec3::INFINITY },
-            high: if is_there { high.as_vec3().map(f32::next_up) } else { Vec3::NEG_INFINITY },
-            first: 0,
-            off: if is_sound || is_empty { (off as f32).next_up().min(f32::MAX) } else { f32::NAN },
-            off_by_origin: (by_origin as f32).next_up(),
-        }
+        let extent = if is_sound && !is_empty {
+            Extent {
+                low: low.as_vec3().map(f32::next_down).extend(0.0),
+                high: high.as_vec3().map(f32::next_up).extend(0.0),
+            }
+        } else {
+            Extent::EMPTY
+        };
+        let off = if is_sound || is_empty { (off as f32).next_up().min(f32::MAX) } else { f32::NAN };
+        (Self { first: 0, off, off_by_origin: (by_origin as f32).next_up() }, extent)
     }
 
     /// Whether its triangles are taken one by one.
@@ -94,17 +101,13 @@ impl Placed {
         self.off.is_nan()
     }
 
-    /// The item of the tree of placements, unless nothing is there.
-    pub(super) fn item(&self, index: usize) -> Option<Item> {
-        let [low, high] = [self.low, self.high].map(|corner| corner.extend(0.0));
-        (self.low.x <= self.high.x).then(|| Item::new(Extent { low, high }, index as u32))
-    }
-
     /// A ray's line in the mesh's space, wide enough for all that rounding may do; `None` where f32 can't hold it.
     #[inline(always)]
     pub(super) fn line(&self, placement: &Placement, ray: &Ray) -> Option<Line> {
-        let origin = self.mesh_from_world * (ray.origin - placement.world_from_mesh.translation);
-        let line = Line::new(&Ray { origin, direction: self.mesh_from_world * ray.direction, ..*ray }, 1.0)?;
+        let DAffine3 { matrix3, translation } = placement.world_from_mesh;
+        let inverse = matrix3.inverse();
+        let (origin, direction) = (inverse * (ray.origin - translation), inverse * ray.direction);
+        let line = Line::new(&Ray { origin, direction, ..*ray }, 1.0)?;
         let off = self.off_by_origin.mul_add(ray.origin.abs().max_element() as f32, self.off);
         Some(line.widened(off * 1.001))
     }
@@ -130,7 +133,8 @@ fn world_box(placement: &Placement, hierarchy: &Bvh) -> [DVec3; 2] {
         let middle = placement.world_from_mesh.transform_point3(0.5 * (low + high));
         let half = sizes * (0.5 * (high - low));
         // More than the roundings of both, and of posed corners in f64.
-        let half = half + 1e-14 * (middle.abs() + half + placement.world_from_mesh.translation.abs() + sizes * low.abs());
+        let half =
+            half + 1e-14 * (middle.abs() + half + placement.world_from_mesh.translation.abs() + sizes * low.abs());
         bounds = [bounds[0].min(middle - half), bounds[1].max(middle + half)];
     }
     bounds

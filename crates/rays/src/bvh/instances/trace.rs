@@ -62,12 +62,9 @@ impl InstanceTree {
             return None;
         }
         let Self { flattened, level, .. } = self;
-        let among = flattened.hierarchy.nearest_from(
-            flattened.triangles(),
-            ray,
-            flattened.own(own),
-            &|hit| stops(&flattened.hit(*hit)),
-        );
+        let among = flattened
+            .hierarchy
+            .nearest_from(flattened.triangles(), ray, flattened.own(own), &|hit| stops(&flattened.hit(*hit)));
         let best = among.map(|hit| flattened.hit(hit));
         dispatch!(*level, simd => self.nearest_at(simd, scene, ray, own, stops, best))
     }
@@ -119,12 +116,10 @@ impl InstanceTree {
             return false;
         }
         let Self { flattened, level, .. } = self;
-        let by_flattened = flattened.hierarchy.blocked(
-            flattened.triangles(),
-            shadow_ray,
-            flattened.own(own),
-            &|triangle, weights| stops(flattened.ids[triangle as usize], weights),
-        );
+        let by_flattened =
+            flattened.hierarchy.blocked(flattened.triangles(), shadow_ray, flattened.own(own), &|triangle, weights| {
+                stops(flattened.ids[triangle as usize], weights)
+            });
         by_flattened || dispatch!(*level, simd => self.blocked_at(simd, scene, shadow_ray, own, stops))
     }
 
@@ -178,7 +173,7 @@ impl InstanceTree {
             return ControlFlow::Continue(());
         }
         let Some(line) = Line::new(ray, 1.0) else {
-            let mut there = (0..self.placed.len()).filter(|&index| self.placed[index].item(index).is_some());
+            let mut there = (0..self.placed.len()).filter(|&index| !self.placed[index].is_flattened());
             return there.try_for_each(|index| {
                 test(index)?;
                 ControlFlow::Continue(())
@@ -217,7 +212,7 @@ impl InstanceTree {
     /// If the scene isn't the one of the last build.
     pub fn trace<'a>(&self, scene: &InstancedTriangles<'_>, rays: impl Into<Rays<'a>>, traced: &mut Scanned) {
         self.expect(scene);
-        traced.fill_nearest(rays.into(), |ray| self.nearest_from(scene, ray, Scanned::NONE, &|_| true));
+        traced.fill_nearest(rays.into(), |_, ray| self.nearest_from(scene, ray, Scanned::NONE, &|_| true));
     }
 
     /// Finds the points that each light reaches, as [`Scanner::lit`](crate::Scanner::lit) does.
