@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DAffine3, DVec3, Vec3};
 use umbrage::rays::{
-    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Rays, Receivers, Scan,
-    Scanned, Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
+    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Masks, Nearest, Omitted, Rays, Receivers,
+    Scan, Scanned, Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
 };
 use umbrage::scene::{BadInstance, Instance, Instances};
 
@@ -200,7 +200,7 @@ impl State {
     /// The share of each triangle's area that lights reach.
     pub(super) fn lit_areas(&mut self, lights: &[LightSource], samples: u32, shares: &mut Vec<LitShare>) {
         let (scanner, triangles) = self.scanner();
-        scanner.lit_areas(triangles, lights, samples, shares);
+        scanner.lit_areas(triangles, Masks::default(), lights, samples, shares);
     }
 }
 

@@ -7,7 +7,7 @@ use crate::light_grid::{LightGrid, PointList};
 use crate::patches::Patches;
 use crate::predicate::{HitPoint, ROUNDING};
 use crate::shot::{Cone, OpacityOfSides};
-use crate::{LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles};
+use crate::{LightSource, Masks, Opacity, Opaque, RayMasks, Sides, SimdLevel, Triangles};
 
 /// Points, and the triangles that may shadow them.
 #[derive(Clone, Copy)]
@@ -20,13 +20,15 @@ pub struct Lit<'a> {
     pub opacity: &'a dyn Opacity,
     /// Sides of triangles that stop light.
     pub sides: Sides<'a>,
+    /// Masks of triangles and lights.
+    pub masks: Masks<'a>,
 }
 
 impl<'a> Lit<'a> {
     /// Points among triangles opaque on both sides.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, receivers: Receivers<'a>) -> Self {
-        Self { triangles, receivers, opacity: &Opaque, sides: Sides::Both }
+        Self { triangles, receivers, opacity: &Opaque, sides: Sides::Both, masks: Masks::default() }
     }
 }
 
@@ -210,11 +212,13 @@ impl Shadows {
         &mut self,
         lit: &Lit<'_>,
         (patches, list): (&Patches, &PointList),
-        light: &LightSource,
+        (light, mask): (&LightSource, u32),
         threads: usize,
         bits: &mut [u64],
     ) {
-        let opacity = OpacityOfSides::between(lit.triangles, (lit.opacity, lit.sides), light);
+        let masked = lit.masks.opacity(mask, lit.opacity);
+        let opacity: &dyn Opacity = if lit.masks.hide_nothing() { lit.opacity } else { &masked };
+        let opacity = OpacityOfSides::between(lit.triangles, (opacity, lit.sides), light);
         self.grid.shadow_list(opacity, patches, list, (light, threads), &mut self.blocks);
         let cone = Cone::of(light);
         list.visit_lit(&self.blocks, |number, position| {
@@ -279,9 +283,11 @@ impl LitPoints {
         shadows.resize_with(takers.max(shadows.len()), || Shadows::with_level(*level));
         let lights_of_each = lights.len().div_ceil(takers);
         let questions = lights.par_chunks(lights_of_each).zip(bits.words.par_chunks_mut(words * lights_of_each));
-        shadows.par_iter_mut().with_max_len(1).zip(questions).each(|(shadows, (lights, bits))| {
-            for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
-                shadows.light(lit, (patches, list), light, of_each, bits);
+        let questions = questions.enumerate();
+        shadows.par_iter_mut().with_max_len(1).zip(questions).each(|(shadows, (chunk, (lights, bits)))| {
+            let numbers = chunk * lights_of_each..;
+            for ((number, light), bits) in numbers.zip(lights).zip(bits.chunks_mut(words)) {
+                shadows.light(lit, (patches, list), (light, lit.masks.of_ray(number)), of_each, bits);
             }
         });
     }
@@ -295,8 +301,8 @@ impl Scanner {
     /// tiles of them in place of an image's.
     ///
     /// # Panics
-    /// If it was built for another number of triangles, if `own` is neither empty nor as long as the points, or if pixels
-    /// aren't full tiles.
+    /// If it was built for another number of triangles, if `own` is neither empty nor as long as the points, if a light has no
+    /// mask, or if pixels aren't full tiles.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         self.points.lit(&self.patches, lit, lights, bits);
     }
@@ -319,10 +325,11 @@ impl Scanner {
     /// triangles for the first light, then for the next one. Triangles that no ray can hit are dark.
     ///
     /// # Panics
-    /// If it was built for another number of triangles, or there are no samples.
+    /// If it was built for another number of triangles, there are no samples, or a light has no mask.
     pub fn lit_areas(
         &mut self,
         triangles: Triangles<'_>,
+        masks: Masks<'_>,
         lights: &[LightSource],
         samples: u32,
         shares: &mut Vec<LitShare>,
@@ -332,8 +339,9 @@ impl Scanner {
         let mut bits = LitBits::default();
         shares.clear();
         points.list(patches, &lit);
-        for light in lights {
-            points.lit_listed(patches, &lit, std::slice::from_ref(light), &mut bits);
+        for (number, light) in lights.iter().enumerate() {
+            let masks = Masks { rays: RayMasks::All(masks.of_ray(number)), ..masks };
+            points.lit_listed(patches, &Lit { masks, ..lit }, std::slice::from_ref(light), &mut bits);
             shares.extend(bits.shares(0, samples));
         }
     }
