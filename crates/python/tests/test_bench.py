@@ -41,7 +41,7 @@ def test_peers_agree_about_meshes_that_stay_and_move(capsys):
     line = ["--peers", "demo:cloth?triangles=300", "--any-rays", "2000", "--points", "500", "--rounds", "2"]
     assert bench.main(line) == 0
     rows = [line.split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| `demo:cloth")]
-    assert [row[3].strip() for row in rows] == ["stays"] * 7 + ["moves"] * 7
+    assert [row[3].strip() for row in rows] == ["stays"] * 8 + ["moves"] * 8
     for row in rows:
         count, ours, theirs, differ = int(row[5].replace(",", "")), float(row[6]), float(row[7]), int(row[11].replace(",", ""))
         assert count > 0 and ours > 0 and theirs > 0 and differ <= count // 100, row

@@ -5,6 +5,7 @@ import pytest
 from conftest import scene_of
 
 import umbrage
+import umbrage.trimesh
 
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
 RAYS = np.zeros((4, 6), np.float32)
@@ -88,3 +89,29 @@ def test_origins_in_more_dimensions_than_two_are_refused():
         scene_of(*TRIANGLE).scan([[[0, 0, 0]]], POINTS)
     with pytest.raises(ValueError, match=r"^directions: expected shape \(2, \.\.\., 3\) float32, found shape \(4, 3\) float32$"):
         scene_of(*TRIANGLE).scan([[0, 0, 0]] * 2, POINTS, each=True)
+
+
+@pytest.mark.parametrize(
+    ("method", "name", "wanted"),
+    [
+        ("intersects_id", "ray_origins", "(m, 3)"),
+        ("intersects_first", "ray_directions", "(4, 3)"),
+        ("intersects_any", "ray_origins", "(m, 3)"),
+        ("contains_points", "points", "(n, 3)"),
+        ("on_surface", "points", "(n, 3)"),
+        ("signed_distance", "points", "(n, 3)"),
+    ],
+)
+@pytest.mark.parametrize("bad", BAD)
+def test_errors_about_trimesh_name_argument_shape_and_dtype(method, name, wanted, bad):
+    class Mesh:
+        vertices, faces = (np.array(of) for of in TRIANGLE)
+
+    classes = umbrage.trimesh.RayMeshIntersector, umbrage.trimesh.ProximityQuery
+    (of,) = [made for made in classes if hasattr(made, method)]
+    value, error, found = BAD[bad]
+    arguments = {"ray_origins": [value, POINTS], "ray_directions": [POINTS, value], "points": [value]}[name]
+    with pytest.raises(error) as caught:
+        getattr(of(Mesh()), method)(*arguments)
+    message = str(caught.value)
+    assert message.startswith(f"{name}: expected shape {wanted} float64, found {found}"), message

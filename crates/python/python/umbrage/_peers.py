@@ -16,7 +16,7 @@ import umbrage
 Array = NDArray[Any]
 
 # Points for trimesh, which takes milliseconds for each.
-FEW = 1_000
+FEW = 100
 
 
 class Question(NamedTuple):
@@ -107,7 +107,7 @@ def _questions(vertices: Array, asked: argparse.Namespace, tensor: Any) -> Itera
     random = np.random.default_rng(1)
     count = asked.any_rays
     rays = np.float32(np.concatenate([random.uniform(low, high, (count, 3)), random.normal(size=(count, 3))], axis=1))
-    as_tensor = tensor(rays)
+    as_tensor, threads = tensor(rays), asked.threads
 
     def equal(ours: Array, theirs: Array) -> Array:
         return ours == theirs
@@ -116,7 +116,7 @@ def _questions(vertices: Array, asked: argparse.Namespace, tensor: Any) -> Itera
         "`cast_rays`",
         count,
         lambda scene: np.isfinite(scene.cast_rays(rays)["t_hit"]),
-        lambda scene: np.isfinite(scene.cast_rays(as_tensor)["t_hit"].numpy()),
+        lambda scene: np.isfinite(scene.cast_rays(as_tensor, nthreads=threads)["t_hit"].numpy()),
         None,
         equal,
     )
@@ -124,7 +124,7 @@ def _questions(vertices: Array, asked: argparse.Namespace, tensor: Any) -> Itera
         "`test_occlusions`",
         count,
         lambda scene: scene.test_occlusions(rays),
-        lambda scene: scene.test_occlusions(as_tensor).numpy(),
+        lambda scene: scene.test_occlusions(as_tensor, nthreads=threads).numpy(),
         None,
         equal,
     )
@@ -132,7 +132,17 @@ def _questions(vertices: Array, asked: argparse.Namespace, tensor: Any) -> Itera
         "`count_intersections`",
         count,
         lambda scene: scene.count_intersections(rays),
-        lambda scene: scene.count_intersections(as_tensor).numpy(),
+        lambda scene: scene.count_intersections(as_tensor, nthreads=threads).numpy(),
+        None,
+        equal,
+    )
+    middle = (low + high) / 2
+    from_middle = tensor(np.concatenate([np.broadcast_to(middle, (count, 3)), rays[:, 3:]], axis=1))
+    yield Question(
+        "one origin, `scan`",
+        count,
+        lambda scene: np.isfinite(scene.scan(middle, rays[:, 3:])["t_hit"]),
+        lambda scene: np.isfinite(scene.cast_rays(from_middle, nthreads=threads)["t_hit"].numpy()),
         None,
         equal,
     )
@@ -145,20 +155,20 @@ def _questions(vertices: Array, asked: argparse.Namespace, tensor: Any) -> Itera
         points = np.float32(random.uniform(low - 0.1 * size, high + 0.1 * size, (number, 3)))
         of_points = tensor(points)
         yield Question(
-            f"`compute_closest_points`, {number:,}",
+            "`compute_closest_points`" + (", few" if with_trimesh else ""),
             number,
             lambda scene, points=points: np.linalg.norm(scene.compute_closest_points(points)["points"] - points, axis=1),
             lambda scene, points=points, of_points=of_points: np.linalg.norm(
-                scene.compute_closest_points(of_points)["points"].numpy() - points, axis=1
+                scene.compute_closest_points(of_points, nthreads=threads)["points"].numpy() - points, axis=1
             ),
             (lambda mesh, points=points: mesh.nearest.on_surface(points)[1]) if with_trimesh else None,
             near,
         )
         yield Question(
-            f"`compute_signed_distance`, {number:,}",
+            "`compute_signed_distance`" + (", few" if with_trimesh else ""),
             number,
             lambda scene, points=points: scene.compute_signed_distance(points),
-            lambda scene, of_points=of_points: scene.compute_signed_distance(of_points).numpy(),
+            lambda scene, of_points=of_points: scene.compute_signed_distance(of_points, nthreads=threads).numpy(),
             (lambda mesh, points=points: mesh.nearest.signed_distance(points)) if with_trimesh else None,
             near,
         )

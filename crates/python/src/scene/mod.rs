@@ -326,6 +326,7 @@ impl RaycastingScene {
     }
 
     /// Finds which points are inside of closed meshes: (...) float32, 1 inside and 0 outside, as `compute_signed_distance` tells.
+    /// `nsamples` makes no difference there either.
     #[pyo3(signature = (query_points, nthreads=0, nsamples=1))]
     fn compute_occupancy<'py>(
         &self,
