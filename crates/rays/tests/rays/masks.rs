@@ -18,7 +18,7 @@ struct Frame {
     masks: Vec<u32>,
 }
 
-/// Without what a ray mask hides.
+/// A mesh without the triangles that a ray mask hides.
 struct Left {
     mesh: Mesh,
     /// The ids of its triangles in the whole mesh.
@@ -53,7 +53,7 @@ impl Frame {
     }
 }
 
-/// What is compared of a hit.
+/// Triangle, t and weights of a hit, bit for bit.
 type Bits = (u32, u64, [u32; 2]);
 
 fn bits(Hit { triangle, t, barycentric }: Hit) -> Bits {
