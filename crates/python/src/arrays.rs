@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use bytemuck::Pod;
 use glam::{DAffine3, DMat4, DVec3, DVec4, Vec3};
 use numpy::{Element, IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -43,19 +43,20 @@ impl<'py, T: Number, const N: usize> Rows<'py, T, N> {
     /// Takes any value that numpy makes an array of, or that has DLPack's protocol. It is copied only where it isn't
     /// contiguous, of another type, or not aligned.
     pub(crate) fn new(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let array = contiguous(name, value)?;
-        let rows = Self { array };
-        if rows.array.shape().last() != Some(&N) {
-            return Err(expected(name, &format!("shape (..., {N})"), shown(rows.array.shape())));
+        let wanted = format!("(..., {N})");
+        let array = contiguous(name, &wanted, value)?;
+        if array.shape().last() != Some(&N) {
+            return Err(other_array::<T>(name, &wanted, value));
         }
-        Ok(rows)
+        Ok(Self { array })
     }
 
     /// As [`Rows::new`], of two dimensions; `count` is the name of the first one.
     pub(crate) fn table(name: &str, count: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let array = contiguous(name, value)?;
+        let wanted = format!("({count}, {N})");
+        let array = contiguous(name, &wanted, value)?;
         if array.ndim() != 2 || array.shape()[1] != N {
-            return Err(expected(name, &format!("shape ({count}, {N})"), shown(array.shape())));
+            return Err(other_array::<T>(name, &wanted, value));
         }
         Ok(Self { array })
     }
@@ -81,11 +82,33 @@ pub(crate) struct Numbers<'py, T: Element> {
 impl<'py, T: Number> Numbers<'py, T> {
     /// As [`Rows::new`], of a shape.
     pub(crate) fn new(name: &str, value: &Bound<'py, PyAny>, shape: &[usize]) -> PyResult<Self> {
-        let array = contiguous(name, value)?;
-        if array.shape() != shape {
-            return Err(expected(name, &format!("shape {}", shown(shape)), shown(array.shape())));
-        }
-        Ok(Self { array })
+        Self::fitting(name, &shown(shape), value, |found| found == shape)
+    }
+
+    /// Of one dimension.
+    pub(crate) fn list(name: &str, count: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        Self::fitting(name, &format!("({count},)"), value, |found| found.len() == 1)
+    }
+
+    fn fitting(
+        name: &str,
+        wanted: &str,
+        value: &Bound<'py, PyAny>,
+        fits: impl FnOnce(&[usize]) -> bool,
+    ) -> PyResult<Self> {
+        let array = contiguous(name, wanted, value)?;
+        if fits(array.shape()) { Ok(Self { array }) } else { Err(other_array::<T>(name, wanted, value)) }
+    }
+
+    /// One number for all, or those of a shape.
+    pub(crate) fn one_or_each(name: &str, value: &Bound<'py, PyAny>, shape: &[usize]) -> PyResult<Self> {
+        let wanted = if shape.is_empty() { "()".to_owned() } else { format!("() or {}", shown(shape)) };
+        Self::fitting(name, &wanted, value, |found| found.is_empty() || found == shape)
+    }
+
+    /// The number, where there is one alone.
+    pub(crate) fn one(&self) -> Option<T> {
+        (self.array.ndim() == 0).then(|| self.slice().first().copied()).flatten()
     }
 
     pub(crate) fn slice(&self) -> &[T] {
@@ -120,7 +143,7 @@ pub(crate) fn affine(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DAffine3>
     let rows = Rows::<f64, 4>::table(name, "3 or 4", value)?;
     let rows = rows.of::<DVec4>();
     if !(3..=4).contains(&rows.len()) {
-        return Err(expected(name, "shape (3 or 4, 4)", shown(&[rows.len(), 4])));
+        return Err(other_array::<f64>(name, "(3 or 4, 4)", value));
     }
     affine_of(name, rows)
 }
@@ -130,7 +153,7 @@ pub(crate) fn affines(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<DAff
     let rows = Rows::<f64, 4>::new(name, value)?;
     match *rows.shape() {
         [_, of_each @ (3 | 4)] => rows.of::<DVec4>().chunks(of_each).map(|rows| affine_of(name, rows)).collect(),
-        ref shape => Err(expected(name, "shape (N, 3 or 4, 4)", shown(&[shape, &[4]].concat()))),
+        _ => Err(other_array::<f64>(name, "(N, 3 or 4, 4)", value)),
     }
 }
 
@@ -143,14 +166,16 @@ fn affine_of(name: &str, rows: &[DVec4]) -> PyResult<DAffine3> {
     is_affine.then(|| DAffine3::from_mat4(matrix)).ok_or_else(error)
 }
 
-fn contiguous<'py, T: Number>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+fn contiguous<'py, T: Number>(
+    name: &str,
+    wanted: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     if let Some(array) = as_it_is(value) {
         return Ok(array);
     }
-    let numpy = value.py().import("numpy")?;
-    let has_protocol = !value.is_instance(&numpy.getattr("ndarray")?)? && value.hasattr("__dlpack__")?;
-    let array = numpy.call_method1(if has_protocol { "from_dlpack" } else { "asarray" }, (value,));
-    let array = array.map_err(|why| not_numbers::<T>(name, value, &why.to_string()))?;
+    let not_numbers = || PyTypeError::new_err(mismatch::<T>(name, wanted, value));
+    let array = as_array(value).map_err(|_| not_numbers())?;
     if let Some(array) = as_it_is(&array) {
         return Ok(array);
     }
@@ -159,7 +184,7 @@ fn contiguous<'py, T: Number>(name: &str, value: &Bound<'py, PyAny>) -> PyResult
     let is_empty = array.getattr("size")?.extract::<usize>()? == 0;
     // An empty list is an array of floats to numpy.
     if !T::KINDS.contains(&kind) && !is_empty {
-        return Err(not_numbers::<T>(name, value, &format!("dtype {dtype}")));
+        return Err(not_numbers());
     }
     if T::KINDS == "iu" && !is_empty {
         let [least, most] = ["min", "max"].map(|method| array.call_method0(method).and_then(|of| of.extract::<i128>()));
@@ -168,8 +193,15 @@ fn contiguous<'py, T: Number>(name: &str, value: &Bound<'py, PyAny>) -> PyResult
             return Err(expected(name, "numbers from 0 to 4294967295", if least < 0 { least } else { most }));
         }
     }
-    let converted = numpy.call_method1("require", (array, T::NAME, ("C", "A")))?;
-    as_it_is(&converted).ok_or_else(|| not_numbers::<T>(name, value, "an array that can't be read"))
+    let converted = value.py().import("numpy")?.call_method1("require", (array, T::NAME, ("C", "A")))?;
+    as_it_is(&converted).ok_or_else(not_numbers)
+}
+
+/// numpy's array of a value.
+fn as_array<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = value.py().import("numpy")?;
+    let has_protocol = !value.is_instance(&numpy.getattr("ndarray")?)? && value.hasattr("__dlpack__")?;
+    numpy.call_method1(if has_protocol { "from_dlpack" } else { "asarray" }, (value,))
 }
 
 /// The array itself, where it can be read in place.
@@ -179,10 +211,22 @@ fn as_it_is<'py, T: Number>(value: &Bound<'py, PyAny>) -> Option<PyReadonlyArray
     (array.is_c_contiguous() && array.as_slice().is_ok()).then_some(array)
 }
 
-fn not_numbers<T: Number>(name: &str, value: &Bound<'_, PyAny>, found: &str) -> PyErr {
-    let kind = value.get_type().name().map_or_else(|_| "object".to_owned(), |name| name.to_string());
-    let wanted = if T::KINDS == "iu" { "integers" } else { "numbers" };
-    PyTypeError::new_err(format!("{name}: expected an array of {wanted} ({}), found {kind}: {found}", T::NAME))
+/// The error for an array of another shape than the wanted one, as Python writes it.
+pub(crate) fn other_array<T: Number>(name: &str, wanted: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    PyValueError::new_err(mismatch::<T>(name, wanted, value))
+}
+
+/// Names an argument, and shape and type of numbers: those that were expected and those that were found.
+fn mismatch<T: Number>(name: &str, wanted: &str, value: &Bound<'_, PyAny>) -> String {
+    let found = as_array(value).and_then(|array| {
+        let (shape, dtype) = (array.getattr("shape")?, array.getattr("dtype")?);
+        Ok(format!("shape {shape} {dtype}"))
+    });
+    let found = found.unwrap_or_else(|why| {
+        let kind = value.get_type().name().map_or_else(|_| "object".to_owned(), |name| name.to_string());
+        format!("{kind}: {why}")
+    });
+    format!("{name}: expected shape {wanted} {}, found {found}", T::NAME)
 }
 
 /// A shape as Python writes it.

@@ -30,6 +30,23 @@ def test_each_question_has_a_row_and_both_agree(capsys):
         assert rays > 0 and differ <= rays // 100, row
 
 
+def test_without_open3d_it_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    assert bench.main(["--peers", "demo:cloth?triangles=300"]) == 2
+    assert "pip install open3d" in capsys.readouterr().err
+
+
+def test_peers_agree_about_meshes_that_stay_and_move(capsys):
+    pytest.importorskip("open3d", reason="Open3D isn't installed")
+    line = ["--peers", "demo:cloth?triangles=300", "--any-rays", "2000", "--points", "500", "--rounds", "2"]
+    assert bench.main(line) == 0
+    rows = [line.split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| `demo:cloth")]
+    assert [row[3].strip() for row in rows] == ["stays"] * 8 + ["moves"] * 8
+    for row in rows:
+        count, ours, theirs, differ = int(row[5].replace(",", "")), float(row[6]), float(row[7]), int(row[11].replace(",", ""))
+        assert count > 0 and ours > 0 and theirs > 0 and differ <= count // 100, row
+
+
 def test_what_python_adds_is_a_row_for_each_question(tmp_path, capsys):
     program = tmp_path / "program"
     program.write_text("#!/bin/sh\nwhile read name; do echo 50; done\n")

@@ -79,6 +79,23 @@ def test_changed_meshes_are_hit_where_they_are():
     assert not np.isfinite(scene.cast_rays(some)["t_hit"]).any()
 
 
+def test_masks_hide_instances():
+    vertices, triangles = ball()
+    scene, alone = umbrage.InstancedScene(), umbrage.RaycastingScene()
+    mesh, matrices = scene.add_mesh(vertices, triangles), transforms(8)
+    masks = np.uint32([1, 2, 3, 4] * 2)
+    scene.set_instances(mesh, matrices, mask=masks)
+    for matrix, mask in zip(matrices, masks):
+        alone.set_transform(alone.add_triangles(vertices, triangles, mask=int(mask)), matrix)
+    some, of_rays = rays(), RNG.integers(0, 8, 2000)
+    equal(scene.cast_rays(some, mask=of_rays), alone.cast_rays(some, mask=of_rays))
+    equal(scene.scan([0, 0, 0], some[:, :3], mask=2), alone.scan([0, 0, 0], some[:, :3], mask=2))
+    lights = [umbrage.Light.point([0, 9, 0])] * 2
+    assert np.array_equal(scene.lit(lights, faces=True, mask=[1, 6]), alone.lit(lights, faces=True, mask=[1, 6]))
+    scene.set_instances(mesh, matrices, mask=4)
+    assert not np.isfinite(scene.cast_rays(some, mask=3)["t_hit"]).any()
+
+
 def test_bad_instances_are_refused():
     scene = umbrage.InstancedScene()
     mesh = scene.add_mesh(*ball(5))

@@ -12,12 +12,12 @@ STUB = pathlib.Path(umbrage.__file__).with_name("_umbrage.pyi")
 
 
 def stubs(body):
-    """Name and signature of each function and property, `None` for what is neither, of a module's or a class's body."""
+    """Name of all in a module's or a class's body, with the signature of functions that have one alone."""
     for node in body:
         if isinstance(node, ast.FunctionDef):
             decorators = {getattr(decorator, "id", None) for decorator in node.decorator_list}
             arguments = list(parameters(node.args))
-            yield node.name, None if "property" in decorators else arguments
+            yield node.name, None if decorators & {"property", "overload"} else arguments
         elif isinstance(node, ast.AnnAssign):
             yield node.target.id, None
         elif isinstance(node, ast.ClassDef):
@@ -55,13 +55,16 @@ def compiled():
 
 
 def signature(of):
+    all = inspect.signature(of).parameters.values()
+    if any(parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD) for parameter in all):
+        return None
     return [
         (
             parameter.name,
             parameter.kind is parameter.KEYWORD_ONLY,
             "none" if parameter.default is parameter.empty else repr(parameter.default),
         )
-        for parameter in inspect.signature(of).parameters.values()
+        for parameter in all
         if parameter.name != "self"
     ]
 

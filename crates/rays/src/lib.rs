@@ -79,8 +79,8 @@ pub use ray::{Hit, Ray};
 pub use ray_by_ray::SingleRays;
 pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
 pub use shot::{
-    Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Opacity, Opaque, PixelCounts, PixelWork, Seconds,
-    SeenPixels, Shifts, Shot, Sides, TileOrder, Work,
+    Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Masks, Opacity, Opaque, PixelCounts, PixelWork, RayMasks,
+    Seconds, SeenPixels, Shifts, Shot, Sides, TileOrder, Work,
 };
 pub use simd::SimdLevel;
 pub use structure::{Parts, Specialised, Structure};

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any, Literal, final
+from typing import Any, Literal, final, overload
 
 from numpy.typing import ArrayLike, NDArray
 
@@ -127,9 +127,16 @@ class InstancedScene:
     def __new__(cls, nthreads: int = 0) -> InstancedScene: ...
     def add_mesh(self, vertex_positions: ArrayLike | Any, triangle_indices: ArrayLike | None = None) -> int: ...
     def update_mesh(self, mesh_id: int, vertex_positions: ArrayLike) -> None: ...
-    def set_instances(self, mesh_ids: int | ArrayLike, world_from_mesh: ArrayLike) -> None: ...
+    def set_instances(
+        self, mesh_ids: int | ArrayLike, world_from_mesh: ArrayLike, *, mask: int | ArrayLike | None = None
+    ) -> None: ...
     def cast_rays(
-        self, rays: ArrayLike, nthreads: int = 0, *, keys: Sequence[str] | None = None
+        self,
+        rays: ArrayLike,
+        nthreads: int = 0,
+        *,
+        mask: int | ArrayLike | None = None,
+        keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
     def scan(
         self,
@@ -139,6 +146,7 @@ class InstancedScene:
         t_min: float = 0.0,
         t_max: float = ...,
         each: bool = False,
+        mask: int | ArrayLike | None = None,
         nthreads: int = 0,
         keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
@@ -150,6 +158,7 @@ class InstancedScene:
         faces: bool = False,
         geometry_ids: ArrayLike | None = None,
         primitive_ids: ArrayLike | None = None,
+        mask: int | ArrayLike | None = None,
         nthreads: int = 0,
     ) -> NDArray[np.bool_]: ...
 
@@ -167,7 +176,9 @@ class MovingScene:
 class RaycastingScene:
     INVALID_ID: int
     def __new__(cls, nthreads: int = 0, *, origin: ArrayLike | None = None) -> RaycastingScene: ...
-    def add_triangles(self, vertex_positions: ArrayLike | Any, triangle_indices: ArrayLike | None = None) -> int: ...
+    def add_triangles(
+        self, vertex_positions: ArrayLike | Any, triangle_indices: ArrayLike | None = None, *, mask: int = 0xFFFFFFFF
+    ) -> int: ...
     def remove(self, geometry_id: int) -> None: ...
     def update_vertices(self, geometry_id: int, vertex_positions: ArrayLike) -> None: ...
     def set_transform(self, geometry_id: int, world_from_object: ArrayLike) -> None: ...
@@ -177,15 +188,30 @@ class RaycastingScene:
     ) -> NDArray[np.float64]: ...
     def omitted(self) -> dict[str, int]: ...
     def cast_rays(
-        self, rays: ArrayLike, nthreads: int = 0, *, keys: Sequence[str] | None = None
+        self,
+        rays: ArrayLike,
+        nthreads: int = 0,
+        *,
+        mask: ArrayLike | None = None,
+        keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
     @property
     def last_structures(self) -> list[str]: ...
     def test_occlusions(
-        self, rays: ArrayLike, tnear: float = 0.0, tfar: float = ..., nthreads: int = 0
+        self,
+        rays: ArrayLike,
+        tnear: float = 0.0,
+        tfar: float = ...,
+        nthreads: int = 0,
+        *,
+        mask: ArrayLike | None = None,
     ) -> NDArray[np.bool_]: ...
-    def count_intersections(self, rays: ArrayLike, nthreads: int = 0) -> NDArray[np.int32]: ...
-    def list_intersections(self, rays: ArrayLike, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
+    def count_intersections(
+        self, rays: ArrayLike, nthreads: int = 0, *, mask: ArrayLike | None = None
+    ) -> NDArray[np.int32]: ...
+    def list_intersections(
+        self, rays: ArrayLike, nthreads: int = 0, *, mask: ArrayLike | None = None
+    ) -> dict[str, NDArray[Any]]: ...
     def scan(
         self,
         origin: ArrayLike,
@@ -195,6 +221,7 @@ class RaycastingScene:
         t_min: float = 0.0,
         t_max: float = ...,
         each: bool = False,
+        mask: ArrayLike | None = None,
         nthreads: int = 0,
         keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
@@ -206,6 +233,7 @@ class RaycastingScene:
         t_min: float = 0.0,
         t_max: float = ...,
         each: bool = False,
+        mask: ArrayLike | None = None,
         nthreads: int = 0,
     ) -> NDArray[np.bool_]: ...
     def see(
@@ -215,8 +243,29 @@ class RaycastingScene:
         height: int | None = None,
         nthreads: int = 0,
         *,
+        mask: int = 0xFFFFFFFF,
         keys: Sequence[str] | None = None,
     ) -> dict[str, NDArray[Any]]: ...
+    @overload
+    @staticmethod
+    def create_rays_pinhole(
+        intrinsic_matrix: ArrayLike, extrinsic_matrix: ArrayLike, width_px: int, height_px: int
+    ) -> NDArray[np.float32]: ...
+    @overload
+    @staticmethod
+    def create_rays_pinhole(
+        fov_deg: float, center: ArrayLike, eye: ArrayLike, up: ArrayLike, width_px: int, height_px: int
+    ) -> NDArray[np.float32]: ...
+    @staticmethod
+    def create_rays_lidar(
+        elevations_deg: ArrayLike,
+        columns: int | ArrayLike,
+        world_from_sensor: ArrayLike | None = None,
+        *,
+        period: float = 0.0,
+        velocity: ArrayLike | None = None,
+        angular_velocity_deg: ArrayLike | None = None,
+    ) -> NDArray[np.float64]: ...
     def compute_closest_points(self, query_points: ArrayLike, nthreads: int = 0) -> dict[str, NDArray[Any]]: ...
     def compute_distance(self, query_points: ArrayLike, nthreads: int = 0) -> NDArray[np.float64]: ...
     def compute_signed_distance(
@@ -234,6 +283,7 @@ class RaycastingScene:
         geometry_ids: ArrayLike | None = None,
         primitive_ids: ArrayLike | None = None,
         facing: bool = False,
+        mask: ArrayLike | None = None,
         nthreads: int = 0,
     ) -> NDArray[np.bool_]: ...
     def incidence(
@@ -247,7 +297,12 @@ class RaycastingScene:
         nthreads: int = 0,
     ) -> NDArray[np.float32]: ...
     def lit_areas(
-        self, lights: Light | str | Sequence[Light | str], *, samples: int = 64, nthreads: int = 0
+        self,
+        lights: Light | str | Sequence[Light | str],
+        *,
+        samples: int = 64,
+        mask: ArrayLike | None = None,
+        nthreads: int = 0,
     ) -> dict[str, NDArray[np.float64]]: ...
     def render(
         self,

@@ -2,16 +2,19 @@
 
     python -m umbrage.bench
     python -m umbrage.bench 'demo:statue?triangles=300000' walk.glb --suns 100 --threads 2
+    python -m umbrage.bench --peers
     python -m umbrage.bench --overhead target/release/examples/timed_questions
 
 Both get the frame's vertices, build what they need and answer the same rays, in turn. ``embreex`` works on one thread, and so does
-Umbrage unless ``--threads`` says otherwise. With ``--overhead`` the same questions are asked in Rust and in Python, in turn, of a
+Umbrage unless ``--threads`` says otherwise. With ``--peers`` rays and distances are asked beside Open3D and trimesh, of meshes that
+stay and of meshes that move. With ``--overhead`` the same questions are asked in Rust and in Python, in turn, of a
 scene that stays as it is; the program is an example of the library (``cargo build --release --example timed_questions``).
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import statistics
 import subprocess
 import sys
@@ -42,22 +45,23 @@ class Question(NamedTuple):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a line of the command, and give its exit code: 0, 2 for bad input or where ``embreex`` is missing."""
+    """Run a line of the command, and give its exit code: 0, 2 for bad input or where what it compares with is missing."""
     asked = _parser().parse_args(arguments)
+    measure, missing = _measure, "embreex"
     if asked.overhead:
+        measure, missing = _overhead, ""
+    elif asked.peers:
+        from umbrage import _peers
+
+        measure, missing = _peers.measure, "open3d"
+    if missing:
         try:
-            _overhead(asked)
-        except (ValueError, OSError) as wrong:
-            print(f"error: {wrong}", file=sys.stderr)
+            importlib.import_module(missing)
+        except ImportError:
+            print(f"error: this compares with {missing}, which isn't installed: pip install {missing}", file=sys.stderr)
             return 2
-        return 0
     try:
-        import embreex  # noqa: F401
-    except ImportError:
-        print("error: this compares with embreex, which isn't installed: pip install embreex", file=sys.stderr)
-        return 2
-    try:
-        _measure(asked)
+        measure(asked)
     except (ValueError, OSError) as wrong:
         print(f"error: {wrong}", file=sys.stderr)
         return 2
@@ -74,6 +78,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--threads", type=_above_zero, default=1, metavar="N", help="threads of Umbrage [default: 1, as embreex has]")
     parser.add_argument("--offset", type=float, default=1e-5, metavar="PART", help="how far Embree's rays to suns begin from their face, in sizes of the scene [default: 1e-5]")
     parser.add_argument("--overhead", metavar="PROGRAM", help="ask this program of the library in place of Embree: what Python adds to a million rays")
+    parser.add_argument("--peers", action="store_true", help="ask beside Open3D and, where it is installed, trimesh in place of embreex")
+    parser.add_argument("--any-rays", type=_above_zero, default=200_000, metavar="N", help="rays of --peers [default: 200000]")
+    parser.add_argument("--points", type=_above_zero, default=100_000, metavar="N", help="points of --peers [default: 100000]")
     parser.add_argument("--rays", type=_above_zero, default=1_000_000, metavar="N", help="rays of --overhead [default: 1000000]")
     return parser
 

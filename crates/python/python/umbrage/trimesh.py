@@ -171,9 +171,7 @@ class RayMeshIntersector(_Mesh):
         -------
         (n,) bool
         """
-        points = np.asarray(points, np.float64)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
+        points = _rows("points", "n", points)
         scene = self._current()
         inside = np.zeros(len(points), bool)
         vertices = (np.asarray(self.mesh.vertices, np.float64) - self._origin).astype(np.float32)
@@ -222,10 +220,11 @@ class ProximityQuery(_Mesh):
         -------
         closest : (n, 3) float
         distance : (n,) float
+            From the point to the nearest one; infinite for points that aren't finite, and for a mesh without triangles.
         triangle_id : (n,) int
             Of equally near triangles the first.
         """
-        scene, points = self._current(), np.asarray(points, np.float64)
+        scene, points = self._current(), _rows("points", "n", points)
         found = scene.compute_closest_points(points)
         distance = scene.compute_distance(points)
         return found["points"], distance, found["primitive_ids"].astype(np.int64)
@@ -241,7 +240,8 @@ class ProximityQuery(_Mesh):
         -------
         (n,) float
         """
-        return -self._current().compute_signed_distance(np.asarray(points, np.float64))
+        return -self._current().compute_signed_distance(_rows("points", "n", points))
+
 
 def _origin(vertices):
     """The origin of a mesh, as scenes of files have it: the middle of its box where that is far from (0, 0, 0)."""
@@ -259,9 +259,19 @@ def _origin(vertices):
 
 
 def _rays(origins, directions):
-    origins, directions = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
-    if origins.ndim != 2 or origins.shape[1] != 3:
-        raise ValueError(f"ray_origins: expected shape (m, 3), found {origins.shape}")
-    if directions.shape != origins.shape:
-        raise ValueError(f"ray_directions: expected shape {origins.shape}, found {directions.shape}")
-    return np.hstack((origins, directions))
+    origins = _rows("ray_origins", "m", origins)
+    return np.hstack((origins, _rows("ray_directions", len(origins), directions)))
+
+
+def _rows(name, count, value):
+    """An array of shape (count, 3), of any number of rows where the count is a letter."""
+    try:
+        found = np.asarray(value)
+    except ValueError as why:
+        raise TypeError(f"{name}: expected shape ({count}, 3) float64, found {type(value).__name__}: {why}") from None
+    says = f"{name}: expected shape ({count}, 3) float64, found shape {found.shape} {found.dtype}"
+    if found.dtype.kind not in "fiu" and found.size > 0:
+        raise TypeError(says)
+    if found.ndim != 2 or found.shape[1] != 3 or count not in (len(found), "m", "n"):
+        raise ValueError(says)
+    return found.astype(np.float64, copy=False)

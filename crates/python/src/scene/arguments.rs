@@ -4,10 +4,11 @@ use glam::{DAffine3, DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use umbrage::rays::Sweep;
+use umbrage::rays::{Masks, RayMasks, Sweep};
 
+use super::masks::MaskArgument;
 use crate::animated::Frame;
-use crate::arrays::{Numbers, Rows, affine, shown, world_point};
+use crate::arrays::{Numbers, Rows, affine, other_array, world_point};
 use crate::errors::expected;
 
 /// Number of directions between two checks for signals.
@@ -21,6 +22,8 @@ pub(super) struct Sweeps<'py> {
     directions: Rows<'py, f32, 3>,
     /// Whether each origin has directions of its own.
     each: bool,
+    /// One for all origins, or one for each.
+    masks: MaskArgument<'py>,
 }
 
 /// The same, without Python.
@@ -29,7 +32,11 @@ pub(super) struct Pieces<'a> {
     origins: &'a [DVec3],
     directions: &'a [Vec3],
     each: bool,
+    masks: RayMasks<'a>,
 }
+
+/// Directions from one origin, and their mask.
+pub(super) type MaskedSweep<'a> = (Sweep<'a>, u32);
 
 impl<'py> Sweeps<'py> {
     /// In a scene whose coordinates count from `scene_origin`.
@@ -37,26 +44,25 @@ impl<'py> Sweeps<'py> {
         origin: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
         each: bool,
+        mask: Option<&Bound<'py, PyAny>>,
         scene_origin: DVec3,
     ) -> PyResult<Self> {
         let origins = Rows::<f64, 3>::new("origin", origin)?;
         if origins.shape().len() > 1 {
-            let found = [origins.shape(), &[3]].concat();
-            return Err(expected("origin", "shape (3,) or (S, 3)", shown(&found)));
+            return Err(other_array::<f64>("origin", "(3,) or (S, 3)", origin));
         }
-        let directions = Rows::new("directions", directions)?;
+        let (given, directions) = (directions, Rows::new("directions", directions)?);
         let local_origins = origins.of::<DVec3>().iter().map(|&origin| origin - scene_origin).collect();
-        let sweeps = Self { origins, local_origins, directions, each };
+        let masks = MaskArgument::new(mask, origins.shape())?;
+        let sweeps = Self { origins, local_origins, directions, each, masks };
         if each
             && (sweeps.origins.shape().is_empty()
                 || sweeps.directions.shape().first() != sweeps.origins.shape().first())
         {
-            let wanted = match sweeps.origins.shape() {
-                [] => "each=False, as there is one origin".to_owned(),
-                [origins, ..] => format!("shape ({origins}, ..., 3), as there are {origins} origins"),
-            };
-            let found = [sweeps.directions.shape(), &[3]].concat();
-            return Err(expected("directions", &wanted, shown(&found)));
+            return Err(match sweeps.origins.shape() {
+                [] => PyValueError::new_err("directions: expected each=False, as there is one origin, found each=True"),
+                [origins, ..] => other_array::<f32>("directions", &format!("({origins}, ..., 3)"), given),
+            });
         }
         Ok(sweeps)
     }
@@ -69,19 +75,22 @@ impl<'py> Sweeps<'py> {
     }
 
     pub(super) fn pieces(&self) -> Pieces<'_> {
-        Pieces { origins: &self.local_origins, directions: self.directions.of(), each: self.each }
+        let Self { local_origins, directions, each, masks, .. } = self;
+        Pieces { origins: local_origins, directions: directions.of(), each: *each, masks: masks.rays() }
     }
 }
 
 impl<'a> Pieces<'a> {
     /// The sweeps, in pieces of at most [`DIRECTIONS_AT_ONCE`] directions.
-    pub(super) fn sweeps(self) -> impl Iterator<Item = Sweep<'a>> {
-        let Self { origins, directions, each } = self;
+    pub(super) fn sweeps(self) -> impl Iterator<Item = MaskedSweep<'a>> {
+        let Self { origins, directions, each, masks } = self;
+        let masks = Masks { rays: masks, ..Masks::default() };
         let of_each = if each { directions.len() / origins.len().max(1) } else { directions.len() };
         origins.iter().enumerate().flat_map(move |(index, &origin)| {
             let first = if each { index * of_each } else { 0 };
             let own = &directions[first..first + of_each];
-            own.chunks(DIRECTIONS_AT_ONCE).map(move |directions| Sweep { origin, directions })
+            let mask = masks.of_ray(index);
+            own.chunks(DIRECTIONS_AT_ONCE).map(move |directions| (Sweep { origin, directions }, mask))
         })
     }
 }

@@ -7,13 +7,15 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use umbrage::rays::{
-    InstanceTree, InstancedTriangles, LightSource, LitBits, Placement, Ray, Rays, Receivers, Scanned, Triangles,
+    InstanceTree, InstancedTriangles, LightSource, LitBits, Placement, Ray, RayMasks, Rays, Receivers, Scanned,
+    Triangles,
 };
 use umbrage::scene::BadInstance;
 
 use super::answers::{Answers, INVALID_ID, Precision};
 use super::arguments::{NewMesh, Sweeps, Targets};
 use super::keys::Keys;
+use super::masks::{self, MaskArgument};
 use super::rays::RayArray;
 use super::state::spread_bits;
 use crate::arrays::{Numbers, Rows, affines, hand_over, shown};
@@ -57,9 +59,9 @@ impl State {
     }
 
     /// Adds hits to answers.
-    fn append(&mut self, rays: Rays<'_>, answers: &mut Answers) {
+    fn append(&mut self, rays: Rays<'_>, masks: RayMasks<'_>, answers: &mut Answers) {
         let mut traced = Scanned::default();
-        self.ask(|tree, scene| tree.trace(scene, rays, &mut traced));
+        self.ask(|tree, scene| tree.trace(scene, rays, masks, &mut traced));
         answers.append(traced);
     }
 
@@ -170,6 +172,8 @@ impl InstancedScene {
     /// world_from_mesh : array_like (N, 4, 4) or (N, 3, 4) float64
     ///     The transform of each: columns vectors, and 0, 0, 0, 1 as the last row. Positions are computed in float64 and rounded
     ///     to float32 once. Any transform will do; those that flatten a mesh or take it far away cost more memory.
+    /// mask : int or array_like (N,) uint32, optional
+    ///     The mask of each instance, or that of all: rays see it only where their mask and this one have a bit in common.
     ///
     /// Raises
     /// ------
@@ -177,17 +181,21 @@ impl InstancedScene {
     ///     Where there is no such mesh.
     /// ValueError
     ///     For arrays of another shape, or more than 4294967295 triangles in the world.
+    #[pyo3(signature = (mesh_ids, world_from_mesh, *, mask=None))]
     fn set_instances(
         &self,
         py: Python<'_>,
         mesh_ids: &Bound<'_, PyAny>,
         world_from_mesh: &Bound<'_, PyAny>,
+        mask: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let transforms: Vec<DAffine3> = affines("world_from_mesh", world_from_mesh)?;
-        let meshes = match mesh_ids.extract::<u32>() {
-            Ok(mesh) => vec![mesh; transforms.len()],
-            Err(_) => Numbers::new("mesh_ids", mesh_ids, &[transforms.len()])?.slice().to_vec(),
-        };
+        let shape = [transforms.len()];
+        let (mask, numbers) =
+            (MaskArgument::new(mask, &shape)?, Numbers::<u32>::one_or_each("mesh_ids", mesh_ids, &shape)?);
+        let mesh = |index: usize| numbers.one().unwrap_or_else(|| numbers.slice()[index]);
+        let meshes: Vec<u32> = (0..transforms.len()).map(mesh).collect();
+        let masks = mask.rays();
         py.detach(|| {
             let mut state = self.lock();
             if let Some(&most) = meshes.iter().max() {
@@ -197,29 +205,37 @@ impl InstancedScene {
             if triangles >= INVALID_ID as usize {
                 return Err(bad_instance(BadInstance::TooMany));
             }
-            let placed = |(&mesh, &world_from_mesh): (&u32, &DAffine3)| Placement { mesh, world_from_mesh };
+            let places = meshes.iter().zip(&transforms).enumerate();
+            let placed = places.map(|(index, (&mesh, &world_from_mesh))| Placement {
+                mesh,
+                world_from_mesh,
+                mask: masks.at(index),
+            });
             state.placements.clear();
-            state.placements.extend(meshes.iter().zip(&transforms).map(placed));
+            state.placements.extend(placed);
             state.is_current = false;
             Ok(())
         })
     }
 
     /// Finds what any rays hit first, as `RaycastingScene.cast_rays`; ``geometry_ids`` are the numbers of instances.
-    #[pyo3(signature = (rays, nthreads=0, *, keys=None))]
+    #[pyo3(signature = (rays, nthreads=0, *, mask=None, keys=None))]
     fn cast_rays<'py>(
         &self,
         py: Python<'py>,
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
+        mask: Option<&Bound<'py, PyAny>>,
         keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (rays, keys) = (RayArray::new(rays, DVec3::ZERO)?, Keys::new(keys)?);
-        let these = rays.rays();
+        let mask = MaskArgument::new(mask, rays.shape())?;
+        let (these, masks) = (rays.rays(), mask.rays());
         let question = |call: &Call, state: &mut State| {
             let mut answers = Answers::default();
-            for chunk in these.chunks(RAYS) {
-                call.piece(|| state.append(chunk, &mut answers))?;
+            for (number, chunk) in these.chunks(RAYS).enumerate() {
+                let masks = masks::part(masks, number * RAYS, RAYS);
+                call.piece(|| state.append(chunk, masks, &mut answers))?;
             }
             call.piece(|| state.complete(&mut answers, keys))?;
             Ok(answers)
@@ -228,7 +244,7 @@ impl InstancedScene {
     }
 
     /// Finds what directions from one or more origins hit first, as `RaycastingScene.scan` with one hit for each direction.
-    #[pyo3(signature = (origin, directions, *, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0, keys=None))]
+    #[pyo3(signature = (origin, directions, *, t_min=0.0, t_max=f64::INFINITY, each=false, mask=None, nthreads=0, keys=None))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn scan<'py>(
         &self,
@@ -238,19 +254,20 @@ impl InstancedScene {
         t_min: f64,
         t_max: f64,
         each: bool,
+        mask: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
         keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (sweeps, keys) = (Sweeps::new(origin, directions, each, DVec3::ZERO)?, Keys::new(keys)?);
+        let (sweeps, keys) = (Sweeps::new(origin, directions, each, mask, DVec3::ZERO)?, Keys::new(keys)?);
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| {
             let (mut answers, mut rays) = (Answers::default(), Vec::new());
-            for sweep in pieces.sweeps() {
+            for (sweep, mask) in pieces.sweeps() {
                 for directions in sweep.directions.chunks(DIRECTIONS) {
                     let ray = |direction: &Vec3| Ray { t_min, t_max, ..Ray::new(sweep.origin, direction.as_dvec3()) };
                     rays.clear();
                     rays.extend(directions.iter().map(ray));
-                    call.piece(|| state.append(Rays::These(&rays), &mut answers))?;
+                    call.piece(|| state.append(Rays::These(&rays), RayMasks::All(mask), &mut answers))?;
                 }
             }
             call.piece(|| state.complete(&mut answers, keys))?;
@@ -260,7 +277,7 @@ impl InstancedScene {
     }
 
     /// Finds which points, or centroids of all instances' triangles, each light reaches, as `RaycastingScene.lit`.
-    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, nthreads=0))]
+    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, mask=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn lit<'py>(
         &self,
@@ -270,18 +287,21 @@ impl InstancedScene {
         faces: bool,
         geometry_ids: Option<&Bound<'py, PyAny>>,
         primitive_ids: Option<&Bound<'py, PyAny>>,
+        mask: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let lights: Vec<LightSource> = light::lights(lights, DVec3::ZERO)?;
         let targets = Targets::new(points, faces, geometry_ids, primitive_ids, DVec3::ZERO)?;
-        let (positions, own) = (targets.positions(), targets.own());
+        let mask = MaskArgument::new(mask, &[lights.len()])?;
+        let (positions, own, masks) = (targets.positions(), targets.own(), mask.rays());
         let question = |call: &Call, state: &mut State| {
             let own = own.map_or(Ok(Vec::new()), |own| state.ids(own))?;
             let receivers = positions.map_or(Receivers::Faces, |positions| Receivers::Points { positions, own: &own });
             let (mut lit, mut bits) = (Vec::new(), LitBits::default());
-            for lights in lights.chunks(LIGHTS) {
+            for (number, lights) in lights.chunks(LIGHTS).enumerate() {
+                let masks = masks::part(masks, number * LIGHTS, LIGHTS);
                 call.piece(|| {
-                    state.ask(|tree, scene| tree.lit(scene, receivers, lights, &mut bits));
+                    state.ask(|tree, scene| tree.lit(scene, receivers, lights, masks, &mut bits));
                     (0..lights.len()).for_each(|light| spread_bits(bits.of_light(light), bits.points(), &mut lit));
                 })?;
             }

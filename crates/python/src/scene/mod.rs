@@ -3,10 +3,12 @@
 mod answers;
 mod arguments;
 mod ask;
+mod create_rays;
 mod distances;
 mod facing;
 mod instanced;
 mod keys;
+mod masks;
 mod moving;
 mod questions;
 mod rays;
@@ -34,7 +36,9 @@ pub(crate) use moving::MovingScene;
 use answers::{INVALID_ID, Precision};
 use arguments::{NewMesh, Own, Points, Sweeps, Targets, hits_of_each, origin_or_zero, samples_of_each};
 use ask::geometry_of;
+use create_rays::{Lidar, Pinhole};
 use keys::Keys;
+use masks::MaskArgument;
 use questions::Receiving;
 use rays::RayArray;
 use state::State;
@@ -61,60 +65,22 @@ impl RaycastingScene {
         Self::with_origin(nthreads, origin_or_zero(origin)?)
     }
 
-    /// Adds a triangle mesh.
-    ///
-    /// Vertices are copied into the scene. Triangles with a corner that isn't finite, or with two corners that are the same, are
-    /// never hit: see `omitted`.
-    ///
-    /// Parameters
-    /// ----------
-    /// vertex_positions : array_like (N, 3) float32
-    ///     In world units, from the scene's origin. Or, without `triangle_indices`, a whole mesh: a `Frame` or an `Instance`, which
-    ///     are put where they are in the world, by a transform where they need one; a mesh with `vertices` and `faces`, as trimesh
-    ///     has them; or a tuple of vertices and triangles.
-    /// triangle_indices : array_like (M, 3) uint32, optional
-    ///     Three vertices each.
-    ///
-    /// Returns
-    /// -------
-    /// int
-    ///     The geometry's id: how many were added before.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     For arrays of another shape, or an index of a vertex that isn't there.
-    #[pyo3(signature = (vertex_positions, triangle_indices=None))]
+    #[doc = include_str!("docs/add_triangles.txt")]
+    #[pyo3(signature = (vertex_positions, triangle_indices=None, *, mask=0xFFFF_FFFF))]
     fn add_triangles(
         &self,
         py: Python<'_>,
         vertex_positions: &Bound<'_, PyAny>,
         triangle_indices: Option<&Bound<'_, PyAny>>,
+        mask: u32,
     ) -> PyResult<u32> {
         let NewMesh { vertices, triangles, world_from_object } =
             NewMesh::new(vertex_positions, triangle_indices, self.origin)?;
         let (vertices, triangles) = (vertices.of(), triangles.of());
-        py.detach(|| self.lock().add(vertices, triangles, world_from_object)).map_err(bad_instance)
+        py.detach(|| self.lock().add(vertices, triangles, world_from_object, mask)).map_err(bad_instance)
     }
 
-    /// Takes a geometry out of the scene. The others keep their ids, and its own id is not given again.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_id : int
-    ///     What `add_triangles` returned.
-    ///
-    /// Raises
-    /// ------
-    /// IndexError
-    ///     Where there is no such geometry, or it was removed before.
-    ///
-    /// Examples
-    /// --------
-    /// >>> lid = scene.add_triangles(np.float32([[0, 0, 1], [1, 0, 1], [0, 1, 1]]), np.uint32([[0, 1, 2]]))
-    /// >>> scene.remove(lid)
-    /// >>> scene.cast_rays([[0.2, 0.2, 2, 0, 0, -1]])["t_hit"]
-    /// array([2.], dtype=float32)
+    #[doc = include_str!("docs/remove.txt")]
     fn remove(&self, py: Python<'_>, geometry_id: usize) -> PyResult<()> {
         py.detach(|| {
             let mut state = self.lock();
@@ -123,21 +89,7 @@ impl RaycastingScene {
         })
     }
 
-    /// Moves the vertices of a geometry, whose triangles stay.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_id : int
-    ///     What `add_triangles` returned.
-    /// vertex_positions : array_like (N, 3) float32
-    ///     As many as there are, before the geometry's transform.
-    ///
-    /// Raises
-    /// ------
-    /// IndexError
-    ///     Where there is no such geometry.
-    /// ValueError
-    ///     For an array of another shape.
+    #[doc = include_str!("docs/update_vertices.txt")]
     fn update_vertices(&self, py: Python<'_>, geometry_id: usize, vertex_positions: &Bound<'_, PyAny>) -> PyResult<()> {
         let vertices = Rows::<f32, 3>::table("vertex_positions", "N", vertex_positions)?;
         let vertices: &[Vec3] = vertices.of();
@@ -145,7 +97,8 @@ impl RaycastingScene {
             let mut state = self.lock();
             let count = geometry_of(&state, geometry_id)?.vertices();
             if count != vertices.len() {
-                return Err(expected("vertex_positions", &shown(&[count, 3]), shown(&[vertices.len(), 3])));
+                let [wanted, found] = [count, vertices.len()].map(|count| format!("shape {}", shown(&[count, 3])));
+                return Err(expected("vertex_positions", &wanted, found));
             }
             state.change().update(geometry_id as u32, vertices);
             Ok(())
@@ -164,16 +117,18 @@ impl RaycastingScene {
     }
 
     #[doc = include_str!("docs/cast_rays.txt")]
-    #[pyo3(signature = (rays, nthreads=0, *, keys=None))]
+    #[pyo3(signature = (rays, nthreads=0, *, mask=None, keys=None))]
     fn cast_rays<'py>(
         &self,
         py: Python<'py>,
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
+        mask: Option<&Bound<'py, PyAny>>,
         keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (rays, keys) = (RayArray::new(rays, self.origin)?, Keys::new(keys)?);
-        let (these, precision) = (rays.rays(), rays.precision());
+        let masks = MaskArgument::new(mask, rays.shape())?;
+        let (these, precision) = ((rays.rays(), masks.rays()), rays.precision());
         let answers = self.ask(py, nthreads, |call, state| questions::cast(call, state, these, keys))?;
         answers.into_dict(py, rays.shape(), precision, keys)
     }
@@ -185,19 +140,8 @@ impl RaycastingScene {
         py.detach(|| self.lock().answered.iter().copied().map(Choice::name).collect())
     }
 
-    /// Finds whether each of any rays hits anything in a part of it.
-    ///
-    /// Parameters
-    /// ----------
-    /// rays, nthreads
-    ///     As of `cast_rays`.
-    /// tnear, tfar : float, default 0 and infinity
-    ///     Only hits between them count, in lengths of a direction.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray (...) bool
-    #[pyo3(signature = (rays, tnear=0.0, tfar=f64::INFINITY, nthreads=0))]
+    #[doc = include_str!("docs/test_occlusions.txt")]
+    #[pyo3(signature = (rays, tnear=0.0, tfar=f64::INFINITY, nthreads=0, *, mask=None))]
     fn test_occlusions<'py>(
         &self,
         py: Python<'py>,
@@ -205,68 +149,53 @@ impl RaycastingScene {
         tnear: f64,
         tfar: f64,
         nthreads: usize,
+        mask: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let rays = RayArray::new(rays, self.origin)?;
-        let these = rays.rays();
+        let masks = MaskArgument::new(mask, rays.shape())?;
+        let these = (rays.rays(), masks.rays());
         let hit = self.ask(py, nthreads, |call, state| questions::any(call, state, these, [tnear, tfar]))?;
         hand_over(py, hit, rays.shape())
     }
 
-    /// Counts the triangles that each of any rays hits. One through an edge that two triangles share hits both.
-    ///
-    /// Parameters
-    /// ----------
-    /// rays, nthreads
-    ///     As of `cast_rays`.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray (...) int32
-    #[pyo3(signature = (rays, nthreads=0))]
+    #[doc = include_str!("docs/count_intersections.txt")]
+    #[pyo3(signature = (rays, nthreads=0, *, mask=None))]
     fn count_intersections<'py>(
         &self,
         py: Python<'py>,
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
+        mask: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let rays = RayArray::new(rays, self.origin)?;
-        let these = rays.rays();
+        let masks = MaskArgument::new(mask, rays.shape())?;
+        let these = (rays.rays(), masks.rays());
         let counts = self.ask(py, nthreads, |call, state| questions::count(call, state, these))?;
         hand_over(py, counts, rays.shape())
     }
 
-    /// Lists all triangles that each of any rays hits, nearest first; of those at the same t the lowest first.
-    ///
-    /// Parameters
-    /// ----------
-    /// rays, nthreads
-    ///     As of `cast_rays`.
-    ///
-    /// Returns
-    /// -------
-    /// dict
-    ///     ``ray_splits`` (R + 1) int64: the hits of ray i, of R in all, are those from ``ray_splits[i]`` to before
-    ///     ``ray_splits[i + 1]``; ``ray_ids`` (H) int64; and ``t_hit``, ``geometry_ids``, ``primitive_ids`` and ``primitive_uvs`` of
-    ///     the H hits, as of `cast_rays`.
-    #[pyo3(signature = (rays, nthreads=0))]
+    #[doc = include_str!("docs/list_intersections.txt")]
+    #[pyo3(signature = (rays, nthreads=0, *, mask=None))]
     fn list_intersections<'py>(
         &self,
         py: Python<'py>,
         rays: &Bound<'py, PyAny>,
         nthreads: usize,
+        mask: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let rays = RayArray::new(rays, self.origin)?;
-        let (these, precision) = (rays.rays(), rays.precision());
+        let masks = MaskArgument::new(mask, rays.shape())?;
+        let (these, precision) = ((rays.rays(), masks.rays()), rays.precision());
         let listed = self.ask(py, nthreads, |call, state| questions::list(call, state, these))?;
         let hits = listed.rays.len();
         let dict = listed.hits.into_dict(py, &[hits], precision, Keys::WITHOUT_NORMALS)?;
-        dict.set_item("ray_splits", hand_over(py, listed.splits, &[these.len() + 1])?)?;
+        dict.set_item("ray_splits", hand_over(py, listed.splits, &[these.0.len() + 1])?)?;
         dict.set_item("ray_ids", hand_over(py, listed.rays, &[hits])?)?;
         Ok(dict)
     }
 
     #[doc = include_str!("docs/scan.txt")]
-    #[pyo3(signature = (origin, directions, *, returns=None, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0, keys=None))]
+    #[pyo3(signature = (origin, directions, *, returns=None, t_min=0.0, t_max=f64::INFINITY, each=false, mask=None, nthreads=0, keys=None))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn scan<'py>(
         &self,
@@ -277,11 +206,12 @@ impl RaycastingScene {
         t_min: f64,
         t_max: f64,
         each: bool,
+        mask: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
         keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (most, keys) = (hits_of_each(returns)?, Keys::new(keys)?);
-        let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
+        let sweeps = Sweeps::new(origin, directions, each, mask, self.origin)?;
         let pieces = sweeps.pieces();
         let question =
             |call: &Call, state: &mut State| questions::scan(call, state, pieces, [t_min, t_max], most, keys);
@@ -291,17 +221,8 @@ impl RaycastingScene {
         answers.into_dict(py, &shape, Precision::Double, keys)
     }
 
-    /// Finds which directions hit anything, which takes less than finding what.
-    ///
-    /// Parameters
-    /// ----------
-    /// origin, directions, t_min, t_max, each, nthreads
-    ///     As of `scan`.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray (...) or (S, ...) bool
-    #[pyo3(signature = (origin, directions, *, t_min=0.0, t_max=f64::INFINITY, each=false, nthreads=0))]
+    #[doc = include_str!("docs/scan_any.txt")]
+    #[pyo3(signature = (origin, directions, *, t_min=0.0, t_max=f64::INFINITY, each=false, mask=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn scan_any<'py>(
         &self,
@@ -311,9 +232,10 @@ impl RaycastingScene {
         t_min: f64,
         t_max: f64,
         each: bool,
+        mask: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let sweeps = Sweeps::new(origin, directions, each, self.origin)?;
+        let sweeps = Sweeps::new(origin, directions, each, mask, self.origin)?;
         let pieces = sweeps.pieces();
         let question = |call: &Call, state: &mut State| questions::scan_any(call, state, pieces, [t_min, t_max]);
         let hit = self.ask(py, nthreads, question)?;
@@ -321,7 +243,8 @@ impl RaycastingScene {
     }
 
     #[doc = include_str!("docs/see.txt")]
-    #[pyo3(signature = (camera, width=None, height=None, nthreads=0, *, keys=None))]
+    #[pyo3(signature = (camera, width=None, height=None, nthreads=0, *, mask=0xFFFF_FFFF, keys=None))]
+    #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn see<'py>(
         &self,
         py: Python<'py>,
@@ -329,11 +252,41 @@ impl RaycastingScene {
         width: Option<u32>,
         height: Option<u32>,
         nthreads: usize,
+        mask: u32,
         keys: Option<Vec<String>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (image, keys) = (camera.image(width, height, self.origin)?, Keys::new(keys)?);
-        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image, keys))?;
+        let answers = self.ask(py, nthreads, |call, state| questions::see(call, state, &image, mask, keys))?;
         answers.into_dict(py, &image.shape(), Precision::Double, keys)
+    }
+
+    #[doc = include_str!("docs/create_rays_pinhole.txt")]
+    #[staticmethod]
+    #[pyo3(signature = (*arguments, **named))]
+    fn create_rays_pinhole<'py>(
+        py: Python<'py>,
+        arguments: &Bound<'py, PyTuple>,
+        named: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let camera = Pinhole::new(arguments, named)?;
+        hand_over_rows(py, camera.rays(), &camera.shape)
+    }
+
+    #[doc = include_str!("docs/create_rays_lidar.txt")]
+    #[staticmethod]
+    #[pyo3(signature = (elevations_deg, columns, world_from_sensor=None, *, period=0.0, velocity=None, angular_velocity_deg=None))]
+    fn create_rays_lidar<'py>(
+        py: Python<'py>,
+        elevations_deg: &Bound<'py, PyAny>,
+        columns: &Bound<'py, PyAny>,
+        world_from_sensor: Option<&Bound<'py, PyAny>>,
+        period: f64,
+        velocity: Option<&Bound<'py, PyAny>>,
+        angular_velocity_deg: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rates = [velocity, angular_velocity_deg];
+        let lidar = Lidar::new(elevations_deg, columns, world_from_sensor, rates, period)?;
+        hand_over_rows(py, lidar.rays(), &lidar.shape())
     }
 
     #[doc = include_str!("docs/closest_points.txt")]
@@ -378,6 +331,7 @@ impl RaycastingScene {
     }
 
     /// Finds which points are inside of closed meshes: (...) float32, 1 inside and 0 outside, as `compute_signed_distance` tells.
+    /// `nsamples` makes no difference there either.
     #[pyo3(signature = (query_points, nthreads=0, nsamples=1))]
     fn compute_occupancy<'py>(
         &self,
@@ -391,7 +345,7 @@ impl RaycastingScene {
     }
 
     #[doc = include_str!("docs/lit.txt")]
-    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, facing=false, nthreads=0))]
+    #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, facing=false, mask=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
     fn lit<'py>(
         &self,
@@ -402,15 +356,18 @@ impl RaycastingScene {
         geometry_ids: Option<&Bound<'py, PyAny>>,
         primitive_ids: Option<&Bound<'py, PyAny>>,
         facing: bool,
+        mask: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let lights = light::lights(lights, self.origin)?;
+        let masks = MaskArgument::new(mask, &[lights.len()])?;
+        let masks = masks.rays();
         let targets = Targets::new(points, faces, geometry_ids, primitive_ids, self.origin)?;
         if facing {
             targets.expect_sides("facing")?;
         }
         let receiving = Receiving { points: targets.positions(), own: targets.own() };
-        let question = |call: &Call, state: &mut State| questions::lit(call, state, receiving, facing, &lights);
+        let question = |call: &Call, state: &mut State| questions::lit(call, state, receiving, facing, &lights, masks);
         let (lit, triangles) = self.ask(py, nthreads, question)?;
         hand_over(py, lit, &targets.shape(lights.len(), triangles))
     }
@@ -438,17 +395,20 @@ impl RaycastingScene {
     }
 
     #[doc = include_str!("docs/lit_areas.txt")]
-    #[pyo3(signature = (lights, *, samples=64, nthreads=0))]
+    #[pyo3(signature = (lights, *, samples=64, mask=None, nthreads=0))]
     fn lit_areas<'py>(
         &self,
         py: Python<'py>,
         lights: &Bound<'py, PyAny>,
         samples: u32,
+        mask: Option<&Bound<'py, PyAny>>,
         nthreads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let lights = light::lights(lights, self.origin)?;
+        let masks = MaskArgument::new(mask, &[lights.len()])?;
+        let masks = masks.rays();
         samples_of_each(samples)?;
-        let question = |call: &Call, state: &mut State| questions::lit_areas(call, state, &lights, samples);
+        let question = |call: &Call, state: &mut State| questions::lit_areas(call, state, &lights, masks, samples);
         let (shares, count) = self.ask(py, nthreads, question)?;
         let (dict, shape) = (PyDict::new(py), [lights.len(), count]);
         let (share, error): (Vec<f64>, Vec<f64>) = shares.iter().map(|of| (of.share, of.standard_error)).unzip();
@@ -537,20 +497,21 @@ impl RaycastingScene {
         Ok(dict)
     }
 
-    /// Meshes as they were added, with `None` for those that were removed.
+    /// Meshes as they were added, with `None` for those that were removed, and the mask of each.
     #[staticmethod]
-    #[pyo3(signature = (nthreads, meshes, origin=[0.0; 3]))]
+    #[pyo3(signature = (nthreads, meshes, origin=[0.0; 3], masks=Vec::new()))]
     fn _restore(
         py: Python<'_>,
         nthreads: usize,
         meshes: Vec<Option<Bound<'_, PyAny>>>,
         origin: [f64; 3],
+        masks: Vec<u32>,
     ) -> PyResult<Self> {
         let scene = Self::with_origin(nthreads, origin.into())?;
         for (id, mesh) in meshes.into_iter().enumerate() {
             match mesh {
                 Some(mesh) => {
-                    scene.add_triangles(py, &mesh, None)?;
+                    scene.add_triangles(py, &mesh, None, masks.get(id).copied().unwrap_or(u32::MAX))?;
                 }
                 None => scene.lock().skip(id).map_err(bad_instance)?,
             }
@@ -564,7 +525,8 @@ impl RaycastingScene {
         let mesh =
             |(id, is_removed): (u32, bool)| (!is_removed).then(|| Instance::new(py, &state.instances, id)).transpose();
         let meshes = ids.map(mesh).collect::<PyResult<Vec<Option<Instance>>>>()?;
-        pickled::<Self>(py, (self.nthreads, meshes, self.origin.to_array()))
+        let masks: Vec<u32> = (0..meshes.len()).map(|id| state.mask(id)).collect();
+        pickled::<Self>(py, (self.nthreads, meshes, self.origin.to_array(), masks))
     }
 
     fn __copy__(&self, py: Python<'_>) -> Self {

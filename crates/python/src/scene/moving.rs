@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use umbrage::rays::{Key, MotionTree, MovingTriangles, Scanned};
 use umbrage::scene::BadInstance;
 
-use super::answers::{Answers, INVALID_ID, Precision};
+use super::answers::{Answers, INVALID_ID};
 use super::keys::Keys;
 use super::rays::RayArray;
 use crate::arrays::{Numbers, Rows, hand_over_rows, shown};
@@ -187,7 +187,8 @@ impl MovingScene {
         };
         let nthreads = if nthreads == 0 { self.nthreads } else { nthreads };
         let answers = in_pieces(py, nthreads, |call: &Call| {
-            let (mut state, mut answers) = (self.lock(), Answers::default());
+            let (mut guard, mut answers) = (self.lock(), Answers::default());
+            let state = &mut *guard;
             for (chunk, seconds) in these.chunks(RAYS).zip(seconds.chunks(RAYS)) {
                 let mut traced = Scanned::default();
                 call.piece(|| state.ask(|tree, moving| tree.trace(moving, chunk, seconds, &mut traced)))?;

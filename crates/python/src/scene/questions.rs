@@ -4,13 +4,14 @@ use glam::{DVec3, Vec3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use umbrage::rays::{Hit, LightSource, LitShare, Rays, Receivers};
+use umbrage::rays::{Hit, LightSource, LitShare, Masks, RayMasks, Rays, Receivers};
 
 use super::answers::{Answers, INVALID_ID};
 use super::arguments::Pieces;
 use super::facing::{self, Spots};
 use super::keys::Keys;
-use super::rays;
+use super::masks;
+use super::rays::{self, Masked};
 use super::state::State;
 use crate::camera::PixelRays;
 use crate::errors::exception;
@@ -22,11 +23,20 @@ const RAYS: usize = 1 << 20;
 /// Lights of a piece: enough for each thread to have several.
 const LIGHTS: usize = 64;
 
+/// Rays, and their masks.
+pub(super) type MaskedRays<'a> = (Rays<'a>, RayMasks<'a>);
+
+/// The pieces of rays.
+fn chunks<'a>((rays, masks): MaskedRays<'a>) -> impl Iterator<Item = MaskedRays<'a>> {
+    let masks = (0..).map(move |number| masks::part(masks, number * RAYS, RAYS));
+    rays.chunks(RAYS).zip(masks)
+}
+
 /// As `cast_rays`.
-pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>, keys: Keys) -> PyResult<Answers> {
+pub(super) fn cast(call: &Call, state: &mut State, rays: MaskedRays<'_>, keys: Keys) -> PyResult<Answers> {
     let (mut answers, mut answered) = (Answers::default(), Vec::new());
-    for chunk in rays.chunks(RAYS) {
-        let (traced, by) = call.piece(|| state.trace(chunk))?;
+    for (chunk, masks) in chunks(rays) {
+        let (traced, by) = call.piece(|| state.trace(chunk, masks))?;
         call.piece(|| answers.append(traced))?;
         answered.push(by);
     }
@@ -35,21 +45,23 @@ pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>, keys: Keys) -
 }
 
 /// As `test_occlusions`.
-pub(super) fn any(call: &Call, state: &mut State, rays: Rays<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
-    let (bvh, triangles) = call.piece(|| state.rays())?;
-    let mut hit = Vec::with_capacity(rays.len());
-    for chunk in rays.chunks(RAYS) {
-        call.piece(|| rays::any(bvh, triangles, chunk, between, &mut hit))?;
+pub(super) fn any(call: &Call, state: &mut State, rays: MaskedRays<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
+    let (bvh, triangles, masks) = call.piece(|| state.rays())?;
+    let mut hit = Vec::with_capacity(rays.0.len());
+    for (chunk, of_rays) in chunks(rays) {
+        let among = Masked { bvh, triangles, masks: masks.with(of_rays) };
+        call.piece(|| rays::any(among, chunk, between, &mut hit))?;
     }
     Ok(hit)
 }
 
 /// As `count_intersections`.
-pub(super) fn count(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Vec<i32>> {
-    let (bvh, triangles) = call.piece(|| state.rays())?;
-    let mut counts = Vec::with_capacity(rays.len());
-    for chunk in rays.chunks(RAYS) {
-        call.piece(|| rays::count(bvh, triangles, chunk, &mut counts))?;
+pub(super) fn count(call: &Call, state: &mut State, rays: MaskedRays<'_>) -> PyResult<Vec<i32>> {
+    let (bvh, triangles, masks) = call.piece(|| state.rays())?;
+    let mut counts = Vec::with_capacity(rays.0.len());
+    for (chunk, of_rays) in chunks(rays) {
+        let among = Masked { bvh, triangles, masks: masks.with(of_rays) };
+        call.piece(|| rays::count(among, chunk, &mut counts))?;
     }
     Ok(counts)
 }
@@ -64,11 +76,12 @@ pub(super) struct Listed {
 }
 
 /// As `list_intersections`.
-pub(super) fn list(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Listed> {
-    let (bvh, triangles) = call.piece(|| state.rays())?;
+pub(super) fn list(call: &Call, state: &mut State, rays: MaskedRays<'_>) -> PyResult<Listed> {
+    let (bvh, triangles, masks) = call.piece(|| state.rays())?;
     let mut listed = Listed { splits: vec![0], rays: Vec::new(), hits: Answers::default() };
-    for chunk in rays.chunks(RAYS) {
-        for (counts, hits) in call.piece(|| rays::list(bvh, triangles, chunk))? {
+    for (chunk, of_rays) in chunks(rays) {
+        let among = Masked { bvh, triangles, masks: masks.with(of_rays) };
+        for (counts, hits) in call.piece(|| rays::list(among, chunk))? {
             listed.append(&counts, &hits);
         }
     }
@@ -114,15 +127,15 @@ pub(super) fn scan_any(call: &Call, state: &mut State, pieces: Pieces<'_>, betwe
 }
 
 /// As `see`. Grids have square pixels, so images of other pixels are traced as arbitrary rays.
-pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays, keys: Keys) -> PyResult<Answers> {
+pub(super) fn see(call: &Call, state: &mut State, image: &PixelRays, mask: u32, keys: Keys) -> PyResult<Answers> {
     if !image.are_square() {
         let rays = call.piece(|| image.rays(DVec3::ZERO))?;
         let answered = std::mem::take(&mut state.answered);
-        let answers = cast(call, state, Rays::Double(&rays), keys);
+        let answers = cast(call, state, (Rays::Double(&rays), RayMasks::All(mask)), keys);
         state.answered = answered;
         return answers;
     }
-    let answers = call.piece(|| state.see(image, keys))?.map_err(exception)?;
+    let answers = call.piece(|| state.see(image, mask, keys))?.map_err(exception)?;
     completed(call, state, answers, keys)
 }
 
@@ -148,14 +161,15 @@ pub(super) fn lit(
     receiving: Receiving<'_>,
     facing: bool,
     lights: &[LightSource],
+    masks: RayMasks<'_>,
 ) -> PyResult<(Vec<bool>, usize)> {
     let own = receiving.ids(state)?;
     let receivers = receiving.points.map_or(Receivers::Faces, |positions| Receivers::Points { positions, own: &own });
     let spots = receiving.points.map_or(Spots::Faces, |positions| Spots::Points(positions, &own));
     let mut lit = Vec::new();
-    for lights in lights.chunks(LIGHTS) {
-        let first = lit.len();
-        call.piece(|| state.lit(receivers, lights, &mut lit))?;
+    for (number, lights) in lights.chunks(LIGHTS).enumerate() {
+        let (first, masks) = (lit.len(), masks::part(masks, number * LIGHTS, LIGHTS));
+        call.piece(|| state.lit(receivers, lights, masks, &mut lit))?;
         if facing {
             let triangles = state.instances.triangles();
             call.piece(|| facing::keep_facing(triangles, spots, lights, &mut lit[first..]))?;
@@ -186,11 +200,13 @@ pub(super) fn lit_areas(
     call: &Call,
     state: &mut State,
     lights: &[LightSource],
+    masks: RayMasks<'_>,
     samples: u32,
 ) -> PyResult<(Vec<LitShare>, usize)> {
     let (mut all, mut shares) = (Vec::new(), Vec::new());
-    for light in lights {
-        call.piece(|| state.lit_areas(std::slice::from_ref(light), samples, &mut shares))?;
+    let masks = Masks { rays: masks, ..Masks::default() };
+    for (number, light) in lights.iter().enumerate() {
+        call.piece(|| state.lit_areas(light, masks.of_ray(number), samples, &mut shares))?;
         all.append(&mut shares);
     }
     Ok((all, state.instances.triangles().len()))

@@ -6,7 +6,7 @@ use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use umbrage::rays::{Bvh, Hit, Ray, Rays, SingleRays, Triangles};
+use umbrage::rays::{Bvh, Hit, Masks, Ray, Rays, SingleRays, Triangles};
 
 use super::answers::Precision;
 use crate::arrays::Rows;
@@ -61,13 +61,23 @@ impl<'py> RayArray<'py> {
     }
 }
 
-/// All hits, nearest first; of those at the same t the lowest id first.
-fn all(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray, hits: &mut Vec<Hit>) {
+/// The hierarchy of some triangles, and their masks and those of rays.
+#[derive(Clone, Copy)]
+pub(super) struct Masked<'a> {
+    pub(super) bvh: &'a Bvh,
+    pub(super) triangles: Triangles<'a>,
+    pub(super) masks: Masks<'a>,
+}
+
+/// All hits of a ray with a mask, nearest first; of those at the same t the lowest id first.
+fn all(Masked { bvh, triangles, masks }: Masked<'_>, ray: &Ray, mask: u32, hits: &mut Vec<Hit>) {
     hits.clear();
     let noted = RefCell::new(std::mem::take(hits));
     // No hit stops the ray, so it meets all triangles on its line; some of them twice.
     let _ = bvh.nearest(triangles, ray, &|hit| {
-        noted.borrow_mut().push(*hit);
+        if masks.sees(mask, hit.triangle) {
+            noted.borrow_mut().push(*hit);
+        }
         false
     });
     *hits = noted.into_inner();
@@ -76,30 +86,33 @@ fn all(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray, hits: &mut Vec<Hit>) {
 }
 
 /// Whether each ray hits anything in an interval.
-pub(super) fn any(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
+pub(super) fn any(among: Masked<'_>, rays: Rays<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
+    let Masked { bvh, triangles, masks } = among;
     let found = (0..rays.len()).into_par_iter().with_min_len(64);
-    let is_hit = |ray: &Ray| bvh.nearest(triangles, ray, &|_| true).is_some();
-    hit.par_extend(found.map(|index| is_hit(&Ray { t_min, t_max, ..rays.get(index) })));
+    hit.par_extend(found.map(|index| {
+        let (ray, mask) = (Ray { t_min, t_max, ..rays.get(index) }, masks.of_ray(index));
+        bvh.nearest(triangles, &ray, &|hit| masks.sees(mask, hit.triangle)).is_some()
+    }));
 }
 
 /// The number of triangles that each ray hits.
-pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, counts: &mut Vec<i32>) {
+pub(super) fn count(among: Masked<'_>, rays: Rays<'_>, counts: &mut Vec<i32>) {
     let found = (0..rays.len()).into_par_iter().with_min_len(64).map_init(Vec::new, |hits, index| {
-        all(bvh, triangles, &rays.get(index), hits);
+        all(among, &rays.get(index), among.masks.of_ray(index), hits);
         hits.len() as i32
     });
     counts.par_extend(found);
 }
 
 /// All hits of each ray in order, and the number of each ray's hits.
-pub(super) fn list(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
+pub(super) fn list(among: Masked<'_>, rays: Rays<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
     const CHUNK: usize = 1 << 10;
     let chunks = (0..rays.len().div_ceil(CHUNK)).into_par_iter();
     chunks
         .map(|chunk| {
             let (mut counts, mut listed, mut hits) = (Vec::new(), Vec::new(), Vec::new());
             for index in chunk * CHUNK..rays.len().min((chunk + 1) * CHUNK) {
-                all(bvh, triangles, &rays.get(index), &mut hits);
+                all(among, &rays.get(index), among.masks.of_ray(index), &mut hits);
                 counts.push(hits.len() as u32);
                 listed.extend_from_slice(&hits);
             }

@@ -4,19 +4,22 @@ use std::collections::BTreeSet;
 
 use glam::{DAffine3, DVec3, Vec3};
 use umbrage::rays::{
-    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Rays, Receivers, Scan,
-    Scanned, Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
+    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Opaque, RayMasks, Rays,
+    Receivers, Scan, Scanned, Scanner, SeenPixels, Shot, Structure, Trace, TracedBy, Tracer, Triangles,
 };
 use umbrage::scene::{BadInstance, Instance, Instances};
 
 use super::answers::Answers;
+use super::arguments::MaskedSweep;
 use super::keys::Keys;
+use super::masks::TriangleMasks;
 use crate::camera::PixelRays;
 
 /// The state of a scene.
 #[derive(Debug, Default)]
 pub(super) struct State {
     pub(super) instances: Instances,
+    masks: TriangleMasks,
     /// Ids of geometries that were taken out: they have no triangles.
     pub(super) removed: BTreeSet<usize>,
     tracer: Tracer,
@@ -42,7 +45,7 @@ impl State {
         &mut self.instances
     }
 
-    /// Adds a mesh with a transform.
+    /// Adds a mesh with a transform and a mask.
     ///
     /// # Errors
     /// As [`Instances::add`].
@@ -51,8 +54,10 @@ impl State {
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         world_from_object: Option<DAffine3>,
+        mask: u32,
     ) -> Result<u32, BadInstance> {
         let id = self.change().add("", vertices, triangles)?;
+        self.masks.add(self.instances.all()[id as usize].triangles(), mask);
         if let Some(matrix) = world_from_object {
             self.instances.set_transform(id, matrix);
         }
@@ -61,7 +66,13 @@ impl State {
 
     /// The same meshes, without built structures.
     pub(super) fn copy(&self) -> Self {
-        Self { instances: self.instances.clone(), removed: self.removed.clone(), ..Self::default() }
+        let Self { instances, masks, removed, .. } = self;
+        Self { instances: instances.clone(), masks: masks.clone(), removed: removed.clone(), ..Self::default() }
+    }
+
+    /// The mask of a geometry.
+    pub(super) fn mask(&self, geometry: usize) -> u32 {
+        self.masks.of(self.instances.all()[geometry].triangles())
     }
 
     /// Skips an id, such as that of a removed geometry.
@@ -70,7 +81,7 @@ impl State {
     /// As [`Instances::add`].
     pub(super) fn skip(&mut self, geometry: usize) -> Result<(), BadInstance> {
         self.removed.insert(geometry);
-        self.add(&[], &[], None).map(drop)
+        self.add(&[], &[], None, u32::MAX).map(drop)
     }
 
     /// Removes a geometry: all others are added anew, with their old ids.
@@ -80,16 +91,17 @@ impl State {
     pub(super) fn remove(&mut self, geometry: u32) -> Result<(), BadInstance> {
         let origin = self.instances.origin();
         let old = std::mem::replace(self.change(), Instances::with_origin(origin));
+        let masks = std::mem::take(&mut self.masks);
         self.removed.insert(geometry as usize);
         for (id, instance) in (0..).zip(old.all()) {
             if self.removed.contains(&(id as usize)) {
-                self.add(&[], &[], None)?;
+                self.add(&[], &[], None, u32::MAX)?;
                 continue;
             }
             let (vertices, triangles) = old.mesh(id);
             let matrix = instance.world_from_object();
             let matrix = (matrix != DAffine3::from_translation(origin)).then_some(matrix);
-            self.add(vertices, &triangles.collect::<Vec<_>>(), matrix)?;
+            self.add(vertices, &triangles.collect::<Vec<_>>(), matrix, masks.of(instance.triangles()))?;
         }
         Ok(())
     }
@@ -103,21 +115,22 @@ impl State {
         (&mut self.nearest, triangles)
     }
 
-    /// The hierarchy and its triangles.
-    pub(super) fn rays(&mut self) -> (&Bvh, Triangles<'_>) {
+    /// The hierarchy, its triangles and their masks.
+    pub(super) fn rays(&mut self) -> (&Bvh, Triangles<'_>, &TriangleMasks) {
         let triangles = self.instances.triangles();
-        (self.tracer.hierarchy(triangles), triangles)
+        (self.tracer.hierarchy(triangles), triangles, &self.masks)
     }
 
-    fn scanner(&mut self) -> (&mut Scanner, Triangles<'_>) {
+    fn scanner(&mut self) -> (&mut Scanner, Triangles<'_>, &TriangleMasks) {
         let triangles = self.instances.triangles();
-        (self.tracer.scanner(triangles), triangles)
+        (self.tracer.scanner(triangles), triangles, &self.masks)
     }
 
     /// The hits of any rays, and the structure that found them.
-    pub(super) fn trace(&mut self, rays: Rays<'_>) -> (Scanned, TracedBy) {
+    pub(super) fn trace(&mut self, rays: Rays<'_>, masks: RayMasks<'_>) -> (Scanned, TracedBy) {
         let mut traced = Scanned::default();
-        let by = self.tracer.trace(&Trace::new(self.instances.triangles(), rays), &mut traced);
+        let trace = Trace { masks: self.masks.with(masks), ..Trace::new(self.instances.triangles(), rays) };
+        let by = self.tracer.trace(&trace, &mut traced);
         (traced, by)
     }
 
@@ -152,32 +165,33 @@ impl State {
         self.instances.triangles().omitted()
     }
 
-    /// The hits of a sweep's directions.
-    pub(super) fn scan(&mut self, sweep: Sweep<'_>, [t_min, t_max]: [f64; 2], returns: usize) -> Scanned {
-        let (scanner, triangles) = self.scanner();
-        let mut scanned = Scanned::default();
-        scanner.scan(&Scan { t_min, t_max, ..Scan::new(triangles, &[sweep]) }, returns, &mut scanned);
+    /// The hits of a sweep's directions, with the sweep's mask.
+    pub(super) fn scan(&mut self, (sweep, mask): MaskedSweep<'_>, [t_min, t_max]: [f64; 2], returns: usize) -> Scanned {
+        let (scanner, triangles, masks) = self.scanner();
+        let (masks, mut scanned) = (masks.with(RayMasks::All(mask)), Scanned::default());
+        scanner.scan(&Scan { t_min, t_max, masks, ..Scan::new(triangles, &[sweep]) }, returns, &mut scanned);
         scanned
     }
 
     /// Which directions hit anything.
-    pub(super) fn scan_any(&mut self, sweep: Sweep<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
-        let (scanner, triangles) = self.scanner();
-        let mut bits = Vec::new();
-        scanner.hits_any(&Scan { t_min, t_max, ..Scan::new(triangles, &[sweep]) }, &mut bits);
+    pub(super) fn scan_any(&mut self, (sweep, mask): MaskedSweep<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
+        let (scanner, triangles, masks) = self.scanner();
+        let (masks, mut bits) = (masks.with(RayMasks::All(mask)), Vec::new());
+        scanner.hits_any(&Scan { t_min, t_max, masks, ..Scan::new(triangles, &[sweep]) }, &mut bits);
         spread_bits(&bits, sweep.directions.len(), hit);
     }
 
     /// The hits of an image's pixels, which are square.
-    pub(super) fn see(&mut self, image: &PixelRays, keys: Keys) -> Result<Answers, ImageTooLarge> {
-        let Self { instances, grids, are_grids_current, .. } = self;
+    pub(super) fn see(&mut self, image: &PixelRays, mask: u32, keys: Keys) -> Result<Answers, ImageTooLarge> {
+        let Self { instances, masks, grids, are_grids_current, .. } = self;
         let triangles = instances.triangles();
+        let opacity = &masks.with(RayMasks::All(mask)).opacity(mask, &Opaque);
         if !std::mem::replace(are_grids_current, true) {
             grids.build(triangles);
         }
         let mut seen = SeenPixels::default();
         let &PixelRays { view, offset_pixels, .. } = image;
-        grids.see(&Shot { offset_pixels, ..Shot::new(triangles, view) }, &mut seen)?;
+        grids.see(&Shot { offset_pixels, opacity, ..Shot::new(triangles, view) }, &mut seen)?;
         let [height, width] = image.shape();
         let id = |pixel: usize| seen.triangle_at((pixel % width) as u32, (pixel / width) as u32);
         if keys.t() || keys.weights() {
@@ -188,19 +202,25 @@ impl State {
     }
 
     /// The points that lights reach: for the first light all points, then for the next one.
-    pub(super) fn lit(&mut self, receivers: Receivers<'_>, lights: &[LightSource], lit: &mut Vec<bool>) {
-        let (scanner, triangles) = self.scanner();
-        let mut bits = LitBits::default();
-        scanner.lit(&Lit::new(triangles, receivers), lights, &mut bits);
+    pub(super) fn lit(
+        &mut self,
+        receivers: Receivers<'_>,
+        lights: &[LightSource],
+        masks: RayMasks<'_>,
+        lit: &mut Vec<bool>,
+    ) {
+        let (scanner, triangles, of_triangles) = self.scanner();
+        let (masks, mut bits) = (of_triangles.with(masks), LitBits::default());
+        scanner.lit(&Lit { masks, ..Lit::new(triangles, receivers) }, lights, &mut bits);
         for light in 0..bits.lights() {
             spread_bits(bits.of_light(light), bits.points(), lit);
         }
     }
 
-    /// The share of each triangle's area that lights reach.
-    pub(super) fn lit_areas(&mut self, lights: &[LightSource], samples: u32, shares: &mut Vec<LitShare>) {
-        let (scanner, triangles) = self.scanner();
-        scanner.lit_areas(triangles, lights, samples, shares);
+    /// The share of each triangle's area that a light reaches.
+    pub(super) fn lit_areas(&mut self, light: &LightSource, mask: u32, samples: u32, shares: &mut Vec<LitShare>) {
+        let (scanner, triangles, masks) = self.scanner();
+        scanner.lit_areas(triangles, masks.with(RayMasks::All(mask)), std::slice::from_ref(light), samples, shares);
     }
 }
 

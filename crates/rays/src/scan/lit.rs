@@ -8,7 +8,7 @@ use crate::patches::Patches;
 use crate::predicate::{HitPoint, ROUNDING, ShadowRay};
 use crate::shot::{Cone, OpacityOfSides};
 use crate::triangles::Unusable;
-use crate::{LightSource, Opacity, Opaque, Sides, SimdLevel, Triangles};
+use crate::{LightSource, Masks, Opacity, Opaque, RayMasks, Sides, SimdLevel, Triangles};
 
 /// Points, and the triangles that may shadow them.
 #[derive(Clone, Copy)]
@@ -21,13 +21,15 @@ pub struct Lit<'a> {
     pub opacity: &'a dyn Opacity,
     /// Sides of triangles that stop light.
     pub sides: Sides<'a>,
+    /// Masks of triangles and lights.
+    pub masks: Masks<'a>,
 }
 
 impl<'a> Lit<'a> {
     /// Points among triangles opaque on both sides.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, receivers: Receivers<'a>) -> Self {
-        Self { triangles, receivers, opacity: &Opaque, sides: Sides::Both }
+        Self { triangles, receivers, opacity: &Opaque, sides: Sides::Both, masks: Masks::default() }
     }
 }
 
@@ -178,24 +180,25 @@ impl LitBits {
         &self.words[light * words..(light + 1) * words]
     }
 
-    /// Answers each point alone: `point` gives it and its own triangle, unless it is nowhere, and `is_blocked` tells whether
-    /// any other triangle shadows it.
+    /// Answers each point alone: `point` gives it and its own triangle, unless it is nowhere, and `is_blocked`, given a light's
+    /// index, tells whether any other triangle shadows it.
     pub(crate) fn fill(
         &mut self,
         points: usize,
         lights: &[LightSource],
         point: impl Fn(usize) -> Option<(HitPoint, u32)> + Sync,
-        is_blocked: impl Fn(&ShadowRay, u32) -> bool + Sync,
+        is_blocked: impl Fn(usize, &ShadowRay, u32) -> bool + Sync,
     ) {
         let words = points.div_ceil(64);
         self.words.clear();
         self.words.resize(words * lights.len(), 0);
         (self.points, self.lights) = (points, lights.len());
         self.nowhere = (0..points).into_par_iter().filter(|&index| point(index).is_none()).count();
-        for (light, words) in lights.iter().zip(self.words.chunks_mut(words.max(1))) {
+        for (number, (light, words)) in lights.iter().zip(self.words.chunks_mut(words.max(1))).enumerate() {
             let cone = Cone::of(light);
             let is_lit = |(point, own): (HitPoint, u32)| {
-                cone.is_none_or(|cone| cone.contains(point.position)) && !is_blocked(&ShadowRay::new(light, point), own)
+                cone.is_none_or(|cone| cone.contains(point.position))
+                    && !is_blocked(number, &ShadowRay::new(light, point), own)
             };
             words.par_iter_mut().enumerate().each(|(word, bits)| {
                 for bit in 0..64.min(points - 64 * word) {
@@ -259,11 +262,13 @@ impl Shadows {
         &mut self,
         lit: &Lit<'_>,
         (patches, list): (&Patches, &PointList),
-        light: &LightSource,
+        (light, mask): (&LightSource, u32),
         threads: usize,
         bits: &mut [u64],
     ) {
-        let opacity = OpacityOfSides::between(lit.triangles, (lit.opacity, lit.sides), light);
+        let masked = lit.masks.opacity(mask, lit.opacity);
+        let opacity: &dyn Opacity = if lit.masks.hide_nothing() { lit.opacity } else { &masked };
+        let opacity = OpacityOfSides::between(lit.triangles, (opacity, lit.sides), light);
         self.grid.shadow_list(opacity, patches, list, (light, threads), &mut self.blocks);
         let cone = Cone::of(light);
         list.visit_lit(&self.blocks, |number, position| {
@@ -325,9 +330,11 @@ impl LitPoints {
         shadows.resize_with(takers.max(shadows.len()), || Shadows::with_level(*level));
         let lights_of_each = lights.len().div_ceil(takers);
         let questions = lights.par_chunks(lights_of_each).zip(bits.words.par_chunks_mut(words * lights_of_each));
-        shadows.par_iter_mut().with_max_len(1).zip(questions).each(|(shadows, (lights, bits))| {
-            for (light, bits) in lights.iter().zip(bits.chunks_mut(words)) {
-                shadows.light(lit, (patches, list), light, of_each, bits);
+        let questions = questions.enumerate();
+        shadows.par_iter_mut().with_max_len(1).zip(questions).each(|(shadows, (chunk, (lights, bits)))| {
+            let numbers = chunk * lights_of_each..;
+            for ((number, light), bits) in numbers.zip(lights).zip(bits.chunks_mut(words)) {
+                shadows.light(lit, (patches, list), (light, lit.masks.of_ray(number)), of_each, bits);
             }
         });
     }
@@ -341,8 +348,8 @@ impl Scanner {
     /// tiles of them in place of an image's.
     ///
     /// # Panics
-    /// If it was built for another number of triangles, if `own` is neither empty nor as long as the points, or if pixels
-    /// aren't full tiles.
+    /// If it was built for another number of triangles, if `own` is neither empty nor as long as the points, if a light has no
+    /// mask, or if pixels aren't full tiles.
     pub fn lit(&mut self, lit: &Lit<'_>, lights: &[LightSource], bits: &mut LitBits) {
         self.points.lit(&self.patches, lit, lights, bits);
     }
@@ -365,10 +372,11 @@ impl Scanner {
     /// triangles for the first light, then for the next one. Triangles that no ray can hit are dark.
     ///
     /// # Panics
-    /// If it was built for another number of triangles, or there are no samples.
+    /// If it was built for another number of triangles, there are no samples, or a light has no mask.
     pub fn lit_areas(
         &mut self,
         triangles: Triangles<'_>,
+        masks: Masks<'_>,
         lights: &[LightSource],
         samples: u32,
         shares: &mut Vec<LitShare>,
@@ -378,8 +386,9 @@ impl Scanner {
         let mut bits = LitBits::default();
         shares.clear();
         points.list(patches, &lit);
-        for light in lights {
-            points.lit_listed(patches, &lit, std::slice::from_ref(light), &mut bits);
+        for (number, light) in lights.iter().enumerate() {
+            let masks = Masks { rays: RayMasks::All(masks.of_ray(number)), ..masks };
+            points.lit_listed(patches, &Lit { masks, ..lit }, std::slice::from_ref(light), &mut bits);
             shares.extend(bits.shares(0, samples));
         }
     }

@@ -35,7 +35,7 @@ use spread::{LineTile, Spread};
 use worker::ScanWorker;
 
 use crate::patches::{BoxTree, Patches};
-use crate::{Hit, Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
+use crate::{Hit, Masks, Omitted, Opacity, Opaque, Ray, Sides, SimdLevel, Triangles};
 
 /// Directions from one or more origins, and the triangles that they may hit.
 #[derive(Clone, Copy)]
@@ -52,6 +52,8 @@ pub struct Scan<'a> {
     pub opacity: &'a dyn Opacity,
     /// Sides of triangles that stop rays.
     pub sides: Sides<'a>,
+    /// Masks of triangles and sweeps.
+    pub masks: Masks<'a>,
 }
 
 /// Directions from one origin.
@@ -67,7 +69,8 @@ impl<'a> Scan<'a> {
     /// All hits ahead of the origins, with both sides of all triangles opaque.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, sweeps: &'a [Sweep<'a>]) -> Self {
-        Self { triangles, sweeps, t_min: 0.0, t_max: f64::INFINITY, opacity: &Opaque, sides: Sides::Both }
+        let (t_min, t_max, masks) = (0.0, f64::INFINITY, Masks::default());
+        Self { triangles, sweeps, t_min, t_max, opacity: &Opaque, sides: Sides::Both, masks }
     }
 }
 
@@ -134,7 +137,7 @@ impl Scanner {
     /// Finds the first hits of directions, up to `returns` each, nearest first; at equal t the lowest id first.
     ///
     /// # Panics
-    /// If it was built for another number of triangles.
+    /// If it was built for another number of triangles, or a sweep has no mask.
     pub fn scan(&mut self, scan: &Scan<'_>, returns: usize, scanned: &mut Scanned) {
         let counts = scan.sweeps.iter().map(|sweep| sweep.directions.len());
         if returns == 1 {
@@ -167,7 +170,7 @@ impl Scanner {
     /// Returns the number of directions that are zero or not finite.
     ///
     /// # Panics
-    /// If it was built for another number of triangles.
+    /// As [`scan`](Self::scan).
     pub fn hits_any(&mut self, scan: &Scan<'_>, hit: &mut Vec<u64>) -> usize {
         let count: usize = scan.sweeps.iter().map(|sweep| sweep.directions.len()).sum();
         hit.clear();
@@ -184,7 +187,7 @@ impl Scanner {
     /// Leaves the answers for all sweeps with the workers, and the nearest hits in the order of lines. Returns the number of
     /// directions that are zero or not finite.
     fn ask(&mut self, scan: &Scan<'_>, asked: Asked) -> usize {
-        let Scan { triangles, sweeps, t_min, opacity, sides, .. } = *scan;
+        let Scan { triangles, sweeps, t_min, opacity, sides, masks, .. } = *scan;
         self.patches.expect(triangles);
         self.spread.update(sweeps);
         let Self { level, patches, boxes, spread, workers, nearest, .. } = self;
@@ -192,9 +195,10 @@ impl Scanner {
         if asked == Asked::Nearest {
             nearest.resize(sweeps.iter().map(|sweep| sweep.directions.len()).sum(), Scanned::MISS);
         }
-        let all_stop = opacity.are_all_opaque() && sides == Sides::Both;
+        let all_stop = opacity.are_all_opaque() && sides == Sides::Both && masks.hide_nothing();
         let t_min = t_min.max(0.0);
-        let job = Job { scan: Scan { t_min, ..*scan }, patches, boxes, asked, all_stop, level: *level };
+        let scan = Scan { t_min, ..*scan };
+        let job = Job { scan, patches, boxes, asked, all_stop, mask: u32::MAX, level: *level };
         tiles(&job, spread, workers, nearest);
         workers.iter_mut().map(|worker| std::mem::take(&mut worker.nowhere)).sum()
     }
@@ -223,7 +227,8 @@ fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker], nearest: &m
         while let Some((tile, nearest)) = next() {
             let (lines, order) = (job.lines(tile), spread.lines(tile));
             if lines.may_hit() {
-                dispatch!(job.level, simd => worker.trace(simd, job, &lines, order, nearest));
+                let job = job.of_tile(tile);
+                dispatch!(job.level, simd => worker.trace(simd, &job, &lines, order, nearest));
             } else {
                 nearest.fill(Scanned::MISS);
                 worker.nowhere += order.iter().filter(|line| Face::of(lines.get(**line as usize)).is_none()).count();
@@ -244,6 +249,7 @@ enum Asked {
 }
 
 /// The inputs of tracing tiles.
+#[derive(Clone, Copy)]
 struct Job<'a> {
     scan: Scan<'a>,
     patches: &'a Patches,
@@ -251,10 +257,17 @@ struct Job<'a> {
     asked: Asked,
     /// Whether all sides of all triangles stop all lines.
     all_stop: bool,
+    /// The mask of the tile's sweep.
+    mask: u32,
     level: SimdLevel,
 }
 
 impl<'a> Job<'a> {
+    /// For the lines of a tile.
+    fn of_tile(&self, tile: &LineTile) -> Self {
+        Self { mask: self.scan.masks.of_ray(tile.sweep), ..*self }
+    }
+
     /// The lines of a tile's sweep.
     fn lines(&self, tile: &LineTile) -> Lines<'a> {
         let Sweep { origin, directions } = self.scan.sweeps[tile.sweep];
@@ -263,12 +276,17 @@ impl<'a> Job<'a> {
         Lines { before: tile.before, scale, origin, directions, t_min, t_max }
     }
 
-    /// Whether a triangle stops every line that meets it.
+    /// Whether masks hide a triangle from the tile's lines.
+    fn is_hidden(&self, id: u32) -> bool {
+        !self.all_stop && !self.scan.masks.sees(self.mask, id)
+    }
+
+    /// Whether a triangle that isn't hidden stops every line that meets it.
     fn always_stops(&self, id: u32) -> bool {
         self.all_stop || (self.scan.opacity.is_opaque(id) && self.scan.sides.has_back(id))
     }
 
-    /// Whether a triangle stops a ray that hits it at these weights.
+    /// Whether a triangle that isn't hidden stops a ray that hits it at these weights.
     fn stops(&self, ray: &Ray, id: u32, barycentric: [f32; 2]) -> bool {
         let Scan { triangles, opacity, sides, .. } = self.scan;
         sides.stop(ray, id, triangles.corners(id)) && opacity.is_stopped_at(id, barycentric)

@@ -229,8 +229,12 @@ impl ScanWorker {
         first: usize,
         around: &Around,
     ) {
+        let id = patch.ids[triangle];
+        if job.is_hidden(id) {
+            return;
+        }
         let [a, b, c, _] = patch.corners[triangle].map(|corner| (first + usize::from(corner)) as u16);
-        let (id, corners) = (patch.ids[triangle], [a, b, c]);
+        let corners = [a, b, c];
         let ends = [around.low[0][lane], around.high[0][lane], around.low[1][lane], around.high[1][lane]];
         let nearest = around.nearest[lane];
         let [low_u, high_u, low_v, high_v] = ends;

@@ -81,17 +81,18 @@ pub(super) struct Runs<'a> {
 }
 
 impl Runs<'_> {
-    /// Groups rays into runs with a common origin and interval. Returns whether the scanner can take all of them and is
+    /// Groups rays into runs with a common origin, interval and mask. Returns whether the scanner can take all of them and is
     /// faster than the hierarchy; stops as soon as it isn't.
     pub(super) fn find(&mut self, trace: &Trace<'_>, costs: &Costs) -> bool {
         self.starts.clear();
         self.directions.clear();
         let mut ahead = costs.ahead();
-        let mut last: Option<Ray> = None;
+        let mut last: Option<(Ray, u32)> = None;
         let mut first = 0;
         for index in 0..trace.rays.len() {
             let ray = trace.ray(index);
-            if last.is_none_or(|last| !is_of_one_scan(&last, &ray)) {
+            let mask = trace.masks.of_ray(index);
+            if last.is_none_or(|last| last.1 != mask || !is_of_one_scan(&last.0, &ray)) {
                 first = index;
                 self.starts.push((index, ray.origin));
             }
@@ -100,7 +101,7 @@ impl Runs<'_> {
             let is_ahead = ray.t_min >= 0.0;
             let Some(direction) = single(ray.direction).filter(|_| is_ahead && ahead > 0.0) else { return false };
             self.directions.push(direction);
-            last = Some(ray);
+            last = Some((ray, mask));
         }
         ahead > 0.0
     }

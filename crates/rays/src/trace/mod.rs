@@ -13,7 +13,10 @@ use choose::{Costs, Runs};
 use glam::{DVec3, Vec3};
 pub use rays::Rays;
 
-use crate::{Bvh, Hit, Opacity, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, SingleRays, Sweep, Triangles};
+use crate::{
+    Bvh, Hit, Masks, Opacity, Opaque, Ray, RayMasks, Scan, Scanned, Scanner, Sides, SimdLevel, SingleRays, Sweep,
+    Triangles,
+};
 
 /// Any rays, and the triangles that they may hit.
 #[derive(Clone, Copy)]
@@ -30,6 +33,8 @@ pub struct Trace<'a> {
     pub opacity: &'a dyn Opacity,
     /// Sides of triangles that stop rays.
     pub sides: Sides<'a>,
+    /// Masks of triangles and rays.
+    pub masks: Masks<'a>,
 }
 
 impl<'a> Trace<'a> {
@@ -37,7 +42,8 @@ impl<'a> Trace<'a> {
     #[must_use]
     pub fn new(triangles: Triangles<'a>, rays: impl Into<Rays<'a>>) -> Self {
         let (t_min, t_max) = (f64::NEG_INFINITY, f64::INFINITY);
-        Self { triangles, rays: rays.into(), t_min, t_max, opacity: &Opaque, sides: Sides::Both }
+        let (rays, masks) = (rays.into(), Masks::default());
+        Self { triangles, rays, t_min, t_max, opacity: &Opaque, sides: Sides::Both, masks }
     }
 
     /// A ray with its interval cut to the trace's: an empty one where an end is NaN.
@@ -48,8 +54,12 @@ impl<'a> Trace<'a> {
         Ray { t_min, t_max, ..ray }
     }
 
-    fn stops(&self, ray: &Ray, hit: &Hit) -> bool {
+    /// Whether a hit stops a ray with a mask.
+    fn stops(&self, ray: &Ray, mask: u32, hit: &Hit) -> bool {
         let id = hit.triangle;
+        if !self.masks.sees(mask, id) {
+            return false;
+        }
         // Skips the lookup of corners where both sides stop rays.
         let is_there = self.sides == Sides::Both || self.sides.stop(ray, id, self.triangles.corners(id));
         is_there && self.opacity.is_stopped_at(id, hit.barycentric)
@@ -142,7 +152,7 @@ impl Tracer {
     /// either.
     ///
     /// # Panics
-    /// If the number of triangles has changed since the last [`forget`](Self::forget).
+    /// If the number of triangles has changed since the last [`forget`](Self::forget), or a ray has no mask.
     pub fn trace(&mut self, trace: &Trace<'_>, traced: &mut Scanned) -> TracedBy {
         traced.clear(trace.rays.len(), 1);
         let chosen = self.choose(trace);
@@ -166,7 +176,7 @@ impl Tracer {
     }
 
     fn by_scanner(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
-        let Trace { triangles, opacity, sides, .. } = *trace;
+        let Trace { triangles, opacity, sides, masks, .. } = *trace;
         let scanner = self.scanner.brought(|scanner| scanner.build(triangles));
         let interval = |&(first, _): &(usize, DVec3)| {
             let Ray { t_min, t_max, .. } = trace.ray(first);
@@ -176,11 +186,16 @@ impl Tracer {
         // Runs with the same interval are swept together.
         for runs in self.runs.chunk_by(|a, b| interval(a) == interval(b)).flat_map(|runs| runs.chunks(SWEEPS)) {
             let mut sweeps = [Sweep { origin: DVec3::ZERO, directions: &[] }; SWEEPS];
-            for (sweep, (&(first, origin), end)) in sweeps.iter_mut().zip(runs.iter().zip(&mut ends)) {
+            let mut of_sweeps = [0; SWEEPS];
+            let each = sweeps.iter_mut().zip(&mut of_sweeps).zip(runs.iter().zip(&mut ends));
+            for ((sweep, mask), (&(first, origin), end)) in each {
                 *sweep = Sweep { origin, directions: &self.directions[first..end] };
+                *mask = masks.of_ray(first);
             }
             let ([t_min, t_max], sweeps) = (interval(&runs[0]), &sweeps[..runs.len()]);
-            scanner.scan_nearest(&Scan { triangles, sweeps, t_min, t_max, opacity, sides }, runs[0].0, traced);
+            let rays = if let RayMasks::Each(_) = masks.rays { RayMasks::Each(&of_sweeps) } else { masks.rays };
+            let masks = Masks { rays, ..masks };
+            scanner.scan_nearest(&Scan { triangles, sweeps, t_min, t_max, opacity, sides, masks }, runs[0].0, traced);
         }
     }
 
@@ -194,7 +209,8 @@ impl Tracer {
             for index in 0..t.len() {
                 let ray = trace.ray(chunk * CHUNK + index);
                 without_direction += usize::from(!ray.goes_somewhere());
-                if let Some(hit) = hierarchy.nearest(trace.triangles, &ray, &|hit| trace.stops(&ray, hit)) {
+                let mask = trace.masks.of_ray(chunk * CHUNK + index);
+                if let Some(hit) = hierarchy.nearest(trace.triangles, &ray, &|hit| trace.stops(&ray, mask, hit)) {
                     (t[index], triangle[index], barycentric[index]) = (hit.t, hit.triangle, hit.barycentric);
                 }
             }

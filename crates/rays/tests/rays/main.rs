@@ -3,6 +3,7 @@
 mod exact;
 mod far;
 mod hierarchy;
+mod masks;
 mod nearest;
 mod pairs;
 mod scales;

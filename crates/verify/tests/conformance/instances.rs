@@ -3,7 +3,8 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use rayon::prelude::*;
 use umbrage_rays::{
-    Hit, InstanceTree, InstancedTriangles, Lit, LitBits, Placement, Ray, Receivers, Scanned, SimdLevel, Triangles,
+    Hit, InstanceTree, InstancedTriangles, Lit, LitBits, Placement, Ray, RayMasks, Receivers, Scanned, SimdLevel,
+    Triangles,
 };
 use umbrage_verify::{Oracle, Random, TestMesh};
 
@@ -41,14 +42,19 @@ fn transform(random: &mut Random) -> DAffine3 {
 struct World {
     placements: Vec<Placement>,
     flattened: TestMesh,
+    /// The mask of each triangle.
+    masks: Vec<u32>,
 }
 
 impl World {
     fn new(meshes: &[Triangles<'_>], count: usize, random: &mut Random) -> Self {
         let placements: Vec<_> = (0..count)
-            .map(|_| Placement { mesh: random.below(meshes.len()) as u32, world_from_mesh: transform(random) })
+            .map(|_| Placement {
+                mask: [u32::MAX, 1, 2][random.below(3)],
+                ..Placement::new(random.below(meshes.len()) as u32, transform(random))
+            })
             .collect();
-        let mut flattened = TestMesh::default();
+        let (mut flattened, mut masks) = (TestMesh::default(), Vec::new());
         for placement in &placements {
             let mesh = meshes[placement.mesh as usize];
             let pose = |position: &Vec3| placement.world_from_mesh.transform_point3(position.as_dvec3()).as_vec3();
@@ -58,8 +64,9 @@ impl World {
             let moved = |vertex: u32| if (vertex as usize) < positions.len() { first + vertex } else { u32::MAX };
             flattened.indices.extend(mesh.indices.iter().map(|corners| corners.map(moved)));
             flattened.positions.extend(positions);
+            masks.resize(flattened.indices.len(), placement.mask);
         }
-        Self { placements, flattened }
+        Self { placements, flattened, masks }
     }
 }
 
@@ -97,24 +104,28 @@ fn rays_hit_placed_meshes_where_the_oracle_says() {
         let oracle = Oracle::new(world.flattened.triangles());
         let rays = rays(&world, &mut random);
         let may_hit = |hit: &Hit| round % 2 == 0 || !hit.triangle.is_multiple_of(3);
+        let masks: Vec<u32> = rays.iter().map(|_| [u32::MAX, 2][random.below(2)]).collect();
+        let sees = |mask: u32, hit: &Hit| world.masks[hit.triangle as usize] & mask != 0;
         let truth: Vec<Option<Hit>> = rays
             .par_iter()
-            .map(|(ray, own)| {
+            .zip(&masks)
+            .map(|((ray, own), mask)| {
                 let is_sound = ray.direction.is_finite() && ray.direction != DVec3::ZERO;
-                oracle.nearest(ray, |hit| hit.triangle != *own && may_hit(hit)).filter(|_| is_sound)
+                let stops = |hit: &Hit| hit.triangle != *own && sees(*mask, hit) && may_hit(hit);
+                oracle.nearest(ray, stops).filter(|_| is_sound)
             })
             .collect();
         met += truth.iter().flatten().count();
         for tree in &mut trees {
             tree.build(&scene);
-            for ((ray, own), truth) in rays.iter().zip(&truth) {
-                let found = tree.nearest_from(&scene, ray, *own, &|hit| may_hit(hit));
+            for (((ray, own), mask), truth) in rays.iter().zip(&masks).zip(&truth) {
+                let found = tree.nearest_from(&scene, (ray, *mask), *own, &|hit| may_hit(hit));
                 assert_eq!(bits(&found), bits(truth), "round {round}: {ray:?}, {:?}", world.placements);
             }
             if round % 2 == 0 {
                 let plain: Vec<Ray> =
                     rays.iter().filter(|(_, own)| *own == Scanned::NONE).map(|(ray, _)| *ray).collect();
-                on_threads(3, || tree.trace(&scene, &plain, &mut traced));
+                on_threads(3, || tree.trace(&scene, &plain, RayMasks::Each(&masks), &mut traced));
                 for (index, truth) in truth[..plain.len()].iter().enumerate() {
                     assert_eq!(bits(&traced.hits(index).next()), bits(truth), "round {round}: {:?}", plain[index]);
                 }
@@ -139,12 +150,14 @@ fn lights_reach_placed_meshes_where_the_oracle_says() {
         for receivers in
             [Receivers::Points { positions: &positions, own: &own }, Receivers::Faces, Receivers::Samples(2)]
         {
-            let lit = Lit::new(world.flattened.triangles(), receivers);
+            let mask = [u32::MAX, 2][round / 4 % 2];
+            let is_seen = |id: u32, _: [f32; 2]| world.masks[id as usize] & mask != 0;
+            let lit = Lit { opacity: &is_seen, ..Lit::new(world.flattened.triangles(), receivers) };
             let every = receivers.count(lit.triangles).div_ceil(30).max(1);
             let truth = Truth::of(&lit, &lights, every);
             for tree in &mut trees {
                 tree.build(&scene);
-                on_threads(2, || tree.lit(&scene, receivers, &lights, &mut bits));
+                on_threads(2, || tree.lit(&scene, receivers, &lights, RayMasks::All(mask), &mut bits));
                 truth.compare(&format!("round {round}, {receivers:?}"), &bits);
             }
         }
@@ -168,7 +181,7 @@ fn changed_meshes_and_placements_are_found() {
         for (ray, own) in rays(&world, &mut random) {
             let is_sound = ray.direction.is_finite() && ray.direction != DVec3::ZERO;
             let truth = oracle.nearest(&ray, |hit| hit.triangle != own).filter(|_| is_sound);
-            let found = tree.nearest_from(&scene, &ray, own, &|_| true);
+            let found = tree.nearest_from(&scene, (&ray, u32::MAX), own, &|_| true);
             assert_eq!(bits(&found), bits(&truth), "step {step}: {ray:?}");
             if let Some(hit) = found {
                 let [placement, triangle] = tree.of_triangle(hit.triangle);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use umbrage_papers::ListedGrids;
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
 use umbrage_rays::{
-    Cone, DirectGrids, LightSource, Lit, LitBits, Receivers, Scanned, Scanner, Sides, SimdLevel, Structure as _,
+    Cone, DirectGrids, LightSource, Lit, LitBits, Masks, Receivers, Scanned, Scanner, Sides, SimdLevel, Structure as _,
     Triangles,
 };
 use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
@@ -247,7 +247,7 @@ fn shares_of_area_are_those_of_a_half_covered_square() {
     let (mut scanner, mut shares) = (Scanner::default(), Vec::new());
     scanner.build(triangles);
     let sun = LightSource::Directional { direction: Vec3::NEG_Y };
-    scanner.lit_areas(triangles, &[sun], 4096, &mut shares);
+    scanner.lit_areas(triangles, Masks::default(), &[sun], 4096, &mut shares);
     // x < 1/2 is covered: a quarter of the triangle (0, 0), (1, 0), (1, 1), three quarters of the other.
     for (share, expected) in shares.iter().zip([0.75, 0.25, 1.0, 1.0]) {
         assert!((share.share - expected).abs() < 0.005, "{share:?}, not {expected}");

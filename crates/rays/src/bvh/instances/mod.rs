@@ -36,9 +36,17 @@ pub struct Placement {
     pub mesh: u32,
     /// Transform from the mesh's space to the world's; any, also one without an inverse.
     pub world_from_mesh: DAffine3,
+    /// Rays see the mesh here only where their mask and this one have a bit in common.
+    pub mask: u32,
 }
 
 impl Placement {
+    /// A mesh at its place, for all rays.
+    #[must_use]
+    pub fn new(mesh: u32, world_from_mesh: DAffine3) -> Self {
+        Self { mesh, world_from_mesh, mask: u32::MAX }
+    }
+
     /// A position in the world: computed in f64 and rounded to f32 once.
     #[inline]
     #[must_use]
@@ -76,18 +84,18 @@ impl InstancedTriangles<'_> {
 ///
 /// ```
 /// use glam::{DAffine3, DVec3, Vec3};
-/// use umbrage_rays::{InstanceTree, InstancedTriangles, Placement, Ray, Scanned, Triangles};
+/// use umbrage_rays::{InstanceTree, InstancedTriangles, Placement, Ray, RayMasks, Scanned, Triangles};
 ///
 /// let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
 /// let meshes = [Triangles { positions: &corners, indices: &[[0, 1, 2]] }];
-/// let at = |x: f64| Placement { mesh: 0, world_from_mesh: DAffine3::from_translation(DVec3::X * x) };
+/// let at = |x: f64| Placement::new(0, DAffine3::from_translation(DVec3::X * x));
 /// let placements: Vec<_> = (0..100).map(|number| at(2.0 * f64::from(number))).collect();
 /// let scene = InstancedTriangles { meshes: &meshes, placements: &placements };
 ///
 /// let (mut tree, mut traced) = (InstanceTree::default(), Scanned::default());
 /// tree.build(&scene);
 /// let rays = [Ray::new(DVec3::new(14.25, 0.5, 3.0), DVec3::NEG_Z), Ray::new(DVec3::new(15.5, 0.5, 3.0), DVec3::NEG_Z)];
-/// tree.trace(&scene, &rays, &mut traced);
+/// tree.trace(&scene, &rays, RayMasks::default(), &mut traced);
 /// assert_eq!((traced.t[0], traced.triangle[0]), (3.0, 7));
 /// assert_eq!(traced.triangle[1], Scanned::NONE);
 /// ```

@@ -11,7 +11,7 @@ use crate::bvh::{Bvh, Node};
 use crate::dispatch;
 use crate::predicate::{ShadowRay, hit_of_near};
 use crate::simd::lanes::bits_of;
-use crate::{Hit, LightSource, LitBits, Ray, Rays, Receivers, Scanned, SingleRays};
+use crate::{Hit, LightSource, LitBits, Ray, RayMasks, Rays, Receivers, Scanned, SingleRays};
 
 /// The corners of a placed mesh in the world.
 #[derive(Clone, Copy)]
@@ -44,7 +44,7 @@ fn until(ray: &Ray, hit: Option<Hit>) -> Ray {
 }
 
 impl InstanceTree {
-    /// The nearest hit of a ray, without the triangle `own`, for which `stops` is true; at equal t the one with the lowest id.
+    /// The nearest hit of a ray with a mask, without the triangle `own`, for which `stops` is true; at equal t the one with the lowest id.
     /// `None` for a miss. See [`SingleRays::nearest_from`].
     ///
     /// # Panics
@@ -53,7 +53,7 @@ impl InstanceTree {
     pub fn nearest_from(
         &self,
         scene: &InstancedTriangles<'_>,
-        ray: &Ray,
+        (ray, mask): (&Ray, u32),
         own: u32,
         stops: &dyn Fn(&Hit) -> bool,
     ) -> Option<Hit> {
@@ -62,11 +62,12 @@ impl InstanceTree {
             return None;
         }
         let Self { flattened, level, .. } = self;
-        let among = flattened
-            .hierarchy
-            .nearest_from(flattened.triangles(), ray, flattened.own(own), &|hit| stops(&flattened.hit(*hit)));
+        let among = flattened.hierarchy.nearest_from(flattened.triangles(), ray, flattened.own(own), &|hit| {
+            let hit = flattened.hit(*hit);
+            self.sees(scene, mask, hit.triangle) && stops(&hit)
+        });
         let best = among.map(|hit| flattened.hit(hit));
-        dispatch!(*level, simd => self.nearest_at(simd, scene, ray, own, stops, best))
+        dispatch!(*level, simd => self.nearest_at(simd, scene, (ray, mask), own, stops, best))
     }
 
     #[inline(always)]
@@ -74,12 +75,12 @@ impl InstanceTree {
         &self,
         simd: S,
         scene: &InstancedTriangles<'_>,
-        ray: &Ray,
+        (ray, mask): (&Ray, u32),
         own: u32,
         stops: &dyn Fn(&Hit) -> bool,
         mut best: Option<Hit>,
     ) -> Option<Hit> {
-        let _ = self.visit(simd, &until(ray, best), |index| {
+        let _ = self.visit(simd, scene, (&until(ray, best), mask), |index| {
             let (placement, placed) = (&scene.placements[index], &self.placed[index]);
             let hierarchy = &self.meshes[placement.mesh as usize].hierarchy;
             let ray = until(ray, best);
@@ -98,7 +99,7 @@ impl InstanceTree {
         best
     }
 
-    /// Whether any triangle but `own` for which `stops` is true shadows the point of a shadow ray. See
+    /// Whether any triangle but `own` for which `stops` is true shadows the point of a shadow ray with a mask. See
     /// [`SingleRays::blocked`].
     ///
     /// # Panics
@@ -107,7 +108,7 @@ impl InstanceTree {
     pub fn blocked(
         &self,
         scene: &InstancedTriangles<'_>,
-        shadow_ray: &ShadowRay,
+        (shadow_ray, mask): (&ShadowRay, u32),
         own: u32,
         stops: &dyn Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
@@ -118,9 +119,10 @@ impl InstanceTree {
         let Self { flattened, level, .. } = self;
         let by_flattened =
             flattened.hierarchy.blocked(flattened.triangles(), shadow_ray, flattened.own(own), &|triangle, weights| {
-                stops(flattened.ids[triangle as usize], weights)
+                let id = flattened.ids[triangle as usize];
+                self.sees(scene, mask, id) && stops(id, weights)
             });
-        by_flattened || dispatch!(*level, simd => self.blocked_at(simd, scene, shadow_ray, own, stops))
+        by_flattened || dispatch!(*level, simd => self.blocked_at(simd, scene, (shadow_ray, mask), own, stops))
     }
 
     #[inline(always)]
@@ -128,11 +130,11 @@ impl InstanceTree {
         &self,
         simd: S,
         scene: &InstancedTriangles<'_>,
-        shadow_ray: &ShadowRay,
+        (shadow_ray, mask): (&ShadowRay, u32),
         own: u32,
         stops: &dyn Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        let visited = self.visit(simd, &shadow_ray.ray, |index| {
+        let visited = self.visit(simd, scene, (&shadow_ray.ray, mask), |index| {
             let (placement, placed) = (&scene.placements[index], &self.placed[index]);
             let hierarchy = &self.meshes[placement.mesh as usize].hierarchy;
             let corners = Posed { placement, first: placed.first };
@@ -160,20 +162,28 @@ impl InstanceTree {
         visited.is_break()
     }
 
-    /// Calls `test` with the index of each placement whose box a ray enters, nearer ones first. It returns the t of a hit,
-    /// after which no box matters, or breaks off.
+    /// Whether a ray with a mask sees the placement of a triangle.
+    fn sees(&self, scene: &InstancedTriangles<'_>, mask: u32, id: u32) -> bool {
+        scene.placements[self.of_triangle(id)[0] as usize].mask & mask != 0
+    }
+
+    /// Calls `test` with the index of each placement that a ray sees and whose box it enters, nearer ones first. It returns
+    /// the t of a hit, after which no box matters, or breaks off.
     #[inline(always)]
     fn visit<S: Simd>(
         &self,
         simd: S,
-        ray: &Ray,
+        scene: &InstancedTriangles<'_>,
+        (ray, mask): (&Ray, u32),
         mut test: impl FnMut(usize) -> ControlFlow<(), Option<f64>>,
     ) -> ControlFlow<()> {
         if self.nodes.is_empty() {
             return ControlFlow::Continue(());
         }
+        let is_seen = |index: usize| scene.placements[index].mask & mask != 0;
         let Some(line) = Line::new(ray, 1.0) else {
-            let mut there = (0..self.placed.len()).filter(|&index| !self.placed[index].is_flattened());
+            let is_there = |&index: &usize| !self.placed[index].is_flattened() && is_seen(index);
+            let mut there = (0..self.placed.len()).filter(is_there);
             return there.try_for_each(|index| {
                 test(index)?;
                 ControlFlow::Continue(())
@@ -187,7 +197,9 @@ impl InstanceTree {
             &mut far,
             #[inline(always)]
             |index, _, far| {
-                if let Some(t) = test(index)? {
+                if is_seen(index)
+                    && let Some(t) = test(index)?
+                {
                     *far = far.min(line.at_least(t));
                 }
                 ControlFlow::Continue(())
@@ -202,34 +214,46 @@ impl InstanceTree {
         assert_eq!(built, count, "built for {built} placements, and asked about {count}");
     }
 
-    /// Finds the first hit of each ray; at equal t the one with the lowest id.
+    /// Finds the first hit of each ray, with their masks; at equal t the one with the lowest id.
     ///
     /// `traced` has one hit for each ray, in their order. Rays whose direction is zero or not finite hit nothing and are
     /// counted in [`Scanned::without_direction`]. Rays whose origin isn't finite or whose interval is empty hit nothing
     /// either.
     ///
     /// # Panics
-    /// If the scene isn't the one of the last build.
-    pub fn trace<'a>(&self, scene: &InstancedTriangles<'_>, rays: impl Into<Rays<'a>>, traced: &mut Scanned) {
+    /// If the scene isn't the one of the last build, or a ray has no mask.
+    pub fn trace<'a>(
+        &self,
+        scene: &InstancedTriangles<'_>,
+        rays: impl Into<Rays<'a>>,
+        masks: RayMasks<'_>,
+        traced: &mut Scanned,
+    ) {
         self.expect(scene);
-        traced.fill_nearest(rays.into(), |_, ray| self.nearest_from(scene, ray, Scanned::NONE, &|_| true));
+        let nearest =
+            |index: usize, ray: &Ray| self.nearest_from(scene, (ray, masks.at(index)), Scanned::NONE, &|_| true);
+        traced.fill_nearest(rays.into(), nearest);
     }
 
-    /// Finds the points that each light reaches, as [`Scanner::lit`](crate::Scanner::lit) does.
+    /// Finds the points that each light, with its mask, reaches, as [`Scanner::lit`](crate::Scanner::lit) does.
     ///
     /// # Panics
-    /// If the scene isn't the one of the last build, or `own` of the points is neither empty nor as long as these.
+    /// If the scene isn't the one of the last build, a light has no mask, or `own` of the points is neither empty nor as long
+    /// as these.
     pub fn lit(
         &self,
         scene: &InstancedTriangles<'_>,
         receivers: Receivers<'_>,
         lights: &[LightSource],
+        masks: RayMasks<'_>,
         bits: &mut LitBits,
     ) {
         self.expect(scene);
         let count = receivers.count_among(scene.len());
         let point = |index: usize| receivers.point_among(|id| self.usable_corners(scene, id), index);
-        bits.fill(count, lights, point, |ray, own| self.blocked(scene, ray, own, &|_, _| true));
+        let is_blocked =
+            |light: usize, ray: &ShadowRay, own: u32| self.blocked(scene, (ray, masks.at(light)), own, &|_, _| true);
+        bits.fill(count, lights, point, is_blocked);
     }
 }
 
