@@ -137,7 +137,7 @@ pub fn random_points(seed: u64, case: &Case) -> Vec<Vec3> {
     let size = (other - middle).abs().max_element().max(f32::MIN_POSITIVE);
     let point = |step: usize| {
         let ids = triangles.len().max(1);
-        let corners = (triangles.len() > 0).then(|| corners(triangles, random.below(ids) as u32)).flatten();
+        let corners = (!triangles.is_empty()).then(|| corners(triangles, random.below(ids) as u32)).flatten();
         let [a, b, c] = corners.unwrap_or([middle; 3]);
         let on_edge = a.lerp(b, random.unit());
         let inside = on_edge.lerp(c, random.unit());
