@@ -4,6 +4,8 @@ mod exact;
 mod far;
 mod hierarchy;
 mod nearest;
+mod overlap;
 mod pairs;
 mod scales;
 mod support;
+mod winding;
