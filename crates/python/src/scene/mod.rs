@@ -9,6 +9,7 @@ mod keys;
 mod questions;
 mod rays;
 mod state;
+mod thickness;
 
 use std::sync::Mutex;
 
@@ -92,24 +93,7 @@ impl RaycastingScene {
         py.detach(|| self.lock().add(vertices, triangles, world_from_object)).map_err(bad_instance)
     }
 
-    /// Takes a geometry out of the scene. The others keep their ids, and its own id is not given again.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_id : int
-    ///     What `add_triangles` returned.
-    ///
-    /// Raises
-    /// ------
-    /// IndexError
-    ///     Where there is no such geometry, or it was removed before.
-    ///
-    /// Examples
-    /// --------
-    /// >>> lid = scene.add_triangles(np.float32([[0, 0, 1], [1, 0, 1], [0, 1, 1]]), np.uint32([[0, 1, 2]]))
-    /// >>> scene.remove(lid)
-    /// >>> scene.cast_rays([[0.2, 0.2, 2, 0, 0, -1]])["t_hit"]
-    /// array([2.], dtype=float32)
+    #[doc = include_str!("docs/remove.txt")]
     fn remove(&self, py: Python<'_>, geometry_id: usize) -> PyResult<()> {
         py.detach(|| {
             let mut state = self.lock();
@@ -385,6 +369,41 @@ impl RaycastingScene {
         self.ask_of_points(py, query_points, nthreads, distances::occupancy)
     }
 
+    #[doc = include_str!("docs/winding_numbers.txt")]
+    #[pyo3(signature = (query_points, nthreads=0))]
+    fn compute_winding_numbers<'py>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.ask_of_points(py, query_points, nthreads, distances::winding_numbers)
+    }
+
+    #[doc = include_str!("docs/list_overlapping.txt")]
+    #[pyo3(signature = (boxes, nthreads=0))]
+    fn list_overlapping<'py>(
+        &self,
+        py: Python<'py>,
+        boxes: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.ask_of_boxes(py, boxes, nthreads)
+    }
+
+    #[doc = include_str!("docs/thickness.txt")]
+    #[pyo3(signature = (points, geometry_ids, primitive_ids, nthreads=0))]
+    fn compute_thickness<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        geometry_ids: &Bound<'py, PyAny>,
+        primitive_ids: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.ask_for_thickness(py, points, [geometry_ids, primitive_ids], nthreads)
+    }
+
     #[doc = include_str!("docs/lit.txt")]
     #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, facing=false, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
@@ -503,16 +522,7 @@ impl RaycastingScene {
         hand_over_rows(py, positions, weights.shape())
     }
 
-    /// Which of all triangles, in the order of `lit`'s faces, are a geometry's.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_id : int
-    ///     What `add_triangles` returned.
-    ///
-    /// Returns
-    /// -------
-    /// slice
+    #[doc = include_str!("docs/triangle_slice.txt")]
     fn triangle_slice<'py>(&self, py: Python<'py>, geometry_id: usize) -> PyResult<Bound<'py, PySlice>> {
         let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(umbrage::scene::Instance::triangles))?;
         Ok(PySlice::new(py, range.start as isize, range.end as isize, 1))
