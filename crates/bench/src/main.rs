@@ -12,6 +12,7 @@ mod gpu;
 mod grids;
 mod lit;
 mod measure;
+mod nearest;
 mod papers;
 mod peers;
 mod picture;
@@ -78,6 +79,8 @@ enum Command {
     Scan(scan::ScanFlags),
     /// Which faces each of many suns reaches, through scans and through Embree
     Lit(lit::LitFlags),
+    /// Closest points of meshes that move, by our boxes and by Embree's point queries
+    Nearest(nearest::NearestFlags),
     /// Any rays, in runs from the same origin: times of a scan, the hierarchy and Embree, and the choice between them
     Trace(trace::TraceFlags),
     /// Levels that the tone maps give greys
@@ -177,6 +180,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Effects(flags) => effects::run(&flags),
         Command::Scan(flags) => scan::run(&flags),
         Command::Lit(flags) => lit::run(&flags),
+        Command::Nearest(flags) => nearest::run(&flags),
         Command::Trace(flags) => trace::run(&flags),
         Command::ToneMap(flags) => flags.run(),
         Command::Paper(flags) => flags.run(),

@@ -6,9 +6,11 @@ use std::sync::Arc;
 use glam::{DVec2, Vec3, Vec4};
 use umbrage_peers::{BuildMethod, Embree, Error, Image, Layout, PixelRays, Posed, Quality, Scene, TinyBvh, TinyScene};
 use umbrage_rays::predicate::{HitPoint, ShadowRay};
-use umbrage_rays::{Bounds, Camera, LightSource, Opacity as _, Shifts, Shot, Triangles, View};
+use umbrage_rays::{
+    Bounds, Camera, Closest, ClosestPoints, LightSource, Nearest, Opacity as _, Shifts, Shot, Triangles, View,
+};
 use umbrage_scene::{Alpha, Frame, Material, Materials, Mesh};
-use umbrage_verify::{Oracle, TestMesh};
+use umbrage_verify::{Oracle, Random, TestMesh};
 
 /// Width and height in pixels.
 const SIDE: u32 = 60;
@@ -189,4 +191,29 @@ fn indices_out_of_range_are_refused() {
     mesh.triangles[7][2] = frame.positions.len() as u32;
     frame.mesh = Arc::new(mesh);
     assert!(matches!(Posed::new(&frame, false), Err(Error::IndexOutOfRange { triangle: 7 })));
+}
+
+#[test]
+fn nearest_triangles_are_those_of_exact_distances() {
+    let Some(embree) = embree() else { return };
+    let frame = frame(|triangle| triangle % 3 == 1);
+    let (triangles, mut random) = (frame.triangles(), Random::new(3));
+    let points: Vec<Vec3> = (0..1000).map(|_| random.point() * 2.0).collect();
+    let (mut nearest, mut closest) = (Nearest::default(), ClosestPoints::default());
+    nearest.build(triangles);
+    nearest.closest_points(&Closest::new(triangles, &points), &mut closest);
+    for masks in [false, true] {
+        let posed = Arc::new(Posed::new(&frame, masks).expect("indices in range"));
+        let mut scene = Scene::new(&embree, BuildMethod { quality: Quality::Medium, kept: true });
+        assert_eq!(scene.closest_point(points[0]), None);
+        scene.build(&posed).expect("a scene");
+        let mut others = 0;
+        for (index, point) in points.iter().enumerate() {
+            let (name, distance) = scene.closest_point(*point).expect("a triangle");
+            assert!((f64::from(distance) - closest.distance[index]).abs() < 1e-6, "{point}");
+            others += usize::from(posed.triangle(name) != closest.triangle[index]);
+        }
+        // Those that are equally near, at an edge or a corner.
+        assert!(others < points.len() / 2, "{others} other triangles");
+    }
 }

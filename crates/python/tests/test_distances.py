@@ -92,3 +92,80 @@ def test_far_from_the_origin_points_are_as_exact_as_near_it(random):
     np.testing.assert_array_equal(scene.compute_distance(points + origin), near.compute_distance(points.astype(np.float32)))
     found = scene.compute_closest_points(points + origin)["points"] - origin
     np.testing.assert_allclose(found, near.compute_closest_points(points.astype(np.float32))["points"], atol=1e-9)
+
+
+def full_winding_number(point, corners):
+    """The sum of all solid angles by the formula of Van Oosterom and Strackee, in whole spheres."""
+    a, b, c = (corners[:, number] - point for number in range(3))
+    of_a, of_b, of_c = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    determinant = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dot = lambda u, v: np.einsum("ij,ij->i", u, v)
+    pairs = ((a, b, of_c), (b, c, of_a), (c, a, of_b))
+    real = of_a * of_b * of_c + sum(np.einsum("ij,ij->i", u, v) * size for u, v, size in pairs)
+    return np.arctan2(determinant, real).sum() / (2 * np.pi)
+
+
+def test_winding_numbers_are_near_the_full_sum(random):
+    vertices, triangles = sphere()
+    points = random.uniform(-1.5, 1.5, (3, 40, 3)).astype(np.float32)
+    signs = set()
+    # A ball turned either way, one with a hole, and loose triangles.
+    for mesh in [(vertices, triangles), (vertices, triangles[:, ::-1]), (vertices, triangles[8:]), soup(random, 200)]:
+        scene = scene_of(mesh[0], np.ascontiguousarray(mesh[1]))
+        numbers = scene.compute_winding_numbers(points)
+        assert numbers.shape == (3, 40) and numbers.dtype == np.float64
+        corners = mesh[0].astype(np.float64)[mesh[1]]
+        expected = [full_winding_number(point.astype(np.float64), corners) for point in points.reshape(-1, 3)]
+        np.testing.assert_allclose(numbers.reshape(-1), expected, atol=1e-2)
+        np.testing.assert_array_equal(numbers, scene.compute_winding_numbers(points, nthreads=1))
+        signs.add(round(float(scene.compute_winding_numbers([0, 0, 0]))))
+    assert {1, -1} <= signs
+    assert np.isnan(scene.compute_winding_numbers([np.nan, 0, 0]))
+    assert umbrage.RaycastingScene().compute_winding_numbers([[1, 2, 3]]) == 0
+
+
+def test_overlapping_triangles_touch_boxes():
+    vertices, triangles = sphere()
+    scene = scene_of(vertices, triangles)
+    other = scene.add_triangles(vertices + np.float32([10, 0, 0]), triangles)
+    boxes = np.float32([[[-2, -2, -2], [2, 2, 2]], [[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]], [[9.9, 1, -0.1], [10.1, 2, 0.1]], [[1, 1, 1], [0, 0, 0]]])
+    found = scene.list_overlapping(boxes)
+    all_of, around = len(triangles), (triangles == 0).any(axis=1).nonzero()[0]
+    # Everything; nothing in the middle; the triangles that only touch the box on the other ball's pole; nothing in no box.
+    np.testing.assert_array_equal(found["box_splits"], [0, all_of, all_of, all_of + len(around), all_of + len(around)])
+    np.testing.assert_array_equal(found["primitive_ids"], np.concatenate((np.arange(all_of), around)))
+    np.testing.assert_array_equal(found["geometry_ids"], np.repeat([0, other], [all_of, len(around)]))
+    np.testing.assert_array_equal(found["box_ids"], np.repeat([0, 2], [all_of, len(around)]))
+    with pytest.raises(ValueError, match=r"boxes: expected shape \(\.\.\., 2, 3\)"):
+        scene.list_overlapping([[1, 2, 3]])
+
+
+def test_thickness_is_the_distance_to_the_next_surface_behind():
+    # A slab from z = 0 to 0.25, whose faces are counterclockwise from outside, and a sheet 1e-6 below its top.
+    square = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    faces = np.uint32([[0, 1, 2], [0, 2, 3]])
+    scene = umbrage.RaycastingScene()
+    bottom = scene.add_triangles(square, faces[:, ::-1].copy())
+    top = scene.add_triangles(square + np.float32([0, 0, 0.25]), faces)
+    on_top, below = [[0.25, 0.5, 0.25], [0.75, 0.25, 0.25]], [[0.5, 0.25, 0.0]]
+    np.testing.assert_array_equal(scene.compute_thickness(on_top, [top, top], [1, 0]), [0.25, 0.25])
+    np.testing.assert_array_equal(scene.compute_thickness(below, [bottom], [0]), [0.25])
+    sheet = scene.add_triangles(square + np.float32([0, 0, 0.249999]), faces)
+    thin = scene.compute_thickness(on_top, [top, top], [1, 0])
+    np.testing.assert_array_equal(thin, 0.25 - np.float64(np.float32(0.249999)))
+    # Nothing is behind the bottom's triangles, seen as if they were the top's.
+    scene.remove(sheet)
+    scene.remove(top)
+    none = scene.compute_thickness(below + [[np.nan, 0, 0], [0, 0, 0]], [bottom, bottom, INVALID], [0, 0, INVALID])
+    assert none.shape == (3,) and (none == np.inf).all()
+    with pytest.raises(ValueError, match="primitive_ids"):
+        scene.compute_thickness(below, [bottom], [99])
+
+
+def test_balls_are_as_thick_as_they_are(random):
+    vertices, triangles = sphere(60, 90)
+    scene = scene_of(vertices, triangles)
+    found = scene.compute_closest_points(random.uniform(-1, 1, (500, 3)))
+    thickness = scene.compute_thickness(found["points"], found["geometry_ids"], found["primitive_ids"])
+    outwards = (found["primitive_normals"] * found["points"]).sum(axis=1)[0] > 0
+    assert (np.abs(thickness - 2) < 0.01).all() if outwards else (thickness == np.inf).all()

@@ -18,9 +18,10 @@ pub(crate) const FUZZ: Step = ("fuzz", |root, log| run(root, log, "fuzz", ["--mu
 /// Random scenes, rays and mutants for over ten CPU minutes. Each program takes one processor, so they run together.
 pub(crate) const AT_LENGTH: Step = ("trust at length", |root, log| {
     log.run(&mut build(root, PROGRAMS))?;
-    let programs: [(&str, &[&str]); 4] = [
+    let programs: [(&str, &[&str]); 5] = [
         ("referee", &["--minutes", "3"]),
         ("referee", &["--frames", "--minutes", "3"]),
+        ("referee", &["--distances", "--minutes", "1"]),
         ("fuzz", &["--minutes", "5"]),
         ("watertight", &["--rays", "1e7"]),
     ];

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use libloading::Library;
 
 use super::filter::Filter;
+use super::point_query::{PointQuery, QueryContext, QueryFunction};
 use super::trace::Trace;
 use super::{Error, Handle};
 use crate::packet::{HALF, WIDTH};
@@ -46,6 +47,8 @@ pub(super) struct Functions {
     pub(super) set_occluded_filter: unsafe extern "C" fn(Handle, Option<Filter>),
     pub(super) set_user_data: unsafe extern "C" fn(Handle, *const c_void),
     pub(super) commit_geometry: unsafe extern "C" fn(Handle),
+    pub(super) point_query:
+        unsafe extern "C" fn(Handle, *mut PointQuery, *mut QueryContext, Option<QueryFunction>, *mut c_void) -> bool,
 }
 
 /// `RTC_DEVICE_PROPERTY_VERSION`.
@@ -177,6 +180,7 @@ impl Functions {
             set_occluded_filter: named(library, c"rtcSetGeometryOccludedFilterFunction")?,
             set_user_data: named(library, c"rtcSetGeometryUserData")?,
             commit_geometry: named(library, c"rtcCommitGeometry")?,
+            point_query: named(library, c"rtcPointQuery")?,
         })
     }
 }

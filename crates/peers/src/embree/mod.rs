@@ -14,6 +14,7 @@
 
 mod filter;
 mod library;
+mod point_query;
 mod scene;
 mod trace;
 

@@ -1,7 +1,10 @@
 use std::ptr;
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::filter::{keep_casting, keep_solid};
+use super::point_query::closest;
 use super::{Embree, Error, Handle};
 use crate::packet::{RayHitPacket, SingleRay, Valid};
 use crate::posed::Posed;
@@ -191,6 +194,18 @@ impl Scene {
             // SAFETY: as for `nearest`.
             unsafe { self.embree.trace.occluded(scene, valid, packet, self.embree.is_sixteen) }
         }
+    }
+
+    /// Finds the triangle that is nearest to a point, whatever its opacity: its name for [`Posed::triangle`], and its distance
+    /// in world units, in f32. `None` if there is no triangle.
+    #[inline]
+    #[must_use]
+    pub fn closest_point(&self, point: Vec3) -> Option<(u32, f32)> {
+        let Built { scene, posed, .. } = self.built.as_ref()?;
+        closest(posed, point, &|query, context, visit, user| {
+            // SAFETY: as for `nearest`; query and context have the header's layouts and outlive the call.
+            unsafe { (self.embree.functions.point_query)(*scene, query, context, Some(visit), user) };
+        })
     }
 }
 

@@ -13,6 +13,7 @@ mod moving;
 mod questions;
 mod rays;
 mod state;
+mod thickness;
 
 use std::sync::Mutex;
 
@@ -344,6 +345,41 @@ impl RaycastingScene {
         self.ask_of_points(py, query_points, nthreads, distances::occupancy)
     }
 
+    #[doc = include_str!("docs/winding_numbers.txt")]
+    #[pyo3(signature = (query_points, nthreads=0))]
+    fn compute_winding_numbers<'py>(
+        &self,
+        py: Python<'py>,
+        query_points: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.ask_of_points(py, query_points, nthreads, distances::winding_numbers)
+    }
+
+    #[doc = include_str!("docs/list_overlapping.txt")]
+    #[pyo3(signature = (boxes, nthreads=0))]
+    fn list_overlapping<'py>(
+        &self,
+        py: Python<'py>,
+        boxes: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.ask_of_boxes(py, boxes, nthreads)
+    }
+
+    #[doc = include_str!("docs/thickness.txt")]
+    #[pyo3(signature = (points, geometry_ids, primitive_ids, nthreads=0))]
+    fn compute_thickness<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        geometry_ids: &Bound<'py, PyAny>,
+        primitive_ids: &Bound<'py, PyAny>,
+        nthreads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.ask_for_thickness(py, points, [geometry_ids, primitive_ids], nthreads)
+    }
+
     #[doc = include_str!("docs/lit.txt")]
     #[pyo3(signature = (lights, *, points=None, faces=false, geometry_ids=None, primitive_ids=None, facing=false, mask=None, nthreads=0))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keywords")]
@@ -468,16 +504,7 @@ impl RaycastingScene {
         hand_over_rows(py, positions, weights.shape())
     }
 
-    /// Which of all triangles, in the order of `lit`'s faces, are a geometry's.
-    ///
-    /// Parameters
-    /// ----------
-    /// geometry_id : int
-    ///     What `add_triangles` returned.
-    ///
-    /// Returns
-    /// -------
-    /// slice
+    #[doc = include_str!("docs/triangle_slice.txt")]
     fn triangle_slice<'py>(&self, py: Python<'py>, geometry_id: usize) -> PyResult<Bound<'py, PySlice>> {
         let range = py.detach(|| geometry_of(&self.lock(), geometry_id).map(umbrage::scene::Instance::triangles))?;
         Ok(PySlice::new(py, range.start as isize, range.end as isize, 1))

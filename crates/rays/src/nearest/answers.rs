@@ -64,7 +64,7 @@ impl ClosestPoints {
     }
 }
 
-/// For each point the triangles that are nearer to it than a distance.
+/// For each point the triangles that are nearer to it than a distance, or for each box those that touch it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Within {
     /// The ids of triangles, point after point, those of each in ascending order.

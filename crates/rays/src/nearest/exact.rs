@@ -208,6 +208,79 @@ fn crosses_by<N: Number>(point: Vec3, corners: [Vec3; 3]) -> Option<bool> {
     Some(height == side)
 }
 
+/// The side of a triangle's plane that a point is on: `Greater` behind it, where its corners are clockwise.
+#[cold]
+#[inline(never)]
+pub(super) fn side(point: Vec3, corners: [Vec3; 3]) -> Ordering {
+    let side = side_by::<Bounded>(point, corners).or_else(|| side_by::<Integer>(point, corners));
+    side.expect("whole numbers have signs")
+}
+
+fn side_by<N: Number>(point: Vec3, corners: [Vec3; 3]) -> Option<Ordering> {
+    let unit = N::unit(&[point, corners[0], corners[1], corners[2]]);
+    let [a, b, c] = corners.map(|corner| [0, 1, 2].map(|axis| N::difference(corner[axis], point[axis], unit)));
+    dot(&cross(&difference(&b, &a), &difference(&c, &a)), &a).sign()
+}
+
+/// Whether a triangle has a point in common with the box between two corners, which has the first one lowest. All are finite.
+///
+/// Two convex polytopes have none if the projections on a normal of a face of one, or on the cross product of an edge of each,
+/// are apart (Gottschalk, Lin and Manocha, *`OBBTree`*, 1996). The caller has compared projections on the axes. Flat triangles
+/// and boxes need no other axes: a box that is larger by less than any number isn't flat.
+#[inline(never)]
+pub(super) fn touches(ends: [Vec3; 2], corners: [Vec3; 3]) -> bool {
+    let touches = touches_by::<Bounded>(ends, corners).or_else(|| touches_by::<Integer>(ends, corners));
+    touches.expect("whole numbers have signs")
+}
+
+fn touches_by<N: Number>(ends: [Vec3; 2], corners: [Vec3; 3]) -> Option<bool> {
+    let unit = N::unit(&[ends[0], ends[1], corners[0], corners[1], corners[2]]);
+    let between = |to: Vec3, from: Vec3| [0, 1, 2].map(|axis| N::difference(to[axis], from[axis], unit));
+    // The box's ends as seen from each corner.
+    let seen = corners.map(|corner| ends.map(|end| between(end, corner)));
+    let [a, b, c] = corners;
+    let edges = [between(b, a), between(c, b), between(a, c)];
+    let normal = cross(&edges[0], &edges[1]);
+    let [from_a, ..] = &seen;
+    let end = |corner: usize, axis: usize| &from_a[corner >> axis & 1][axis];
+    let height = |corner: usize| {
+        let [x, y, z] = [0, 1, 2].map(|axis| normal[axis].times(end(corner, axis)));
+        x.plus(&y).plus(&z).sign()
+    };
+    if are_apart((0..8).map(height))? {
+        return Some(false);
+    }
+    for (edge, start) in edges.iter().zip([0, 1, 2]) {
+        // An end of the edge, and the corner opposite to it.
+        let vertices = [&seen[start], &seen[(start + 2) % 3]];
+        for axis in [0, 1, 2] {
+            let [next, last] = [(axis + 1) % 3, (axis + 2) % 3];
+            let across = |number: usize| {
+                let [y, z] = [&vertices[number >> 2][number & 1][next], &vertices[number >> 2][number >> 1 & 1][last]];
+                edge[next].times(z).minus(&edge[last].times(y)).sign()
+            };
+            if are_apart((0..8).map(across))? {
+                return Some(false);
+            }
+        }
+    }
+    Some(true)
+}
+
+/// Whether all numbers are above zero, or all below; `None` if a sign that matters isn't known.
+fn are_apart(mut signs: impl Iterator<Item = Option<Ordering>>) -> Option<bool> {
+    let first = signs.next().flatten()?;
+    if first == Ordering::Equal {
+        return Some(false);
+    }
+    for sign in signs {
+        if sign? != first {
+            return Some(false);
+        }
+    }
+    Some(true)
+}
+
 /// Whether a triangle is nearer to a point than `distance`, which is finite and above zero.
 #[cold]
 #[inline(never)]

@@ -8,7 +8,8 @@
 //!
 //! One subject a file: `block` finds candidates for a block of points, `filter` bounds distances in f32, `measure` in f64,
 //! `settle` chooses, `exact` compares, with numbers that are `bounded` or `integer`. `far` finds
-//! candidates for points far away. `inside` counts crossings.
+//! candidates for points far away. `inside` counts crossings. `overlap` finds triangles that touch boxes. `winding` sums
+//! solid angles: those of near triangles by `solid_angle`, of far ones by expansions, `moments`.
 
 mod answers;
 mod block;
@@ -19,7 +20,11 @@ mod filter;
 mod inside;
 mod integer;
 mod measure;
+mod moments;
+mod overlap;
 mod settle;
+mod solid_angle;
+mod winding;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -31,6 +36,7 @@ pub use answers::{Closest, ClosestPoints, Within};
 use block::{BLOCK, BlockWorker};
 use far::Place;
 use settle::Answer;
+use winding::WindingTree;
 
 use crate::curve_order::CurveOrder;
 use crate::dispatch;
@@ -80,6 +86,9 @@ pub struct Nearest {
     /// The index in `answers` of each point.
     ranks: Vec<AtomicU32>,
     workers: Mutex<Vec<BlockWorker>>,
+    winding: WindingTree,
+    /// Winding numbers in the order of the curve.
+    numbers: Vec<f64>,
 }
 
 debug_some!(Nearest as nearest: "patches" => nearest.patches.len());
@@ -98,6 +107,7 @@ impl Nearest {
     pub fn build(&mut self, triangles: Triangles<'_>) {
         self.patches.update(triangles, self.level);
         self.boxes.find(&self.patches);
+        self.winding.forget();
         let curve = Curve::through_triangles(triangles);
         // Without a patch of finite corners, the cube has some of the others.
         let of_cube = Some(curve.size()).filter(|size| size.is_normal());
@@ -209,6 +219,40 @@ impl Nearest {
         self.lists = lists;
     }
 
+    /// Finds generalised winding numbers: how often the triangles surround each point. That is the sum of their solid angles as
+    /// seen from the point, in whole spheres, above zero for triangles whose back faces it. So it is 1 inside of a closed mesh
+    /// with its fronts outside, 0 outside of it, and between these for a mesh with holes, where it is the part of all
+    /// directions that the mesh covers. Points that aren't finite have NaN.
+    ///
+    /// Many triangles seen from a distance of more than twice their radius count by the first three terms of an expansion
+    /// (Barill et al., *Fast winding numbers for soups and clouds*, 2018, with β = 2). Each of these is wrong by less than
+    /// 1.25 A ÷ (4 π d²), for their area A at the distance d, and by far less where they are nearly a plane: all together are
+    /// wrong by less than 0.01 in closed meshes and random triangles that were tried. Triangles nearby are added in f64, and
+    /// which side of one a point is on is decided exactly. From a point on a triangle it has no solid angle: on a closed mesh
+    /// the number is 1/2 on faces, and less or more than that on edges.
+    ///
+    /// Numbers are the same bit for bit for every SIMD level and number of threads, for any other points and earlier frames.
+    /// The first call for a frame sorts the triangles and makes a tree, of about 40 bytes a triangle.
+    ///
+    /// # Panics
+    /// If it was built for another number of triangles, or there are 2³² points or more.
+    pub fn winding_numbers(&mut self, triangles: Triangles<'_>, points: &[Vec3], found: &mut Vec<f64>) {
+        self.patches.expect(triangles);
+        let (mut winding, mut numbers) = (std::mem::take(&mut self.winding), std::mem::take(&mut self.numbers));
+        winding.update(triangles, &mut self.order);
+        numbers.clear();
+        numbers.resize(points.len(), 0.0);
+        let all = Closest::new(triangles, points);
+        self.each_block(&all, Wanted::All, &mut numbers, |job, _, order, numbers| {
+            dispatch!(job.level, simd => winding.answer(simd, job, order, numbers));
+        });
+        found.resize(points.len(), 0.0);
+        found.par_iter_mut().zip(points).zip(&self.ranks).each(|((found, point), rank)| {
+            *found = if point.is_finite() { numbers[rank.load(Ordering::Relaxed) as usize] } else { f64::NAN };
+        });
+        (self.winding, self.numbers) = (winding, numbers);
+    }
+
     /// Has threads answer blocks of points along a curve, unless nothing can be near enough. The answer for point i has index
     /// `ranks[i]`.
     fn each_block<T: Send>(
@@ -251,6 +295,8 @@ impl Nearest {
             + self.inside.capacity()
             + self.ranks.capacity() * size_of::<AtomicU32>()
             + workers.iter().map(BlockWorker::bytes).sum::<usize>()
+            + self.winding.bytes()
+            + self.numbers.capacity() * size_of::<f64>()
     }
 }
 

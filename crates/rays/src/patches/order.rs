@@ -63,7 +63,7 @@ impl Curve {
 
     /// The ids of all triangles, in the lower halves of the numbers, along the curve: triangles near each other are mostly
     /// near in this order.
-    pub(super) fn sort_triangles<'a>(triangles: Triangles<'_>, order: &'a mut CurveOrder) -> &'a [u64] {
+    pub(crate) fn sort_triangles<'a>(triangles: Triangles<'_>, order: &'a mut CurveOrder) -> &'a [u64] {
         let curve = Self::through_triangles(triangles);
         order.sort(triangles.len(), |id| curve.code(centre(triangles, id)))
     }

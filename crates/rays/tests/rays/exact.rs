@@ -1,11 +1,11 @@
-//! Distances from triangles in big numbers, by their definition: the least of a face and three segments. No code is shared
-//! with the library.
+//! Distances from triangles in big numbers, by their definition: the least of a face and three segments; and triangles in
+//! boxes, by clipping. No code is shared with the library.
 
 use std::cmp::Ordering;
 
 use glam::Vec3;
 use num_bigint::BigInt;
-use umbrage_rays::Triangles;
+use umbrage_rays::{Bounds, Triangles};
 
 use crate::support::is_usable;
 
@@ -109,4 +109,39 @@ pub(crate) fn side(point: Vec3, corners: [Vec3; 3]) -> Ordering {
     let point = point.to_array().map(whole);
     let [a, b, c] = corners.map(|corner| minus(&corner.to_array().map(whole), &point));
     BigInt::ZERO.cmp(&dot(&cross(&minus(&b, &a), &minus(&c, &a)), &a))
+}
+
+/// Whether a triangle has a point in common with a box, by clipping it on the six sides in homogeneous coordinates.
+pub(crate) fn meets_box(corners: [Vec3; 3], bounds: Bounds) -> bool {
+    let mut polygon: Vec<[BigInt; 4]> = corners
+        .map(|corner| {
+            let [x, y, z] = corner.to_array().map(whole);
+            [x, y, z, BigInt::from(1)]
+        })
+        .into();
+    for axis in 0..3 {
+        for (end, is_low) in [(bounds.min, true), (bounds.max, false)] {
+            let end = whole(end[axis]);
+            let above = |at: &[BigInt; 4]| {
+                let beyond = &at[axis] - &end * &at[3];
+                if is_low { beyond } else { -beyond }
+            };
+            let mut clipped = Vec::new();
+            for (index, at) in polygon.iter().enumerate() {
+                let next = &polygon[(index + 1) % polygon.len()];
+                let (of_at, of_next) = (above(at), above(next));
+                if of_at >= BigInt::ZERO {
+                    clipped.push(at.clone());
+                }
+                if (of_at > BigInt::ZERO && of_next < BigInt::ZERO) || (of_at < BigInt::ZERO && of_next > BigInt::ZERO)
+                {
+                    let (far, near) = (of_at.magnitude().clone().into(), of_next.magnitude().clone().into());
+                    let (far, near): (BigInt, BigInt) = (far, near);
+                    clipped.push([0, 1, 2, 3].map(|part| &at[part] * &near + &next[part] * &far));
+                }
+            }
+            polygon = clipped;
+        }
+    }
+    !polygon.is_empty()
 }

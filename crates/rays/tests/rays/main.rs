@@ -5,6 +5,8 @@ mod far;
 mod hierarchy;
 mod masks;
 mod nearest;
+mod overlap;
 mod pairs;
 mod scales;
 mod support;
+mod winding;

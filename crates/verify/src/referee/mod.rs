@@ -1,4 +1,4 @@
-//! The referee: hits and shadows by definitions in real numbers.
+//! The referee: hits, shadows and distances by definitions in real numbers.
 //!
 //! It shares no code with the predicate and has no tolerance of its own. u is 2⁻⁵³, and arithmetic is exact unless a
 //! definition says that it is rounded. Rays and triangles that aren't finite meet nothing.
@@ -16,6 +16,7 @@
 //! - **Cone.** A spot at L with the axis a and the half-angle θ lights P if a · d > 0 and (a · d)² ≥ cos² θ |a|² |d|², with
 //!   d = P − L, all of it in f64 from left to right.
 
+mod distances;
 mod real;
 mod scenes;
 mod sequence;
@@ -27,6 +28,7 @@ use glam::{DVec3, Vec3};
 use umbrage_rays::{LightSource, Ray, Triangles};
 
 use crate::{Case, Truth};
+pub use distances::{DistanceTrial, DistanceTruth, distances, random_points};
 use real::{Big, Interval, Real, nearest_quotient};
 pub use scenes::random_case;
 pub use sequence::{KeptRenderers, check_frame, random_sequence, random_structure};

@@ -65,6 +65,11 @@ pub(super) struct Big {
 }
 
 impl Big {
+    /// 2^`exponent`, of any size.
+    pub(super) fn power_of_two(exponent: i64) -> Self {
+        Self { mantissa: BigInt::from(1), exponent }
+    }
+
     /// Both mantissas at the lower exponent.
     fn aligned(&self, other: &Self) -> (BigInt, BigInt, i64) {
         let exponent = self.exponent.min(other.exponent);

@@ -1,6 +1,6 @@
 //! Every structure against the referee, in random scenes of the kinds that have fooled ray tracers.
 
-use umbrage_verify::referee::{self, KeptRenderers, Trial, random_case, random_sequence};
+use umbrage_verify::referee::{self, DistanceTrial, KeptRenderers, Trial, random_case, random_points, random_sequence};
 
 #[test]
 fn structures_say_what_the_referee_says() {
@@ -35,4 +35,18 @@ fn kept_renderers_say_what_the_referee_says() {
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(kept.refused < kept.answers / 100, "{} frames were refused", kept.refused);
+}
+
+#[test]
+fn distances_are_those_of_the_referee() {
+    let mut trial = DistanceTrial::new();
+    let wrong: Vec<String> = (1..=120)
+        .flat_map(|seed| {
+            let case = random_case(seed);
+            let points = random_points(seed, &case);
+            let wrong = trial.disagreements(&case, &points, &referee::distances(case.mesh.triangles(), &points));
+            wrong.into_iter().map(move |how| format!("--seed {seed}: {}: {how}", case.name))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{} disagreements\n{}", wrong.len(), wrong[..wrong.len().min(20)].join("\n"));
 }
