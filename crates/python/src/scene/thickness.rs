@@ -45,7 +45,7 @@ fn thickness(
     [geometries, triangles]: [&[u32]; 2],
 ) -> PyResult<Vec<f64>> {
     let own = state.ids(geometries, triangles).map_err(PyValueError::new_err)?;
-    let (bvh, triangles) = call.piece(|| state.rays())?;
+    let (bvh, triangles, _) = call.piece(|| state.rays())?;
     let mut thickness = Vec::with_capacity(points.len());
     for (points, own) in points.chunks(POINTS).zip(own.chunks(POINTS)) {
         let behind = |(&point, &own): (&DVec3, &u32)| behind(bvh, triangles, point, origin, own);
