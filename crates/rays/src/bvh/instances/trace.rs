@@ -182,7 +182,10 @@ impl InstanceTree {
         }
         let is_seen = |index: usize| scene.placements[index].mask & mask != 0;
         let Some(line) = Line::new(ray, 1.0) else {
-            let is_there = |&index: &usize| !self.placed[index].is_flattened() && is_seen(index);
+            let is_there = |&index: &usize| {
+                let mesh = &self.meshes[scene.placements[index].mesh as usize];
+                !self.placed[index].is_flattened() && !mesh.hierarchy.nodes.is_empty() && is_seen(index)
+            };
             let mut there = (0..self.placed.len()).filter(is_there);
             return there.try_for_each(|index| {
                 test(index)?;
