@@ -40,6 +40,8 @@ pub struct Line {
     pub far: f32,
     /// Upper bound of the least t.
     pub(super) after: f32,
+    /// Lower bound of the largest t.
+    pub(super) before: f32,
     /// Whether no t is negative, as for nearly all rays.
     pub is_ahead: bool,
 }
@@ -97,6 +99,7 @@ impl Line {
             near: if is_ahead { near.max(0.0) } else { near },
             far: at_least(ray.t_max * scale),
             after: at_least(ray.t_min * scale),
+            before: at_most(ray.t_max * scale),
             is_ahead,
         })
     }

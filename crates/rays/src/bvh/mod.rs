@@ -4,6 +4,7 @@
 //! packets*, 2008); leaves hold the corners of up to eight triangles, tested at once as well. Both tests are in f32 and err
 //! only towards a hit, so the [predicate](crate::predicate) tests the triangle that a ray hits and few others.
 
+mod any;
 mod build;
 mod leaf;
 mod line;
@@ -18,6 +19,7 @@ use build::Builder;
 pub use leaf::{Leaf, LeafHits};
 pub use line::{LESS, Line, MORE, Slabs};
 use patched::Patched;
+pub(crate) use trace::First;
 pub use trace::{Inside, Nearest};
 
 /// The largest number of children of a node.

@@ -3,17 +3,19 @@
 //! A [hierarchy](crate::Bvh) answers unrelated rays and takes long to build. A [scanner](crate::Scanner) takes hardly any
 //! time to build, and answers many directions from one origin together. `choose` compares their costs.
 
+mod batch;
 mod choose;
 mod rays;
 
-use rayon::prelude::*;
-
+use batch::{Answers, Batch};
 pub use choose::TracedBy;
 use choose::{Costs, Runs};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 pub use rays::Rays;
 
-use crate::{Bvh, Hit, Opacity, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, SingleRays, Sweep, Triangles};
+use crate::{
+    Bvh, Hit, Opacity, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep, Triangles, Wanted,
+};
 
 /// Any rays, and the triangles that they may hit.
 #[derive(Clone, Copy)]
@@ -30,14 +32,17 @@ pub struct Trace<'a> {
     pub opacity: &'a dyn Opacity,
     /// Sides of triangles that stop rays.
     pub sides: Sides<'a>,
+    /// Parts of the answer.
+    pub wanted: Wanted,
 }
 
 impl<'a> Trace<'a> {
-    /// All hits within the rays' own intervals, with both sides of all triangles opaque.
+    /// All parts of all hits within the rays' own intervals, with both sides of all triangles opaque.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, rays: impl Into<Rays<'a>>) -> Self {
         let (t_min, t_max) = (f64::NEG_INFINITY, f64::INFINITY);
-        Self { triangles, rays: rays.into(), t_min, t_max, opacity: &Opaque, sides: Sides::Both }
+        let (rays, wanted) = (rays.into(), Wanted::ALL);
+        Self { triangles, rays, t_min, t_max, opacity: &Opaque, sides: Sides::Both, wanted }
     }
 
     /// A ray with its interval cut to the trace's: an empty one where an end is NaN.
@@ -46,6 +51,11 @@ impl<'a> Trace<'a> {
         let t_min = if self.t_min > ray.t_min || self.t_min.is_nan() { self.t_min } else { ray.t_min };
         let t_max = if self.t_max < ray.t_max || self.t_max.is_nan() { self.t_max } else { ray.t_max };
         Ray { t_min, t_max, ..ray }
+    }
+
+    /// Whether all triangles stop all rays.
+    fn all_stop(&self) -> bool {
+        self.sides == Sides::Both && self.opacity.are_all_opaque()
     }
 
     fn stops(&self, ray: &Ray, hit: &Hit) -> bool {
@@ -63,7 +73,7 @@ impl<'a> Trace<'a> {
 /// [`forget`](Self::forget). It holds about 40 bytes a triangle for a hierarchy, 23 for a scanner, and 12 a ray.
 ///
 /// ```
-/// use glam::{DVec3, Vec3};
+/// use glam::DVec3;
 /// use umbrage_rays::{Ray, Scanned, Trace, TracedBy, Tracer, Triangles};
 ///
 /// // A square two units below the origin.
@@ -84,11 +94,10 @@ impl<'a> Trace<'a> {
 /// ```
 #[derive(Debug, Default)]
 pub struct Tracer {
+    level: SimdLevel,
     scanner: Built<Scanner>,
     hierarchy: Built<Bvh>,
-    /// Runs of rays with the same origin: the index of the first ray, and the origin.
-    runs: Vec<(usize, DVec3)>,
-    directions: Vec<Vec3>,
+    runs: Runs,
 }
 
 /// A structure, and whether it is built for the current triangles.
@@ -117,7 +126,7 @@ impl Tracer {
     pub fn with_level(level: SimdLevel) -> Self {
         let built = |structure| Built { structure, is_current: false };
         let hierarchy = Built { structure: Bvh::with_level(level), is_current: false };
-        Self { scanner: built(Scanner::with_level(level)), hierarchy, ..Self::default() }
+        Self { level, scanner: built(Scanner::with_level(level)), hierarchy, ..Self::default() }
     }
 
     /// Marks the triangles as changed: each structure is rebuilt when it is next chosen.
@@ -144,7 +153,7 @@ impl Tracer {
     /// # Panics
     /// If the number of triangles has changed since the last [`forget`](Self::forget).
     pub fn trace(&mut self, trace: &Trace<'_>, traced: &mut Scanned) -> TracedBy {
-        traced.clear(trace.rays.len(), 1);
+        traced.make_room(trace.rays.len(), trace.wanted);
         let chosen = self.choose(trace);
         match chosen {
             TracedBy::Scanner => self.by_scanner(trace, traced),
@@ -161,46 +170,36 @@ impl Tracer {
             is_scanner_built: self.scanner.is_current,
             is_hierarchy_built: self.hierarchy.is_current,
         };
-        let mut runs = Runs { starts: &mut self.runs, directions: &mut self.directions };
-        if runs.find(trace, &costs) { TracedBy::Scanner } else { TracedBy::Hierarchy }
+        if self.runs.find(trace, &costs) { TracedBy::Scanner } else { TracedBy::Hierarchy }
     }
 
     fn by_scanner(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
-        let Trace { triangles, opacity, sides, .. } = *trace;
+        let Trace { triangles, opacity, sides, wanted, .. } = *trace;
+        let Runs { starts, directions, .. } = &self.runs;
         let scanner = self.scanner.brought(|scanner| scanner.build(triangles));
         let interval = |&(first, _): &(usize, DVec3)| {
             let Ray { t_min, t_max, .. } = trace.ray(first);
             [t_min, t_max]
         };
-        let mut ends = self.runs.iter().skip(1).map(|&(next, _)| next).chain([self.directions.len()]);
+        let mut ends = starts.iter().skip(1).map(|&(next, _)| next).chain([directions.len()]);
         // Runs with the same interval are swept together.
-        for runs in self.runs.chunk_by(|a, b| interval(a) == interval(b)).flat_map(|runs| runs.chunks(SWEEPS)) {
+        for runs in starts.chunk_by(|a, b| interval(a) == interval(b)).flat_map(|runs| runs.chunks(SWEEPS)) {
             let mut sweeps = [Sweep { origin: DVec3::ZERO, directions: &[] }; SWEEPS];
             for (sweep, (&(first, origin), end)) in sweeps.iter_mut().zip(runs.iter().zip(&mut ends)) {
-                *sweep = Sweep { origin, directions: &self.directions[first..end] };
+                *sweep = Sweep { origin, directions: &directions[first..end] };
             }
             let ([t_min, t_max], sweeps) = (interval(&runs[0]), &sweeps[..runs.len()]);
-            scanner.scan_nearest(&Scan { triangles, sweeps, t_min, t_max, opacity, sides }, runs[0].0, traced);
+            let scan = Scan { triangles, sweeps, t_min, t_max, opacity, sides, wanted };
+            scanner.scan_nearest(&scan, runs[0].0, traced);
         }
     }
 
     fn by_hierarchy(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
-        const CHUNK: usize = 256;
+        let level = self.level;
         let hierarchy = self.hierarchy(trace.triangles);
         let Scanned { t, triangle, barycentric, .. } = traced;
-        let chunks = t.par_chunks_mut(CHUNK).zip(triangle.par_chunks_mut(CHUNK)).zip(barycentric.par_chunks_mut(CHUNK));
-        let without_direction = chunks.enumerate().map(|(chunk, ((t, triangle), barycentric))| {
-            let mut without_direction = 0;
-            for index in 0..t.len() {
-                let ray = trace.ray(chunk * CHUNK + index);
-                without_direction += usize::from(!ray.goes_somewhere());
-                if let Some(hit) = hierarchy.nearest(trace.triangles, &ray, &|hit| trace.stops(&ray, hit)) {
-                    (t[index], triangle[index], barycentric[index]) = (hit.t, hit.triangle, hit.barycentric);
-                }
-            }
-            without_direction
-        });
-        traced.without_direction = without_direction.sum();
+        let batch = Batch { hierarchy, trace, level, all_stop: trace.all_stop() };
+        traced.without_direction = batch.answer(0, Answers { t, triangle, barycentric });
     }
 
     /// Bytes held.
@@ -208,7 +207,6 @@ impl Tracer {
     pub fn bytes(&self) -> usize {
         self.scanner.structure.bytes()
             + crate::Structure::bytes(&self.hierarchy.structure).triangles
-            + self.runs.capacity() * size_of::<(usize, DVec3)>()
-            + self.directions.capacity() * size_of::<Vec3>()
+            + self.runs.bytes()
     }
 }
