@@ -26,7 +26,7 @@ const LIGHTS: usize = 64;
 pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>, keys: Keys) -> PyResult<Answers> {
     let (mut answers, mut answered) = (Answers::default(), Vec::new());
     for chunk in rays.chunks(RAYS) {
-        let (traced, by) = call.piece(|| state.trace(chunk))?;
+        let (traced, by) = call.piece(|| state.trace(chunk, keys.wanted()))?;
         call.piece(|| answers.append(traced))?;
         answered.push(by);
     }
@@ -36,20 +36,19 @@ pub(super) fn cast(call: &Call, state: &mut State, rays: Rays<'_>, keys: Keys) -
 
 /// As `test_occlusions`.
 pub(super) fn any(call: &Call, state: &mut State, rays: Rays<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
-    let (bvh, triangles) = call.piece(|| state.rays())?;
     let mut hit = Vec::with_capacity(rays.len());
     for chunk in rays.chunks(RAYS) {
-        call.piece(|| rays::any(bvh, triangles, chunk, between, &mut hit))?;
+        hit.append(&mut call.piece(|| state.hits_any(chunk, between))?);
     }
     Ok(hit)
 }
 
 /// As `count_intersections`.
 pub(super) fn count(call: &Call, state: &mut State, rays: Rays<'_>) -> PyResult<Vec<i32>> {
-    let (bvh, triangles) = call.piece(|| state.rays())?;
     let mut counts = Vec::with_capacity(rays.len());
     for chunk in rays.chunks(RAYS) {
-        call.piece(|| rays::count(bvh, triangles, chunk, &mut counts))?;
+        let of_chunk = call.piece(|| state.count_hits(chunk))?;
+        counts.extend(of_chunk.iter().map(|&count| count as i32));
     }
     Ok(counts)
 }
@@ -98,7 +97,7 @@ pub(super) fn scan(
 ) -> PyResult<Answers> {
     let mut answers = Answers::default();
     for sweep in pieces.sweeps() {
-        let scanned = call.piece(|| state.scan(sweep, between, returns))?;
+        let scanned = call.piece(|| state.scan(sweep, between, returns, keys.wanted()))?;
         call.piece(|| answers.append(scanned))?;
     }
     completed(call, state, answers, keys)

@@ -75,22 +75,6 @@ fn all(bvh: &Bvh, triangles: Triangles<'_>, ray: &Ray, hits: &mut Vec<Hit>) {
     hits.dedup_by_key(|hit| hit.triangle);
 }
 
-/// Whether each ray hits anything in an interval.
-pub(super) fn any(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
-    let found = (0..rays.len()).into_par_iter().with_min_len(64);
-    let is_hit = |ray: &Ray| bvh.nearest(triangles, ray, &|_| true).is_some();
-    hit.par_extend(found.map(|index| is_hit(&Ray { t_min, t_max, ..rays.get(index) })));
-}
-
-/// The number of triangles that each ray hits.
-pub(super) fn count(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>, counts: &mut Vec<i32>) {
-    let found = (0..rays.len()).into_par_iter().with_min_len(64).map_init(Vec::new, |hits, index| {
-        all(bvh, triangles, &rays.get(index), hits);
-        hits.len() as i32
-    });
-    counts.par_extend(found);
-}
-
 /// All hits of each ray in order, and the number of each ray's hits.
 pub(super) fn list(bvh: &Bvh, triangles: Triangles<'_>, rays: Rays<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
     const CHUNK: usize = 1 << 10;

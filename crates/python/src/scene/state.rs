@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DAffine3, DVec3, Vec3};
 use umbrage::rays::{
-    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Rays, Receivers, Scan,
-    Scanned, Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles,
+    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Ray, Rays, Receivers, Scan,
+    Scanned, Scanner, SeenPixels, Shot, Structure, Sweep, Trace, TracedBy, Tracer, Triangles, Wanted,
 };
 use umbrage::scene::{BadInstance, Instance, Instances};
 
@@ -115,10 +115,34 @@ impl State {
     }
 
     /// The hits of any rays, and the structure that found them.
-    pub(super) fn trace(&mut self, rays: Rays<'_>) -> (Scanned, TracedBy) {
+    pub(super) fn trace(&mut self, rays: Rays<'_>, wanted: Wanted) -> (Scanned, TracedBy) {
         let mut traced = Scanned::default();
-        let by = self.tracer.trace(&Trace::new(self.instances.triangles(), rays), &mut traced);
+        let trace = Trace { wanted, ..Trace::new(self.instances.triangles(), rays) };
+        let by = self.tracer.trace(&trace, &mut traced);
         (traced, by)
+    }
+
+    /// Whether each ray hits anything between two t.
+    pub(super) fn hits_any(&mut self, rays: Rays<'_>, [t_min, t_max]: [f64; 2]) -> Vec<bool> {
+        let behind;
+        let rays = if t_min < 0.0 {
+            // Arrays of numbers are rays for t above zero.
+            behind = (0..rays.len()).map(|index| Ray { t_min, t_max, ..rays.get(index) }).collect::<Vec<_>>();
+            Rays::from(&behind)
+        } else {
+            rays
+        };
+        let mut hit = Vec::new();
+        let trace = Trace { t_min, t_max, ..Trace::new(self.instances.triangles(), rays) };
+        self.tracer.hits_any(&trace, &mut hit);
+        hit
+    }
+
+    /// The number of triangles that each ray hits.
+    pub(super) fn count_hits(&mut self, rays: Rays<'_>) -> Vec<u32> {
+        let mut counts = Vec::new();
+        self.tracer.count_hits(&Trace::new(self.instances.triangles(), rays), &mut counts);
+        counts
     }
 
     /// The ids among all triangles of triangles of geometries.
@@ -153,10 +177,16 @@ impl State {
     }
 
     /// The hits of a sweep's directions.
-    pub(super) fn scan(&mut self, sweep: Sweep<'_>, [t_min, t_max]: [f64; 2], returns: usize) -> Scanned {
+    pub(super) fn scan(
+        &mut self,
+        sweep: Sweep<'_>,
+        [t_min, t_max]: [f64; 2],
+        returns: usize,
+        wanted: Wanted,
+    ) -> Scanned {
         let (scanner, triangles) = self.scanner();
         let mut scanned = Scanned::default();
-        scanner.scan(&Scan { t_min, t_max, ..Scan::new(triangles, &[sweep]) }, returns, &mut scanned);
+        scanner.scan(&Scan { t_min, t_max, wanted, ..Scan::new(triangles, &[sweep]) }, returns, &mut scanned);
         scanned
     }
 

@@ -165,12 +165,12 @@ impl<S: Simd> Slabs<S> {
     #[inline(always)]
     pub fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
         let [x, y, z] = each!(axis in [0, 1, 2] => {
-            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + self.first[axis]]);
+            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (self.first[axis] & 1)]);
             (bound - self.enter_origin[axis]) * self.enter_inverse[axis]
         });
         let mut enter = x.max(y).max(z);
         let [x, y, z] = each!(axis in [0, 1, 2] => {
-            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (1 - self.first[axis])]);
+            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (!self.first[axis] & 1)]);
             (bound - self.leave_origin[axis]) * self.leave_inverse[axis]
         });
         let mut leave = x.min(y).min(z);

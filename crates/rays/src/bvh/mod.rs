@@ -4,10 +4,10 @@
 //! packets*, 2008); leaves hold the corners of up to eight triangles, tested at once as well. Both tests are in f32 and err
 //! only towards a hit, so the [predicate](crate::predicate) tests the triangle that a ray hits and few others.
 
-mod any;
 mod build;
 mod leaf;
 mod line;
+mod many;
 mod patched;
 mod split;
 mod trace;
@@ -18,8 +18,8 @@ use crate::{ImageTooLarge, LightSource, Omitted, SimdLevel, SingleRays, Structur
 use build::Builder;
 pub use leaf::{Leaf, LeafHits};
 pub use line::{LESS, Line, MORE, Slabs};
+pub(crate) use many::First;
 use patched::Patched;
-pub(crate) use trace::First;
 pub use trace::{Inside, Nearest};
 
 /// The largest number of children of a node.

@@ -56,14 +56,6 @@ pub struct Inside<'a> {
     pub leaves: &'a [Leaf],
 }
 
-/// The nearest triangle that a ray hits.
-pub(crate) enum First {
-    /// The id of a triangle that is certainly hit, within the ray's interval, and before all others.
-    Certain(u32),
-    /// The predicate's answer.
-    Settled(Option<Hit>),
-}
-
 /// Candidates of a ray that the predicate hasn't tested yet.
 #[derive(Default)]
 struct UntestedCandidates {
@@ -151,7 +143,7 @@ impl<'a> Nearest<'a> {
     /// The nearest hit's triangle after all leaves have been taken, if that is certain without the predicate, and every
     /// triangle stops the ray.
     #[inline(always)]
-    fn certain(&self, far: f32) -> Option<u32> {
+    pub(super) fn certain(&self, far: f32) -> Option<u32> {
         if self.best.is_some() {
             return None;
         }
@@ -159,7 +151,8 @@ impl<'a> Nearest<'a> {
         let mut left = (0..waiting.count).filter(|&at| waiting.earliest[at % UntestedCandidates::MOST] <= far);
         let at = left.next()? % UntestedCandidates::MOST;
         let (leaf, lane) = waiting.triangles[at];
-        (waiting.certain[at] && left.next().is_none()).then(|| self.bvh.leaves[leaf as usize].ids[lane as usize % Leaf::LANES])
+        (waiting.certain[at] && left.next().is_none())
+            .then(|| self.bvh.leaves[leaf as usize].ids[lane as usize % Leaf::LANES])
     }
 
     /// Settles all waiting candidates by the predicate.
@@ -246,7 +239,7 @@ impl Bvh {
     }
 
     #[cold]
-    fn nearest_of_all(
+    pub(super) fn nearest_of_all(
         &self,
         triangles: Triangles<'_>,
         ray: &Ray,
@@ -257,17 +250,7 @@ impl Bvh {
         hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
     }
 
-    /// Finds the nearest triangle that a ray hits, where all triangles stop it.
-    pub(crate) fn first(&self, triangles: Triangles<'_>, ray: &Ray) -> First {
-        if self.far.is_some() {
-            return First::Settled(self.nearest(triangles, ray, &|_| true));
-        }
-        if !self.may_be_met(ray) {
-            return First::Settled(None);
-        }
-        dispatch!(self.level, simd => self.first_at(simd, triangles, ray, u32::MAX, &|_| true, true))
-    }
-
+    // The line is made in this function: copying it took a fifth of the time of rays that meet little.
     #[inline(always)]
     fn nearest_at<S: Simd>(
         &self,
@@ -277,32 +260,14 @@ impl Bvh {
         own: u32,
         stops: &dyn Fn(&Hit) -> bool,
     ) -> Option<Hit> {
-        match self.first_at(simd, triangles, ray, own, stops, false) {
-            First::Settled(hit) => hit,
-            First::Certain(id) => hit(ray, triangles, id),
-        }
-    }
-
-    // The line is made in this function: copying it took a fifth of the time of rays that meet little.
-    #[inline(always)]
-    fn first_at<S: Simd>(
-        &self,
-        simd: S,
-        triangles: Triangles<'_>,
-        ray: &Ray,
-        own: u32,
-        stops: &dyn Fn(&Hit) -> bool,
-        all_stop: bool,
-    ) -> First {
-        let Some(line) = Line::new(ray, self.scale) else {
-            return First::Settled(self.nearest_of_all(triangles, ray, own, stops));
-        };
+        let Some(line) = Line::new(ray, self.scale) else { return self.nearest_of_all(triangles, ray, own, stops) };
         let mut nearest = Nearest::new(self, triangles, ray, &line, own, stops);
+        let mut stack = Stack::default();
         loop {
             let mut far = line.far;
             let _ = self.visit(
                 simd,
-                &line,
+                (&line, &mut stack),
                 &mut far,
                 #[inline(always)]
                 |leaf, found, far| {
@@ -310,11 +275,8 @@ impl Bvh {
                     ControlFlow::Continue(())
                 },
             );
-            if all_stop && let Some(id) = nearest.certain(far) {
-                return First::Certain(id);
-            }
             if let Some(hit) = nearest.end(simd, &mut far) {
-                return First::Settled(hit);
+                return hit;
             }
         }
     }
@@ -325,7 +287,7 @@ impl Bvh {
         let mut far = line.far;
         let visited = self.visit(
             simd,
-            &line,
+            (&line, &mut Stack::default()),
             &mut far,
             #[inline(always)]
             |leaf, found, _| {
@@ -337,16 +299,18 @@ impl Bvh {
     }
 
     /// Calls `test` with the candidates of each leaf before `far`, nearer boxes first. `test` may lower `far` or break off.
+    ///
+    /// The stack is the caller's, for several rays: to fill it with zeros takes a tenth of a ray's time.
     #[inline(always)]
     pub(super) fn visit<S: Simd>(
         &self,
         simd: S,
-        line: &Line,
+        (line, stack): (&Line, &mut Stack),
         far: &mut f32,
         mut test: impl FnMut(usize, &LeafHits, &mut f32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let slabs = Slabs::new(simd, line);
-        let mut stack = Stack::default();
+        stack.clear();
         let mut next = Entered::new(line.near, self.root);
         loop {
             match next.child().kind() {
@@ -419,7 +383,7 @@ impl Entered {
 }
 
 /// Waiting children, the nearest of a node last.
-struct Stack {
+pub(super) struct Stack {
     entries: [Entered; Stack::ROOM],
     waiting: usize,
     /// Children moved here when there was no more room: only degenerate hierarchies are that deep.
@@ -435,6 +399,12 @@ impl Default for Stack {
 
 impl Stack {
     const ROOM: usize = 64;
+
+    #[inline(always)]
+    fn clear(&mut self) {
+        self.waiting = 0;
+        self.earlier.clear();
+    }
 
     /// Makes room for the children of a node.
     #[inline(always)]
@@ -492,7 +462,7 @@ mod tests {
             for bvh in [Some(&bvh), bvh.far.as_deref()].into_iter().flatten() {
                 let line = Line::new(&ray, bvh.scale).expect("a line");
                 dispatch!(SimdLevel::default(), simd => {
-                    let _ = bvh.visit(simd, &line, &mut line.far.clone(), |_, found, _| {
+                    let _ = bvh.visit(simd, (&line, &mut Stack::default()), &mut line.far.clone(), |_, found, _| {
                         counts[0] += found.possible.count_ones() as usize;
                         counts[1] += 1;
                         ControlFlow::Continue(())

@@ -27,6 +27,7 @@ use crate::parallel::Parallel;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+pub(crate) use answers::make_room;
 pub use answers::{Scanned, Wanted};
 use lines::{Face, Lines};
 use lit::LitPoints;

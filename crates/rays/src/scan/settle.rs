@@ -1,8 +1,8 @@
 use glam::DVec3;
 
 use super::lines::Lines;
-use super::worker::{HitCandidate, ScanWorker};
 use super::spread::TILE_LINES;
+use super::worker::{HitCandidate, ScanWorker};
 use super::{Asked, Job, NearestAt, Scanned};
 use crate::predicate::{RayList, hits_of};
 use crate::{Hit, Ray};
@@ -103,7 +103,8 @@ impl ScanWorker {
 }
 
 /// Takes out each candidate that is certainly hit, and the only one of its line: its triangle is the nearest, and comes to
-/// `nearest_ids`; the triangle of all other lines is none. Saves a third of a scan for ids.
+/// `nearest_ids`; the triangle of all other lines is none. So a scan for ids takes
+/// 0.6 of the time of one for everything (a lidar in `demo:cloth` and `demo:statue`, two threads, AVX-512).
 fn settle_single(candidates: &mut Vec<HitCandidate>, nearest_ids: &mut [u32]) {
     let mut counts = [0_u8; TILE_LINES];
     for of in candidates.iter() {

@@ -1,17 +1,18 @@
+use glam::DVec3;
+use rayon::prelude::*;
+
 use super::Trace;
 use crate::bvh::First;
-use crate::parallel::both;
-use crate::predicate::hits_of;
-use crate::{Bvh, Hit, Ray, Scanned, SimdLevel, SingleRays, Wanted};
+use crate::parallel::{Parallel, both};
+use crate::{Bvh, Hit, Ray, Scanned, SingleRays, Wanted};
 
 /// Rays that are answered one after the other, on one thread.
-const CHUNK: usize = 256;
+const CHUNK: usize = 64;
 
 /// Rays that a hierarchy answers.
 pub(super) struct Batch<'a> {
     pub(super) hierarchy: &'a Bvh,
     pub(super) trace: &'a Trace<'a>,
-    pub(super) level: SimdLevel,
     /// Whether all triangles stop all rays.
     pub(super) all_stop: bool,
 }
@@ -43,7 +44,7 @@ impl<'a> Answers<'a> {
 }
 
 impl Batch<'_> {
-    /// Answers the rays from `first` on, and returns the number of those without a direction.
+    /// Finds the first hits of the rays from `first` on. Returns the number of those without a direction.
     pub(super) fn answer(&self, first: usize, answers: Answers<'_>) -> usize {
         let count = answers.triangle.len();
         if count > CHUNK {
@@ -55,32 +56,54 @@ impl Batch<'_> {
         self.answer_chunk(first, answers)
     }
 
-    /// Winners that are certain go to the predicate together, eight at a time: their triangles need none.
     fn answer_chunk(&self, first: usize, mut answers: Answers<'_>) -> usize {
         let Self { hierarchy, trace, .. } = *self;
-        let mut rays = [Ray::new(glam::DVec3::ZERO, glam::DVec3::ZERO); CHUNK];
-        let (mut pairs, mut certain, mut without_direction) = ([(0, 0); CHUNK], 0, 0);
-        for (index, ray) in rays[..answers.triangle.len()].iter_mut().enumerate() {
-            *ray = trace.ray(first + index);
-            without_direction += usize::from(!ray.goes_somewhere());
-            let found = if self.all_stop {
-                hierarchy.first(trace.triangles, ray)
-            } else {
-                First::Settled(hierarchy.nearest(trace.triangles, ray, &|hit| trace.stops(ray, hit)))
-            };
-            match found {
-                First::Certain(id) if trace.wanted == Wanted::IDS => answers.triangle[index] = id,
-                First::Certain(id) => {
-                    pairs[certain] = (index as u32, id);
-                    certain += 1;
-                }
-                First::Settled(hit) => answers.write(index, &hit.unwrap_or(Scanned::MISS)),
+        let mut rays = [Ray::new(DVec3::ZERO, DVec3::ZERO); CHUNK];
+        let rays = &mut rays[..answers.triangle.len()];
+        let without_direction = self.read(first, rays);
+        if !self.all_stop {
+            for (index, ray) in rays.iter().enumerate() {
+                let hit = hierarchy.nearest(trace.triangles, ray, &|hit| trace.stops(ray, hit));
+                answers.write(index, &hit.unwrap_or(Scanned::MISS));
             }
+            return without_direction;
         }
-        let mut hits = [None; CHUNK];
-        hits_of(self.level, trace.triangles, &rays[..], &pairs[..certain], &mut hits[..certain]);
-        for (&(index, _), hit) in pairs[..certain].iter().zip(&hits) {
-            answers.write(index as usize, &hit.unwrap_or(Scanned::MISS));
+        hierarchy.first_of_each(
+            trace.triangles,
+            rays,
+            trace.wanted == Wanted::IDS,
+            #[inline(always)]
+            |index, found| match found {
+                First::Certain(id) => answers.triangle[index] = id,
+                First::Settled(hit) => answers.write(index, &hit.unwrap_or(Scanned::MISS)),
+            },
+        );
+        without_direction
+    }
+
+    /// Writes a value for the number of triangles that each ray hits. No more are counted than `enough`, or a few more.
+    pub(super) fn count<T: Send>(&self, enough: u32, to: &mut [T], value: impl Fn(u32) -> T + Sync) {
+        let stops = |ray: &Ray, hit: &Hit| self.trace.stops(ray, hit);
+        to.par_chunks_mut(CHUNK).enumerate().each(|(chunk, to)| {
+            let mut rays = [Ray::new(DVec3::ZERO, DVec3::ZERO); CHUNK];
+            let rays = &mut rays[..to.len()];
+            self.read(chunk * CHUNK, rays);
+            self.hierarchy.hits_of_each(
+                self.trace.triangles,
+                rays,
+                (enough, if self.all_stop { None } else { Some(&stops) }),
+                #[inline(always)]
+                |index, count| to[index] = value(count),
+            );
+        });
+    }
+
+    /// Reads the rays from `first` on. Returns the number of those without a direction.
+    fn read(&self, first: usize, rays: &mut [Ray]) -> usize {
+        let mut without_direction = 0;
+        for (index, ray) in rays.iter_mut().enumerate() {
+            *ray = self.trace.ray(first + index);
+            without_direction += usize::from(!ray.goes_somewhere());
         }
         without_direction
     }

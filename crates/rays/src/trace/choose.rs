@@ -157,3 +157,40 @@ fn single(direction: DVec3) -> Option<Vec3> {
     let is_same = single.as_dvec3() == direction || !direction.is_finite();
     is_same.then_some(single)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Triangles;
+
+    #[test]
+    fn runs_begin_where_origins_or_intervals_change() {
+        let triangles = Triangles { positions: &[], indices: &[] };
+        let lengths = [1, 63, 64, 65, 1000, BLOCK + 70, 3, 2 * BLOCK];
+        let (mut rays, mut expected) = (Vec::new(), Vec::new());
+        for (number, length) in lengths.into_iter().enumerate() {
+            // Every other run has the origin of the last, and another interval.
+            let origin = DVec3::X * (number / 2) as f64;
+            expected.push((rays.len(), origin));
+            let direction = |of: usize| DVec3::new(1.0, of as f64, number as f64);
+            rays.extend((0..length).map(|of| Ray { t_max: 2.0 + number as f64, ..Ray::new(origin, direction(of)) }));
+        }
+        let costs = |rays: usize| Costs { triangles: 0, rays, is_scanner_built: true, is_hierarchy_built: true };
+        for threads in [1, 2, 3, 7] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let mut runs = Runs::default();
+            let can_scan = pool.install(|| runs.find(&Trace::new(triangles, &rays), &costs(rays.len())));
+            assert!(can_scan && runs.starts == expected, "{threads} threads");
+            assert!(runs.directions.iter().zip(&rays).all(|(found, ray)| found.as_dvec3() == ray.direction));
+            let mut precise = rays.clone();
+            precise[rays.len() - 1].direction.x = 0.1;
+            assert!(!pool.install(|| runs.find(&Trace::new(triangles, &precise), &costs(rays.len()))));
+        }
+        // Origins cost more than they save where each has few rays.
+        let few: Vec<Ray> =
+            rays.iter().enumerate().map(|(of, ray)| Ray { origin: DVec3::X * of as f64, ..*ray }).collect();
+        let mut runs = Runs::default();
+        assert!(!runs.find(&Trace::new(triangles, &few), &costs(few.len())));
+        assert!(runs.starts.len() <= BLOCK, "it stops early");
+    }
+}

@@ -13,9 +13,8 @@ use choose::{Costs, Runs};
 use glam::DVec3;
 pub use rays::Rays;
 
-use crate::{
-    Bvh, Hit, Opacity, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep, Triangles, Wanted,
-};
+use crate::scan::make_room;
+use crate::{Bvh, Hit, Opacity, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep, Triangles, Wanted};
 
 /// Any rays, and the triangles that they may hit.
 #[derive(Clone, Copy)]
@@ -94,7 +93,6 @@ impl<'a> Trace<'a> {
 /// ```
 #[derive(Debug, Default)]
 pub struct Tracer {
-    level: SimdLevel,
     scanner: Built<Scanner>,
     hierarchy: Built<Bvh>,
     runs: Runs,
@@ -126,7 +124,7 @@ impl Tracer {
     pub fn with_level(level: SimdLevel) -> Self {
         let built = |structure| Built { structure, is_current: false };
         let hierarchy = Built { structure: Bvh::with_level(level), is_current: false };
-        Self { level, scanner: built(Scanner::with_level(level)), hierarchy, ..Self::default() }
+        Self { scanner: built(Scanner::with_level(level)), hierarchy, ..Self::default() }
     }
 
     /// Marks the triangles as changed: each structure is rebuilt when it is next chosen.
@@ -162,6 +160,34 @@ impl Tracer {
         chosen
     }
 
+    /// Finds whether each ray hits anything that stops it, through the hierarchy: faster than to find what it hits.
+    ///
+    /// `hit` has a value for each ray, in their order; false for rays that [`trace`](Self::trace) doesn't count.
+    ///
+    /// # Panics
+    /// As [`trace`](Self::trace).
+    pub fn hits_any(&mut self, trace: &Trace<'_>, hit: &mut Vec<bool>) {
+        make_room(hit, trace.rays.len());
+        self.batch(trace).count(1, hit, |count| count > 0);
+    }
+
+    /// Counts the triangles that each ray meets and that would stop it, through the hierarchy. A ray through an edge that
+    /// two triangles share meets both.
+    ///
+    /// `counts` has a value for each ray, in their order; 0 for rays that [`trace`](Self::trace) doesn't count.
+    ///
+    /// # Panics
+    /// As [`trace`](Self::trace).
+    pub fn count_hits(&mut self, trace: &Trace<'_>, counts: &mut Vec<u32>) {
+        make_room(counts, trace.rays.len());
+        self.batch(trace).count(u32::MAX, counts, |count| count);
+    }
+
+    /// The rays, and the hierarchy that answers them.
+    fn batch<'a>(&'a mut self, trace: &'a Trace<'a>) -> Batch<'a> {
+        Batch { hierarchy: self.hierarchy(trace.triangles), trace, all_stop: trace.all_stop() }
+    }
+
     /// Chooses the faster structure; for the scanner, leaves the rays as runs of directions.
     fn choose(&mut self, trace: &Trace<'_>) -> TracedBy {
         let costs = Costs {
@@ -195,11 +221,8 @@ impl Tracer {
     }
 
     fn by_hierarchy(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
-        let level = self.level;
-        let hierarchy = self.hierarchy(trace.triangles);
         let Scanned { t, triangle, barycentric, .. } = traced;
-        let batch = Batch { hierarchy, trace, level, all_stop: trace.all_stop() };
-        traced.without_direction = batch.answer(0, Answers { t, triangle, barycentric });
+        traced.without_direction = self.batch(trace).answer(0, Answers { t, triangle, barycentric });
     }
 
     /// Bytes held.
