@@ -178,6 +178,9 @@ impl Race {
         for (number, hit) in hits.iter().enumerate() {
             let id = hit.map_or(Scanned::NONE, |hit| hit.triangle);
             assert_eq!(traced.triangle[number], id, "ray {number} through the {chosen}");
+            if wanted == Wanted::ALL {
+                assert_eq!(traced.hits(number).next(), *hit, "ray {number} through the {chosen}");
+            }
             if is_asked {
                 assert_eq!(scanned.hits(number).next(), *hit, "ray {number} through the scan");
             }
