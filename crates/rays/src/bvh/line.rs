@@ -40,7 +40,7 @@ pub struct Line {
     pub far: f32,
     /// Upper bound of the least t.
     pub(super) after: f32,
-    /// Lower bound of the largest t.
+    /// Lower bound of the largest t; below all t where f64 may not hold a hit's t.
     pub(super) before: f32,
     /// Whether no t is negative, as for nearly all rays.
     pub is_ahead: bool,
@@ -64,6 +64,8 @@ impl Line {
         const STEEPEST: f32 = 1e38;
         const SMALLEST: f32 = 1e-20;
         const FARTHEST: f64 = 1e30;
+        // With lengths in this range the predicate's t is neither zero nor infinite, and nothing on its way overflows.
+        const USUAL: std::ops::Range<f64> = 1e-100..1e100;
         let unit = f64::from(unit);
         let size = ray.direction.abs().to_array();
         let of_two = usize::from(size[1] > size[0]);
@@ -99,7 +101,7 @@ impl Line {
             near: if is_ahead { near.max(0.0) } else { near },
             far: at_least(ray.t_max * scale),
             after: at_least(ray.t_min * scale),
-            before: at_most(ray.t_max * scale),
+            before: if USUAL.contains(&length) { at_most(ray.t_max * scale) } else { f32::NEG_INFINITY },
             is_ahead,
         })
     }

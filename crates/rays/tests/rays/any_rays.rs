@@ -55,6 +55,11 @@ fn rays(triangles: Triangles<'_>, random: &mut Random) -> Vec<Ray> {
             0 => Ray { t_max: 0.5, ..ray },
             1 => Ray { t_min: f64::NEG_INFINITY, t_max: 1.0, ..ray },
             2 => Ray { t_min: 1.0 - 1e-7, t_max: 1.0 + 1e-7, ..ray },
+            // t may be zero or infinite.
+            3 => Ray {
+                direction: ray.direction * [1e-320, 1e-200, 1e-30, 1e30, 1e200, 1e300][number as usize % 6],
+                ..ray
+            },
             _ => ray,
         });
     }
