@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use umbrage::rays::{Scan, Scanned, Scanner, Sweep, Triangles};
+use umbrage::rays::{Scan, Scanned, Scanner, Sweep, Triangles, Wanted};
 use umbrage_peers::{Posed, RayHitPacket, Valid};
 
 use crate::beside::{BesideFlags, Question, WIDTH};
@@ -25,6 +25,9 @@ pub(crate) struct ScanFlags {
     /// Where the sensor is: from the lowest (0) to the highest (1) corner of what there is, along each axis
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 3, default_value = "0.5,0.5,0.5")]
     at: Vec<f64>,
+    /// Ask for the triangles' ids alone
+    #[arg(long)]
+    ids: bool,
 }
 
 pub(crate) fn run(flags: &ScanFlags) -> Result<()> {
@@ -34,6 +37,7 @@ pub(crate) fn run(flags: &ScanFlags) -> Result<()> {
         at: DVec3::new(flags.at[0], flags.at[1], flags.at[2]),
         directions: directions(flags),
         origin: DVec3::ZERO,
+        wanted: if flags.ids { Wanted::IDS } else { Wanted::ALL },
         scanned: Scanned::default(),
         theirs: Vec::new(),
     };
@@ -51,6 +55,7 @@ struct Lidar {
     at: DVec3,
     directions: Vec<Vec3>,
     origin: DVec3,
+    wanted: Wanted,
     scanned: Scanned,
     /// Names of Embree's hits, all ones for a miss.
     theirs: Vec<u32>,
@@ -68,7 +73,8 @@ impl Question for Lidar {
 
     fn ask_scanner(&mut self, scanner: &mut Scanner, triangles: Triangles<'_>) {
         let sweeps = [Sweep { origin: self.origin, directions: &self.directions }];
-        scanner.scan(&Scan::new(triangles, &sweeps), 1, &mut self.scanned);
+        let scan = Scan { wanted: self.wanted, ..Scan::new(triangles, &sweeps) };
+        scanner.scan(&scan, 1, &mut self.scanned);
     }
 
     fn ask_embree(&mut self, scene: &umbrage_peers::Scene, _: Triangles<'_>) {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use glam::Vec3;
-use umbrage::rays::{Ray, Scan, Scanned, Scanner, Sweep, Trace, Tracer};
+use umbrage::rays::{Ray, Scan, Scanned, Scanner, Sweep, Trace, Tracer, Wanted};
 use umbrage::scene::Frame;
 use umbrage_peers::{BuildMethod, Embree, Posed, Quality};
 
@@ -32,12 +32,21 @@ pub(crate) struct TraceFlags {
     /// Frames of each scene's animation in which everyone builds and traces, in turn; one more comes first and doesn't count
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
+    /// Ask the tracer for the triangles' ids alone
+    #[arg(long)]
+    ids: bool,
     /// Embree's library [default: the system's]
     #[arg(long, value_name = "PATH", env = "UMBRAGE_EMBREE")]
     embree: Option<PathBuf>,
     /// How the results are written
     #[arg(long, value_enum, default_value = "table")]
     form: Form,
+}
+
+impl TraceFlags {
+    fn wanted(&self) -> Wanted {
+        if self.ids { Wanted::IDS } else { Wanted::ALL }
+    }
 }
 
 /// Whether a scan would take too long: each of many origins visits nearly all triangles, unless there are few rays.
@@ -83,7 +92,7 @@ pub(crate) fn run(flags: &TraceFlags) -> Result<()> {
                 let mut chosen = String::new();
                 for (seconds, is_counted) in moments(&scene, flags.rounds) {
                     scene.pose(seconds, &mut frame)?;
-                    let (taken, by) = race.measure(&frame, count, run)?;
+                    let (taken, by) = race.measure(&frame, flags.wanted(), count, run)?;
                     if is_counted {
                         all.push(taken);
                         chosen = by;
@@ -133,7 +142,7 @@ impl Race {
         }
     }
 
-    fn measure(&mut self, frame: &Frame, count: usize, run: usize) -> Result<(Taken, String)> {
+    fn measure(&mut self, frame: &Frame, wanted: Wanted, count: usize, run: usize) -> Result<(Taken, String)> {
         let triangles = frame.triangles();
         let bounds = triangles.bounds();
         let mut taken = Taken::default();
@@ -164,9 +173,14 @@ impl Race {
         time(&mut taken.hierarchy[0], || _ = alone.hierarchy(triangles));
         let hits = time(&mut taken.hierarchy[1], || crate::rays::hits_of(alone.hierarchy(triangles), triangles, &rays));
         tracer.forget();
-        let chosen = time(&mut taken.tracer, || tracer.trace(&Trace::new(triangles, &rays), traced));
+        let trace = Trace { wanted, ..Trace::new(triangles, &rays) };
+        let chosen = time(&mut taken.tracer, || tracer.trace(&trace, traced));
         for (number, hit) in hits.iter().enumerate() {
-            assert_eq!(traced.hits(number).next(), *hit, "ray {number} through the {chosen}");
+            let id = hit.map_or(Scanned::NONE, |hit| hit.triangle);
+            assert_eq!(traced.triangle[number], id, "ray {number} through the {chosen}");
+            if wanted == Wanted::ALL {
+                assert_eq!(traced.hits(number).next(), *hit, "ray {number} through the {chosen}");
+            }
             if is_asked {
                 assert_eq!(scanned.hits(number).next(), *hit, "ray {number} through the scan");
             }

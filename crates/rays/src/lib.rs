@@ -77,7 +77,7 @@ pub use nearest::{Closest, ClosestPoints, Nearest, Within};
 pub use patches::Patches;
 pub use ray::{Hit, Ray};
 pub use ray_by_ray::SingleRays;
-pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep};
+pub use scan::{Lit, LitBits, LitShare, Receivers, Scan, Scanned, Scanner, Sweep, Wanted};
 pub use shot::{
     Bytes, Cone, Counts, LightMask, MaskAnswers, MaskPoints, Masks, Opacity, Opaque, PixelCounts, PixelWork, RayMasks,
     Seconds, SeenPixels, Shifts, Shot, Sides, TileOrder, Work,

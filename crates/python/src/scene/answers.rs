@@ -70,12 +70,12 @@ impl Answers {
         Self { t, triangle, weights, ..Self::default() }
     }
 
-    /// Adds the answers of a scan.
+    /// Adds the answers of a scan: those of its parts that are wanted.
     pub(super) fn append(&mut self, scanned: Scanned) {
         let Scanned { mut t, mut triangle, barycentric: mut weights, .. } = scanned;
         let pairs = weights.par_iter_mut().zip(triangle.par_iter());
         pairs.with_min_len(1 << 14).filter(|(_, id)| **id == INVALID_ID).for_each(|(weights, _)| *weights = [0.0; 2]);
-        if self.t.is_empty() {
+        if self.triangle.is_empty() {
             (self.t, self.triangle, self.weights) = (t, triangle, weights);
         } else {
             self.t.append(&mut t);
@@ -119,12 +119,16 @@ impl Answers {
             return;
         }
         let ids = self.triangle.par_iter_mut().with_min_len(AT_LEAST);
-        ids.map(|id| {
+        let number = |id: &mut u32| {
             let [geometry, number] = if *id == INVALID_ID { [INVALID_ID; 2] } else { of_triangle(*id) };
             *id = number;
             geometry
-        })
-        .collect_into_vec(&mut self.geometry);
+        };
+        if keys.geometry() {
+            ids.map(number).collect_into_vec(&mut self.geometry);
+        } else {
+            ids.for_each(|id| _ = number(id));
+        }
     }
 
     /// As [`complete`](Self::complete), for the geometries of a scene.

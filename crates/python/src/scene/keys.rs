@@ -1,6 +1,7 @@
 //! The keys of answers that a caller asks for.
 
 use pyo3::prelude::*;
+use umbrage::rays::Wanted;
 
 use crate::errors::expected;
 
@@ -27,6 +28,11 @@ impl Keys {
             return Err(expected("keys", &format!("some of {}", Self::NAMES.join(", ")), other));
         }
         Ok(Self { asked: Self::NAMES.map(|name| keys.iter().any(|key| key == name)) })
+    }
+
+    /// The parts of hits that are found for them.
+    pub(super) fn wanted(&self) -> Wanted {
+        Wanted { t: self.t(), barycentric: self.weights() }
     }
 
     pub(super) fn t(&self) -> bool {

@@ -36,7 +36,7 @@ fn chunks<'a>((rays, masks): MaskedRays<'a>) -> impl Iterator<Item = MaskedRays<
 pub(super) fn cast(call: &Call, state: &mut State, rays: MaskedRays<'_>, keys: Keys) -> PyResult<Answers> {
     let (mut answers, mut answered) = (Answers::default(), Vec::new());
     for (chunk, masks) in chunks(rays) {
-        let (traced, by) = call.piece(|| state.trace(chunk, masks))?;
+        let (traced, by) = call.piece(|| state.trace(chunk, masks, keys.wanted()))?;
         call.piece(|| answers.append(traced))?;
         answered.push(by);
     }
@@ -46,22 +46,19 @@ pub(super) fn cast(call: &Call, state: &mut State, rays: MaskedRays<'_>, keys: K
 
 /// As `test_occlusions`.
 pub(super) fn any(call: &Call, state: &mut State, rays: MaskedRays<'_>, between: [f64; 2]) -> PyResult<Vec<bool>> {
-    let (bvh, triangles, masks) = call.piece(|| state.rays())?;
     let mut hit = Vec::with_capacity(rays.0.len());
-    for (chunk, of_rays) in chunks(rays) {
-        let among = Masked { bvh, triangles, masks: masks.with(of_rays) };
-        call.piece(|| rays::any(among, chunk, between, &mut hit))?;
+    for chunk in chunks(rays) {
+        hit.append(&mut call.piece(|| state.hits_any(chunk, between))?);
     }
     Ok(hit)
 }
 
 /// As `count_intersections`.
 pub(super) fn count(call: &Call, state: &mut State, rays: MaskedRays<'_>) -> PyResult<Vec<i32>> {
-    let (bvh, triangles, masks) = call.piece(|| state.rays())?;
     let mut counts = Vec::with_capacity(rays.0.len());
-    for (chunk, of_rays) in chunks(rays) {
-        let among = Masked { bvh, triangles, masks: masks.with(of_rays) };
-        call.piece(|| rays::count(among, chunk, &mut counts))?;
+    for chunk in chunks(rays) {
+        let of_chunk = call.piece(|| state.count_hits(chunk))?;
+        counts.extend(of_chunk.iter().map(|&count| count as i32));
     }
     Ok(counts)
 }
@@ -111,7 +108,7 @@ pub(super) fn scan(
 ) -> PyResult<Answers> {
     let mut answers = Answers::default();
     for sweep in pieces.sweeps() {
-        let scanned = call.piece(|| state.scan(sweep, between, returns))?;
+        let scanned = call.piece(|| state.scan(sweep, between, returns, keys.wanted()))?;
         call.piece(|| answers.append(scanned))?;
     }
     completed(call, state, answers, keys)

@@ -85,25 +85,6 @@ fn all(Masked { bvh, triangles, masks }: Masked<'_>, ray: &Ray, mask: u32, hits:
     hits.dedup_by_key(|hit| hit.triangle);
 }
 
-/// Whether each ray hits anything in an interval.
-pub(super) fn any(among: Masked<'_>, rays: Rays<'_>, [t_min, t_max]: [f64; 2], hit: &mut Vec<bool>) {
-    let Masked { bvh, triangles, masks } = among;
-    let found = (0..rays.len()).into_par_iter().with_min_len(64);
-    hit.par_extend(found.map(|index| {
-        let (ray, mask) = (Ray { t_min, t_max, ..rays.get(index) }, masks.of_ray(index));
-        bvh.nearest(triangles, &ray, &|hit| masks.sees(mask, hit.triangle)).is_some()
-    }));
-}
-
-/// The number of triangles that each ray hits.
-pub(super) fn count(among: Masked<'_>, rays: Rays<'_>, counts: &mut Vec<i32>) {
-    let found = (0..rays.len()).into_par_iter().with_min_len(64).map_init(Vec::new, |hits, index| {
-        all(among, &rays.get(index), among.masks.of_ray(index), hits);
-        hits.len() as i32
-    });
-    counts.par_extend(found);
-}
-
 /// All hits of each ray in order, and the number of each ray's hits.
 pub(super) fn list(among: Masked<'_>, rays: Rays<'_>) -> Vec<(Vec<u32>, Vec<Hit>)> {
     const CHUNK: usize = 1 << 10;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DAffine3, DVec3, Vec3};
 use umbrage::rays::{
-    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Opaque, RayMasks, Rays,
-    Receivers, Scan, Scanned, Scanner, SeenPixels, Shot, Structure, Trace, TracedBy, Tracer, Triangles,
+    Bvh, DirectGrids, ImageTooLarge, LightSource, Lit, LitBits, LitShare, Nearest, Omitted, Opaque, Ray, RayMasks,
+    Rays, Receivers, Scan, Scanned, Scanner, SeenPixels, Shot, Structure, Trace, TracedBy, Tracer, Triangles, Wanted,
 };
 use umbrage::scene::{BadInstance, Instance, Instances};
 
@@ -13,6 +13,7 @@ use super::answers::Answers;
 use super::arguments::MaskedSweep;
 use super::keys::Keys;
 use super::masks::TriangleMasks;
+use super::questions::MaskedRays;
 use crate::camera::PixelRays;
 
 /// The state of a scene.
@@ -127,11 +128,36 @@ impl State {
     }
 
     /// The hits of any rays, and the structure that found them.
-    pub(super) fn trace(&mut self, rays: Rays<'_>, masks: RayMasks<'_>) -> (Scanned, TracedBy) {
+    pub(super) fn trace(&mut self, rays: Rays<'_>, masks: RayMasks<'_>, wanted: Wanted) -> (Scanned, TracedBy) {
         let mut traced = Scanned::default();
-        let trace = Trace { masks: self.masks.with(masks), ..Trace::new(self.instances.triangles(), rays) };
+        let trace = Trace { wanted, masks: self.masks.with(masks), ..Trace::new(self.instances.triangles(), rays) };
         let by = self.tracer.trace(&trace, &mut traced);
         (traced, by)
+    }
+
+    /// Whether each ray hits anything between two t.
+    pub(super) fn hits_any(&mut self, (rays, masks): MaskedRays<'_>, [t_min, t_max]: [f64; 2]) -> Vec<bool> {
+        let behind;
+        let rays = if t_min < 0.0 {
+            // Arrays of numbers are rays for t above zero.
+            behind = (0..rays.len()).map(|index| Ray { t_min, t_max, ..rays.get(index) }).collect::<Vec<_>>();
+            Rays::from(&behind)
+        } else {
+            rays
+        };
+        let mut hit = Vec::new();
+        let masks = self.masks.with(masks);
+        let trace = Trace { t_min, t_max, masks, ..Trace::new(self.instances.triangles(), rays) };
+        self.tracer.hits_any(&trace, &mut hit);
+        hit
+    }
+
+    /// The number of triangles that each ray hits.
+    pub(super) fn count_hits(&mut self, (rays, masks): MaskedRays<'_>) -> Vec<u32> {
+        let mut counts = Vec::new();
+        let trace = Trace { masks: self.masks.with(masks), ..Trace::new(self.instances.triangles(), rays) };
+        self.tracer.count_hits(&trace, &mut counts);
+        counts
     }
 
     /// The ids among all triangles of triangles of geometries.
@@ -166,10 +192,18 @@ impl State {
     }
 
     /// The hits of a sweep's directions, with the sweep's mask.
-    pub(super) fn scan(&mut self, (sweep, mask): MaskedSweep<'_>, [t_min, t_max]: [f64; 2], returns: usize) -> Scanned {
+    pub(super) fn scan(
+        &mut self,
+        (sweep, mask): MaskedSweep<'_>,
+        [t_min, t_max]: [f64; 2],
+        returns: usize,
+        wanted: Wanted,
+    ) -> Scanned {
         let (scanner, triangles, masks) = self.scanner();
         let (masks, mut scanned) = (masks.with(RayMasks::All(mask)), Scanned::default());
-        scanner.scan(&Scan { t_min, t_max, masks, ..Scan::new(triangles, &[sweep]) }, returns, &mut scanned);
+        let sweeps = [sweep];
+        let scan = Scan { t_min, t_max, masks, wanted, ..Scan::new(triangles, &sweeps) };
+        scanner.scan(&scan, returns, &mut scanned);
         scanned
     }
 

@@ -31,6 +31,14 @@ pub struct LeafHits {
     pub latest: [f32; Leaf::LANES],
 }
 
+impl LeafHits {
+    /// Whether a line certainly hits the triangle in a lane, within its ray's interval.
+    #[inline(always)]
+    pub(super) fn is_hit(&self, line: &Line, lane: usize) -> bool {
+        self.certain >> lane & 1 == 1 && self.latest[lane] < line.before
+    }
+}
+
 impl Leaf {
     /// The largest number of triangles in a leaf.
     pub const LANES: usize = 8;

@@ -40,6 +40,8 @@ pub struct Line {
     pub far: f32,
     /// Upper bound of the least t.
     pub(super) after: f32,
+    /// Lower bound of the largest t; below all t where f64 may not hold a hit's t.
+    pub(super) before: f32,
     /// Whether no t is negative, as for nearly all rays.
     pub is_ahead: bool,
 }
@@ -62,6 +64,8 @@ impl Line {
         const STEEPEST: f32 = 1e38;
         const SMALLEST: f32 = 1e-20;
         const FARTHEST: f64 = 1e30;
+        // With lengths in this range the predicate's t is neither zero nor infinite, and nothing on its way overflows.
+        const USUAL: std::ops::Range<f64> = 1e-100..1e100;
         let unit = f64::from(unit);
         let size = ray.direction.abs().to_array();
         let of_two = usize::from(size[1] > size[0]);
@@ -97,6 +101,7 @@ impl Line {
             near: if is_ahead { near.max(0.0) } else { near },
             far: at_least(ray.t_max * scale),
             after: at_least(ray.t_min * scale),
+            before: if USUAL.contains(&length) { at_most(ray.t_max * scale) } else { f32::NEG_INFINITY },
             is_ahead,
         })
     }
@@ -177,12 +182,12 @@ impl<S: Simd> Slabs<S> {
     #[inline(always)]
     pub fn enter(&self, simd: S, node: &Node, far: f32) -> (f32x8<S>, u64) {
         let [x, y, z] = each!(axis in [0, 1, 2] => {
-            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + self.first[axis]]);
+            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (self.first[axis] & 1)]);
             (bound - self.enter_origin[axis]) * self.enter_inverse[axis]
         });
         let mut enter = x.max(y).max(z);
         let [x, y, z] = each!(axis in [0, 1, 2] => {
-            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (1 - self.first[axis])]);
+            let bound = f32x8::from_slice(simd, &node.bounds[2 * axis + (!self.first[axis] & 1)]);
             (bound - self.leave_origin[axis]) * self.leave_inverse[axis]
         });
         let mut leave = x.min(y).min(z);

@@ -14,7 +14,7 @@ use super::build::{HUGE, SCALE};
 use super::leaf::{Leaf, LeafHits};
 use super::line::{Line, Slabs};
 use super::split::{Extent, Item};
-use super::trace::{Corners, Nodes, walk};
+use super::trace::{Corners, Nodes, Stack, walk};
 use super::{Bvh, Child, Kind, Node, WIDTH};
 use crate::predicate::hit_of_near;
 use crate::{Hit, Ray, Rays, Scanned, SimdLevel, dispatch};
@@ -403,7 +403,7 @@ impl Corners for Posed<'_> {
         &self,
         simd: S,
         bvh: &Bvh,
-        line: &Line,
+        (line, stack): (&Line, &mut Stack),
         far: &mut f32,
         mut test: impl FnMut(usize, &LeafHits, &mut f32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
@@ -411,7 +411,7 @@ impl Corners for Posed<'_> {
         walk(
             simd,
             (Moving { segment, part }, bvh.root),
-            line,
+            (line, stack),
             far,
             #[inline(always)]
             |index, lanes, far| {

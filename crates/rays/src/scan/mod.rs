@@ -27,7 +27,8 @@ use crate::parallel::Parallel;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-pub use answers::Scanned;
+pub(crate) use answers::make_room;
+pub use answers::{Scanned, Wanted};
 use lines::{Face, Lines};
 use lit::LitPoints;
 pub use lit::{Lit, LitBits, LitShare, Receivers};
@@ -54,6 +55,8 @@ pub struct Scan<'a> {
     pub sides: Sides<'a>,
     /// Masks of triangles and sweeps.
     pub masks: Masks<'a>,
+    /// Parts of the answer.
+    pub wanted: Wanted,
 }
 
 /// Directions from one origin.
@@ -66,11 +69,11 @@ pub struct Sweep<'a> {
 }
 
 impl<'a> Scan<'a> {
-    /// All hits ahead of the origins, with both sides of all triangles opaque.
+    /// All parts of all hits ahead of the origins, with both sides of all triangles opaque.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, sweeps: &'a [Sweep<'a>]) -> Self {
-        let (t_min, t_max, masks) = (0.0, f64::INFINITY, Masks::default());
-        Self { triangles, sweeps, t_min, t_max, opacity: &Opaque, sides: Sides::Both, masks }
+        let (t_min, t_max, masks, wanted) = (0.0, f64::INFINITY, Masks::default(), Wanted::ALL);
+        Self { triangles, sweeps, t_min, t_max, opacity: &Opaque, sides: Sides::Both, masks, wanted }
     }
 }
 
@@ -108,8 +111,9 @@ pub struct Scanner {
     boxes: BoxTree,
     spread: Spread,
     workers: Vec<ScanWorker>,
-    /// The nearest hit at each place of the order.
+    /// The nearest hit at each place of the order, or its triangle.
     nearest: Vec<Hit>,
+    nearest_ids: Vec<u32>,
     points: LitPoints,
 }
 
@@ -141,11 +145,11 @@ impl Scanner {
     pub fn scan(&mut self, scan: &Scan<'_>, returns: usize, scanned: &mut Scanned) {
         let counts = scan.sweeps.iter().map(|sweep| sweep.directions.len());
         if returns == 1 {
-            scanned.make_room(counts.sum());
+            scanned.make_room(counts.sum(), scan.wanted);
             self.scan_nearest(scan, 0, scanned);
             return;
         }
-        scanned.clear(counts.sum(), returns);
+        scanned.clear(counts.sum(), returns, scan.wanted);
         if returns == 0 {
             return;
         }
@@ -158,10 +162,15 @@ impl Scanner {
 
     /// Finds the first hits of all sweeps, and writes them from answer `first` on.
     pub(crate) fn scan_nearest(&mut self, scan: &Scan<'_>, first: usize, scanned: &mut Scanned) {
-        scanned.without_direction += self.ask(scan, Asked::Nearest);
+        let asked = if scan.wanted == Wanted::IDS { Asked::NearestIds } else { Asked::Nearest };
+        scanned.without_direction += self.ask(scan, asked);
         let mut before = 0;
         for places in self.spread.places() {
-            scanned.deliver(first + before, &self.nearest[before..before + places.len()], places);
+            let range = before..before + places.len();
+            match asked {
+                Asked::NearestIds => scanned.deliver_ids(first + before, &self.nearest_ids[range], places),
+                _ => scanned.deliver(first + before, &self.nearest[range], places),
+            }
             before += places.len();
         }
     }
@@ -190,16 +199,19 @@ impl Scanner {
         let Scan { triangles, sweeps, t_min, opacity, sides, masks, .. } = *scan;
         self.patches.expect(triangles);
         self.spread.update(sweeps);
-        let Self { level, patches, boxes, spread, workers, nearest, .. } = self;
+        let Self { level, patches, boxes, spread, workers, nearest, nearest_ids, .. } = self;
         workers.resize_with(rayon::current_num_threads(), ScanWorker::default);
-        if asked == Asked::Nearest {
-            nearest.resize(sweeps.iter().map(|sweep| sweep.directions.len()).sum(), Scanned::MISS);
+        let count = sweeps.iter().map(|sweep| sweep.directions.len()).sum();
+        match asked {
+            Asked::Nearest => nearest.resize(count, Scanned::MISS),
+            Asked::NearestIds => nearest_ids.resize(count, Scanned::NONE),
+            Asked::All | Asked::Any => {}
         }
         let all_stop = opacity.are_all_opaque() && sides == Sides::Both && masks.hide_nothing();
         let t_min = t_min.max(0.0);
         let scan = Scan { t_min, ..*scan };
         let job = Job { scan, patches, boxes, asked, all_stop, mask: u32::MAX, level: *level };
-        tiles(&job, spread, workers, nearest);
+        tiles(&job, spread, workers, NearestAt { hits: nearest, ids: nearest_ids });
         workers.iter_mut().map(|worker| std::mem::take(&mut worker.nowhere)).sum()
     }
 
@@ -207,30 +219,28 @@ impl Scanner {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let workers: usize = self.workers.iter().map(ScanWorker::bytes).sum();
-        let nearest = self.nearest.capacity() * size_of::<Hit>();
+        let nearest = self.nearest.capacity() * size_of::<Hit>() + self.nearest_ids.capacity() * size_of::<u32>();
         self.patches.bytes() + self.boxes.bytes() + self.spread.bytes() + workers + nearest + self.points.bytes()
     }
 }
 
 /// Has the workers trace all tiles of lines.
-fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker], nearest: &mut [Hit]) {
+fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker], nearest: NearestAt<'_>) {
     let left = Mutex::new((spread.tiles(), nearest));
     let next = || {
         let mut left = left.lock().unwrap_or_else(PoisonError::into_inner);
         let (tile, tiles) = left.0.split_first()?;
-        let room = if job.asked == Asked::Nearest { tile.lines } else { 0 };
-        let (nearest, others) = std::mem::take(&mut left.1).split_at_mut(room);
-        *left = (tiles, others);
-        Some((tile, nearest))
+        left.0 = tiles;
+        Some((tile, left.1.take(job.asked, tile.lines)))
     };
     workers.par_iter_mut().with_max_len(1).each(|worker| {
-        while let Some((tile, nearest)) = next() {
+        while let Some((tile, mut nearest)) = next() {
             let (lines, order) = (job.lines(tile), spread.lines(tile));
             if lines.may_hit() {
                 let job = job.of_tile(tile);
                 dispatch!(job.level, simd => worker.trace(simd, &job, &lines, order, nearest));
             } else {
-                nearest.fill(Scanned::MISS);
+                nearest.miss();
                 worker.nowhere += order.iter().filter(|line| Face::of(lines.get(**line as usize)).is_none()).count();
             }
         }
@@ -242,10 +252,37 @@ fn tiles(job: &Job<'_>, spread: &Spread, workers: &mut [ScanWorker], nearest: &m
 enum Asked {
     /// The nearest hit.
     Nearest,
+    /// Its triangle alone.
+    NearestIds,
     /// All hits, the nearest first.
     All,
     /// Whether there is any hit.
     Any,
+}
+
+/// Room for the nearest hits of some places, or for their triangles: the other is empty, as both are where neither is
+/// asked for.
+#[derive(Default)]
+struct NearestAt<'a> {
+    hits: &'a mut [Hit],
+    ids: &'a mut [u32],
+}
+
+impl<'a> NearestAt<'a> {
+    /// Splits off the first `count` places.
+    fn take(&mut self, asked: Asked, count: usize) -> Self {
+        let room = |is_asked: bool| if is_asked { count } else { 0 };
+        let (hits, other_hits) = std::mem::take(&mut self.hits).split_at_mut(room(asked == Asked::Nearest));
+        let (ids, other_ids) = std::mem::take(&mut self.ids).split_at_mut(room(asked == Asked::NearestIds));
+        *self = Self { hits: other_hits, ids: other_ids };
+        Self { hits, ids }
+    }
+
+    /// Writes that nothing is hit.
+    fn miss(&mut self) {
+        self.hits.fill(Scanned::MISS);
+        self.ids.fill(Scanned::NONE);
+    }
 }
 
 /// The inputs of tracing tiles.

@@ -6,7 +6,7 @@ use super::cull::{Frustum, nearest_of};
 use super::lines::{Face, Lines};
 use super::slots::{Slots, Taken};
 use super::test::{Beam, LineTests, test};
-use super::{Asked, Job, Scanned};
+use super::{Asked, Job, NearestAt};
 use crate::Hit;
 use crate::patches::{MOST_VERTICES, Patch};
 use crate::shear::SMALLEST;
@@ -56,7 +56,9 @@ struct Pair {
 /// A triangle that a line may hit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HitCandidate {
-    pub(super) slot: u32,
+    pub(super) slot: u16,
+    /// Whether the line certainly hits it, and is stopped.
+    pub(super) is_certain: bool,
     pub(super) id: u32,
     /// Lower bound of the hit's depth.
     pub(super) earliest: f32,
@@ -81,7 +83,7 @@ impl ScanWorker {
         job: &Job<'_>,
         lines: &Lines<'_>,
         order: &[u32],
-        nearest: &mut [Hit],
+        mut nearest: NearestAt<'_>,
     ) {
         let mut first = 0;
         while first < order.len() {
@@ -93,13 +95,13 @@ impl ScanWorker {
                 }
             };
             self.nowhere += self.slots.nowhere;
-            let nearest = if job.asked == Asked::Nearest { &mut nearest[first..end] } else { &mut [] };
+            let mut nearest = nearest.take(job.asked, end - first);
             match taken {
                 Taken::On(face, frustum) => {
                     self.trace_taken(simd, job, lines, &face, &frustum);
                     self.settle(job, lines, &order[first..end], nearest);
                 }
-                Taken::Nowhere | Taken::Apart => nearest.fill(Scanned::MISS),
+                Taken::Nowhere | Taken::Apart => nearest.miss(),
             }
             first = end;
         }
@@ -361,10 +363,10 @@ impl ScanWorker {
                 self.met_slots.push(slot as u32);
                 return;
             }
-            Asked::Nearest if is_certain => *far = far.min(latest),
+            Asked::Nearest | Asked::NearestIds if is_certain => *far = far.min(latest),
             _ => {}
         }
-        self.candidates.push(HitCandidate { slot: slot as u32, id, earliest });
+        self.candidates.push(HitCandidate { slot: slot as u16, is_certain, id, earliest });
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -3,19 +3,19 @@
 //! A [hierarchy](crate::Bvh) answers unrelated rays and takes long to build. A [scanner](crate::Scanner) takes hardly any
 //! time to build, and answers many directions from one origin together. `choose` compares their costs.
 
+mod batch;
 mod choose;
 mod rays;
 
-use rayon::prelude::*;
-
+use batch::{Answers, Batch};
 pub use choose::TracedBy;
 use choose::{Costs, Runs};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 pub use rays::Rays;
 
+use crate::scan::make_room;
 use crate::{
-    Bvh, Hit, Masks, Opacity, Opaque, Ray, RayMasks, Scan, Scanned, Scanner, Sides, SimdLevel, SingleRays, Sweep,
-    Triangles,
+    Bvh, Hit, Masks, Opacity, Opaque, Ray, RayMasks, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep, Triangles, Wanted,
 };
 
 /// Any rays, and the triangles that they may hit.
@@ -35,15 +35,17 @@ pub struct Trace<'a> {
     pub sides: Sides<'a>,
     /// Masks of triangles and rays.
     pub masks: Masks<'a>,
+    /// Parts of the answer.
+    pub wanted: Wanted,
 }
 
 impl<'a> Trace<'a> {
-    /// All hits within the rays' own intervals, with both sides of all triangles opaque.
+    /// All parts of all hits within the rays' own intervals, with both sides of all triangles opaque.
     #[must_use]
     pub fn new(triangles: Triangles<'a>, rays: impl Into<Rays<'a>>) -> Self {
         let (t_min, t_max) = (f64::NEG_INFINITY, f64::INFINITY);
-        let (rays, masks) = (rays.into(), Masks::default());
-        Self { triangles, rays, t_min, t_max, opacity: &Opaque, sides: Sides::Both, masks }
+        let (rays, masks, wanted) = (rays.into(), Masks::default(), Wanted::ALL);
+        Self { triangles, rays, t_min, t_max, opacity: &Opaque, sides: Sides::Both, masks, wanted }
     }
 
     /// A ray with its interval cut to the trace's: an empty one where an end is NaN.
@@ -52,6 +54,11 @@ impl<'a> Trace<'a> {
         let t_min = if self.t_min > ray.t_min || self.t_min.is_nan() { self.t_min } else { ray.t_min };
         let t_max = if self.t_max < ray.t_max || self.t_max.is_nan() { self.t_max } else { ray.t_max };
         Ray { t_min, t_max, ..ray }
+    }
+
+    /// Whether all triangles stop all rays.
+    fn all_stop(&self) -> bool {
+        self.sides == Sides::Both && self.opacity.are_all_opaque() && self.masks.hide_nothing()
     }
 
     /// Whether a hit stops a ray with a mask.
@@ -73,7 +80,7 @@ impl<'a> Trace<'a> {
 /// [`forget`](Self::forget). It holds about 40 bytes a triangle for a hierarchy, 23 for a scanner, and 12 a ray.
 ///
 /// ```
-/// use glam::{DVec3, Vec3};
+/// use glam::DVec3;
 /// use umbrage_rays::{Ray, Scanned, Trace, TracedBy, Tracer, Triangles};
 ///
 /// // A square two units below the origin.
@@ -96,9 +103,7 @@ impl<'a> Trace<'a> {
 pub struct Tracer {
     scanner: Built<Scanner>,
     hierarchy: Built<Bvh>,
-    /// Runs of rays with the same origin: the index of the first ray, and the origin.
-    runs: Vec<(usize, DVec3)>,
-    directions: Vec<Vec3>,
+    runs: Runs,
 }
 
 /// A structure, and whether it is built for the current triangles.
@@ -154,13 +159,41 @@ impl Tracer {
     /// # Panics
     /// If the number of triangles has changed since the last [`forget`](Self::forget), or a ray has no mask.
     pub fn trace(&mut self, trace: &Trace<'_>, traced: &mut Scanned) -> TracedBy {
-        traced.clear(trace.rays.len(), 1);
+        traced.make_room(trace.rays.len(), trace.wanted);
         let chosen = self.choose(trace);
         match chosen {
             TracedBy::Scanner => self.by_scanner(trace, traced),
             TracedBy::Hierarchy => self.by_hierarchy(trace, traced),
         }
         chosen
+    }
+
+    /// Finds whether each ray hits anything that stops it, through the hierarchy: faster than to find what it hits.
+    ///
+    /// `hit` has a value for each ray, in their order; false for rays that [`trace`](Self::trace) doesn't count.
+    ///
+    /// # Panics
+    /// As [`trace`](Self::trace).
+    pub fn hits_any(&mut self, trace: &Trace<'_>, hit: &mut Vec<bool>) {
+        make_room(hit, trace.rays.len());
+        self.batch(trace).count(1, hit, |count| count > 0);
+    }
+
+    /// Counts the triangles that each ray meets and that would stop it, through the hierarchy. A ray through an edge that
+    /// two triangles share meets both.
+    ///
+    /// `counts` has a value for each ray, in their order; 0 for rays that [`trace`](Self::trace) doesn't count.
+    ///
+    /// # Panics
+    /// As [`trace`](Self::trace).
+    pub fn count_hits(&mut self, trace: &Trace<'_>, counts: &mut Vec<u32>) {
+        make_room(counts, trace.rays.len());
+        self.batch(trace).count(u32::MAX, counts, |count| count);
+    }
+
+    /// The rays, and the hierarchy that answers them.
+    fn batch<'a>(&'a mut self, trace: &'a Trace<'a>) -> Batch<'a> {
+        Batch { hierarchy: self.hierarchy(trace.triangles), trace, all_stop: trace.all_stop() }
     }
 
     /// Chooses the faster structure; for the scanner, leaves the rays as runs of directions.
@@ -171,52 +204,38 @@ impl Tracer {
             is_scanner_built: self.scanner.is_current,
             is_hierarchy_built: self.hierarchy.is_current,
         };
-        let mut runs = Runs { starts: &mut self.runs, directions: &mut self.directions };
-        if runs.find(trace, &costs) { TracedBy::Scanner } else { TracedBy::Hierarchy }
+        if self.runs.find(trace, &costs) { TracedBy::Scanner } else { TracedBy::Hierarchy }
     }
 
     fn by_scanner(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
-        let Trace { triangles, opacity, sides, masks, .. } = *trace;
+        let Trace { triangles, opacity, sides, masks, wanted, .. } = *trace;
+        let Runs { starts, directions, .. } = &self.runs;
         let scanner = self.scanner.brought(|scanner| scanner.build(triangles));
         let interval = |&(first, _): &(usize, DVec3)| {
             let Ray { t_min, t_max, .. } = trace.ray(first);
             [t_min, t_max]
         };
-        let mut ends = self.runs.iter().skip(1).map(|&(next, _)| next).chain([self.directions.len()]);
+        let mut ends = starts.iter().skip(1).map(|&(next, _)| next).chain([directions.len()]);
         // Runs with the same interval are swept together.
-        for runs in self.runs.chunk_by(|a, b| interval(a) == interval(b)).flat_map(|runs| runs.chunks(SWEEPS)) {
+        for runs in starts.chunk_by(|a, b| interval(a) == interval(b)).flat_map(|runs| runs.chunks(SWEEPS)) {
             let mut sweeps = [Sweep { origin: DVec3::ZERO, directions: &[] }; SWEEPS];
             let mut of_sweeps = [0; SWEEPS];
             let each = sweeps.iter_mut().zip(&mut of_sweeps).zip(runs.iter().zip(&mut ends));
             for ((sweep, mask), (&(first, origin), end)) in each {
-                *sweep = Sweep { origin, directions: &self.directions[first..end] };
+                *sweep = Sweep { origin, directions: &directions[first..end] };
                 *mask = masks.of_ray(first);
             }
             let ([t_min, t_max], sweeps) = (interval(&runs[0]), &sweeps[..runs.len()]);
             let rays = if let RayMasks::Each(_) = masks.rays { RayMasks::Each(&of_sweeps) } else { masks.rays };
             let masks = Masks { rays, ..masks };
-            scanner.scan_nearest(&Scan { triangles, sweeps, t_min, t_max, opacity, sides, masks }, runs[0].0, traced);
+            let scan = Scan { triangles, sweeps, t_min, t_max, opacity, sides, masks, wanted };
+            scanner.scan_nearest(&scan, runs[0].0, traced);
         }
     }
 
     fn by_hierarchy(&mut self, trace: &Trace<'_>, traced: &mut Scanned) {
-        const CHUNK: usize = 256;
-        let hierarchy = self.hierarchy(trace.triangles);
         let Scanned { t, triangle, barycentric, .. } = traced;
-        let chunks = t.par_chunks_mut(CHUNK).zip(triangle.par_chunks_mut(CHUNK)).zip(barycentric.par_chunks_mut(CHUNK));
-        let without_direction = chunks.enumerate().map(|(chunk, ((t, triangle), barycentric))| {
-            let mut without_direction = 0;
-            for index in 0..t.len() {
-                let ray = trace.ray(chunk * CHUNK + index);
-                without_direction += usize::from(!ray.goes_somewhere());
-                let mask = trace.masks.of_ray(chunk * CHUNK + index);
-                if let Some(hit) = hierarchy.nearest(trace.triangles, &ray, &|hit| trace.stops(&ray, mask, hit)) {
-                    (t[index], triangle[index], barycentric[index]) = (hit.t, hit.triangle, hit.barycentric);
-                }
-            }
-            without_direction
-        });
-        traced.without_direction = without_direction.sum();
+        traced.without_direction = self.batch(trace).answer(0, Answers { t, triangle, barycentric });
     }
 
     /// Bytes held.
@@ -224,7 +243,6 @@ impl Tracer {
     pub fn bytes(&self) -> usize {
         self.scanner.structure.bytes()
             + crate::Structure::bytes(&self.hierarchy.structure).triangles
-            + self.runs.capacity() * size_of::<(usize, DVec3)>()
-            + self.directions.capacity() * size_of::<Vec3>()
+            + self.runs.bytes()
     }
 }

@@ -1,5 +1,6 @@
 //! The crate's tests, as one program: linking one takes less time than linking sixteen.
 
+mod any_rays;
 mod exact;
 mod far;
 mod hierarchy;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use umbrage_rays::predicate::hit;
-use umbrage_rays::{Hit, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep};
+use umbrage_rays::{Hit, Opaque, Ray, Scan, Scanned, Scanner, Sides, SimdLevel, Sweep, Wanted};
 use umbrage_verify::{MIXED_SIDES, Random, TestMesh};
 
 use crate::frames::on_threads;
@@ -101,6 +101,21 @@ fn truth(scan: &Scan<'_>, ray: &Ray, most: usize) -> Vec<Hit> {
     hits
 }
 
+/// All parts of answers but everything together.
+pub(crate) const WANTED: [Wanted; 3] =
+    [Wanted::IDS, Wanted { t: true, barycentric: false }, Wanted { t: false, barycentric: true }];
+
+/// Whether an answer has the same bits as that with everything, and nothing that isn't wanted.
+pub(crate) fn are_parts(wanted: Wanted, found: &Scanned, all: &Scanned) -> bool {
+    let bits = |weights: &[[f32; 2]]| weights.as_flattened().iter().map(|of| of.to_bits()).collect::<Vec<_>>();
+    let t: &[f64] = if wanted.t { &all.t } else { &[] };
+    let of_weights = if wanted.barycentric { bits(&all.barycentric) } else { Vec::new() };
+    found.triangle == all.triangle
+        && found.t == t
+        && bits(&found.barycentric) == of_weights
+        && (found.returns, found.without_direction) == (all.returns, all.without_direction)
+}
+
 /// Compares all answers about a scan with the truth.
 fn check(name: &str, scanner: &mut Scanner, scan: &Scan<'_>) -> usize {
     const RETURNS: usize = 3;
@@ -108,6 +123,16 @@ fn check(name: &str, scanner: &mut Scanner, scan: &Scan<'_>) -> usize {
     scanner.scan(scan, 1, &mut first);
     scanner.scan(scan, RETURNS, &mut several);
     let without = scanner.hits_any(scan, &mut any);
+    let parts = WANTED.map(|wanted| {
+        [1, RETURNS].map(|returns| {
+            let mut scanned = Scanned::default();
+            scanner.scan(&Scan { wanted, ..*scan }, returns, &mut scanned);
+            scanned
+        })
+    });
+    for (wanted, [of_one, of_several]) in WANTED.into_iter().zip(&parts) {
+        assert!(are_parts(wanted, of_one, &first) && are_parts(wanted, of_several, &several), "{name}: {wanted:?}");
+    }
     let (mut index, mut hits, mut bad) = (0, 0, 0);
     for sweep in scan.sweeps {
         for direction in sweep.directions {

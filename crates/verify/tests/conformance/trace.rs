@@ -6,7 +6,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use umbrage_rays::{Hit, Ray, Rays, Scanned, Sides, SimdLevel, SingleRays as _, Trace, TracedBy, Tracer, Triangles};
 use umbrage_verify::{MIXED_SIDES, Oracle, Random, TestMesh};
 
-use crate::scan::{self, meshes};
+use crate::scan::{self, WANTED, are_parts, meshes};
 use crate::single_rays::{ALL, bits};
 
 fn pools() -> Vec<ThreadPool> {
@@ -38,7 +38,7 @@ fn truth(trace: &Trace<'_>) -> Vec<Option<Hit>> {
 fn check(name: &str, trace: &Trace<'_>, truth: &[Option<Hit>], pools: &[ThreadPool]) -> TracedBy {
     let nowhere = |ray: Ray| !ray.direction.is_finite() || ray.direction == DVec3::ZERO;
     let without_direction = (0..truth.len()).filter(|&index| nowhere(trace.rays.get(index))).count();
-    let (mut chosen, mut traced) = (None, Scanned::default());
+    let (mut chosen, mut traced, mut any) = (None, Scanned::default(), Vec::new());
     for level in SimdLevel::available() {
         for pool in pools {
             let mut tracer = Tracer::with_level(level);
@@ -46,6 +46,13 @@ fn check(name: &str, trace: &Trace<'_>, truth: &[Option<Hit>], pools: &[ThreadPo
             let form = || format!("{name}, by the {by}, {level}, {} threads", pool.current_num_threads());
             assert_eq!(*chosen.get_or_insert(by), by, "{}", form());
             assert_eq!((traced.len(), traced.without_direction), (truth.len(), without_direction), "{}", form());
+            for wanted in WANTED {
+                let mut parts = Scanned::default();
+                let same = pool.install(|| tracer.trace(&Trace { wanted, ..*trace }, &mut parts));
+                assert!(same == by && are_parts(wanted, &parts, &traced), "{}: {wanted:?}", form());
+            }
+            pool.install(|| tracer.hits_any(trace, &mut any));
+            assert!(any.iter().copied().eq(truth.iter().map(Option::is_some)), "{}", form());
             for (index, truth) in truth.iter().enumerate() {
                 let found = traced.hits(index).next();
                 assert_eq!(bits(&found), bits(truth), "{}: {:?}", form(), trace.rays.get(index));

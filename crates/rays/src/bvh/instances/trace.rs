@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::{InstanceTree, InstancedTriangles, Placement};
 use crate::bvh::leaf::Leaf;
 use crate::bvh::line::Line;
-use crate::bvh::trace::{Corners, walk};
+use crate::bvh::trace::{Corners, Stack, walk};
 use crate::bvh::{Bvh, Node};
 use crate::dispatch;
 use crate::predicate::{ShadowRay, hit_of_near};
@@ -146,7 +146,7 @@ impl InstanceTree {
                 Some(line) => hierarchy
                     .visit(
                         simd,
-                        &line,
+                        (&line, &mut Stack::default()),
                         &mut line.far.clone(),
                         #[inline(always)]
                         |leaf, found, _| {
@@ -196,7 +196,7 @@ impl InstanceTree {
         walk(
             simd,
             (self.nodes.as_slice(), self.root),
-            &line,
+            (&line, &mut Stack::default()),
             &mut far,
             #[inline(always)]
             |index, _, far| {
