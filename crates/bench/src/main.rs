@@ -3,6 +3,7 @@
 
 mod beside;
 mod bounce;
+mod copies;
 mod effects;
 mod experiments;
 mod far;
@@ -81,6 +82,8 @@ enum Command {
     Lit(lit::LitFlags),
     /// Closest points of meshes that move, by our boxes and by Embree's point queries
     Nearest(nearest::NearestFlags),
+    /// Copies of a mesh that stay copies beside all of their triangles, and rays with a moment each
+    Copies(copies::CopiesFlags),
     /// Any rays, in runs from the same origin: times of a scan, the hierarchy and Embree, and the choice between them
     Trace(trace::TraceFlags),
     /// Levels that the tone maps give greys
@@ -181,6 +184,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Scan(flags) => scan::run(&flags),
         Command::Lit(flags) => lit::run(&flags),
         Command::Nearest(flags) => nearest::run(&flags),
+        Command::Copies(flags) => copies::run(&flags),
         Command::Trace(flags) => trace::run(&flags),
         Command::ToneMap(flags) => flags.run(),
         Command::Paper(flags) => flags.run(),
