@@ -44,7 +44,7 @@ def test_examples_of_the_guide_print_what_they_say(capsys):
     pytest.importorskip("trimesh")
     known = {}
     blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 8
     for block in blocks:
         if "ProcessPoolExecutor" in block:
             # Other processes read a file: test_copies.py has one.
