@@ -228,7 +228,7 @@ impl Mesh {
         }
         self.hierarchy.build(triangles);
         let bounds = triangles.bounds();
-        let [low, high] = [bounds.min, bounds.max].map(|corner| corner.as_dvec3());
+        let [low, high] = [bounds.min, bounds.max].map(Vec3::as_dvec3);
         let is_empty = self.hierarchy.nodes.is_empty();
         self.reach = if is_empty { 0.0 } else { low.abs().max(high.abs()).max_element() };
         self.size = if is_empty { 0.0 } else { (high - low).max_element() };
