@@ -54,7 +54,8 @@ pub const MORE: f32 = 1.0 + RELATIVE_MARGIN;
 pub const LESS: f32 = 1.0 - RELATIVE_MARGIN;
 
 impl Line {
-    /// A line for coordinates that are `unit` times those of the ray; `None` where they are out of f32's range.
+    /// A line for coordinates that are `unit` times those of the ray; `None` where they are out of f32's range, or the
+    /// direction's length times `unit` is out of f64's.
     ///
     /// There are no branches on directions, which would be unpredictable.
     #[inline(always)]
@@ -71,11 +72,13 @@ impl Line {
         let of_two = usize::from(size[1] > size[0]);
         let k = if size[2] > size[of_two] { 2 } else { of_two };
         let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][k];
-        let scaled = ray.origin * unit;
-        if scaled.abs().max_element() > FARTHEST {
+        let (length, scaled) = (size[k], ray.origin * unit);
+        let scale = length * unit;
+        // A factor of zero or infinity makes NaN of infinite or zero ends.
+        if scaled.abs().max_element() > FARTHEST || !scale.is_normal() {
             return None;
         }
-        let (length, scaled) = (size[k], scaled.to_array());
+        let scaled = scaled.to_array();
         let origin = each!(scaled in scaled => scaled as f32);
         // Slope of each axis per unit along k; ±1 for k itself. A slope below f32's range becomes a ray along the slab.
         let slopes = each!(slope in (ray.direction / length).to_array() => slope as f32);
@@ -85,7 +88,7 @@ impl Line {
         let lost = each!(axis in [0, 1, 2] => {
             if f64::from(origin[axis]) == scaled[axis] { LEAST_BLUR } else { origin[axis].abs() }
         });
-        let (sign, scale) = (slopes[k], length * unit);
+        let sign = slopes[k];
         let (is_ahead, near) = (ray.t_min >= 0.0, at_most(ray.t_min * scale));
         Some(Self {
             origin,
