@@ -112,7 +112,7 @@ impl Race {
         let Self { tree, motion, tracer, positions, indices, found, flattened } = self;
         let mut taken = Taken::default();
         let bounds = mesh.bounds();
-        let (middle, size) = (bounds.centre().as_dvec3(), f64::from(bounds.size().max_element()));
+        let (middle, size) = (bounds.center().as_dvec3(), f64::from(bounds.size().max_element()));
         // So that a ray meets some dozens of boxes.
         let reach = 0.8 * size * (copies as f64).cbrt();
         let placed = |number: usize| {
