@@ -80,22 +80,29 @@ impl InstanceTree {
         stops: &dyn Fn(&Hit) -> bool,
         mut best: Option<Hit>,
     ) -> Option<Hit> {
-        let _ = self.visit(simd, scene, (&until(ray, best), mask), |index| {
-            let (placement, placed) = (&scene.placements[index], &self.placed[index]);
-            let hierarchy = &self.meshes[placement.mesh as usize].hierarchy;
-            let ray = until(ray, best);
-            let corners = Posed { placement, first: placed.first };
-            let hit = match placed.line(placement, &ray) {
-                Some(line) => {
-                    // Wraps to an id that no leaf has.
-                    let own = own.wrapping_sub(placed.first);
-                    hierarchy.nearest_on(simd, &line, corners, &ray, own, stops)
-                }
-                None => nearest_of_all(hierarchy, corners, &ray, own, stops),
-            };
-            best = nearer(best, hit);
-            ControlFlow::Continue(hit.map(|hit| hit.t))
-        });
+        let first = until(ray, best);
+        let _ = self.visit(
+            simd,
+            scene,
+            (&first, mask),
+            #[inline(always)]
+            |index| {
+                let (placement, placed) = (&scene.placements[index], &self.placed[index]);
+                let hierarchy = &self.meshes[placement.mesh as usize].hierarchy;
+                let ray = until(ray, best);
+                let corners = Posed { placement, first: placed.first };
+                let hit = match placed.line(placement, &ray) {
+                    Some(line) => {
+                        // Wraps to an id that no leaf has.
+                        let own = own.wrapping_sub(placed.first);
+                        hierarchy.nearest_on(simd, &line, corners, &ray, own, stops)
+                    }
+                    None => nearest_of_all(hierarchy, corners, &ray, own, stops),
+                };
+                best = nearer(best, hit);
+                ControlFlow::Continue(hit.map(|hit| hit.t))
+            },
+        );
         best
     }
 
@@ -134,31 +141,37 @@ impl InstanceTree {
         own: u32,
         stops: &dyn Fn(u32, [f32; 2]) -> bool,
     ) -> bool {
-        let visited = self.visit(simd, scene, (&shadow_ray.ray, mask), |index| {
-            let (placement, placed) = (&scene.placements[index], &self.placed[index]);
-            let hierarchy = &self.meshes[placement.mesh as usize].hierarchy;
-            let corners = Posed { placement, first: placed.first };
-            let blocks = |leaf: usize, lane: usize| {
-                let (id, corners) = corners.triangle(hierarchy, leaf, lane);
-                id != own && shadow_ray.blocked_by(corners).is_some_and(|weights| stops(id, weights))
-            };
-            let is_blocked = match placed.line(placement, &shadow_ray.ray) {
-                Some(line) => hierarchy
-                    .visit(
-                        simd,
-                        (&line, &mut Stack::default()),
-                        &mut line.far.clone(),
-                        #[inline(always)]
-                        |leaf, found, _| {
-                            let is_blocked = bits_of(found.possible).any(|lane| blocks(leaf, lane));
-                            if is_blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-                        },
-                    )
-                    .is_break(),
-                None => hierarchy.slots().any(|(leaf, lane)| blocks(leaf, lane)),
-            };
-            if is_blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(None) }
-        });
+        let visited = self.visit(
+            simd,
+            scene,
+            (&shadow_ray.ray, mask),
+            #[inline(always)]
+            |index| {
+                let (placement, placed) = (&scene.placements[index], &self.placed[index]);
+                let hierarchy = &self.meshes[placement.mesh as usize].hierarchy;
+                let corners = Posed { placement, first: placed.first };
+                let blocks = |leaf: usize, lane: usize| {
+                    let (id, corners) = corners.triangle(hierarchy, leaf, lane);
+                    id != own && shadow_ray.blocked_by(corners).is_some_and(|weights| stops(id, weights))
+                };
+                let is_blocked = match placed.line(placement, &shadow_ray.ray) {
+                    Some(line) => hierarchy
+                        .visit(
+                            simd,
+                            (&line, &mut Stack::default()),
+                            &mut line.far.clone(),
+                            #[inline(always)]
+                            |leaf, found, _| {
+                                let is_blocked = bits_of(found.possible).any(|lane| blocks(leaf, lane));
+                                if is_blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                            },
+                        )
+                        .is_break(),
+                    None => hierarchy.slots().any(|(leaf, lane)| blocks(leaf, lane)),
+                };
+                if is_blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(None) }
+            },
+        );
         visited.is_break()
     }
 
