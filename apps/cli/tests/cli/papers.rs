@@ -135,7 +135,7 @@ fn kd_trees_change_no_pixel() {
 }
 
 /// Values of the options that the table of techniques names without one.
-const VALUES: [(&str, &str); 27] = [
+const VALUES: [(&str, &str); 28] = [
     ("--bounces", "2"),
     ("--least-contribution", "0.1"),
     ("--light", "spot:0,3,3:0,0,0:60"),
@@ -154,6 +154,7 @@ const VALUES: [(&str, &str); 27] = [
     ("kdtree:packet", "8"),
     ("kdtree:rebuild", "two-level"),
     ("kdtree:traversal", "push-down"),
+    ("kdtree:layout", "subtrees"),
     ("listed:camera-triangles", "32"),
     ("listed:light-clamp", "-30:30:-20:20,light-map=spherical"),
     ("listed:light-map", "spherical"),

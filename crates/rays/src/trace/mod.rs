@@ -80,7 +80,7 @@ impl<'a> Trace<'a> {
 /// [`forget`](Self::forget). It holds about 40 bytes a triangle for a hierarchy, 23 for a scanner, and 12 a ray.
 ///
 /// ```
-/// use glam::DVec3;
+/// use glam::{DVec3, Vec3};
 /// use umbrage_rays::{Ray, Scanned, Trace, TracedBy, Tracer, Triangles};
 ///
 /// // A square two units below the origin.
